@@ -1,4 +1,7 @@
-"""A browser for tests: Debian's chromium without a window, driven by its own DevTools protocol over a WebSocket."""
+"""Browsers for tests: chromium and Firefox without a window, each driven by its own protocol over a WebSocket.
+
+Chromium speaks its DevTools protocol, Firefox WebDriver BiDi (https://w3c.github.io/webdriver-bidi/).
+"""
 
 from __future__ import annotations
 
@@ -21,10 +24,12 @@ PATIENCE = 60.0
 CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
 )
+FIREFOX = next((path for name in ("firefox-esr", "firefox") if (path := shutil.which(name))), None)
 
 needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium: apt-get install chromium")
+needs_firefox = pytest.mark.skipif(FIREFOX is None, reason="no Firefox: apt-get install firefox-esr")
 
-FLAGS = [
+CHROMIUM_FLAGS = [
     "--headless=new",
     "--no-sandbox",  # it refuses to run as root otherwise
     "--disable-gpu",
@@ -38,14 +43,31 @@ FLAGS = [
     "--no-first-run",
     "--mute-audio",
     "--remote-debugging-port=0",
+    "--user-data-dir={}",
+    "about:blank",
 ]
+FIREFOX_FLAGS = ["--headless", "--no-remote", "--remote-debugging-port=0", "--profile", "{}"]
+BIDI_KEYS = {
+    "ArrowUp": "\ue013",
+    "ArrowDown": "\ue015",
+    "ArrowLeft": "\ue012",
+    "ArrowRight": "\ue014",
+    "Enter": "\ue007",
+    "Escape": "\ue00c",
+    "Tab": "\ue004",
+}
+"""WebDriver's characters for keys that have none (https://www.w3.org/TR/webdriver2/#keyboard-actions)."""
 
 
 class Wire:
-    """The browser's end of the protocol: calls find their results, events their tabs."""
+    """Our end of a browser's protocol: results find their calls, and events go to whoever listens.
+
+    Attributes:
+        on_event: Called with each event.
+    """
 
     def __init__(self, socket) -> None:
-        self.tabs: dict[str, Tab] = {}
+        self.on_event: Callable[[dict], None] = lambda event: None
         self._socket = socket
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[dict]] = {}
@@ -57,69 +79,32 @@ class Wire:
                 future = self._waiting.pop(message["id"])
                 if not future.done():
                     future.set_result(message)
-            elif message.get("sessionId") in self.tabs:
-                self.tabs[message["sessionId"]].note(message["method"], message.get("params", {}))
+            else:
+                self.on_event(message)
 
-    async def call(self, method: str, session: str = "", **params: object) -> dict:
+    async def call(self, method: str, params: dict, **more: object) -> dict:
         number = next(self._numbers)
         future = self._waiting[number] = asyncio.get_running_loop().create_future()
-        message: dict[str, object] = {"id": number, "method": method, "params": params}
-        if session:
-            message["sessionId"] = session
-        await self._socket.send(json.dumps(message))
+        await self._socket.send(json.dumps({"id": number, "method": method, "params": params, **more}))
         async with asyncio.timeout(PATIENCE):
             answer = await future
-        assert "error" not in answer, (method, answer["error"])
+        assert "error" not in answer, (method, answer)
         return answer["result"]
-
-    async def open(self, url: str) -> Tab:
-        """Open a page and return its tab."""
-        target = (await self.call("Target.createTarget", url="about:blank"))["targetId"]
-        session = (await self.call("Target.attachToTarget", targetId=target, flatten=True))["sessionId"]
-        tab = self.tabs[session] = Tab(self, session, target)
-        for domain in ("Page", "Runtime", "Network", "Log"):
-            await tab.call(f"{domain}.enable")
-        await tab.call("Page.navigate", url=url)
-        return tab
 
 
 class Tab:
-    """One page in the browser.
+    """One page in chromium.
 
     Attributes:
         requests: URLs of everything it asked for.
         complaints: What its console said that was no mere note, and exceptions.
     """
 
-    def __init__(self, wire: Wire, session: str, target: str) -> None:
+    def __init__(self, wire: Wire, name: str) -> None:
         self.requests: list[str] = []
         self.complaints: list[str] = []
         self._wire = wire
-        self._session = session
-        self._target = target
-
-    def note(self, method: str, params: dict) -> None:
-        """Take note of what happened on the page."""
-        match method:
-            case "Network.requestWillBeSent":
-                self.requests.append(params["request"]["url"])
-            case "Network.webSocketCreated":
-                self.requests.append(params["url"])
-            case "Runtime.exceptionThrown":
-                self.complaints.append(json.dumps(params["exceptionDetails"]))
-            case "Runtime.consoleAPICalled" if params["type"] in ("error", "warning", "assert"):
-                self.complaints.append(json.dumps(params["args"]))
-            case "Log.entryAdded" if params["entry"]["level"] in ("error", "warning"):
-                self.complaints.append(params["entry"]["text"] + " " + params["entry"].get("url", ""))
-
-    async def call(self, method: str, **params: object) -> dict:
-        """Call a method of the protocol on this page."""
-        return await self._wire.call(method, self._session, **params)
-
-    async def close(self) -> None:
-        """Close the page."""
-        del self._wire.tabs[self._session]
-        await self._wire.call("Target.closeTarget", targetId=self._target)
+        self._name = name
 
     async def run(self, expression: str) -> object:
         """Return what a JavaScript expression gives."""
@@ -135,16 +120,34 @@ class Tab:
                     return value
                 await asyncio.sleep(0.02)
 
+    async def go(self, url: str) -> None:
+        """Open a page in this tab."""
+        await self.call("Page.navigate", url=url)
+
     async def mouse(self, kind: str, x: float, y: float) -> None:
         """Move, press or release the mouse at a place on the page."""
         pressed = 0 if kind == "mouseReleased" else 1
         button = "none" if kind == "mouseMoved" and not pressed else "left"
         await self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=pressed, clickCount=1)
 
-    async def key(self, key: str, *, shift: bool = False) -> None:
-        """Press and release a key."""
-        for kind in ("keyDown", "keyUp"):
-            await self.call("Input.dispatchKeyEvent", type=kind, key=key, modifiers=8 if shift else 0)
+    async def key(self, key: str, code: str = "", *, kind: str = "", shift: bool = False) -> None:
+        """Press and release a key, or only one of both (``keyDown``, ``keyUp``)."""
+        number = {"Tab": 9, "Enter": 13, "Space": 32}.get(code, 0)
+        text = {"text": "\r"} if code == "Enter" else {"text": " "} if code == "Space" else {}
+        for each in (kind,) if kind else ("keyDown", "keyUp"):
+            await self.call(
+                "Input.dispatchKeyEvent",
+                type=each,
+                key=key,
+                code=code,
+                modifiers=8 if shift else 0,
+                windowsVirtualKeyCode=number,
+                **(text if each == "keyDown" else {}),
+            )
+
+    async def type(self, text: str) -> None:
+        """Type a text into what has the focus."""
+        await self.call("Input.insertText", text=text)
 
     async def size(self, width: int, height: int, *, dark: bool = False, phone: bool = False) -> None:
         """Give the page another size and colour scheme."""
@@ -164,19 +167,143 @@ class Tab:
         """Return a picture of the page, PNG."""
         return base64.b64decode((await self.call("Page.captureScreenshot", format="png"))["data"])
 
+    async def close(self) -> None:
+        """Close the page."""
+        await self.call("Page.close")
+
+    async def call(self, method: str, **params: object) -> dict:
+        """Call a method of the protocol on this page."""
+        return await self._wire.call(method, params, sessionId=self._name)
+
+    def note(self, method: str, params: dict) -> None:
+        """Take note of what happened on the page."""
+        match method:
+            case "Network.requestWillBeSent":
+                self.requests.append(params["request"]["url"])
+            case "Network.webSocketCreated":
+                self.requests.append(params["url"])
+            case "Runtime.exceptionThrown":
+                self.complaints.append(json.dumps(params["exceptionDetails"]))
+            case "Runtime.consoleAPICalled" if params["type"] in ("error", "warning", "assert"):
+                self.complaints.append(json.dumps(params["args"]))
+            case "Log.entryAdded" if params["entry"]["level"] in ("error", "warning"):
+                self.complaints.append(params["entry"]["text"] + " " + params["entry"].get("url", ""))
+
+
+class FirefoxTab(Tab):
+    """One page in Firefox."""
+
+    async def run(self, expression: str) -> object:
+        result = await self.call(
+            "script.evaluate",
+            expression=f"(async () => JSON.stringify(await ({expression})) ?? 'null')()",
+            target={"context": self._name},
+            awaitPromise=True,
+        )
+        assert result["type"] == "success", result
+        return json.loads(result["result"]["value"])
+
+    async def go(self, url: str) -> None:
+        await self.call("browsingContext.navigate", url=url, wait="interactive")
+
+    async def mouse(self, kind: str, x: float, y: float) -> None:
+        press = {"mousePressed": "pointerDown", "mouseReleased": "pointerUp"}.get(kind)
+        actions: list[dict] = [{"type": "pointerMove", "x": round(x), "y": round(y)}]
+        if press:
+            actions.append({"type": press, "button": 0})
+        await self._act({"type": "pointer", "id": "mouse", "actions": actions})
+
+    async def key(self, key: str, code: str = "", *, kind: str = "", shift: bool = False) -> None:
+        assert not shift
+        value = BIDI_KEYS.get(key, key)
+        kinds = (kind,) if kind else ("keyDown", "keyUp")
+        await self._act({"type": "key", "id": "keys", "actions": [{"type": each, "value": value} for each in kinds]})
+
+    async def type(self, text: str) -> None:
+        for letter in text:
+            await self.key(letter)
+
+    async def size(self, width: int, height: int, *, dark: bool = False, phone: bool = False) -> None:
+        assert not dark
+        assert not phone
+        await self.call("browsingContext.setViewport", viewport={"width": width, "height": height})
+
+    async def shot(self) -> bytes:
+        return base64.b64decode((await self.call("browsingContext.captureScreenshot"))["data"])
+
+    async def close(self) -> None:
+        await self.call("browsingContext.close")
+
+    async def call(self, method: str, **params: object) -> dict:
+        return await self._wire.call(method, params if "target" in params else {"context": self._name, **params})
+
+    def note(self, method: str, params: dict) -> None:
+        if method == "network.beforeRequestSent":
+            self.requests.append(params["request"]["url"])
+        elif params["level"] in ("error", "warn"):
+            self.complaints.append(json.dumps(params))
+
+    async def _act(self, source: dict) -> None:
+        await self.call("input.performActions", actions=[source])
+
+
+Opener = Callable[[str], Awaitable[Tab]]
+
 
 @contextlib.asynccontextmanager
-async def browser() -> AsyncIterator[Callable[[str], Awaitable[Tab]]]:
-    """Start a browser; what it yields opens a page and returns its tab."""
-    from websockets.asyncio.client import connect
-
+async def browser() -> AsyncIterator[Opener]:
+    """Start chromium; what it yields opens a page and returns its tab."""
     assert CHROMIUM is not None
+    tabs: dict[str, Tab] = {}
+
+    async def opened(url: str) -> Tab:
+        target = (await wire.call("Target.createTarget", {"url": "about:blank"}))["targetId"]
+        name = (await wire.call("Target.attachToTarget", {"targetId": target, "flatten": True}))["sessionId"]
+        tab = tabs[name] = Tab(wire, name)
+        for domain in ("Page", "Runtime", "Network", "Log"):
+            await tab.call(f"{domain}.enable")
+        await tab.go(url)
+        return tab
+
+    def note(event: dict) -> None:
+        if tab := tabs.get(event.get("sessionId", "")):
+            tab.note(event["method"], event.get("params", {}))
+
+    async with _started(CHROMIUM, *CHROMIUM_FLAGS) as address, _wire(address) as wire:
+        wire.on_event = note
+        yield opened
+
+
+@contextlib.asynccontextmanager
+async def firefox() -> AsyncIterator[Opener]:
+    """Start Firefox; what it yields opens a page and returns its tab."""
+    assert FIREFOX is not None
+    tabs: dict[str, Tab] = {}
+
+    async def opened(url: str) -> Tab:
+        name = (await wire.call("browsingContext.create", {"type": "tab"}))["context"]
+        tab = tabs[name] = FirefoxTab(wire, name)
+        await tab.go(url)
+        return tab
+
+    def note(event: dict) -> None:
+        params = event["params"]
+        if tab := tabs.get(params.get("context") or params.get("source", {}).get("context", "")):
+            tab.note(event["method"], params)
+
+    async with _started(FIREFOX, *FIREFOX_FLAGS) as address, _wire(f"{address}/session") as wire:
+        wire.on_event = note
+        await wire.call("session.new", {"capabilities": {}})
+        await wire.call("session.subscribe", {"events": ["log.entryAdded", "network.beforeRequestSent"]})
+        yield opened
+
+
+@contextlib.asynccontextmanager
+async def _started(*command: str) -> AsyncIterator[str]:
+    """Run a browser with a profile of its own, ``{}`` in the command; yield where it listens and kill it at the end."""
     with tempfile.TemporaryDirectory(prefix="elib-browser-", ignore_cleanup_errors=True) as profile:
         process = await asyncio.create_subprocess_exec(
-            CHROMIUM,
-            *FLAGS,
-            f"--user-data-dir={profile}",
-            "about:blank",
+            *(word.format(profile) for word in command),
             stdout=asyncio.subprocess.DEVNULL,
             stderr=asyncio.subprocess.PIPE,
             env={**os.environ, "HOME": profile},
@@ -185,22 +312,33 @@ async def browser() -> AsyncIterator[Callable[[str], Awaitable[Tab]]]:
         assert process.stderr is not None
         try:
             async with asyncio.timeout(PATIENCE):
-                address = None
-                while address is None:
+                said = ""
+                while not (address := re.search(r"ws://\S+", said)):
                     line = (await process.stderr.readline()).decode(errors="replace")
-                    assert line, "the browser ended"
-                    address = re.search(r"ws://\S+", line)
+                    assert line, f"the browser ended: {said}"
+                    said += line
             drained = asyncio.create_task(process.stderr.read())
-            async with connect(address[0], max_size=None, ping_interval=None) as socket:
-                wire = Wire(socket)
-                tasks = [drained, asyncio.create_task(wire.listen())]
-                try:
-                    yield wire.open
-                finally:
-                    for task in tasks:
-                        task.cancel()
-                    await asyncio.gather(*tasks, return_exceptions=True)
+            try:
+                yield address[0]
+            finally:
+                drained.cancel()
+                await asyncio.gather(drained, return_exceptions=True)
         finally:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, 9)  # its own group, helpers included
             await process.wait()
+
+
+@contextlib.asynccontextmanager
+async def _wire(address: str) -> AsyncIterator[Wire]:
+    """Talk to a browser at its address."""
+    from websockets.asyncio.client import connect
+
+    async with connect(address, max_size=None, ping_interval=None) as socket:
+        wire = Wire(socket)
+        listening = asyncio.create_task(wire.listen())
+        try:
+            yield wire
+        finally:
+            listening.cancel()
+            await asyncio.gather(listening, return_exceptions=True)

@@ -10,8 +10,9 @@ from panel_rig import Opener, Rig, browser, panel, virtual_robot
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def open_page() -> AsyncIterator[Opener]:
-    async with browser() as opener:
+async def open_page(request) -> AsyncIterator[Opener]:
+    """What opens a page in chromium, or in Firefox where the file's tests ask for that."""
+    async with getattr(request, "param", browser)() as opener:
         yield opener
 
 

@@ -7,11 +7,11 @@ import contextlib
 import math
 import os
 import sys
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from browser import Tab, browser, needs_browser
+from browser import Opener, Tab, browser, firefox, needs_browser, needs_firefox
 
 from elib.emulator.control import Control
 from elib.emulator.server import serve
@@ -139,7 +139,7 @@ class Driver:
         """Type a robot's URL on the start page."""
         await self.tab.until("!!document.querySelector('.start form input')")
         await self.tab.run("document.querySelector('form input').focus()")
-        await self.tab.call("Input.insertText", text=url)
+        await self.tab.type(url)
         await self.key("Enter", "Enter")
 
     async def connect(self, url: str) -> None:
@@ -207,20 +207,8 @@ class Driver:
 
     async def key(self, key: str, code: str, *, kind: str = "") -> None:
         """Press and release a key, or only one of both."""
-        number = {"Tab": 9, "Enter": 13, "Space": 32}.get(code, 0)
-        text = {"text": "\r"} if code == "Enter" else {"text": " "} if code == "Space" else {}
-        for each in (kind,) if kind else ("keyDown", "keyUp"):
-            await self.tab.call(
-                "Input.dispatchKeyEvent",
-                type=each,
-                key=key,
-                code=code,
-                windowsVirtualKeyCode=number,
-                **(text if each == "keyDown" else {}),
-            )
+        await self.tab.key(key, code, kind=kind)
 
-
-Opener = Callable[[str], Awaitable[Tab]]
 
 __all__ = [
     "TICK",
@@ -229,7 +217,9 @@ __all__ = [
     "Rig",
     "browser",
     "far",
+    "firefox",
     "needs_browser",
+    "needs_firefox",
     "panel",
     "program",
     "turn",

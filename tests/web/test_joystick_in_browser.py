@@ -9,11 +9,23 @@ import pytest_asyncio
 
 pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
 
-from panel_rig import TICK, Driver, far, needs_browser, turn
+from panel_rig import TICK, Driver, browser, far, firefox, needs_browser, needs_firefox, turn
 
 from elib.body import SENSOR_DIRECTIONS
 
-pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.asyncio(loop_scope="module"),
+    pytest.mark.parametrize(
+        "open_page",
+        [
+            pytest.param(browser, id="chromium", marks=needs_browser),
+            pytest.param(firefox, id="firefox", marks=needs_firefox),
+        ],
+        indirect=True,
+        scope="module",
+    ),
+]
 
 DEAD_MAN_WAY = 0.10
 """m. At half its speed the robot goes 3.2 cm in the 0.5 s it may take to stand; a busy machine gets thrice that."""
@@ -136,6 +148,16 @@ async def test_a_lamp_shows_that_it_was_clicked_until_the_robot_has_answered(dri
     await driver.tab.until(f"{TICK}.phase === 'connected' && !{TICK}.readings.proximity.stale")
 
 
+async def test_every_part_of_the_page_opens(driver):
+    names = "[...document.querySelectorAll('[role=tab]')].filter(tab => tab.offsetParent).map(tab => tab.textContent)"
+    found = await driver.tab.run(names)
+    assert {"Charts", "Behaviours", "Console", "Files"} <= set(found)
+    for name in found:
+        tab = f"[...document.querySelectorAll('[role=tab]')].find(tab => tab.textContent === {name!r})"
+        await driver.tab.run(f"{tab}.click()")
+        await driver.tab.until(f"document.getElementById({tab}.getAttribute('aria-controls')).offsetHeight > 40")
+
+
 async def test_the_sensors_are_drawn_where_the_robot_has_them(driver):
     places = await driver.tab.run(
         "[...document.querySelectorAll('.robot text.count')].map(t => [+t.getAttribute('x'), +t.getAttribute('y')])"
@@ -218,21 +240,21 @@ async def test_the_page_says_that_a_robot_beyond_reach_may_still_move(driver, ro
 
 async def test_a_gamepad_drives_and_its_button_stops(driver, robot):
     await driver.tab.run(
-        "window.pad = {id: 'test pad', index: 0, connected: true, axes: [0, 0], buttons: [{pressed: false}]};"
-        "navigator.getGamepads = () => [window.pad]; null"
+        "window.pad = {id: 'test pad', index: 0, connected: true, axes: [0, 0], buttons: [{pressed: false}]},"
+        "navigator.getGamepads = () => [window.pad], null"
     )
-    await driver.tab.run("pad.axes = [0, -1]; null")
+    await driver.tab.run("pad.axes = [0, -1], null")
     await robot.until_it_moves()
-    await driver.tab.run("pad.buttons = [{pressed: true}]; null")
+    await driver.tab.run("pad.buttons = [{pressed: true}], null")
     await robot.until_it_stands()
-    await driver.tab.run("pad.buttons = [{pressed: false}]; null")
+    await driver.tab.run("pad.buttons = [{pressed: false}], null")
     await robot.until_it_stands()  # the stick is still held: it has to be let go first
-    await driver.tab.run("pad.axes = [0, 0]; null")
+    await driver.tab.run("pad.axes = [0, 0], null")
     await driver.tab.until("document.querySelector('.pad').classList.contains('on') === false")
     await asyncio.sleep(0.3)
-    await driver.tab.run("pad.axes = [0, -1]; null")
+    await driver.tab.run("pad.axes = [0, -1], null")
     await robot.until_it_moves()
-    await driver.tab.run("pad.axes = [0, 0]; null")
+    await driver.tab.run("pad.axes = [0, 0], null")
     await robot.until_it_stands()
 
 

@@ -20,7 +20,7 @@ async def test_the_token_opens_the_page_and_a_wrong_one_says_so() -> None:
         assert await tab.run("getComputedStyle(document.querySelector('.note')).display") == "none"
         for word in ("wrong-token", "right-token"):
             await tab.run("document.querySelector('#token').focus()")
-            await tab.call("Input.insertText", text=word)
+            await tab.type(word)
             await tab.run("document.querySelector('form button').click()")
             if word == "wrong-token":
                 await tab.until("document.querySelector('.note')?.textContent === 'That is not the token.'")

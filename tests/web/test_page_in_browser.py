@@ -62,7 +62,7 @@ async def type_into(person: Driver, field: str, text: str) -> None:
     """Replace what stands in a field by a text, as one who types."""
     await person.tab.until(f"!!document.querySelector({field!r})")
     await person.tab.run(f"(field => {{ field.focus(); field.select(); }})(document.querySelector({field!r}))")
-    await person.tab.call("Input.insertText", text=text)
+    await person.tab.type(text)
 
 
 def remembered(folder: Path) -> list[str]:
@@ -163,7 +163,7 @@ async def test_nothing_is_said_of_a_program_that_does_not_answer_while_the_page_
         "window.seen = new Set(); new MutationObserver(() => seen.add(document.documentElement.dataset.silent))"
         ".observe(document, { attributes: true, subtree: true });",
     )
-    await tab.call("Page.navigate", url=address)
+    await tab.go(address)
     await tab.until(START)
     assert await tab.run("[...seen].includes('yes')") is False
     await tab.close()

@@ -27,7 +27,7 @@ async def shown(tmp_path_factory) -> AsyncIterator[Callable]:
             async with panel(tmp_path_factory.mktemp("panel"), url) as address:
                 person = Driver(await open_page("about:blank"))
                 await person.tab.size(width, height, phone=phone)
-                await person.tab.call("Page.navigate", url=address)
+                await person.tab.go(address)
                 await person.tab.until(
                     f"!!window.elib && {TICK}?.phase === 'connected' && !!document.querySelector('.pad')"
                 )
