@@ -83,7 +83,8 @@ def test_a_page_names_the_firmwares_that_do_not_have_the_command_and_those_with_
     main(["send", "battery", "--help"])
     assert "Not on btcom-1.1.3, btcom-2.0: BTcom has no command for the battery." in capsys.readouterr().out
     main(["send", "set_speed", "--help"])
-    assert "rev/s, a number from -1 to 1; on epuck2 from -1.1 to 1.1" in capsys.readouterr().out
+    page = " ".join(capsys.readouterr().out.split())
+    assert "rev/s, a number from -1 to 1; on epuck2 and epuck2-wifi from -1.1 to 1.1" in page
 
 
 def test_the_list_shows_every_command_and_fits_eighty_columns(capsys: pytest.CaptureFixture[str]) -> None:

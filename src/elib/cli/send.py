@@ -22,7 +22,7 @@ from elib.plaintext import plain
 from elib.protocol import values
 from elib.protocol.context import Context
 from elib.protocol.image import Image
-from elib.protocol.profiles import PROFILES, rule
+from elib.protocol.profiles import FIRMWARES, rule
 from elib.protocol.quantities import number_from
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
@@ -68,7 +68,7 @@ def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:
         for text, (_, quantity, _) in zip(texts, what.parameters, strict=False)
     ]
     errors: list[ArgumentError] = []
-    for profile in PROFILES.values():
+    for profile in FIRMWARES.values():
         try:
             what.check(Context(profile), *found)
             return found

@@ -36,6 +36,8 @@ def toggle_each(numbers: Sequence[int], context: Context) -> tuple[bytes, Reply[
 
 
 def _switch(context: Context, lamp: int, action: int) -> None:
+    if lamp == context.profile.status_led:
+        return
     lamps = context.last_set.lamps
     lamps[lamp] = 1 - lamps[lamp] if action == LedAction.TOGGLE else action
     if context.profile.has_rgb_lamps and lamp in (1, 3, 5, 7):

@@ -6,13 +6,15 @@ import functools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Generic, NamedTuple, Protocol, TypedDict, TypeVar
+from typing import Generic, Literal, NamedTuple, Protocol, TypedDict, TypeVar
 
 from elib.protocol.image import Mounting
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import CameraSettings
 
 T_co = TypeVar("T_co", covariant=True)
+Codec = Literal["serial", "wifi"]
+"""What a link carries: the text and binary commands of a serial line, or the packets of the e-puck2's Wi-Fi."""
 
 
 class Parsed(NamedTuple, Generic[T_co]):
@@ -87,6 +89,7 @@ class Profile:
     Attributes:
         name: Name of the firmware, such as ``btcom-2.0``.
         version: A text that the answer to ``V`` contains.
+        codec: What its link carries.
         is_gctronic: Whether it is one of GCtronic's firmwares, whose answer to ``V`` has a second line.
         ranges: Ranges that differ from those of the quantity, by the name of the quantity.
         forms: Forms that replace those of the command table, by the name of the row.
@@ -118,6 +121,7 @@ class Profile:
         numbers_body_lamps: Whether lamps 8 and 9 of a binary ``L`` are the body and the front; otherwise 8 is the whole
             ring.
         has_rgb_lamps: Whether the ring LEDs 1, 3, 5 and 7 have colours; ``L`` lights them red.
+        status_led: The ring LED that the robot itself uses to show its state, so that no command reaches it, or None.
         i2c_scan_prints_all: Whether a scan also prints devices that do not answer, with the value 0.
         says_selector: Whether it sends the position of the selector before its greeting when it starts.
         talks_at: Where the selector must stand when it starts, and what it then talks through (wire-protocol.md, 5.7);
@@ -127,6 +131,7 @@ class Profile:
 
     name: str
     version: str
+    codec: Codec = "serial"
     is_gctronic: bool = False
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     forms: Mapping[str, Form[object]] = field(default_factory=dict)
@@ -154,6 +159,7 @@ class Profile:
     toggles_all: bool = False
     numbers_body_lamps: bool = True
     has_rgb_lamps: bool = False
+    status_led: int | None = None
     i2c_scan_prints_all: bool = False
     says_selector: bool = False
     talks_at: Mapping[int, str] = field(default_factory=dict)

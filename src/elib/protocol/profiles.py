@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 
 from elib.errors import ArgumentError
 from elib.fields import nearest
@@ -168,8 +169,38 @@ EPUCK2 = Profile(
     i2c_scan_prints_all=True,
     service={"calibrate_proximity": 1.7, "set_camera": 0.2, "image": 0.4},
 )
+_WIFI_TEXT = "over Wi-Fi there are no text commands, only packets"
+_WIFI_FIXED = "over Wi-Fi pictures are always 160 x 120 in colour"
+_WIFI_SWITCH = "over Wi-Fi no packet has it; the sensor is on"
+EPUCK2_WIFI = replace(
+    EPUCK2,
+    name="epuck2-wifi",
+    version="Wi-Fi",
+    codec="wifi",
+    # A packet has 16 bits for each step counter.
+    ranges={"wheel_speed": EPUCK2.ranges["wheel_speed"]},
+    forms={},
+    absent={
+        **EPUCK2.absent,
+        "speed": "the packet of the sensors does not have it; encoders() tells how the wheels turn",
+        "reset": _WIFI_TEXT,
+        **dict.fromkeys(("version", "help_text", "i2c_read", "i2c_write", "i2c_scan"), _WIFI_TEXT),
+        **dict.fromkeys(("set_camera", "camera"), _WIFI_FIXED),
+        **dict.fromkeys(("set_proximity_rate", "set_distance_sensor", "start_magnetometer"), _WIFI_SWITCH),
+    },
+    unsent={},
+    unsent_text={},
+    talks_at={15: "Wi-Fi"},
+    chain=(),
+    tail=(),
+    status_led=1,
+    service={"calibrate_proximity": EPUCK2.service["calibrate_proximity"]},
+)
+"""The e-puck2 with the Wi-Fi firmware of its ESP32 (wire-protocol.md, 4)."""
 PROFILES = {profile.name: profile for profile in (BTCOM_1_1_3, BTCOM_2_0, ASERCOM_1_2_2, EPUCK2)}
-"""Every firmware by name; of each family the oldest one is first."""
+"""The firmwares that talk over a serial line, by name; of each family the oldest one is first."""
+FIRMWARES = {**PROFILES, EPUCK2_WIFI.name: EPUCK2_WIFI}
+"""Every firmware by name."""
 LONGEST_PARAMETERS = max(profile.longest_parameters for profile in PROFILES.values())
 
 
@@ -179,10 +210,10 @@ def profile_named(name: str) -> Profile:
     Raises:
         ArgumentError: There is no firmware of that name.
     """
-    if name not in PROFILES:
-        near, every = nearest(str(name), PROFILES), f"choose one of {', '.join(PROFILES)}"
+    if name not in FIRMWARES:
+        near, every = nearest(str(name), FIRMWARES), f"choose one of {', '.join(FIRMWARES)}"
         raise ArgumentError(f"there is no firmware {name!r}", hint=every if near == every else f"{near} {every}")
-    return PROFILES[name]
+    return FIRMWARES[name]
 
 
 def recognise(version: str) -> Profile:
@@ -203,8 +234,10 @@ def rule(quantity: Quantity) -> str:
     """Return unit and range of an argument in words, with those of every firmware that has another range."""
     unit = f"{quantity.unit}, " if quantity.unit else ""
     text = quantity.rule.removesuffix(f" {quantity.unit}" if quantity.unit else "")
-    for profile in PROFILES.values():
+    own: dict[tuple[float, float], list[str]] = {}
+    for profile in FIRMWARES.values():
         if quantity.name in profile.ranges:
-            low, high = profile.ranges[quantity.name]
-            text += f"; on {profile.name} from {plain(low)} to {plain(high)}"
+            own.setdefault(profile.ranges[quantity.name], []).append(profile.name)
+    for (low, high), names in own.items():
+        text += f"; on {' and '.join(names)} from {plain(low)} to {plain(high)}"
     return unit + text

@@ -12,7 +12,7 @@ from typing import Any
 from elib.errors import ArgumentError
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
-from elib.protocol.profiles import PROFILES
+from elib.protocol.profiles import FIRMWARES
 from elib.protocol.quantities import Quantity
 from elib.protocol.raw import text_request
 from elib.protocol.styles import action
@@ -82,7 +82,7 @@ class CatalogueEntry:
     @property
     def absent(self) -> dict[str, str]:
         """The firmwares that do not have it, with the reason."""
-        return {each.name: each.absent[self.name] for each in PROFILES.values() if self.name in each.absent}
+        return {each.name: each.absent[self.name] for each in FIRMWARES.values() if self.name in each.absent}
 
     def check(self, context: Context, *arguments: object) -> None:
         """Check a call before anything is sent.

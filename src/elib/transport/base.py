@@ -9,7 +9,8 @@ class Transport(Protocol):
     """An open, ordered, bidirectional stream of bytes to one robot.
 
     One task reads and one writes. Every error is a :class:`~elib.errors.LinkError`, never one of the system. A
-    transport is used once: after :meth:`close` or a lost link it stays dead.
+    transport is used once: after :meth:`close` or a lost link it stays dead. Its attribute ``codec`` says what
+    the bytes are, if they are not those of a serial line (:func:`codec_of`).
     :func:`elib.testing.check_transport` checks these rules.
     """
 
@@ -46,3 +47,12 @@ class Transport(Protocol):
     async def close(self) -> None:
         """Free the port at once. It takes a limited time, may be called twice, and never raises."""
         ...
+
+
+def codec_of(transport: Transport) -> str:
+    """Return what a transport carries, its attribute ``codec``.
+
+    Returns:
+        ``"serial"``, the usual one, for text and binary commands; ``"wifi"`` for the packets of the e-puck2's Wi-Fi.
+    """
+    return str(getattr(transport, "codec", "serial"))

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 from elib.errors import ElibError, LinkClosed, LinkError, LinkLost
-from elib.transport.base import Transport
+from elib.transport.base import Transport, codec_of
 
 BUFFER_LIMIT = 65536
 """Unread bytes above which the other side must wait: twenty pictures of the largest kind."""
@@ -31,7 +31,12 @@ class BufferedTransport(ABC):
     Args:
         url: The URL that opens the same thing again.
         origin: ``robot``, ``simulator`` or ``replay``.
+
+    Attributes:
+        codec: What the bytes are; see :func:`~elib.transport.base.codec_of`.
     """
+
+    codec: str = "serial"
 
     def __init__(self, url: str, *, origin: str = "robot") -> None:
         self._url = url
@@ -244,6 +249,7 @@ class Relay(BufferedTransport):
 
     def __init__(self, inner: Transport) -> None:
         super().__init__(inner.url, origin=inner.origin)
+        self.codec = codec_of(inner)
         self._inner = inner
         self._out = bytearray()
         self._has_output = asyncio.Event()

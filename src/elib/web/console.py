@@ -12,7 +12,7 @@ from elib.errors import ArgumentError, ElibError
 from elib.protocol import values as v
 from elib.protocol.context import Profile
 from elib.protocol.image import Image
-from elib.protocol.profiles import PROFILES
+from elib.protocol.profiles import FIRMWARES
 from elib.protocol.quantities import CameraMode, Quantity, number_from
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.snapshot import SENSORS
@@ -76,7 +76,7 @@ def complete(line: object, firmware: str = "") -> list[str]:
     """Return whole lines that begin with *line*: names of a firmware's commands, then words that an argument may be."""
     if not isinstance(line, str) or len(line) > LONGEST:
         return []
-    profile = PROFILES.get(firmware)
+    profile = FIRMWARES.get(firmware)
     typed = line.lstrip()
     there = [name for name in (*catalogue(), HELP) if profile is None or name not in profile.absent]
     name = re.match(r"\w*", typed)
@@ -109,7 +109,7 @@ def help_line(name: str, firmware: str = "") -> str:
     """
     found = _CALL.fullmatch(name)
     entry = _entry(found[1] if found else name)
-    profile = PROFILES.get(firmware)
+    profile = FIRMWARES.get(firmware)
     if profile is not None and entry.name in profile.absent:
         return f"{entry.usage}: not on {profile.name}: {profile.absent[entry.name]}"
     rules = [f"{argument} {_rule(quantity, profile)}" for argument, quantity, _ in entry.parameters]
@@ -119,7 +119,7 @@ def help_line(name: str, firmware: str = "") -> str:
 
 def overview(firmware: str = "") -> str:
     """Return every command of a firmware with the first line of its help."""
-    profile = PROFILES.get(firmware)
+    profile = FIRMWARES.get(firmware)
     lines = [
         f"{entry.usage:<46} {entry.doc.partition(chr(10))[0]}"
         for entry in catalogue().values()
@@ -155,7 +155,7 @@ def result_text(value: object, firmware: str = "") -> str:
         case Image():
             return f"{value.width} x {value.height} pixels, {value.mode.name}"
         case v.Sensors():
-            known = {each.name: each for each in instruments(PROFILES.get(firmware))}
+            known = {each.name: each for each in instruments(FIRMWARES.get(firmware))}
             there = [name for name in SENSORS if getattr(value, name) is not None]
             return "\n".join(f"{known[name].title}: {_words(getattr(value, name), firmware, name)}" for name in there)
         case v.Version():
@@ -174,7 +174,7 @@ def result_text(value: object, firmware: str = "") -> str:
 
 
 def _words(value: v.Reading, firmware: str, name: str) -> str:
-    instrument = next(each for each in instruments(PROFILES.get(firmware)) if each.name == name)
+    instrument = next(each for each in instruments(FIRMWARES.get(firmware)) if each.name == name)
     return ", ".join(" ".join(part for part in parts if part) for parts in words(instrument, value))
 
 

@@ -19,7 +19,7 @@ from elib.body import STEPS_PER_REVOLUTION, WHEEL_CIRCUMFERENCE
 from elib.errors import ElibError
 from elib.protocol import values as v
 from elib.protocol.image import Image
-from elib.protocol.profiles import PROFILES
+from elib.protocol.profiles import FIRMWARES
 from elib.protocol.quantities import CameraMode
 from elib.robot.snapshot import IMAGE
 from elib.web.gauges import instruments, numbers, physical
@@ -51,7 +51,7 @@ class Cursor:
 
 def scheme(slot: Slot) -> dict[str, Json]:
     """Return what a page must know once."""
-    profile = PROFILES.get(slot.firmware)
+    profile = FIRMWARES.get(slot.firmware)
     return {
         "scheme": slot.edition,
         "name": slot.name,
@@ -145,7 +145,7 @@ def _small(value: float | None) -> float | None:
 
 
 def _readings(slot: Slot) -> dict[str, Json]:
-    profile = PROFILES.get(slot.firmware)
+    profile = FIRMWARES.get(slot.firmware)
     absent: Mapping[str, str] = {} if profile is None else profile.absent
     found: dict[str, Json] = {}
     for each in instruments(profile):
