@@ -1,4 +1,4 @@
-"""The e-puck's body in numbers: wheels, axle, step rates, and where its infrared sensors look.
+"""The e-puck's body in numbers: wheels, axle, step rates, and where its infrared sensors and microphones are.
 
 Sources are gathered in e-puck.md: e-puck.org, the thesis of 2011 and the firmware.
 """
@@ -51,6 +51,13 @@ SENSOR_DIRECTIONS: Final = tuple(
 """Where the eight infrared sensors look, clockwise from the front right, rad from straight ahead, positive to the left.
 Webots' directions, which agree with Enki's and Player's within 4 degrees (side and front) and 10 degrees (rear); left
 and right are mirrored (e-puck.md, 2)."""
+
+MICROPHONES: Final = ((0.0084, -0.0303), (0.0084, 0.0303), (-0.0231, 0.0), (0.0319, 0.0038))
+"""Places of the microphones right, left, rear and front, m, x forward and y to the left: those of the e-puck2's board
+(EPFL's course MICRO-315). The e-puck1 has the first three, at about the same places (e-puck.md, 7)."""
+
+MICROPHONE_DIRECTIONS: Final = tuple(math.atan2(y, x) for x, y in MICROPHONES)
+"""Where they face, away from the middle of the robot, rad from straight ahead, positive to the left."""
 
 
 def wrapped(count: Count) -> Count:

@@ -14,7 +14,9 @@ import enum
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import ClassVar, Final, Generic, TypeVar, get_args, get_type_hints, overload
+from typing import ClassVar, Final, Generic, NamedTuple, TypeVar, get_args, get_type_hints, overload
+
+from elib.body import MICROPHONE_DIRECTIONS
 
 N = TypeVar("N", int, float)
 R = TypeVar("R")
@@ -22,6 +24,17 @@ T = TypeVar("T")
 
 TWELVE_BITS: Final = 4095
 """Largest count of the robot's converter, for infrared sensors and microphones."""
+
+
+LEAST_MICROPHONES: Final = 3
+"""Two microphones cannot tell front from rear."""
+
+AUDIBLE: Final = 30
+"""Counts of the loudest microphone from which a sound has a direction. A quiet room reads 6 to 17 (e-puck.md, 7)."""
+
+LEAST_CONTRAST: Final = 0.1
+"""Share of the volume by which the loudest side must differ: one and a half deviations of the noise of a sound that can
+only just be heard. One source makes half of the volume."""
 
 
 class Role(enum.Enum):
@@ -303,6 +316,58 @@ class Microphones(Counts):
             )
         },
     )
+
+    @property
+    def direction(self) -> float | None:
+        """Direction that the sound comes from, rad, 0 ahead, positive to the left; None for no clear direction.
+
+        It is None if no microphone hears 30 counts, or all hear about the same: in silence, amid noise from all sides,
+        and where the loudest sound exceeds what the robot can measure. The motors are loud: listen while the robot
+        stands. In the simulator, with its noise, the direction of a loud source 0.2 to 1 m away is right to 14 degrees
+        with three microphones (root mean square 6) and to 9 degrees with four (3); 0.1 m away to 22 and 12 degrees.
+        """
+        if len(self.counts) < LEAST_MICROPHONES or max(self.counts) < AUDIBLE:
+            return None
+        sound = locate_sound(self.counts)
+        return sound.bearing if sound.contrast >= LEAST_CONTRAST * sound.volume else None
+
+
+class Sound(NamedTuple):
+    """A sound, as the microphones hear it.
+
+    Attributes:
+        bearing: Direction from which it comes, rad, 0 ahead, positive to the left.
+        volume: How loud it is at the robot's centre, counts peak to peak.
+        contrast: How much more a microphone hears that faces it, counts peak to peak.
+    """
+
+    bearing: float
+    volume: float
+    contrast: float
+
+
+def locate_sound(volumes: Sequence[float]) -> Sound:
+    """Return the sound that three or four microphones hear.
+
+    To the first order, a microphone that faces the source hears the most, and the others less with the cosine of the
+    angle: v = volume + contrast cos(bearing - facing), whatever the exact shadow of the body is. Least squares give the
+    best fit.
+
+    Args:
+        volumes: Right, left, rear and perhaps front, counts peak to peak, with the noise of the room.
+    """
+    towards = [(math.cos(angle), math.sin(angle)) for angle in MICROPHONE_DIRECTIONS[: len(volumes)]]
+    count = len(towards)
+    mean_x, mean_y = (sum(axis) / count for axis in zip(*towards, strict=True))
+    mean = sum(volumes) / count
+    xx = xy = yy = xv = yv = 0.0
+    for volume, (x, y) in zip(volumes, towards, strict=True):
+        dx, dy, dv = x - mean_x, y - mean_y, volume - mean
+        xx, xy, yy, xv, yv = xx + dx * dx, xy + dx * dy, yy + dy * dy, xv + dx * dv, yv + dy * dv
+    determinant = xx * yy - xy * xy
+    ahead, leftward = (yy * xv - xy * yv) / determinant, (xx * yv - xy * xv) / determinant
+    volume = mean - ahead * mean_x - leftward * mean_y
+    return Sound(math.atan2(leftward, ahead), volume, math.hypot(ahead, leftward))
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ a factor between 1 and 1/3. Peaks add up: tones of different pitch meet peak on 
 the robots look for their maximum and minimum. Walls neither stop nor reflect sound.
 
 No loudness of an e-puck was ever published (e-puck.md, 7): volumes, the noise of the room and the body's shade
-are uncalibrated. The microphones' places are those of the e-puck2. The e-puck1 has three, right, left and rear; the
-longest delays its demo allows, 6 samples at 33 kHz from left to right and 5 to the rear, fit the same places.
+are uncalibrated. The e-puck1 has three microphones, right, left and rear; the longest delays its demo allows, 6 samples
+at 33 kHz from left to right and 5 to the rear, fit the places of the e-puck2's.
 """
 
 from __future__ import annotations
@@ -19,15 +19,16 @@ from __future__ import annotations
 from math import sqrt
 from typing import Final
 
+from elib.body import MICROPHONES
 from elib.physics.engine import kernel
 from elib.physics.noise import MICROPHONE, gauss, tick_key
 from elib.physics.records import Records
 
 COUNT: Final = 4
 
-PLACE_X: Final = (0.0084, 0.0084, -0.0231, 0.0319)
-PLACE_Y: Final = (-0.0303, 0.0303, 0.0, 0.0038)
-"""Right, left, rear, front on the e-puck2's board, m (EPFL's course MICRO-315)."""
+PLACE_X: Final = tuple(x for x, _ in MICROPHONES)
+PLACE_Y: Final = tuple(y for _, y in MICROPHONES)
+"""Right, left, rear, front, m."""
 
 _LENGTHS = [sqrt(x * x + y * y) for x, y in zip(PLACE_X, PLACE_Y, strict=True)]
 FACING_X: Final = tuple(x / length for x, length in zip(PLACE_X, _LENGTHS, strict=True))

@@ -1,0 +1,114 @@
+"""The direction of a sound, from the volumes of three or four microphones."""
+
+from __future__ import annotations
+
+import math
+import random
+import statistics
+
+import pytest
+
+from elib.body import MICROPHONE_DIRECTIONS
+from elib.physics import EpuckModel, Scene, World
+from elib.physics.fittings import Sound
+from elib.pose import Pose
+from elib.protocol.values import Microphones, locate_sound
+
+
+def volumes(bearing: float, count: int, *, volume: float = 100.0, contrast: float = 40.0) -> list[float]:
+    """Return volumes of microphones that follow the cosine of the direction exactly."""
+    return [volume + contrast * math.cos(math.radians(bearing) - facing) for facing in MICROPHONE_DIRECTIONS[:count]]
+
+
+@pytest.mark.parametrize("count", [3, 4])
+@pytest.mark.parametrize("bearing", [-170, -90, -20, 0, 45, 120])
+def test_a_plain_wave_is_located_exactly(bearing: float, count: int) -> None:
+    sound = locate_sound(volumes(bearing, count))
+    assert math.degrees(sound.bearing) == pytest.approx(bearing)
+    assert sound.volume == pytest.approx(100)
+
+
+def test_the_loudest_side_is_the_side_of_the_sound() -> None:
+    assert locate_sound((200, 100, 100)).bearing < 0  # right
+    assert locate_sound((100, 200, 100)).bearing > 0  # left
+    assert abs(locate_sound((100, 100, 200)).bearing) > math.radians(170)  # rear
+
+
+def test_neither_the_noise_of_the_room_nor_the_loudness_changes_the_direction() -> None:
+    quiet = locate_sound(volumes(60, 3, volume=50, contrast=10))
+    for more in (12, 500):
+        assert locate_sound(
+            [10 * each + more for each in volumes(60, 3, volume=50, contrast=10)]
+        ).bearing == pytest.approx(quiet.bearing)
+
+
+@pytest.mark.parametrize(("count", "worst"), [(3, 12), (4, 7)])
+def test_in_the_simulated_room_it_is_right_to_some_degrees_from_two_decimetres_on(count: int, worst: float) -> None:
+    world = World.load("beeper", seed=5)
+    source, chance = world.scene.sounds[0], random.Random(5)
+    for _ in range(40):
+        angle, distance = chance.uniform(-math.pi, math.pi), chance.uniform(0.2, 0.24)
+        pose = Pose(source.x + distance * math.cos(angle), source.y + distance * math.sin(angle), chance.uniform(-3, 3))
+        if not (0.04 < pose.x < world.scene.width - 0.04 and 0.04 < pose.y < world.scene.depth - 0.04):
+            continue
+        world.move_robot(0, pose)
+        world.step()
+        truth = math.atan2(source.y - pose.y, source.x - pose.x) - pose.heading
+        found = locate_sound(world.microphones(0)[:count])
+        assert abs(math.degrees(math.remainder(found.bearing - truth, math.tau))) < worst
+
+
+def heard(angle: float, distance: float, count: int, *, seed: int, heading: float = 0.0) -> float | None:
+    """Return the direction that a virtual robot says of a loud source at an angle, rad, and a distance, m."""
+    source = Sound(3 + distance * math.cos(heading + angle), 3 + distance * math.sin(heading + angle), 2000)
+    world = World(Scene(6, 6, starts=(Pose(3, 3, heading),), sounds=(source,), model=EpuckModel()), seed=seed)
+    world.step()
+    return Microphones(counts=tuple(world.microphones(0)[:count])).direction
+
+
+@pytest.mark.parametrize(
+    ("distance", "count", "worst", "usual"),
+    [(0.1, 3, 22, 11), (0.1, 4, 12, 6), (0.2, 3, 14, 6.5), (0.2, 4, 9, 3.5), (1.0, 3, 14, 6), (1.0, 4, 9, 3)],
+)
+def test_the_direction_is_as_exact_as_its_docstring_says(
+    distance: float, count: int, worst: float, usual: float
+) -> None:
+    errors = []
+    for k in range(36):
+        angle = math.radians(10 * k)
+        found = heard(angle, distance, count, seed=k, heading=k)
+        assert found is not None
+        errors.append(math.degrees(math.remainder(found - angle, math.tau)))
+    assert max(map(abs, errors)) < worst
+    assert math.sqrt(statistics.fmean(each * each for each in errors)) < usual
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_left_is_positive_and_ahead_is_zero(count: int) -> None:
+    for angle in (0.0, 0.5, -0.5, 2.0, -2.0):
+        assert heard(angle, 0.5, count, seed=1) == pytest.approx(angle, abs=math.radians(13))
+
+
+def test_what_is_too_quiet_has_no_direction() -> None:
+    assert Microphones(counts=(12, 29, 11)).direction is None
+    assert Microphones(counts=(12, 30, 11)).direction is not None
+    assert Microphones(counts=(0, 0, 0, 0)).direction is None
+
+
+def test_what_is_equal_all_around_has_no_direction() -> None:
+    assert Microphones(counts=(500, 500, 500)).direction is None
+    assert Microphones(counts=(500, 510, 505, 495)).direction is None
+    assert Microphones(counts=(4095,) * 4).direction is None
+
+
+def test_two_microphones_have_no_direction() -> None:
+    assert Microphones(counts=(100, 900)).direction is None
+    assert Microphones().direction is None
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_noise_of_a_quiet_room_never_has_a_direction(seed: int) -> None:
+    world = World(Scene(2, 2, starts=(Pose(1, 1),), model=EpuckModel()), seed=seed)
+    for _ in range(50):
+        world.step()
+        assert Microphones(counts=tuple(world.microphones(0))).direction is None
