@@ -63,6 +63,9 @@ class SimulatedHardware:
     Attributes:
         volts: Returns the voltage of its battery now, V, for a fault script that runs it down. Where this is None, or
             returns None, the robot's own battery gives the voltage.
+        hard_iron: Field of the robot's own magnets, which turns with it: forward, to the left, up, microtesla.
+        soft_iron: What its iron makes of the world's field, seen from above: factors forward from forward, forward from
+            left, left from forward, left from left.
     """
 
     def __init__(
@@ -111,6 +114,8 @@ class SimulatedHardware:
         self._switched_on = switched_on
         self._now = switched_on
         self.volts: Callable[[], float | None] | None = None
+        self.hard_iron = (0.0, 0.0, 0.0)
+        self.soft_iron = (1.0, 0.0, 0.0, 1.0)
         self._cell = Cell(charge, switched_on)
         self._sound, self._sound_ends = 0, switched_on
         self._rates = (0.0, 0.0)
@@ -235,8 +240,12 @@ class SimulatedHardware:
         source says how the chip's axes lie, so these are the robot's axes.
         """
         heading = self.world.pose(self.robot_index).heading
-        field = NORTH * math.sin(heading), NORTH * math.cos(heading), -DOWN
-        return tuple(round(part / FIELD_STEP) * FIELD_STEP for part in field)
+        forward, left = NORTH * math.sin(heading), NORTH * math.cos(heading)
+        xx, xy, yx, yy = self.soft_iron
+        bent = xx * forward + xy * left, yx * forward + yy * left, -DOWN
+        return tuple(
+            round((part + own) / FIELD_STEP) * FIELD_STEP for part, own in zip(bent, self.hard_iron, strict=True)
+        )
 
     def temperature(self) -> int:
         """Return the inertial chip's temperature, degrees C."""
