@@ -37,6 +37,7 @@ class Build:
         has_time_of_flight: Whether it has the distance sensor.
         slot: Time between the samplings of two pairs of infrared sensors, s.
         sounds: How long each sound lasts, s.
+        selector: Position of the rotary switch at first: where the firmware talks on the link that it is driven by.
     """
 
     hw13: bool
@@ -48,6 +49,7 @@ class Build:
     has_time_of_flight: bool = False
     slot: float = 1 / 256
     sounds: Mapping[int, float] = field(default_factory=lambda: RECORDINGS)
+    selector: int = 3
 
 
 EPUCK1 = Build(hw13=False, camera_chip=0x3030, mounting=Mounting.QUARTER_LEFT)

@@ -313,11 +313,8 @@ class FaultPlayer:
                 link.bring_up("script")
 
     def _restart(self) -> None:
-        link = self._link
-        link.catch_up()
         if not self.is_dead:  # an empty battery starts no robot
-            link.robot.power_cycle(link.now)
-        link.catch_up()
+            self._link.power_cycle()
         self._counts["resets"] += 1
 
     def _die(self) -> None:

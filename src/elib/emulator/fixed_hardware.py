@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -55,8 +56,12 @@ KEYS: Mapping[str, tuple[Any, Rule]] = {
 DEFAULT_STATE: Mapping[str, Any] = {key: value for key, (value, _) in KEYS.items()}
 """The state the golden transcripts begin with, unless they say otherwise (``tests/golden/README.md``)."""
 
-AT_REST: Mapping[str, Mapping[str, Any]] = {"epuck2": {"acc13": [160, -320, -16_384]}}
-"""Readings at rest that differ by firmware: the inertial chip of the e-puck2, counts, whose z axis points down."""
+AT_REST: Mapping[str, Mapping[str, Any]] = {
+    "epuck2": {"acc13": [160, -320, -16_384]},
+    "epuck2-wifi": {"acc13": [160, -320, -16_384], "selector": 15},
+}
+"""Readings at rest that differ by firmware: the inertial chip of the e-puck2, counts, whose z axis points down; and the
+selector's position for Wi-Fi."""
 
 
 def defaults_for(firmware: str) -> dict[str, Any]:
@@ -223,6 +228,7 @@ class FixedHardware:
         return b"".join(_pattern_row(window.mode, window.width, row + shift) for row in range(window.height))
 
 
+@lru_cache(maxsize=1024)
 def _pattern_row(mode: int, width: int, row: int) -> bytes:
     """Return one row of the pattern in ``tests/golden/README.md``."""
     if mode == 0:

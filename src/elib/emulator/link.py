@@ -237,6 +237,12 @@ class Link:
         if was_down and not self.down_by and self.on_up is not None:
             self.on_up()
 
+    def power_cycle(self) -> None:
+        """Take the robot's battery out and put it back."""
+        self.catch_up()
+        self.robot.power_cycle(self.now)
+        self.catch_up()
+
     def cut(self) -> None:
         """Break the connection: the program's end is lost, the robot goes on alone, and a new end may be attached."""
         end = self.detach()
@@ -303,7 +309,7 @@ class Link:
 
     def _wake(self, now: float) -> None:
         """Do everything that is due, in the order of its time, and sleep until the next."""
-        if self._is_full and now >= self._line_free - self._backlog / 2:
+        if self._is_full and now >= self._room_at():
             self._is_full = False
             self._listen()
         if not self._is_stalled:
@@ -318,15 +324,22 @@ class Link:
             due = self._run_robot(now)
         self._arm(due)
 
+    def _room_at(self) -> float:
+        """Return when a full link takes bytes of the program again."""
+        return self._line_free - self._backlog / 2
+
+    def _next_delivery(self) -> float:
+        """Return when the next bytes reach the program, infinite if none are on their way."""
+        return self._outbound[0][0] if self._outbound else float("inf")
+
     def _arm(self, due: float) -> None:
         """Set the timer for what comes first: *due*, when the robot acts, or something of our own."""
         if not self._is_stalled:
             if self._inbound:
                 due = min(due, self._inbound[0][0])
-            if self._outbound:
-                due = min(due, self._outbound[0][0])
+            due = min(due, self._next_delivery())
         if self._is_full:
-            due = min(due, self._line_free - self._backlog / 2)
+            due = min(due, self._room_at())
         if due == self._armed:
             return
         if self._timer is not None:

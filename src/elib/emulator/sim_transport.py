@@ -12,6 +12,7 @@ from elib.physics.scene import Scene
 from elib.physics.worldfile import source_of
 from elib.physics.worldwriter import written_scene
 from elib.pose import Pose
+from elib.protocol.profiles import profile_named
 from elib.timebase import require_speed
 from elib.transport.lease import lease_of
 from elib.transport.memory import MemoryTransport
@@ -30,6 +31,7 @@ class SimTransport(MemoryTransport):
         super().__init__(url, origin="simulator")
         self.simulation = simulation
         self.robot = robot
+        self.codec = profile_named(robot.firmware).codec
 
     def describe(self) -> dict[str, str]:
         """Return what a recording keeps of the simulation: world by name and as TOML, seed, robot, profile."""

@@ -120,7 +120,7 @@ class SimulatedHardware:
         self._sound, self._sound_ends = 0, switched_on
         self._rates = (0.0, 0.0)
         self._lit = 0.0
-        self._position = 3
+        self._position = build.selector
         self._is_pressed = False
         self._code = (0 if build.has_time_of_flight else 2), 0, 0
         world.set_slot(robot_index, build.slot)
@@ -177,7 +177,7 @@ class SimulatedHardware:
         self._position = position
 
     def selector(self) -> int:
-        """Return the position of the rotary switch; at first 3, in which every firmware talks over Bluetooth."""
+        """Return the position of the rotary switch: at first 3 for Bluetooth, or 15 for Wi-Fi."""
         return self._position
 
     def receive(self, address: int, data: int) -> None:

@@ -8,13 +8,14 @@ import math
 import weakref
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import TypedDict
 
 from elib.emulator.clock import WorldClock
 from elib.emulator.emulator import Emulator
 from elib.emulator.faultplayer import FaultPlayer
 from elib.emulator.faults import ManualFaults
 from elib.emulator.faultscript import load as load_script
-from elib.emulator.firmware import FIRMWARES
+from elib.emulator.firmware import WIFI_FIRMWARES, firmware_named
 from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.hardware import Hardware
 from elib.emulator.link import Link
@@ -22,6 +23,8 @@ from elib.emulator.robotprofile import RobotProfile
 from elib.emulator.robotprofile import load as load_profile
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.simulated_hardware import SimulatedHardware
+from elib.emulator.wifi import WifiEmulator
+from elib.emulator.wifi_link import WifiLink
 from elib.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
 from elib.physics.scene import Scene
 from elib.physics.world import World
@@ -44,6 +47,14 @@ Without it a program that only asks would ask for ever at the same instant.
 RECONNECT_TIMEOUT = 60.0
 """Seconds of loop time for which a robot waits for its program, counted from the last attempt to open it or, if later,
 the end of its outage."""
+
+
+class _LinkOptions(TypedDict):
+    latency: float
+    jitter: float
+    loss: float
+    seed: int
+    clock: WorldClock
 
 
 @dataclass(slots=True, eq=False)
@@ -277,18 +288,18 @@ class Simulation:
         profile_named(firmware)
         script = None if settings.fault is None else load_script(settings.fault)
         hardware = self._hardware(index, firmware, settings)
-        emulator = Emulator(firmware, hardware, baud=settings.baud, booted=True)
-        seed = settings.seed or 0
         latency, jitter = self._delay(settings)
-        link = Link(
-            emulator,
-            latency=latency,
-            jitter=jitter,
-            loss=settings.loss,
-            seed=seed + index,
-            baud=settings.baud,
-            clock=self.clock,
+        options = _LinkOptions(
+            latency=latency, jitter=jitter, loss=settings.loss, seed=(settings.seed or 0) + index, clock=self.clock
         )
+        emulator: Emulator
+        link: Link
+        if firmware in WIFI_FIRMWARES:
+            emulator = robot_on_wifi = WifiEmulator(firmware, hardware, booted=True)
+            link = WifiLink(robot_on_wifi, **options)
+        else:
+            emulator = Emulator(firmware, hardware, baud=settings.baud, booted=True)
+            link = Link(emulator, baud=settings.baud, **options)
         manual_faults = ManualFaults(f"{self.settings.seed or 0} control {index}")
         robot = VirtualRobot(index, settings, firmware, hardware, emulator, link, manual_faults)
         if script is not None:
@@ -311,7 +322,7 @@ class Simulation:
     def _hardware(self, index: int, firmware: str, settings: SimulationSettings) -> Hardware:
         if self.world is None:
             return FixedHardware.load(settings.hardware or "", firmware=firmware)
-        build = FIRMWARES[firmware].BUILD
+        build = firmware_named(firmware).BUILD
         return SimulatedHardware(self.world, index, build=build, switched_on=self.time, profile=self.profile)
 
     def _beat(self) -> None:

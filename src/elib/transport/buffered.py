@@ -34,6 +34,7 @@ class BufferedTransport(ABC):
 
     Attributes:
         codec: What the bytes are; see :func:`~elib.transport.base.codec_of`.
+        on_room: Called when the other side has taken bytes that were kept for it.
     """
 
     codec: str = "serial"
@@ -48,6 +49,7 @@ class BufferedTransport(ABC):
         self._on_lost: Callable[[], None] | None = None
         self._loss: tuple[type[LinkLost], str, str] | None = None
         self._closed = False
+        self.on_room: Callable[[], None] | None = None
 
     @property
     def url(self) -> str:
@@ -81,6 +83,11 @@ class BufferedTransport(ABC):
     def unread(self) -> int:
         """How many bytes arrived and were not read yet."""
         return len(self._buffer)
+
+    @property
+    def unsent(self) -> int:
+        """How many bytes are kept here because the other side did not take them yet."""
+        return self._unsent()
 
     async def read(self) -> bytes:
         """Return the bytes that arrived, at least one.
@@ -195,10 +202,12 @@ class BufferedTransport(ABC):
         """Let a waiting writer check again whether it can go on."""
         if self._writer is not None and not self._writer.done():
             self._writer.set_result(None)
+        if self.on_room is not None and not self._unsent():
+            self.on_room()
 
     def _mark_closed(self) -> None:
         self._closed = True
-        self._listener = self._on_lost = None
+        self._listener = self._on_lost = self.on_room = None
         self._buffer.clear()
         self._wake_reader()
         self.wake_writer()

@@ -1,4 +1,4 @@
-"""The firmwares of virtual robots: ``btcom-1.1.3``, ``btcom-2.0``, ``asercom-1.2.2`` and ``epuck2``."""
+"""The firmwares of virtual robots: four that talk on a serial line, and ``epuck2-wifi``."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from types import MappingProxyType
 from elib.emulator.firmware.asercom import Asercom122
 from elib.emulator.firmware.base import Firmware
 from elib.emulator.firmware.btcom import BtCom20, BtCom113
-from elib.emulator.firmware.epuck2 import EPuck2
+from elib.emulator.firmware.epuck2 import EPuck2, EPuck2Wifi
 from elib.protocol.profiles import profile_named
 
 _CLASSES = (BtCom113, BtCom20, Asercom122, EPuck2)
 
 FIRMWARES: Mapping[str, type[Firmware]] = MappingProxyType({program.NAME: program for program in _CLASSES})
-"""Every firmware, by its name."""
+"""Every firmware that talks on a serial line, by its name."""
+
+WIFI_FIRMWARES: Mapping[str, type[EPuck2Wifi]] = MappingProxyType({EPuck2Wifi.NAME: EPuck2Wifi})
+"""Every firmware that an ESP32 offers over Wi-Fi, by its name."""
 
 
 def firmware_named(name: str) -> type[Firmware]:
@@ -23,6 +26,8 @@ def firmware_named(name: str) -> type[Firmware]:
     Raises:
         ArgumentError: There is no such firmware; the message lists all.
     """
+    if name in WIFI_FIRMWARES:
+        return WIFI_FIRMWARES[name]
     return FIRMWARES[profile_named(name).name]
 
 

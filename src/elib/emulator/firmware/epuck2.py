@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import ClassVar
 
 from elib.emulator.build import EPUCK2, Build
@@ -385,3 +386,36 @@ class EPuck2(AsercomCommands):
     def _binary_set_distance_sensor(self, parameters: bytes) -> bytes:
         self.distance_on = int(parameters[0] != 0)
         return b"\0"
+
+
+GREEN, BLUE, DARK = (0, 100, 0), (0, 0, 100), (0, 0, 0)
+"""Colours of LED2 while the ESP32 waits for a client, while it sends, and between two packets, percent
+(wire-protocol.md, 4.1)."""
+
+KEEP = bytes((255,) * 3)
+"""A colour that changes nothing (wire-protocol.md, trap 33)."""
+
+
+class EPuck2Wifi(EPuck2):
+    """The same firmware at selector 15, where only the ESP32 with its Wi-Fi firmware talks to it.
+
+    The camera takes 160 x 120 pixels in colour, the magnetometer is on, and LED2 belongs to the ESP32
+    (wire-protocol.md, 4.1).
+    """
+
+    NAME: ClassVar[str] = "epuck2-wifi"
+    BUILD: ClassVar[Build] = replace(EPUCK2, selector=15)
+
+    def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
+        super().__init__(hardware, timing, resets)
+        self.window = epuck2_window(1, 160, 120, 4) or self.window
+        self.magnetometer_on = 1
+
+    def light_rgb(self, values: bytes) -> None:
+        """Set the RGB LEDs but LED2."""
+        super().light_rgb(KEEP + values[3:])
+
+    def show_status(self, colour: tuple[int, int, int]) -> None:
+        """Set LED2, for the ESP32."""
+        self.lights.rgb[:3] = colour
+        self.show()
