@@ -12,7 +12,7 @@ from elib.protocol.context import Context, Profile
 from elib.protocol.profiles import PROFILES, rule
 from elib.protocol.styles import Action
 from elib.protocol.table import Spec
-from elib.robot.actions import Actions
+from elib.robot.actions import Actions, Messenger
 from elib.robot.motion import Motions
 from generator.markdown import docstring, inline, table
 
@@ -35,7 +35,8 @@ def page() -> str:
     parts = [INTRODUCTION, overview(), *(entry(spec) for spec in SPECS.values())]
     parts.append(
         "## Made of several commands\n\nThese are methods of the robot like the others; a motion and"
-        " `sensors` may send more than one request."
+        " `sensors` may send more than one request. `neighbours` and `send_message` send none: only robots of the"
+        " simulator have them."
     )
     parts += [action(name) for name in ACTIONS]
     parts.append(firmwares())
@@ -54,6 +55,8 @@ def overview() -> str:
 
 def where(name: str) -> list[str]:
     """Return a cell for each firmware: whether it has the command."""
+    if hasattr(Messenger, name):
+        return ["simulated" for _ in PROFILES]
     return ["-" if name in profile.absent else "yes" for profile in PROFILES.values()]
 
 

@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from elib.protocol.values import IrCode as IrCode
     from elib.protocol.values import MagneticField as MagneticField
     from elib.protocol.values import Microphones as Microphones
+    from elib.protocol.values import Neighbour as Neighbour
     from elib.protocol.values import Proximity as Proximity
     from elib.protocol.values import SdCard as SdCard
     from elib.protocol.values import Selector as Selector

@@ -7,12 +7,14 @@ from dataclasses import replace
 from elib.emulator.robotprofile import written
 from elib.emulator.settings import KEYS, SimulationSettings, settings_of
 from elib.emulator.simulation import Simulation, VirtualRobot, no_robot, shared_with, waiting_for
-from elib.errors import LinkLost
+from elib.errors import LinkLost, Unsupported
 from elib.physics.scene import Scene
+from elib.physics.world import World
 from elib.physics.worldfile import source_of
 from elib.physics.worldwriter import written_scene
 from elib.pose import Pose
 from elib.protocol.profiles import profile_named
+from elib.protocol.values import Neighbour
 from elib.timebase import require_speed
 from elib.transport.lease import lease_of
 from elib.transport.memory import MemoryTransport
@@ -65,6 +67,49 @@ class SimTransport(MemoryTransport):
             "boxes": [[box.x, box.y, box.angle] for box in seen.boxes],
             "cylinders": [[post.x, post.y] for post in seen.cylinders],
         }
+
+    def send_message(self, message: bytes) -> None:
+        """Let the robot say *message* to others by range and bearing, from now on.
+
+        Raises:
+            ArgumentError: The message is too long.
+            Unsupported: The robot has constant readings instead of a world.
+            LinkLost: The link is down.
+        """
+        self._shared_world().send_message(self.robot.index, message, at=self.simulation.time)
+
+    def neighbours(self) -> tuple[Neighbour, ...]:
+        """Return the robots that this one hears by range and bearing, the nearest first.
+
+        Raises:
+            Unsupported: The robot has constant readings instead of a world.
+            LinkLost: The link is down.
+        """
+        simulation, link = self.simulation, self.robot.link
+        world = self._shared_world()
+        link.catch_up()
+        self.robot.hardware.advance(link.now)
+        return tuple(
+            Neighbour(
+                each.distance,
+                each.bearing,
+                each.message,
+                time=simulation.clock.loop_time(simulation.origin + each.time),
+                origin=self.origin,
+            )
+            for each in world.neighbours(self.robot.index)
+        )
+
+    def _shared_world(self) -> World:
+        """Return the world in which the robot can meet others."""
+        if not self.is_open:
+            raise LinkLost(f"{self.url}: the link is down", hint="try again when it is back")
+        if self.simulation.world is None:
+            raise Unsupported(
+                f"{self.url} has constant readings, and no world with other robots",
+                hint="leave hardware= out of the URL",
+            )
+        return self.simulation.world
 
     @property
     def is_paused(self) -> bool:

@@ -32,6 +32,8 @@ OFFSETS: Final = 8  # +0..7
 WHEEL: Final = 16  # 0 left, 1 right
 AXLE_LENGTH: Final = 18
 PLACE: Final = 32
+BOARD_PHASE: Final = 40
+PAIR: Final = 4096  # + the number of another robot: a key of the messages from it.
 
 
 @kernel

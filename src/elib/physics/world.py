@@ -28,6 +28,7 @@ from elib.physics.geometry import Box, Wall
 from elib.physics.motion import MAX_TRAVEL, STEPS_PER_METRE
 from elib.physics.moving import Mover
 from elib.physics.placement import places
+from elib.physics.rangebearing import Heard, RangeAndBearing
 from elib.physics.records import Robot, SensorView, Thing
 from elib.physics.scene import Scene, check_seed
 from elib.physics.senses import Senses, sensors_named
@@ -93,6 +94,7 @@ class World:
         lanes = min(threads, max(len(starts), 1)) if engine == "compiled" else 1
         self._state = State(scene, starts, self.seed, engine_named(engine), floor_of(scene), lanes=lanes)
         self._senses = Senses(self._state)
+        self._boards = RangeAndBearing(self._state)
         self._mover = Mover(self._state)
         self._settled: dict[int, tuple[float, float]] = {}
         self._lamps: dict[int, Lamps] = {}
@@ -334,6 +336,7 @@ class World:
         self.seed = seed
         self._state.reset(starts, seed)
         self._senses.forget()
+        self._boards.forget()
         self._settled.clear()
         self._lamps.clear()
         self._memory, self._memory_size = None, 0
@@ -394,6 +397,26 @@ class World:
     def rotation(self, robot: int) -> float:
         """Return the rate of turn about the upright axis, rad/s, positive to the left."""
         return float(self._senses.reading("rotation", self._index(robot))[0])
+
+    def neighbours(self, robot: int) -> list[Heard]:
+        """Return what a robot hears of others by range and bearing, the nearest first.
+
+        The model is described in :mod:`elib.physics.rangebearing`.
+        """
+        return self._boards.heard(self._index(robot))
+
+    def send_message(self, robot: int, message: bytes, *, at: float | None = None) -> None:
+        """Let a robot say *message* by range and bearing from now on.
+
+        Args:
+            robot: Index.
+            message: At most 4 bytes.
+            at: Now, s since the start; None means the time of the last tick.
+
+        Raises:
+            ArgumentError: There is no such robot, or the message is too long.
+        """
+        self._boards.send(self._index(robot), message, self.time if at is None else at)
 
     def picture(self, robot: int, right: Sequence[float], up: Sequence[float]) -> NDArray[np.uint8]:
         """Return what the robot's camera sees, upright.

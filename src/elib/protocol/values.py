@@ -449,6 +449,21 @@ class Version(Reading):
     hardware: str
 
 
+@dataclass(frozen=True, slots=True)
+class Neighbour(Reading):
+    """Another robot, as range and bearing shows it; ``.time`` is when its message was heard.
+
+    Attributes:
+        distance: From the middle of this robot to the middle of the other one.
+        bearing: Direction in which the other one is, 0 ahead, positive to the left.
+        message: What it said last, up to 4 bytes; empty unless it was given a message.
+    """
+
+    distance: float = field(metadata={"info": FieldInfo(unit="m", low=0, high=0.8, span=0.05, form=".3f")})
+    bearing: float = field(metadata=_ANGLE)
+    message: bytes = b""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensors(Reading):
     """Every reading at once; None where the firmware does not have it."""

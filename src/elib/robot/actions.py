@@ -7,9 +7,9 @@ import functools
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
-from elib.errors import ArgumentError
+from elib.errors import ArgumentError, Unsupported, about
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.profiles import FIRMWARES
@@ -17,10 +17,40 @@ from elib.protocol.quantities import Quantity
 from elib.protocol.raw import text_request
 from elib.protocol.styles import action
 from elib.protocol.table import WheelEffect
-from elib.protocol.values import Sensors
+from elib.protocol.values import Neighbour, Sensors
 from elib.robot.motion import Motions
 from elib.robot.polling import sensor_polls
 from elib.session import Robot, check_timeout
+
+ASKING_TIME = 0.002
+"""s that a question about neighbours takes, like a short command on the line. Without it, simulated time would stand
+still for a program that asks nothing else."""
+
+
+@runtime_checkable
+class Messenger(Protocol):
+    """A transport that leads to a robot which hears others by range and bearing: a simulated one."""
+
+    def send_message(self, message: bytes) -> None:
+        """Let the robot say *message* from now on."""
+        ...
+
+    def neighbours(self) -> tuple[Neighbour, ...]:
+        """Return the robots that it hears."""
+        ...
+
+
+def _messenger(robot: Robot) -> Messenger:
+    ended = robot.session.error
+    if ended is not None:
+        raise about("neighbours and messages", ended)
+    transport = robot.session.transport
+    if isinstance(transport, Messenger):
+        return transport
+    raise Unsupported(
+        f"{robot.url} cannot hear other robots: no firmware's protocol carries range and bearing",
+        hint="open a robot of the simulator in this program, such as sim://crowd",
+    )
 
 
 class Actions(Motions):
@@ -35,6 +65,29 @@ class Actions(Motions):
             answer = await self.execute(poll.request, poll.request.timeout)
             found |= poll.readings(answer)
         return Sensors(**found, **context.stamp)
+
+    @action
+    async def neighbours(self: Robot) -> tuple[Neighbour, ...]:
+        """Return the robots that this one hears by range and bearing, the nearest first. Only in the simulator.
+
+        It hears up to 0.8 m where nothing is in the way; a lost message leaves its sender out for a tenth of a second.
+
+        Raises:
+            Unsupported: The robot is not simulated in this process.
+        """
+        await asyncio.sleep(ASKING_TIME)
+        return _messenger(self).neighbours()
+
+    @action
+    async def send_message(self: Robot, message: bytes) -> None:
+        """Say *message*, at most 4 bytes, to all robots around, ten times a second from now on. Only in the simulator.
+
+        Raises:
+            ArgumentError: The message is too long.
+            Unsupported: The robot is not simulated in this process.
+        """
+        await asyncio.sleep(ASKING_TIME)
+        _messenger(self).send_message(message)
 
     @action
     async def text(self: Robot, command: str) -> str:

@@ -1,0 +1,128 @@
+"""Neighbours and messages on robot objects: every API style, shared worlds, and where there are none."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+import elib
+from elib.errors import ArgumentError, LinkClosed, LinkLost, Unsupported
+from elib.testing import simulated
+from elib.testing.inside import link_of, world_of
+
+FACE_TO_FACE = """
+[arena]
+size = [1.0, 1.0]
+
+[epuck]
+sensor_noise = 0
+
+[[robot]]
+position = [0.3, 0.5]
+heading = 0
+
+[[robot]]
+position = [0.7, 0.5]
+heading = 90
+firmware = "epuck2"
+"""
+
+
+@pytest.fixture
+def pair(tmp_path: Path) -> str:
+    """URL of a world of two robots, without noise."""
+    path = tmp_path / "pair.toml"
+    path.write_text(FACE_TO_FACE)
+    return f"sim://{path}?speed=max"
+
+
+@simulated
+async def test_robots_of_a_swarm_hear_each_other(pair: str) -> None:
+    async with elib.swarm(pair) as robots:
+        one, other = robots
+        await one.send_message(b"hi")
+        await other.send_message(bytearray((1, 2, 3, 4)))
+        await robots.all.sleep(0.2)
+        (right,) = await one.neighbours()
+        assert (right.distance, right.bearing, right.message) == (0.4, 0.0, b"\x01\x02\x03\x04")
+        assert right.origin == "simulator"
+        assert one.time - 0.12 < right.time <= one.time
+        heard = await robots.all.neighbours()
+        assert [[each.message for each in found] for found in heard.values()] == [[b"\x01\x02\x03\x04"], [b"hi"]]
+        assert heard[robots.names[1]][0].bearing == pytest.approx(1.5708, abs=0.0001)
+
+
+@simulated
+async def test_a_program_that_does_nothing_but_ask_lets_time_go_on(pair: str) -> None:
+    async with elib.open(f"{pair}&baud=0") as robot:
+        began = robot.time
+        for _ in range(100):
+            await robot.neighbours()
+        assert robot.time - began == pytest.approx(0.2)
+
+
+def test_every_style_has_them(pair: str) -> None:
+    with elib.connect(pair) as robot:
+        robot.send_message(b"a")
+        robot.sleep(0.2)
+        (found,) = robot.neighbours()
+        assert found.distance == 0.4
+        assert found.message == b""
+        (begun,) = robot.begin.neighbours().end()
+        assert begun.distance == 0.4
+        heard: list[object] = []
+        robot.callback(lambda value, state: heard.append(value)).neighbours()
+        robot.sleep(0.1)
+        assert len(heard) == 1
+        with pytest.raises(ArgumentError, match="5 bytes"):
+            robot.send_message(b"12345")
+        (alone,) = world_of(robot).neighbours(1)
+        assert alone.message == b"a"
+
+
+@simulated
+async def test_what_is_not_in_a_shared_world_says_so(tmp_path: Path) -> None:
+    async with elib.open("sim://square?speed=max") as robot:
+        with robot.record(tmp_path / "run.mcap"):
+            await robot.proximity()
+    async with elib.open(f"replay://{tmp_path / 'run.mcap'}?speed=max") as robot:
+        with pytest.raises(Unsupported, match="no firmware's protocol carries range and bearing") as raised:
+            await robot.neighbours()
+        assert "sim://crowd" in str(raised.value)
+        with pytest.raises(Unsupported):
+            await robot.send_message(b"")
+
+
+@simulated
+async def test_constant_readings_have_no_neighbours(tmp_path: Path) -> None:
+    readings = tmp_path / "hardware.json"
+    readings.write_text("{}")
+    async with elib.open(f"sim://?hardware={readings}&speed=max") as robot:
+        with pytest.raises(Unsupported, match="constant readings"):
+            await robot.neighbours()
+
+
+@simulated
+async def test_a_lost_link_and_a_closed_robot_say_so(pair: str) -> None:
+    async with elib.open(pair) as robot:
+        link_of(robot).cut()
+        await asyncio.sleep(0.1)
+        with pytest.raises(LinkLost):
+            await robot.neighbours()
+    with pytest.raises(LinkLost):
+        await robot.send_message(b"")
+    async with elib.open(pair) as robot:
+        pass
+    with pytest.raises(LinkClosed):
+        await robot.neighbours()
+
+
+@simulated
+async def test_nothing_goes_over_the_line(pair: str) -> None:
+    async with elib.open(pair) as robot:
+        before = robot.statistics.count
+        await robot.neighbours()
+        await robot.send_message(b"x")
+        assert robot.statistics.count == before
