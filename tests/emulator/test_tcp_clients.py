@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator import server
+from elib.emulator import server, tcp_client
 from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
@@ -211,7 +211,7 @@ async def test_commands_of_a_robots_client_are_taken_in_whatever_pieces_they_com
 
 
 def test_a_method_without_end_is_waited_for_no_longer_than_any_command_is() -> None:
-    assert [server.is_request(b"A" * count) for count in (1, 256, 257)] == [None, None, True]
+    assert [tcp_client.is_request(b"A" * count) for count in (1, 256, 257)] == [None, None, True]
 
 
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="only Linux shows the timers of its connections")

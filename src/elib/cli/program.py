@@ -35,7 +35,7 @@ COMMANDS = {
     "fit": "Fit wheels, link and sensors of a robot to a recorded drive.",
     "bench": "Measure how long each command takes.",
     "joystick": "Drive and watch robots in the browser.",
-    "simulate": "Offer virtual robots on serial ports or TCP ports.",
+    "simulate": "Offer virtual robots on serial ports, TCP ports or Wi-Fi.",
     "world": "List the worlds that come with elib, show one, check your own.",
     "find": "Look for robots: on ports, among paired ones, in simulations.",
     "et": "Copy, count and time the rows of a robot's log.",

@@ -1,4 +1,4 @@
-"""``elib simulate``: virtual robots on serial ports and TCP ports, for any program."""
+"""``elib simulate``: virtual robots on serial ports, TCP ports and Wi-Fi, for any program."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from elib.emulator.settings import DEFAULT_WORLD, SimulationSettings
 from elib.errors import ArgumentError
 from elib.fields import Number, rule_of
 from elib.physics.worldfile import gallery
-from elib.protocol.profiles import PROFILES
+from elib.protocol.profiles import EPUCK2_WIFI, FIRMWARES
 from elib.robot.running import ending, run_coroutine
 from elib.web import check_web
 
 ANY_FREE = ""
-"""The value of ``--pty`` without one, a port with the name that the system gives; and of ``--view`` and ``--control``
-without one: the first free port from the usual one on."""
+"""The value of ``--pty`` without one: a port with the name that the system gives. That of ``--wifi`` without one: free
+ports. That of ``--view`` and ``--control`` without one: the first free port from the usual one on."""
 
 
 def _text(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parser's own word
@@ -51,6 +51,15 @@ Tcp = Annotated[
         "tcp", "HOST:PORT", "Offer a TCP port each, counting up; 0 takes free ones. The host is 127.0.0.1 unless given."
     ),
 ]
+Wifi = Annotated[
+    str | None,
+    _text(
+        "wifi",
+        "[HOST:PORT]",
+        f"Offer e-puck2s over Wi-Fi, a port each, counting up; free ones of 127.0.0.1 unless given. "
+        f"Implies --firmware {EPUCK2_WIFI.name}.",
+    ),
+]
 View = Annotated[
     str | None,
     _text("view", "[HOST:PORT]", "Show it live in the browser, from 127.0.0.1:8600 unless told otherwise."),
@@ -68,7 +77,7 @@ class SimulationOptions:
 
     robots: Annotated[str | None, _number("robots", "N", "How many robots")] = None
     firmware: Annotated[
-        str | None, _text("firmware", "F", f"{', '.join(PROFILES)} (default: {SimulationSettings().firmware}).")
+        str | None, _text("firmware", "F", f"{', '.join(FIRMWARES)} (default: {SimulationSettings().firmware}).")
     ] = None
     seed: Annotated[str | None, _number("seed", "N", "Seed: the same seed, the same noise")] = None
     speed: Annotated[str | None, _text("speed", "real|K", "How fast time runs: as the clock's, or K times.")] = None
@@ -98,19 +107,22 @@ def simulate(
     named: NamedWorld = None,
     pty: Pty = None,
     tcp: Tcp = None,
+    wifi: Wifi = None,
     options: Options = NO_OPTIONS,
     view: View = None,
     control: ControlAt = None,
     verbose: Verbose = False,
 ) -> None:
-    """Offer virtual robots on serial ports or TCP ports, until Ctrl-C.
+    """Offer virtual robots on serial ports, TCP ports or Wi-Fi, until Ctrl-C.
 
     One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the
-    robot stays as it is. Without --pty and --tcp every robot gets a pty.
+    robot stays as it is. Without --pty and --tcp every robot gets a pty, one with Wi-Fi a port of its own.
     """
     keys = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
     if world is not None and named is not None and world != named:
         raise ArgumentError(f"two worlds are named, {world} and {named}", hint=f"write elib simulate {named}")
+    if wifi is not None:
+        keys.setdefault("firmware", EPUCK2_WIFI.name)
     settings = SimulationSettings.from_text(world or named or DEFAULT_WORLD, keys)
     if settings.speed == "max":
         raise ArgumentError(
@@ -133,6 +145,7 @@ def simulate(
                     pty=None if pty is None else True,
                     link=pty or None,
                     tcp=tcp,
+                    wifi="0" if wifi == ANY_FREE else wifi,
                     traffic=None if log is None else log.note,
                     control=None if view is None and control is None else controls.append,
                 )
@@ -162,10 +175,10 @@ def simulate(
 
 
 def with_optional_link(tokens: Sequence[str]) -> list[str]:
-    """Return the command line with ``--pty``, ``--view`` and ``--control`` joined to their values, which are optional.
+    """Return the command line with the options joined to their values that are optional.
 
-    The word after ``--pty`` is a link, unless it is an option or names a world; the word after ``--view`` or
-    ``--control`` is an address if it ends in a number.
+    The word after ``--pty`` is a link, unless it is an option or names a world; the word after ``--wifi``, ``--view``
+    or ``--control`` is an address if it ends in a number.
     """
     arranged: list[str] = []
     rest = list(tokens)
@@ -174,7 +187,7 @@ def with_optional_link(tokens: Sequence[str]) -> list[str]:
         if token == "--pty":
             is_link = bool(rest) and not (rest[0].startswith("-") or rest[0].endswith(".toml") or rest[0] in gallery())
             token = f"--pty={rest.pop(0) if is_link else ANY_FREE}"
-        elif token in ("--view", "--control"):
+        elif token in ("--wifi", "--view", "--control"):
             is_place = bool(rest) and rest[0].rpartition(":")[2].isdecimal()
             token = f"{token}={rest.pop(0) if is_place else ANY_FREE}"
         arranged.append(token)

@@ -126,6 +126,10 @@ class Link:
         """Whether the robot has an end to talk to."""
         return self._end is not None
 
+    def serves(self, end: BufferedTransport) -> bool:
+        """Return whether *end* is what the robot is connected to."""
+        return self._end is end
+
     @property
     def is_down(self) -> bool:
         """Whether no program can reach the robot."""

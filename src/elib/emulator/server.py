@@ -1,11 +1,10 @@
-"""The server of ``elib simulate``: one world, its robots on ptys and TCP ports."""
+"""The server of ``elib simulate``: one world, its robots on ptys, TCP ports and Wi-Fi ports."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import os
-import re
 import socket
 import sys
 import tempfile
@@ -20,6 +19,9 @@ from elib.emulator.link import Link
 from elib.emulator.loopback import LOOPBACK, named, refusal, split
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.simulation import Simulation
+from elib.emulator.tcp_client import is_request, notice_absence
+from elib.emulator.wifi_link import WifiLink
+from elib.emulator.wifi_server import WifiPort
 from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, Unsupported
 from elib.timebase import require_real_time, require_speed
 from elib.transport.stream import StreamTransport
@@ -29,14 +31,6 @@ if TYPE_CHECKING:
 
 LONGEST_FLOOD = 10.0
 """s that a client may send more than the robot's line takes: 115 kB of commands."""
-LONGEST_METHOD = 256
-"""Bytes without a comma, a blank or the end of a line that a connection may begin with."""
-SILENCE, PROBE_EVERY, PROBES = 10, 5, 3
-"""s of silence after which a client's computer is asked whether it is there, s between two questions, and how many
-questions may stay unanswered."""
-_METHOD = rb"[!#$%&'*+.^_`|~0-9A-Za-z-]"
-_REQUEST = re.compile(_METHOD + rb"+ [/*A-Za-z]|CONNECT |\x16\x03")  # the last is how https:// begins
-_UNDECIDED = re.compile(_METHOD + rb"* ?|\x16")
 
 Traffic = Callable[[str, float, Literal["to robot", "to host"], bytes], None]
 """Called with the robot's name, time since the start (s), direction and bytes."""
@@ -48,7 +42,7 @@ class Served:
 
     Attributes:
         name: ``epuck-1``, ``epuck-2``, ...
-        url: What opens it, such as ``serial:///dev/pts/5`` or ``tcp://127.0.0.1:40001``.
+        url: What opens it, such as ``serial:///dev/pts/5``, ``tcp://127.0.0.1:40001`` or ``wifi://127.0.0.1:40002``.
     """
 
     name: str
@@ -62,6 +56,7 @@ async def serve(
     pty: bool | None = None,
     link: str | None = None,
     tcp: str | None = None,
+    wifi: str | None = None,
     traffic: Traffic | None = None,
     control: Callable[[Control], None] | None = None,
 ) -> AsyncIterator[list[Served]]:
@@ -81,6 +76,8 @@ async def serve(
             ``rfcomm1``, or ``epuck``, ``epuck-2``.
         tcp: ``HOST:PORT`` or ``PORT`` of the first robot, the next ones' count up; port 0 takes free ones.
             The host is 127.0.0.1 unless given: every program that reaches the port can drive the robot.
+        wifi: ``HOST:PORT`` or ``PORT`` of the first robot with the firmware ``epuck2-wifi``, the next ones' count up;
+            port 0 takes free ones, as does None. The host is 127.0.0.1 unless given.
         traffic: Called with everything that arrives at a robot or a client.
         control: Called with the simulation's :class:`~elib.emulator.control.Control` before the robots can be opened.
 
@@ -88,7 +85,7 @@ async def serve(
         What can be opened, a robot's pty before its TCP port.
 
     Raises:
-        ArgumentError: *tcp* or a setting is wrong.
+        ArgumentError: *tcp*, *wifi* or a setting is wrong, or no robot has the kind of port that is asked for.
         LinkBusy: A port or the name of a symbolic link is taken.
         LinkNotFound: There is no such world.
         SimulationError: The loop runs at another speed, or simulates time.
@@ -97,14 +94,22 @@ async def serve(
     require_real_time("a server")
     require_speed(settings.speed)
     host, port = split(tcp, 4000) if tcp is not None else (LOOPBACK, 0)
+    wifi_host, wifi_port = split(wifi, 1000) if wifi is not None else (LOOPBACK, 0)
     wants_pty = pty if pty is not None else link is not None or tcp is None
     async with contextlib.AsyncExitStack() as stack:
         simulation = Simulation(settings)
         stack.callback(simulation.close)
-        if port and port + simulation.count - 1 > 65535:
-            raise ArgumentError(
-                f"{simulation.count} robots from port {port} on pass port 65535", hint="take a lower port, or 0"
-            )
+        links = [simulation.robots[index].link for index in range(simulation.count)]
+        on_wifi = sum(isinstance(link, WifiLink) for link in links)
+        if wifi is not None and not on_wifi:
+            raise ArgumentError("no robot of this simulation has Wi-Fi", hint="add --firmware epuck2-wifi")
+        if on_wifi == len(links) and (pty or link is not None or tcp is not None):
+            raise ArgumentError("a robot with the firmware epuck2-wifi has no serial line", hint="use --wifi alone")
+        for first, count in ((port, simulation.count), (wifi_port, on_wifi)):
+            if first and first + count - 1 > 65535:
+                raise ArgumentError(
+                    f"{count} robots from port {first} on pass port 65535", hint="take a lower port, or 0"
+                )
         served: list[Served] = []
         players = [robot.player for robot in simulation.robots.values() if robot.player is not None]
         may_cut = control is not None or any(player.cuts for player in players)
@@ -113,15 +118,21 @@ async def serve(
         if control is not None:
             control(Control(simulation))
         for index, name in enumerate(simulation.names):
-            robot_link = simulation.robots[index].link
+            robot_link = links[index]
             if traffic is not None:
                 robot_link.trace = partial(traffic, name)
+            if isinstance(robot_link, WifiLink):
+                place = WifiPort(robot_link, wifi_host, wifi_port)
+                stack.callback(place.close)
+                served.append(Served(name, place.url))
+                wifi_port += wifi_port > 0
+                continue
             ports = _Ports(robot_link)
             if wants_pty:
                 served.append(Served(name, _offer_pty(stack, ports, link and _counted(link, index))))
             if tcp is not None:
-                place = await _offer_tcp(stack, ports, host, port + index if port else 0)
-                served.append(Served(name, f"tcp://{place}"))
+                address = await _offer_tcp(stack, ports, host, port + index if port else 0)
+                served.append(Served(name, f"tcp://{address}"))
         yield served
 
 
@@ -214,33 +225,6 @@ class _TcpClient(StreamTransport):
         super()._resume()
         if not self.unread:
             self._flooding_since = None
-
-
-def is_request(beginning: bytes) -> bool | None:
-    """Return whether a connection with this beginning brings a web page's request; None if the next bytes decide.
-
-    A robot's client does not begin like a request: a command is a letter and a comma, or the end of the line. A page of
-    any site can make its reader's browser send requests to this computer, with commands in their body.
-    """
-    if _REQUEST.match(beginning):
-        return True
-    if not _UNDECIDED.fullmatch(beginning):
-        return False
-    return True if len(beginning) > LONGEST_METHOD else None
-
-
-def notice_absence(connection: socket.socket) -> None:
-    """Let the system find out that the other computer is gone, even if it closed no connection."""
-    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for name, value in (
-        ("TCP_KEEPIDLE", SILENCE),
-        ("TCP_KEEPINTVL", PROBE_EVERY),
-        ("TCP_KEEPCNT", PROBES),
-        ("TCP_USER_TIMEOUT", 1000 * (SILENCE + PROBES * PROBE_EVERY)),  # ms; while bytes to it wait
-    ):
-        option = getattr(socket, name, None)  # each system has its own
-        if option is not None:
-            connection.setsockopt(socket.IPPROTO_TCP, option, value)
 
 
 class _PtyPort:
