@@ -241,13 +241,13 @@ def test_bytes_that_come_after_the_bootloader_wait_for_the_program() -> None:
     assert text(run(emulator, 10.0)).endswith(b"help\r\nc,3\r\n")
 
 
-def test_after_the_start_of_an_upload_the_robot_ignores_bytes_while_they_keep_coming() -> None:
+def test_after_the_start_of_an_upload_the_robot_takes_bytes_while_they_keep_coming() -> None:
     emulator = robot()
     emulator.receive(b"R\r", 0.0)
     run(emulator, 0.5)
-    for time in (0.5, 1.5, 2.5):
+    for time, answer in ((0.5, b"qK"), (1.5, b""), (2.5, b"")):
         emulator.receive(b"\xc1", time)
-        assert text(run(emulator, time + 0.5)) == b""
+        assert text(run(emulator, time + 0.5)) == answer
     assert text(run(emulator, 5.0)).startswith(b"\x0c\x07")
 
 

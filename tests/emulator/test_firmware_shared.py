@@ -5,6 +5,7 @@ import struct
 import pytest
 
 from elib.emulator.firmware import FIRMWARES
+from elib.emulator.firmware.bootloader import ProgramMemory
 from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.timing import LINE_ONLY
 from elib.errors import ArgumentError
@@ -169,7 +170,7 @@ def test_integers_of_the_e_puck1_have_16_bits(firmware: str) -> None:
 def test_a_sound_after_a_camera_set_up_is_silent_until_the_amplifier_starts_again(firmware: str) -> None:
     hardware = FixedHardware()
     program = FIRMWARES[firmware](hardware, LINE_ONLY)
-    list(program.boot(cold=True))
+    list(program.boot(ProgramMemory(), cold=True))
     heard = []
     for line in (b"T,2\r", b"J\r", b"T,2\r", b"T,0\r", b"T,2\r"):
         reply = program.line(line)

@@ -7,13 +7,13 @@ hands in bytes with :meth:`Emulator.receive`, and calls :meth:`Emulator.advance`
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 
 from elib.emulator.firmware import firmware_named
 from elib.emulator.firmware.base import Firmware
-from elib.emulator.firmware.steps import Bootloader, Busy, FirmwareStep, Hang, Reset, Send
+from elib.emulator.firmware.bootloader import ProgramMemory
+from elib.emulator.firmware.steps import Busy, Deaf, FirmwareStep, FirmwareSteps, Hang, Listen, Reset, Send
 from elib.emulator.hardware import Hardware
 from elib.emulator.serial_line import IncomingLine, ReceiveQueue, ReceiveRing
 from elib.emulator.timing import DEFAULT_BAUD, Timing
@@ -22,9 +22,6 @@ from elib.protocol.robot_connection import Event, Opcode, RobotConnection, TextL
 
 CHUNK = 64
 """Largest piece of an answer handed out at once, bytes."""
-
-UPLOAD = 0xC1
-"""The byte that starts an upload instead of the program (wire-protocol.md, 6.1)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +43,8 @@ class Emulator:
     """A virtual robot's firmware at one end of a serial line.
 
     Unless *booted* is true, the robot is switched on at time 0; :meth:`power_cycle` switches it off and on at any other
-    time. An upload to the bootloader is not emulated: after the byte that would start one, the robot ignores all bytes
-    while they keep coming.
+    time. An e-puck1 takes a program that is uploaded to its bootloader, keeps it in :attr:`memory`, and goes on with
+    the firmware that it had.
 
     Args:
         firmware: Name of a firmware's profile, such as ``btcom-2.0``.
@@ -58,6 +55,7 @@ class Emulator:
 
     Attributes:
         firmware: The running firmware.
+        memory: The program memory that an e-puck1's bootloader writes.
 
     Raises:
         ArgumentError: There is no such firmware.
@@ -82,11 +80,12 @@ class Emulator:
         self._free_at = 0.0
         self._sent_at = 0.0
         self._world_time: float | None = None
+        self.memory = ProgramMemory()
         self.firmware: Firmware
         self._connection: RobotConnection
         self._received: ReceiveRing | ReceiveQueue
-        self._steps: Iterator[FirmwareStep] | None
-        self._bootloader_until: float | None
+        self._steps: FirmwareSteps | None
+        self._listens_until: float | None
         self._start(cold=True)
         if booted:
             # Its output and durations belong to the past.
@@ -133,11 +132,11 @@ class Emulator:
 
     def power_cycle(self, time: float) -> None:
         """Take the battery out and put it back at *time*, s: the robot forgets everything and boots."""
-        self.let_world_run(time)
-        self._clock = self._free_at = self._sent_at = time
-        self._out.clear()
-        self.firmware.switch_off()
-        self._start(cold=True)
+        self._restart(time, cold=True)
+
+    def press_reset(self, time: float) -> None:
+        """Press the reset button at *time*, s: the robot starts again, as after the command that resets it."""
+        self._restart(time, cold=False)
 
     def switch_off(self, time: float) -> None:
         """Take the battery out at *time*, s: motors and lamps go off, and all bytes are lost until a power cycle."""
@@ -161,15 +160,22 @@ class Emulator:
 
     # -- the firmware --
 
+    def _restart(self, time: float, *, cold: bool) -> None:
+        self.let_world_run(time)
+        self._clock = self._free_at = self._sent_at = time
+        self._out.clear()
+        self.firmware.switch_off()
+        self._start(cold=cold, resets=0 if cold else self.firmware.resets + 1)
+
     def _start(self, *, cold: bool, resets: int = 0) -> None:
         """Load the firmware again. Bytes on their way to the old one are lost."""
         self.firmware = self._program(self._hardware, self._timing, resets)
         self._connection = RobotConnection(self.firmware.LENGTHS)
         self._received = self._new_buffer()
         self._line.clear()
-        self._steps = self.firmware.boot(cold=cold)
-        self._bootloader_until = None
-        self._is_uploading = False
+        self._steps = self.firmware.boot(self.memory, cold=cold)
+        self._listens_until = None
+        self._has_heard = self._is_deaf = False
         self._is_hung = False
         self._is_in_frame = False
 
@@ -183,8 +189,8 @@ class Emulator:
             return inf
         if self._steps is not None:
             event = self._free_at
-            if self._bootloader_until is not None:
-                event = min(self._bootloader_until, self._line.next_arrival)
+            if self._listens_until is not None:
+                event = max(event, min(self._listens_until, self._line.next_arrival))
         elif self._received:
             event = self._free_at
         else:
@@ -198,24 +204,10 @@ class Emulator:
         if thread is not None and thread <= time:
             self.let_world_run(time)
             self.firmware.run_threads(time)
-        elif self._bootloader_until is not None:
-            self._listen_for_upload(time, self._bootloader_until)
         elif self._steps is not None:
             self._resume(time)
         else:
             self._read(time, until if thread is None else time)
-
-    def _listen_for_upload(self, time: float, until: float) -> None:
-        """Act as the bootloader: take a byte, which ends the wait, or end the wait."""
-        if self._line.next_arrival > time:
-            self._bootloader_until = None
-            self._free_at = time
-            self._resume(time)
-        elif self._line.get() == UPLOAD or self._is_uploading:
-            self._is_uploading = True
-            self._bootloader_until = time + self._timing.bootloader
-        else:
-            self._bootloader_until = min(until, time + self._timing.bootloader_exit)
 
     def _read(self, time: float, until: float) -> None:
         """Read bytes up to the one that completes a command, first those that came while the program was busy."""
@@ -234,7 +226,7 @@ class Emulator:
                 time = max(time, line.next_arrival)
 
     def _carry_out(self, event: Event, time: float) -> None:
-        reply: bytes | Iterator[FirmwareStep] | None
+        reply: bytes | FirmwareSteps | None
         if isinstance(event, TextLine):
             self._answer += 1
             reply = self.firmware.line(event.line)
@@ -256,16 +248,34 @@ class Emulator:
     def _resume(self, time: float) -> None:
         """Go on with the firmware's work until a step of it takes time."""
         self.let_world_run(time)
-        while self._steps is not None and self._bootloader_until is None and self._free_at <= time:
-            match next(self._steps, None):
+        if self._is_deaf:
+            self._is_deaf = False
+            while self._line.next_arrival <= time:
+                self._line.get()
+        while self._steps is not None and self._free_at <= time:
+            heard = None
+            if self._listens_until is not None:
+                if self._line.next_arrival <= time:
+                    heard = self._line.get()
+                    self._has_heard = True
+                elif time < self._listens_until:
+                    return
+                self._listens_until = None
+            match _next(self._steps, heard):
                 case Send(data, waits, unasked):
+                    if self._has_heard:  # the bootloader's answer
+                        self._has_heard = False
+                        self._answer += 1
                     end = self._send(data, 0 if unasked else self._answer, time)
                     if waits:
                         self._free_at = end
                 case Busy(seconds):
                     self._free_at = time + seconds
-                case Bootloader(seconds):
-                    self._bootloader_until = time + seconds if seconds else None
+                case Listen(seconds):
+                    self._listens_until = time + seconds
+                case Deaf(seconds):
+                    self._free_at = time + seconds
+                    self._is_deaf = True
                 case Reset():
                     self.firmware.switch_off()
                     self._start(cold=False, resets=self.firmware.resets + 1)
@@ -298,3 +308,11 @@ class Emulator:
         if self._connection.is_between_commands and self.firmware.wants_remote():
             self.let_world_run(time)
             self.firmware.obey_remote()
+
+
+def _next(steps: FirmwareSteps, heard: int | None) -> FirmwareStep | None:
+    """Return the next step of a firmware that is sent what it heard; None at its end."""
+    try:
+        return steps.send(heard)
+    except StopIteration:
+        return None

@@ -23,6 +23,7 @@ from typing import Any, ClassVar, TypeVar
 
 from elib.emulator.build import Build
 from elib.emulator.camera import CENTRED, default_window, picture_size
+from elib.emulator.firmware.bootloader import ProgramMemory
 from elib.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Hang, Send
 from elib.emulator.hardware import CameraWindow, Hardware, Lights
 from elib.emulator.motors import StepMotor, wrap
@@ -187,8 +188,11 @@ class Firmware(ABC):
     # -- the interface for the emulator --
 
     @abstractmethod
-    def boot(self, *, cold: bool) -> FirmwareSteps:
-        """Start: after power-on if *cold*, else after a reset."""
+    def boot(self, memory: ProgramMemory, *, cold: bool) -> FirmwareSteps:
+        """Start: after power-on if *cold*, else after a reset.
+
+        The bootloader of an e-puck1 writes *memory*. The firmware itself does not come from there.
+        """
 
     def line(self, line: bytes) -> bytes | FirmwareSteps:
         """Carry out a text command.

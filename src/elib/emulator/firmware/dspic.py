@@ -14,7 +14,8 @@ from elib.emulator.firmware.acceleration import (
     with_signed_low_byte,
 )
 from elib.emulator.firmware.base import BANNER, Firmware, binary, text, words
-from elib.emulator.firmware.steps import Bootloader, Busy, FirmwareStep, FirmwareSteps, Reset, Send
+from elib.emulator.firmware.bootloader import ProgramMemory, run_bootloader
+from elib.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Reset, Send
 from elib.emulator.hardware import Hardware, Lights
 from elib.emulator.motors import PowerSavingMotor, StepMotor, wrap
 from elib.emulator.timing import Timing
@@ -60,12 +61,12 @@ class DsPicFirmware(Firmware):
 
     # -- the start --
 
-    def boot(self, *, cold: bool) -> FirmwareSteps:
+    def boot(self, memory: ProgramMemory, *, cold: bool) -> FirmwareSteps:
         """Start: bootloader, initialisation, banner; after power-on the chip resets itself once in between."""
         if cold:
             self.resets += 1
-            yield Bootloader(self.timing.bootloader)
-        yield Bootloader(self.timing.bootloader)
+            yield from run_bootloader(memory, self.timing, self._light_upload)
+        yield from run_bootloader(memory, self.timing, self._light_upload)
         yield Busy(self.timing.startup)
         yield from self.first_line()
         yield Busy(self.timing.camera_start)
@@ -75,6 +76,11 @@ class DsPicFirmware(Firmware):
     def first_line(self) -> FirmwareSteps:
         """Do what comes before the camera is started."""
         yield from ()
+
+    def _light_upload(self, on: int) -> None:
+        """Switch the LED with which the bootloader shows that an upload has ended."""
+        self.lights.ring[6] = on
+        self.show()
 
     def wants_remote(self) -> bool:
         """Return whether there is a key other than the last one, from an address that it listens to."""

@@ -17,6 +17,7 @@ from elib.emulator.camera import CENTRED, epuck2_window
 from elib.emulator.firmware.acceleration import GRAVITY_INERTIAL, LEVEL, attitude_double, scaled
 from elib.emulator.firmware.asercom import AsercomCommands
 from elib.emulator.firmware.base import BANNER, binary, text, words
+from elib.emulator.firmware.bootloader import ProgramMemory
 from elib.emulator.firmware.helptext import HELP_ASERCOM
 from elib.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Send
 from elib.emulator.hardware import Hardware
@@ -137,7 +138,7 @@ class EPuck2(AsercomCommands):
 
     # -- the start --
 
-    def boot(self, *, cold: bool) -> FirmwareSteps:
+    def boot(self, memory: ProgramMemory, *, cold: bool) -> FirmwareSteps:
         """Start: drivers, calibrations, banner; there is no bootloader on this line."""
         yield Busy(self.timing.startup)
         self.zero = tuple(self.hardware.inertial_acceleration())

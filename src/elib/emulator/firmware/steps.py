@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass
 
 
@@ -29,8 +29,15 @@ class Busy:
 
 
 @dataclass(frozen=True, slots=True)
-class Bootloader:
-    """Stay in the bootloader for *seconds*; bytes that arrive are lost, and the first one ends the wait."""
+class Listen:
+    """Wait up to *seconds* for one byte from the line. The firmware is sent the byte, or None if none came."""
+
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Deaf:
+    """Work for *seconds* while the UART is off: bytes that arrive are lost."""
 
     seconds: float
 
@@ -45,5 +52,5 @@ class Hang:
     """Wait for ever. Only a power cycle helps."""
 
 
-FirmwareStep = Send | Busy | Bootloader | Reset | Hang
-FirmwareSteps = Iterator[FirmwareStep]
+FirmwareStep = Send | Busy | Listen | Deaf | Reset | Hang
+FirmwareSteps = Generator[FirmwareStep, int | None, None]
