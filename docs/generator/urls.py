@@ -8,7 +8,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.fields import Number, fields_of
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import PROFILES
-from elib.transport.url import RESERVED, scheme_named
+from elib.transport.url import scheme_named
 from generator.markdown import inline, section, table
 
 INTRODUCTION = """# URLs
@@ -29,12 +29,15 @@ TARGETS = {
         "`channel` is 1 to 30, 1 if left out: that is an e-puck1's; an e-puck2 talks on channel 2",
     ),
     "tcp": ("`tcp://HOST:PORT`", "the bytes of a serial port over TCP: a bridge, or `elib simulate --tcp`"),
+    "wifi": (
+        "`wifi://HOST`, `wifi://HOST:PORT`",
+        "an [e-puck2 on Wi-Fi](../guides/connect-a-robot.md) by its name or address; the port is 1000 if left out",
+    ),
     "replay": (
         "`replay://FILE`",
         "a [recording](../guides/replay.md), which answers as the robot did; with `fork`, a simulation that goes on "
         "from one of its moments",
     ),
-    "wifi": ("`wifi://HOST`", "reserved for the e-puck2's Wi-Fi"),
 }
 
 
@@ -49,9 +52,8 @@ def schemes() -> str:
     for name, (target, about) in TARGETS.items():
         scheme = scheme_named(name)
         assert scheme is not None
-        opens = f"{about}; not yet: raises `Unsupported`" if name in RESERVED else about
         told = "see below" if name == "sim" else ", ".join(f"`{key}`" for key in scheme.keys) or "-"
-        rows.append((target, opens, told))
+        rows.append((target, about, told))
     return "## Schemes\n\n" + table(("URL", "Opens", "Keys"), rows)
 
 

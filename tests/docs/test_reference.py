@@ -22,7 +22,8 @@ from elib.transport import open_transport
 from elib.transport.rfcomm import open_rfcomm
 from elib.transport.serial import open_serial
 from elib.transport.tcp import open_tcp
-from elib.transport.url import RESERVED, scheme_names
+from elib.transport.url import scheme_names
+from elib.transport.wifi import open_wifi
 
 REFERENCE = {page.name: page.read_text() for page in (ROOT / "docs/reference").glob("*.md")}
 for by_hand in ("from-elib.md", "e-puck.md", "wire-protocol.md"):
@@ -86,7 +87,7 @@ def test_every_event_has_its_entry_and_its_line_in_the_guide() -> None:
 
 
 def test_the_guide_names_every_error_of_opening() -> None:
-    openers = (open_transport, open_serial, open_rfcomm, open_tcp, open_sim, Session.open, elib.connect)
+    openers = (open_transport, open_serial, open_rfcomm, open_tcp, open_wifi, open_sim, Session.open, elib.connect)
     documented = "\n".join(inspect.getdoc(opener) or "" for opener in openers)
     raised = set(re.findall(r"^\s+(\w+): ", documented.replace("Args:", ""), re.MULTILINE)) & set(elib.__all__)
     assert {"RobotSilent", "NotAnEpuck", "LinkBusy", "LinkDenied", "Unsupported"} <= raised
@@ -94,17 +95,9 @@ def test_the_guide_names_every_error_of_opening() -> None:
     assert raised <= rows
 
 
-def test_a_scheme_is_said_to_be_missing_where_nothing_opens_it_and_nowhere_else() -> None:
+def test_every_scheme_is_on_the_page_of_urls() -> None:
     rows = dict(re.findall(r"^\| `(\w+)://[^|]*\| (.*?) \|", REFERENCE["urls.md"], re.MULTILINE))
-    missing = set(RESERVED)
     assert set(rows) == set(scheme_names())
-    assert {scheme for scheme, about in rows.items() if re.search("not yet|reserved", about)} == missing
-    guide = (ROOT / "docs/guides/connect-a-robot.md").read_text()
-    row = next(line for line in guide.splitlines() if line.startswith("| `Unsupported` |"))
-    assert (
-        set(re.findall(r"`(\w+)://`", row.partition("`rfcomm://` without Bluetooth sockets")[2].partition("|")[0]))
-        == missing
-    )
 
 
 def test_numbers_are_written_with_all_their_digits() -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 import elib
-from elib.errors import ArgumentError, ElibError, LinkError, LinkNotFound, Unsupported
+from elib.errors import ArgumentError, ElibError, LinkError, LinkNotFound
 from elib.protocol.profiles import PROFILES
 from elib.testing import simulated
 from elib.transport import open_transport
@@ -25,7 +25,7 @@ WRONG = [
     ("sim://?firmware=btcom", ArgumentError, "one of btcom-1.1.3"),
     ("sim://nowhere", LinkNotFound, "choose one of"),
     ("tcp://localhost", ArgumentError, "HOST:PORT"),
-    ("wifi://1.2.3.4", Unsupported, "tcp://"),
+    ("wifi://127.0.0.1:9", LinkNotFound, "selector"),
     ("replay://x.mcap", ArgumentError, "cannot be read"),
     ("/dev/no-such-port", LinkNotFound, "paired"),
 ]

@@ -28,6 +28,9 @@ from elib.transport.tcp import host_and_port
         (" tcp://localhost:4000 ", "tcp", "localhost:4000"),
         ("replay://a%20run.log", "replay", "a run.log"),
         ("wifi://192.168.1.5", "wifi", "192.168.1.5"),
+        ("wifi://192.168.1.5:1000/", "wifi", "192.168.1.5"),
+        ("wifi://robot.local:1001", "wifi", "robot.local:1001"),
+        ("wifi://[fe80::1]", "wifi", "[fe80::1]"),
     ],
 )
 def test_a_url_or_a_bare_port_name_is_taken_apart(text: str, scheme: str, target: str) -> None:
@@ -67,7 +70,9 @@ def test_a_url_written_out_says_the_same_again(text: str) -> None:
         ("sim://?speed=inf", "speed is 'inf'", "speed=max"),
         ("replay://a.log?speed=x", "speed is 'x'", "speed=max"),
         ("replay://", "names no file", ""),
-        ("wifi://", "names no host", ""),
+        ("wifi://", "names no host", "wifi://192.168.1.5"),
+        ("wifi://robot:70000", "port is 70000; it must be from 1 to 65535", ""),
+        ("wifi://a b", "is not HOST:PORT", ""),
         ("serial://", "names no port", "serial:///dev/rfcomm0"),
         ("serial://dev/ttyS0", "two slashes where three belong", "serial:///dev/ttyS0"),
         ("tcp://robot", "'robot' is not HOST:PORT", "tcp://192.168.1.5:4000"),
@@ -125,11 +130,6 @@ def test_addresses_are_taken_apart_for_the_transports() -> None:
     assert host_and_port(parse_url("tcp://[::1]:400")) == ("::1", 400)
     assert bluetooth_address(parse_url("rfcomm://10:00:e8:aa:bb:cc")) == ("10:00:E8:AA:BB:CC", 1)
     assert bluetooth_address(parse_url("rfcomm://10:00:e8:aa:bb:cc?channel=2")) == ("10:00:E8:AA:BB:CC", 2)
-
-
-async def test_a_reserved_scheme_is_unsupported_and_says_what_works() -> None:
-    with pytest.raises(Unsupported, match=r"hint: connect over Bluetooth \(rfcomm://\)"):
-        await open_transport("wifi://192.168.1.5")
 
 
 async def test_a_scheme_of_another_package_is_opened_by_its_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:

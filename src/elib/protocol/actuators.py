@@ -6,6 +6,7 @@ what a confirmed call has set is noted in :class:`~elib.protocol.context.LastSet
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Iterator, Sequence
 
 from elib.errors import ArgumentError
@@ -89,12 +90,16 @@ AVOID = 2
 """The flag that switches the obstacle avoidance."""
 
 
+def actuator_bytes(memory: LastSet, *, avoid: bool, speed: tuple[int, int]) -> bytes:
+    """Return what follows the packet's opcode, with *speed* in steps/s, the lamps as in *memory*, and no sound."""
+    lamps = memory.lamps
+    bits = sum(lamps[lamp] << bit for bit, lamp in enumerate((0, 2, 4, 6, BODY, FRONT)))
+    return struct.pack(f"<{ACTUATORS_LAYOUT}", AVOID if avoid else 0, *speed, bits, *memory.rgb, 0)
+
+
 def actuators_frame(context: Context, *, avoid: bool, speed: tuple[int, int]) -> bytes:
     """Return the frame of the packet, with *speed* in steps/s, the lamps as last set, and no sound."""
-    lamps, rgb = context.last_set.lamps, context.last_set.rgb
-    bits = sum(lamps[lamp] << bit for bit, lamp in enumerate((0, 2, 4, 6, BODY, FRONT)))
-    wheels = b"".join(wheel.to_bytes(2, "little", signed=True) for wheel in speed)
-    return bytes((opcode(ACTUATORS), AVOID if avoid else 0, *wheels, bits, *rgb, 0, 0))
+    return bytes((opcode(ACTUATORS),)) + actuator_bytes(context.last_set, avoid=avoid, speed=speed) + b"\0"
 
 
 def avoidance_frame(numbers: Sequence[int], context: Context) -> bytes:

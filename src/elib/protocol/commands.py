@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from elib.protocol import actuators, shapes
+from elib.protocol import actuators, shapes, wifi
 from elib.protocol import values as v
 from elib.protocol.forms import binary_form, text_form
 from elib.protocol.image import Image
@@ -50,6 +50,7 @@ class Commands:
         wheels="drive",
         replaces=("set_speed",),
         remember=actuators.remember_speed,
+        wifi=wifi.SETTING,
     )
     def set_speed(self, left: WheelSpeed, right: WheelSpeed) -> None:
         """Drive the wheels until told otherwise; both positive is forward.
@@ -65,11 +66,15 @@ class Commands:
         answered -19.6 rev/s. A virtual robot answers 0, as the recordings of its firmware do.
         """
 
-    @command(text_form(acknowledgement("P")))
+    @command(text_form(acknowledgement("P")), wifi=wifi.STEP_SETTING)
     def set_encoders(self, left: EncoderSteps, right: EncoderSteps) -> None:
         """Set the step counters; the robot does not move."""
 
-    @command(text_form(integers("Q", fields(v.Steps), 2)), binary_form("Q", Packed("<2h", fields(v.Steps))))
+    @command(
+        text_form(integers("Q", fields(v.Steps), 2)),
+        binary_form("Q", Packed("<2h", fields(v.Steps))),
+        wifi=wifi.reading("encoders", v.Steps),
+    )
     def encoders(self) -> v.Steps:
         """Read the step counters. They wrap at 16 bits on the e-puck1: take differences modulo 65536."""
 
@@ -79,6 +84,7 @@ class Commands:
         urgent=True,
         replaces=("set_speed", "stop"),
         remember=actuators.remember_stop,
+        wifi=wifi.SETTING,
     )
     def stop(self) -> None:
         """Stop the wheels and switch the ring LEDs off; overtakes every call that is not sent yet.
@@ -101,6 +107,7 @@ class Commands:
         ),
         wheels="drive",
         remember=actuators.remember_avoidance,
+        wifi=wifi.SETTING,
     )
     def set_obstacle_avoidance(self, on: Switch) -> None:
         """Switch the firmware's own obstacle avoidance on or off.
@@ -111,17 +118,23 @@ class Commands:
 
     # -- infrared ring --
 
-    @command(text_form(integers("N", fields(v.Proximity), 8)), binary_form("N", Packed("<8h", fields(v.Proximity))))
+    @command(
+        text_form(integers("N", fields(v.Proximity), 8)),
+        binary_form("N", Packed("<8h", fields(v.Proximity))),
+        wifi=wifi.reading("proximity", v.Proximity),
+    )
     def proximity(self) -> v.Proximity:
         """Read the eight proximity sensors; higher is nearer."""
 
     @command(
-        text_form(integers("O", fields(v.AmbientLight), 8)), binary_form("O", Packed("<8h", fields(v.AmbientLight)))
+        text_form(integers("O", fields(v.AmbientLight), 8)),
+        binary_form("O", Packed("<8h", fields(v.AmbientLight))),
+        wifi=wifi.reading("ambient_light", v.AmbientLight),
     )
     def ambient_light(self) -> v.AmbientLight:
         """Read the ambient light at the eight infrared sensors; higher is darker."""
 
-    @command(text_form(shapes.CALIBRATION), timeout=8.0)
+    @command(text_form(shapes.CALIBRATION), timeout=8.0, wifi=wifi.CALIBRATION)
     def calibrate_proximity(self) -> None:
         """Take the present readings of the proximity sensors as zero; up to 3.7 s. Keep objects away."""
 
@@ -131,21 +144,30 @@ class Commands:
 
     # -- motion --
 
-    @command(text_form(integers("A", shapes.acceleration, 3)), binary_form("a", Packed("<3h", shapes.acceleration)))
+    @command(
+        text_form(integers("A", shapes.acceleration, 3)),
+        binary_form("a", Packed("<3h", shapes.acceleration)),
+        wifi=wifi.reading("accelerometer", v.Acceleration),
+    )
     def accelerometer(self) -> v.Acceleration:
         """Read the accelerometer."""
 
-    @command(binary=binary_form("A", shapes.ATTITUDE))
+    @command(binary=binary_form("A", shapes.ATTITUDE), wifi=wifi.reading("attitude", v.Attitude))
     def attitude(self) -> v.Attitude:
         """Read the direction of gravity, which the robot computes."""
 
     @command(
-        text_form(integers("g", shapes.angular_velocity, 3)), binary_form("g", Packed("<3h", shapes.angular_velocity))
+        text_form(integers("g", shapes.angular_velocity, 3)),
+        binary_form("g", Packed("<3h", shapes.angular_velocity)),
+        wifi=wifi.reading("gyroscope", v.AngularVelocity),
     )
     def gyroscope(self) -> v.AngularVelocity:
         """Read the gyroscope; zeros on an e-puck1 before revision 1.3."""
 
-    @command(binary=binary_form(shapes.PACKET_CODE, shapes.from_packet("magnetometer", v.MagneticField)))
+    @command(
+        binary=binary_form(shapes.PACKET_CODE, shapes.from_packet("magnetometer", v.MagneticField)),
+        wifi=wifi.reading("magnetometer", v.MagneticField),
+    )
     def magnetometer(self) -> v.MagneticField:
         """Read the magnetometer.
 
@@ -159,11 +181,11 @@ class Commands:
 
     # -- other sensors --
 
-    @command(binary=binary_form("t", shapes.TEMPERATURE))
+    @command(binary=binary_form("t", shapes.TEMPERATURE), wifi=wifi.reading("temperature", v.Temperature))
     def temperature(self) -> v.Temperature:
         """Read the temperature of the inertial chip."""
 
-    @command(binary=binary_form(0x0D, shapes.DISTANCE))
+    @command(binary=binary_form(0x0D, shapes.DISTANCE), wifi=wifi.reading("distance", v.Distance))
     def distance(self) -> v.Distance:
         """Read the time-of-flight sensor."""
 
@@ -171,11 +193,19 @@ class Commands:
     def set_distance_sensor(self, on: Switch) -> None:
         """Switch the time-of-flight sensor on or off."""
 
-    @command(text_form(integers("M", counts(v.Ground), 3, 5)), binary_form("M", Packed("<3h", counts(v.Ground))))
+    @command(
+        text_form(integers("M", counts(v.Ground), 3, 5)),
+        binary_form("M", Packed("<3h", counts(v.Ground))),
+        wifi=wifi.reading("ground", v.Ground),
+    )
     def ground(self) -> v.Ground:
         """Read the ground sensors; without the module the counts mean nothing (0 or -1)."""
 
-    @command(text_form(integers("U", counts(v.Microphones), 3)), binary_form("u", Packed("<3h", counts(v.Microphones))))
+    @command(
+        text_form(integers("U", counts(v.Microphones), 3)),
+        binary_form("u", Packed("<3h", counts(v.Microphones))),
+        wifi=wifi.reading("microphones", v.Microphones),
+    )
     def microphones(self) -> v.Microphones:
         """Read the volume at each microphone, peak to peak."""
 
@@ -186,23 +216,23 @@ class Commands:
         The robot samples on while it sends, so the samples of a block are not from one moment.
         """
 
-    @command(text_form(shapes.BATTERY_TEXT), binary_form("b", shapes.BATTERY))
+    @command(text_form(shapes.BATTERY_TEXT), binary_form("b", shapes.BATTERY), wifi=wifi.reading("battery", v.Battery))
     def battery(self) -> v.Battery:
         """Read the battery."""
 
-    @command(text_form(integers("C", fields(v.Selector), 1)))
+    @command(text_form(integers("C", fields(v.Selector), 1)), wifi=wifi.reading("selector", v.Selector))
     def selector(self) -> v.Selector:
         """Read the rotary switch."""
 
-    @command(binary=binary_form(0x0B, shapes.BUTTON))
+    @command(binary=binary_form(0x0B, shapes.BUTTON), wifi=wifi.reading("button", v.Button))
     def button(self) -> v.Button:
         """Read the user button."""
 
-    @command(binary=binary_form(0x0E, shapes.SD_CARD))
+    @command(binary=binary_form(0x0E, shapes.SD_CARD), wifi=wifi.reading("sd_card", v.SdCard))
     def sd_card(self) -> v.SdCard:
         """Ask whether a micro SD card is in the robot."""
 
-    @command(text_form(shapes.IR_CODE))
+    @command(text_form(shapes.IR_CODE), wifi=wifi.reading("ir_receiver", v.IrCode))
     def ir_receiver(self) -> v.IrCode:
         """Read the last code of an RC5 remote control. Its keys also drive the robot."""
 
@@ -212,26 +242,28 @@ class Commands:
         text_form(acknowledgement("L"), special=actuators.toggle_each),
         binary_form("L", NOTHING, layout="2B"),
         remember=actuators.remember_led,
+        wifi=wifi.LED_SETTING,
     )
     def set_led(self, n: LedNumber, action: Lamp) -> None:
         """Switch ring LED *n*, clockwise from 0 in front; 8 is all of them."""
 
-    @command(text_form(acknowledgement("B")), remember=actuators.remember_lamp(actuators.BODY))
+    @command(text_form(acknowledgement("B")), remember=actuators.remember_lamp(actuators.BODY), wifi=wifi.SETTING)
     def set_body_led(self, action: Lamp) -> None:
         """Switch the green light of the body."""
 
-    @command(text_form(acknowledgement("F")), remember=actuators.remember_lamp(actuators.FRONT))
+    @command(text_form(acknowledgement("F")), remember=actuators.remember_lamp(actuators.FRONT), wifi=wifi.SETTING)
     def set_front_led(self, action: Lamp) -> None:
         """Switch the red light in front."""
 
     @command(
         binary=binary_form(0x0A, NOTHING, actuators.rgb_frame, layout="12B", is_stateful=True),
         remember=actuators.remember_rgb,
+        wifi=wifi.LED_SETTING,
     )
     def set_rgb_led(self, n: RgbLedNumber, red: Intensity, green: Intensity, blue: Intensity) -> None:
         """Set the colour of ring LED *n* (1, 3, 5 or 7). The others keep the colours that this program last set."""
 
-    @command(text_form(acknowledgement("T")))
+    @command(text_form(acknowledgement("T")), wifi=wifi.SOUND_START)
     def play_sound(self, n: SoundNumber) -> None:
         """Play sound 1 to 5 in the background; 0 or 6 stops it."""
 
@@ -250,7 +282,7 @@ class Commands:
     def camera(self) -> v.CameraSettings:
         """Read the camera's settings."""
 
-    @command(binary=binary_form("I", shapes.PICTURE, is_guarded=False), timeout=2.0)
+    @command(binary=binary_form("I", shapes.PICTURE, is_guarded=False), timeout=2.0, wifi=wifi.PICTURE)
     def image(self) -> Image:
         """Take a picture: 0.3 s for 40 x 40 in colour. While the robot sends it, it does nothing else."""
 

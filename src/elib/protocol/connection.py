@@ -126,6 +126,10 @@ class HostConnection:
         probe_answer_bytes: Bytes of the answer to the last probe.
     """
 
+    is_stream = False
+    """Whether bytes come all the time; here only answers do."""
+    is_tidying = False
+
     def __init__(self, context: Context, version: str = "") -> None:
         self.context = context
         self.state = State.IDLE
@@ -186,6 +190,15 @@ class HostConnection:
         assert request is not None
         self._request = None
         self._lose_sync(self._sent, request.service, needs_silence=request.reply.is_binary)
+
+    def overtaking_bytes(self, request: Request[object]) -> bytes:
+        """Return the bytes that send *request* past all that is under way."""
+        # Without the zeros of a probe: while the robot is busy, its receive ring must hold this and the probe.
+        return b"\r" + (request.data if request.make is None else request.make())
+
+    def unasked(self) -> bytes:
+        """Return what to send when no request is under way: nothing."""
+        return b""
 
     def overtake(self, data: bytes) -> None:
         """Note that *data* was sent past the request under way; nothing waits for its answer.

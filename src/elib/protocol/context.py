@@ -94,7 +94,7 @@ class Profile:
         ranges: Ranges that differ from those of the quantity, by the name of the quantity.
         forms: Forms that replace those of the command table, by the name of the row.
         binary_forms: Forms that replace those of the command table in a binary frame, by the name of the row.
-        absent: Rows that this firmware does not have, by name, with the reason.
+        absent: Rows that this firmware does not have, by name, with the reason; ``text`` if it takes no text commands.
         text_only: Rows that have no binary form on this firmware.
         unsent: Binary commands that it knows and elib does not send (wire-protocol.md, 3.1), by the row with the same
             effect or by a name.
@@ -167,7 +167,12 @@ class Profile:
 
     @property
     def line_end(self) -> bytes:
-        """The bytes that end a half-received command: zeros, one more than the longest parameter list, and a CR."""
+        """The bytes that end a half-received command: zeros, one more than the longest parameter list, and a CR.
+
+        Over Wi-Fi there are none: a command is a count of bytes, and nothing but commands may be sent.
+        """
+        if self.codec == "wifi":
+            return b""
         return bytes(self.longest_parameters + 1) + b"\r"
 
     def limited(self, quantity: Quantity) -> Quantity:
@@ -200,6 +205,10 @@ class LastSet:
     camera: CameraSettings | None = None
 
 
+STANDING = bytes((0x80, 2)) + bytes(19)
+"""The command over Wi-Fi that streams the sensors and has all actuators at zero (wire-protocol.md, 4.2)."""
+
+
 class Stamp(TypedDict):
     """When a value came, and where from."""
 
@@ -216,6 +225,9 @@ class Context:
         origin: Where values come from: ``robot``, ``simulator`` or ``replay``.
         time: When the newest bytes came, s on the caller's clock.
         last_set: What this program last set.
+        sent: The command that was sent last, over Wi-Fi, where every command has all actuators: even if it was not
+            confirmed, the robot takes it before the next one.
+        streams_images: Whether the robot is to send pictures all the time, over Wi-Fi.
         requests: Requests of rows without arguments, kept by :meth:`elib.protocol.table.Spec.request`.
     """
 
@@ -223,6 +235,8 @@ class Context:
     origin: str = "robot"
     time: float = math.nan
     last_set: LastSet = field(default_factory=LastSet)
+    sent: bytes = STANDING
+    streams_images: bool = False
     requests: dict[str, object] = field(default_factory=dict, repr=False)
 
     def forget(self) -> None:

@@ -184,7 +184,7 @@ EPUCK2_WIFI = replace(
         **EPUCK2.absent,
         "speed": "the packet of the sensors does not have it; encoders() tells how the wheels turn",
         "reset": _WIFI_TEXT,
-        **dict.fromkeys(("version", "help_text", "i2c_read", "i2c_write", "i2c_scan"), _WIFI_TEXT),
+        **dict.fromkeys(("version", "help_text", "i2c_read", "i2c_write", "i2c_scan", "text"), _WIFI_TEXT),
         **dict.fromkeys(("set_camera", "camera"), _WIFI_FIXED),
         **dict.fromkeys(("set_proximity_rate", "set_distance_sensor", "start_magnetometer"), _WIFI_SWITCH),
     },

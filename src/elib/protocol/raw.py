@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 
-from elib.errors import ArgumentError
+from elib.errors import ArgumentError, Unsupported
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, Parsed, Reply, UnexpectedReply
 from elib.protocol.replies import next_line
@@ -48,6 +48,7 @@ def text_request(context: Context, command: str) -> Request[str]:
 
     Raises:
         ArgumentError: *command* is not one line of printable ASCII.
+        Unsupported: The firmware does not take text commands.
     """
     if not isinstance(command, str):
         raise ArgumentError(f"a text command is a str, not {command!r}")
@@ -58,6 +59,12 @@ def text_request(context: Context, command: str) -> Request[str]:
         )
     if len(line) > LONGEST_COMMAND:
         raise ArgumentError(f"the command has {len(line)} characters; the robot's buffer holds {LONGEST_COMMAND}")
+    reason = context.profile.absent.get("text")
+    if reason is not None:
+        raise Unsupported(
+            f"text() does not exist on {context.profile.name}: {reason}",
+            hint="call the method of the command, or connect over Bluetooth (rfcomm://)",
+        )
     spec = spec_of(line[0], context)
     data = line.encode("ascii") + b"\r"
     is_scan = spec is not None and spec.name == "i2c_scan"

@@ -290,8 +290,14 @@ PACKET_FORMAT = "<3h3f3h3fb8H8HH4H2hHB3BB3H3HB"
 """The e-puck2's packet of all sensors: its opcode, and its answer of 103 bytes (wire-protocol.md, 3.5 and 4.3)."""
 
 
-def packet_of(numbers: Values, context: Context) -> v.Sensors:
-    """Return the readings of the e-puck2's packet of all sensors."""
+def packet_of(numbers: Values, context: Context, *, button: v.Button | None = None) -> v.Sensors:
+    """Return the readings of the e-puck2's packet of all sensors, and the *button*, which only Wi-Fi has there.
+
+    Raises:
+        RemoteProtocolError: A number is not finite, so the bytes are not such a packet.
+    """
+    if not all(map(math.isfinite, numbers)):
+        raise RemoteProtocolError("the packet of the sensors has a number that is not finite")
     n = [*numbers]
     stamp = context.stamp
     whole = [int(number) for number in n]
@@ -311,6 +317,7 @@ def packet_of(numbers: Values, context: Context) -> v.Sensors:
         ir_receiver=v.IrCode(*whole[38:41], **stamp),
         selector=v.Selector(whole[41], **stamp),
         ground=v.Ground(counts=tuple(whole[42:45]), **stamp),
+        button=button,
         **stamp,
     )
 

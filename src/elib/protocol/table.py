@@ -20,6 +20,7 @@ from elib.protocol.forms import prepare
 from elib.protocol.profiles import rule
 from elib.protocol.quantities import Quantity
 from elib.protocol.styles import Bindable, readable_signature
+from elib.protocol.wifi import WifiForm
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -45,6 +46,7 @@ class Spec(Generic[T]):
         parameters: Its arguments with units and ranges.
         text: Its usual text form, or None.
         binary: Its usual binary form, or None. It is sent if there is no text form, or with others in one frame.
+        wifi: Its form over Wi-Fi, or None.
         timeout: Seconds that a call waits for its answer by default.
         urgent: Whether it goes first among the waiting calls.
         replaces: Names of rows; a call takes the place of their calls that are not sent yet.
@@ -59,6 +61,7 @@ class Spec(Generic[T]):
     parameters: tuple[Parameter, ...]
     text: Form[T] | None
     binary: Form[T] | None
+    wifi: Form[T] | None
     timeout: float
     urgent: bool
     replaces: frozenset[str]
@@ -82,7 +85,10 @@ class Spec(Generic[T]):
         reason = profile.absent.get(self.name)
         if reason is not None:
             raise Unsupported(f"{self.name}() does not exist on {profile.name}: {reason}")
-        form = typing.cast("Form[T] | None", profile.forms.get(self.name)) or self.text or self.binary
+        if profile.codec == "wifi":
+            form = self.wifi
+        else:
+            form = typing.cast("Form[T] | None", profile.forms.get(self.name)) or self.text or self.binary
         if form is None:
             raise Unsupported(f"{self.name}() does not exist on {profile.name}")
         return form
@@ -245,6 +251,7 @@ def command(
     text: Form[T] | None = None,
     binary: Form[T] | None = None,
     *,
+    wifi: WifiForm[T] | None = None,
     timeout: float = 1.0,
     wheels: WheelEffect = "",
     urgent: bool = False,
@@ -271,6 +278,7 @@ def command(
                 parameters=parameters,
                 text=text,
                 binary=binary,
+                wifi=None if wifi is None else wifi.form(remember),
                 timeout=timeout,
                 urgent=urgent,
                 replaces=frozenset(replaces),

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from elib.errors import Unsupported
 from elib.robot.watchdog import BEAT_EVERY, WATCHDOG, is_supported
-from elib.robot.watchdog_process import write_now
+from elib.robot.watchdog_process import SILENCE, write_now
 from elib.session import Channel, Ending, SessionOpened, TraceEvent
 
 
@@ -29,6 +29,7 @@ class EmergencyStop:
         self._beats = is_watched
         self._key: int | None = None
         self._timer: asyncio.TimerHandle | None = None
+        self._last_beat = 0.0
         if is_watched:
             self._guard()
             channel.hooks.append(self._follow)
@@ -44,6 +45,7 @@ class EmergencyStop:
         number = self._number
         if number is not None:
             write_now(number, self._data())
+            self._note_stop()
 
     def stop_in_loop(self) -> None:
         """Tell the robot to stop, in its event loop: there no call takes the stop's answer for its own."""
@@ -57,6 +59,12 @@ class EmergencyStop:
     def _data(self) -> bytes:
         """Return the bytes that stop the robot, after those that end what it has half received."""
         return self._channel.context.profile.line_end + self._stop()
+
+    def _note_stop(self) -> None:
+        """Note that the robot was stopped past the session: over Wi-Fi a command has the speeds last sent."""
+        context = self._channel.context
+        if context.profile.codec == "wifi":
+            context.sent = self._stop()
 
     @property
     def _number(self) -> int | None:
@@ -76,10 +84,15 @@ class EmergencyStop:
         if number is not None:
             self._key = WATCHDOG.guard(number, self._data(), beats=self._beats)
             if self._beats:
+                self._last_beat = self.loop.time()
                 self._beat()
 
     def _beat(self) -> None:
         if self._key is not None:
+            now = self.loop.time()
+            if now - self._last_beat >= SILENCE:
+                self._note_stop()  # the watchdog did it: this program was frozen
+            self._last_beat = now
             WATCHDOG.beat(self._key)
             self._timer = self.loop.call_later(BEAT_EVERY, self._beat)
 

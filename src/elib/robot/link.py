@@ -11,6 +11,7 @@ from elib.errors import LinkClosed
 from elib.protocol.context import Context
 from elib.protocol.image import Mounting, check_mounting
 from elib.protocol.profiles import profile_named
+from elib.protocol.wifi import stop_command
 from elib.recording.log import Log
 from elib.recording.recorder import Recorder
 from elib.robot.actions import Actions
@@ -151,6 +152,8 @@ class Linked:
 def stop_bytes(session: Channel) -> bytes:
     """Return the bytes that stop this robot whatever it is doing, for when its answer cannot be awaited."""
     profile = session.context.profile
+    if profile.codec == "wifi":
+        return stop_command(session.context.sent)
     context = Context(profile)
     context.last_set.avoidance = "set_obstacle_avoidance" not in profile.absent
     if context.last_set.avoidance:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from elib.protocol import shapes
+from elib.protocol import shapes, wifi
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, Reply
 from elib.protocol.forms import opcode
@@ -41,6 +41,8 @@ class Poll:
 def sensor_polls(context: Context) -> list[Poll]:
     """Return the requests of ``sensors()``: every reading that the firmware has."""
     profile = context.profile
+    if profile.codec == "wifi":
+        return polls([name for name in SENSORS if name not in profile.absent], context, "sensors()")
     packed = [name for name in SENSORS if name not in (*profile.absent, *profile.chain, *profile.tail)]
     return polls([*packed, *profile.chain, *profile.tail], context, "sensors()")
 
@@ -48,8 +50,9 @@ def sensor_polls(context: Context) -> list[Poll]:
 def polls(names: Sequence[str], context: Context, text: str = "") -> list[Poll]:
     """Return the requests for *names*: a single one if the receive ring of the firmware has room for it.
 
-    A single reading is asked for with its own command. Several readings share a binary frame if they have a binary
-    form; text commands for the others follow in the same write, or in writes of their own if the ring would overflow.
+    Over Wi-Fi one packet has all readings. Elsewhere a single reading is asked for with its own command. Several
+    readings share a binary frame if they have a binary form; text commands for the others follow in the same write, or
+    in writes of their own if the ring would overflow.
 
     Args:
         names: Readings that the firmware has.
@@ -59,9 +62,13 @@ def polls(names: Sequence[str], context: Context, text: str = "") -> list[Poll]:
     Raises:
         Unsupported: The firmware does not have one of them.
     """
+    profile = context.profile
+    if profile.codec == "wifi" and names:
+        for name in names:
+            SPECS[name].form(context)
+        return [_poll(tuple(names), wifi.pair(context), _PACKET, text, make=lambda: wifi.pair(context))]
     if len(names) < 2:
         return [_single(name, context, text) for name in names]
-    profile = context.profile
     framed = [name for name in profile.chain if name in names]
     packed = [n for n in names if profile.sends_packet and n not in (*profile.chain, *profile.tail)]
     rest = [name for name in names if name not in (*framed, *packed)]
@@ -103,10 +110,20 @@ def _frame(chained: Sequence[str], packed: Collection[str], context: Context, te
     return _poll((*packed, *chained), bytes(codes) + b"\0" + GUARD, Guarded(whole), text)
 
 
-def _poll(names: tuple[str, ...], data: bytes, reply: Reply[Found], text: str) -> Poll:
+_PACKET: wifi.PacketReply[Found] = wifi.PacketReply(wifi.SENSORS, lambda value: {"packet": value})
+
+
+def _poll(
+    names: tuple[str, ...],
+    data: bytes,
+    reply: Reply[Found],
+    text: str,
+    *,
+    make: Callable[[], bytes] | None = None,
+) -> Poll:
     shown = names if len(names) <= SHOWN else (*names[:SHOWN], f"and {len(names) - SHOWN} more")
     # It has the name of sensors(): in the trace, both have the same kind of value.
-    return Poll(names, Request(text or f"watch({', '.join(shown)})", "sensors", data, reply))
+    return Poll(names, Request(text or f"watch({', '.join(shown)})", "sensors", data, reply, make=make))
 
 
 def _merged(found: Sequence[object]) -> Found:

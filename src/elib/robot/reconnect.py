@@ -85,6 +85,7 @@ class Reconnector(ForwardingChannel):
         self._task: asyncio.Task[None] | None = None
         self._restoring: asyncio.Task[None] | None = None
         self.is_restoring = False
+        self._streams = (False, False)
         self._memory = LastSet()
         self._steps: Steps | None = None
         self._loop = asyncio.get_running_loop()
@@ -150,6 +151,11 @@ class Reconnector(ForwardingChannel):
         self._is_up.set()
         await self._session.close()
 
+    def stream(self, *, sensors: bool, images: bool) -> None:
+        """Have a robot that streams send what is watched, on every new link too."""
+        self._streams = (sensors, images)
+        self._session.stream(sensors=sensors, images=images)
+
     def send_unqueued(self, data: bytes) -> bool:
         """Send *data* past the queue, if there is a link; its answer is dropped. Return whether the line took it."""
         return self._session.send_unqueued(data)
@@ -176,6 +182,8 @@ class Reconnector(ForwardingChannel):
     def _adopt(self, session: Session) -> None:
         self._session = session
         session.hooks.append(self._watch)
+        sensors, images = self._streams
+        session.stream(sensors=sensors, images=images)
         self._emit(self._loop.time(), SessionOpened(session.opening))
 
     def _watch(self, time: float, event: TraceEvent) -> None:

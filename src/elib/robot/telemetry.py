@@ -4,6 +4,8 @@ The poller begins with the first reader and ends with the last. It asks for what
 where the firmware supports it, and never has more than one request in the session's queue: a command of the program
 waits for one poll at most, however slow the link is. Ticks stand on a fixed grid; those that pass while an answer is
 awaited are skipped, so on a slow link the rate falls by itself.
+
+A robot on Wi-Fi is not polled: it streams, and its packets are delivered as they come.
 """
 
 from __future__ import annotations
@@ -19,11 +21,11 @@ from elib.errors import ElibError, LinkClosed, LinkError, ReplyTimeout
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.image import Image
-from elib.protocol.values import Reading
+from elib.protocol.values import Reading, Sensors
 from elib.robot.polling import Poll, polls
 from elib.robot.portal import KeepAlive, Portal
 from elib.robot.snapshot import IMAGE, SENSORS, Snapshot
-from elib.session import Robot
+from elib.session import Ending, Pushed, Robot, TraceEvent
 
 RATE = 20.0
 """Hz, the default: all sensors of an e-puck1 take 12 ms of line, and Bluetooth adds some 20 ms."""
@@ -93,6 +95,8 @@ class Telemetry:
         self._anchor = 0.0
         self._latest: dict[str, Reading | Image] = {}
         self._failures: dict[str, ElibError] = {}
+        self._came: set[str] = set()
+        """What came since the last look, from a robot that streams."""
         self._picture_free = -math.inf
         self._plans: dict[tuple[str, ...], list[Poll]] = {}
         self._planned_for: Context | None = None
@@ -127,6 +131,8 @@ class Telemetry:
 
     async def _run(self, robot: Robot) -> None:
         try:
+            if robot.context.profile.codec == "wifi":
+                await self._follow(robot)
             while await self._tick():
                 await self._serve(robot)
         except asyncio.CancelledError:
@@ -138,6 +144,60 @@ class Telemetry:
             self._task = None
             self._latest.clear()
             self._failures.clear()
+
+    async def _follow(self, robot: Robot) -> None:
+        """Deliver what a robot on Wi-Fi streams, until no reader is left."""
+
+        def take(time: float, event: TraceEvent) -> None:
+            if isinstance(event, Pushed):
+                self._take(event.value, robot.context.origin)
+            elif isinstance(event, Ending) and robot.session.error is not None:
+                self._end(event.error)
+
+        robot.session.hooks.append(take)
+        try:
+            while self._readers:
+                self._changed.clear()
+                self._came.clear()
+                robot.session.stream(
+                    sensors=any(reader.sensors for reader in self._readers),
+                    images=any(IMAGE in reader.names for reader in self._readers),
+                )
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(POLL_TIMEOUT):
+                        await self._changed.wait()
+                        continue
+                self._report_silence(robot)
+        finally:
+            with contextlib.suppress(ValueError):  # a hook that raised was removed
+                robot.session.hooks.remove(take)
+            robot.session.stream(sensors=False, images=False)
+
+    def _report_silence(self, robot: Robot) -> None:
+        """Tell the readers what did not come for a while: with the readings that they had, and the error."""
+        missing = {name for reader in self._readers for name in reader.names if name not in self._came}
+        for name in missing:
+            what = "picture" if name == IMAGE else "sensor packet"
+            self._failures[name] = ReplyTimeout(
+                f"no {what} came from {robot.url} for {POLL_TIMEOUT:g} s", request=f"watch({name})"
+            )
+        self._deliver([reader for reader in self._readers if missing.intersection(reader.names)], robot.context.origin)
+
+    def _take(self, value: Sensors | Image, origin: str) -> None:
+        """Take a packet: every picture is delivered, and the sensors as often as each reader asked for them."""
+        now = asyncio.get_running_loop().time()
+        if isinstance(value, Image):
+            due = [reader for reader in self._readers if IMAGE in reader.names]
+            self._latest[IMAGE] = value
+            came = {IMAGE}
+        else:
+            due = [reader for reader in self._readers if reader.sensors and reader.due <= now + reader.period / 2]
+            came = {name for reader in self._readers for name in reader.sensors}
+            self._latest.update({name: getattr(value, name) for name in came})
+        self._came |= came
+        for name in came:
+            self._failures.pop(name, None)
+        self._deliver(due, origin)
 
     async def _tick(self) -> bool:
         """Wait for the next tick at which a reader is due; return False when no reader is left."""

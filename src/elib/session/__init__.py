@@ -16,6 +16,7 @@ from elib.session.trace import Disconnected as Disconnected
 from elib.session.trace import Ended as Ended
 from elib.session.trace import Ending as Ending
 from elib.session.trace import Greeted as Greeted
+from elib.session.trace import Pushed as Pushed
 from elib.session.trace import Received as Received
 from elib.session.trace import Reconnected as Reconnected
 from elib.session.trace import ResetNoticed as ResetNoticed

@@ -67,6 +67,14 @@ class Channel(Protocol):
     async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* as the last one; calls that wait end with an error, and no more are taken."""
 
+    def stream(self, *, sensors: bool, images: bool) -> None:
+        """Have a robot that streams send what is watched, as :class:`~elib.session.Pushed` events; others do nothing.
+
+        Args:
+            sensors: Whether the readings of every packet are wanted.
+            images: Whether the robot must send pictures all the time.
+        """
+
     def send_unqueued(self, data: bytes) -> bool:
         """Send *data* past the queue, without waiting; its answer is dropped. Return whether the line took it."""
 
@@ -100,6 +108,10 @@ class ForwardingChannel:
     waiting = Forwarded[int]()
     unanswered = Forwarded[int]()
     stopping_time = Forwarded[float]()
+
+    def stream(self, *, sensors: bool, images: bool) -> None:
+        """Have a robot that streams send what is watched."""
+        self._session.stream(sensors=sensors, images=images)
 
 
 class Robot(Protocol):

@@ -26,19 +26,21 @@ from elib.protocol.connection import (
     ResyncAnswer,
     State,
 )
-from elib.protocol.context import Context, Profile
+from elib.protocol.context import Profile
 from elib.protocol.image import Image, Mounting
 from elib.protocol.table import Request
 from elib.protocol.values import Version
+from elib.protocol.wifi_connection import OutOfStep, Streamed, WifiConnection, WifiEvent
 from elib.session.calls import Call, CallQueue
 from elib.session.opening import RecordingTransport, recognise_robot
-from elib.session.resync import LONGEST_SILENCE_WAIT, PAUSE_POLL, PICTURE_SILENCE, Resync
+from elib.session.resync import LONGEST_SILENCE_WAIT, PAUSE_POLL, PICTURE_SILENCE, MarkerWait, Resync
 from elib.session.statistics import LinkCounter
 from elib.session.trace import (
     Called,
     Ended,
     Ending,
     Greeted,
+    Pushed,
     Received,
     Resynced,
     TraceEvent,
@@ -86,20 +88,24 @@ class Session:
     is_restoring = False
     """A session restores nothing; a channel that reconnects does."""
 
-    def __init__(self, transport: Transport, context: Context, version: Version) -> None:
+    def __init__(self, transport: Transport, connection: HostConnection | WifiConnection, version: Version) -> None:
         self.transport = transport
-        self.context = context
+        self.context = connection.context
         self.version = version
         self.opening: Transcript = ()
         self.hooks: list[TraceHook] = []
         self.counter = LinkCounter()
         self._loop = asyncio.get_running_loop()
-        self._connection = HostConnection(context, version.text)
+        self._connection = connection
         self._line = buffered(transport)
         self._queue = CallQueue()
         self._current: Call[object] | None = None
         self._resync_task: asyncio.Task[None] | None = None
-        self._resync = Resync(self._connection, self.transport.url, self._put_and_wait, lambda: self._is_paused)
+        self._resync: Resync | MarkerWait
+        if isinstance(connection, WifiConnection):
+            self._resync = MarkerWait(connection, self.transport.url, lambda: self._is_paused)
+        else:
+            self._resync = Resync(connection, self.transport.url, self._put_and_wait, lambda: self._is_paused)
         self._writing: asyncio.Task[None] | None = None
         self._is_pumping = False
         self._received_out_of_sync = 0
@@ -113,7 +119,7 @@ class Session:
     async def open(
         cls, transport: Transport, *, profile: Profile | None = None, mounting: Mounting | None = None
     ) -> Session:
-        """Recognise the robot behind *transport* and start a session with it.
+        """Recognise the robot behind *transport* and start a session with it, in the codec of the transport.
 
         Args:
             transport: An open transport; it is closed again if this fails.
@@ -125,20 +131,19 @@ class Session:
             NotAnEpuck: Something answered that is not an e-puck.
             LinkBusy: The other side closed a TCP connection before it sent anything.
             LinkLost: The link broke meanwhile.
+            ArgumentError: The profile is that of another kind of link.
         """
         try:
             recorded = RecordingTransport(transport)
-            context, version, may_answer_again = await recognise_robot(recorded, profile)
+            connection, version = await recognise_robot(recorded, profile)
         except BaseException:
             await transport.close()
             raise
         if mounting is not None:
-            context.profile = dataclasses.replace(context.profile, mounting=mounting)
-        session = cls(transport, context, version)
+            connection.context.profile = dataclasses.replace(connection.context.profile, mounting=mounting)
+        session = cls(transport, connection, version)
         session.opening = recorded.opening
         session._resync.record_trip(_opening_trip(recorded.opening))
-        if may_answer_again:
-            session._connection.lose_sync(b"V\r")
         session._line.listen(session._on_bytes, session._on_lost)
         return session
 
@@ -199,10 +204,11 @@ class Session:
 
         The robot may receive although its answers are lost, and a resync takes seconds.
         """
-        if call.is_open and math.isnan(call.sent):
-            # Without the zeros of a probe: while the robot is busy, its receive ring must hold this and the probe.
-            data = b"\r" + (call.request.data if call.request.make is None else call.request.make())
-            if self._send_past(data):
+        if call.is_open and math.isnan(call.sent) and self.error is None:
+            data = self._connection.overtaking_bytes(call.request)
+            if not data:
+                self._loop.call_later(OVERTAKING_TIME, self._overtake, call)
+            elif self._send_past(data):
                 call.sent = self._loop.time()
                 if self.hooks:
                     self._trace(Wrote(data))
@@ -303,7 +309,7 @@ class Session:
         if self._loop.time() + LATE < call.deadline:  # a pause has put it off
             call.timer = self._loop.call_at(call.deadline, self._expire, call)
             return
-        if call is self._current and call.request.is_picture:
+        if call is self._current and call.request.is_picture and not self._connection.is_stream:
             # A picture that is being received is received to its end: the robot takes no command meanwhile.
             end = min(
                 max(self._resync.last_byte, call.deadline) + PICTURE_SILENCE, call.deadline + LONGEST_SILENCE_WAIT
@@ -365,9 +371,12 @@ class Session:
                         self._resync_task.add_done_callback(self._on_task_done)
                     return
                 call = self._queue.pop()
-                if call is None:
-                    return
-                self._send(call)
+                if call is not None:
+                    self._send(call)
+                    continue
+                if data := self._connection.unasked():
+                    self._put(data)
+                return
         finally:
             self._is_pumping = False
 
@@ -389,7 +398,10 @@ class Session:
 
     async def _resynchronise(self) -> None:
         began = self._loop.time()
+        is_tidying = self._connection.is_tidying
         await self._resync.run(lambda: self._queue.next_name)
+        if is_tidying:
+            return  # nothing was out of sync: the robot took a change of its stream
         dropped = self._connection.received_bytes - self._received_out_of_sync - self._connection.probe_answer_bytes
         self._received_out_of_sync = self._connection.received_bytes
         self.counter.resyncs += 1
@@ -442,7 +454,7 @@ class Session:
     def _on_lost(self) -> None:
         self._finish(self._line.loss or LinkLost(f"{self.transport.url} is gone"))
 
-    def _handle(self, event: Event) -> None:
+    def _handle(self, event: Event | WifiEvent) -> None:
         match event:
             case Answer(value=value):
                 call, self._current = self._current, None
@@ -469,6 +481,28 @@ class Session:
                 if self.hooks:
                     self._trace(Greeted())
                 self.context.forget()
+            case Streamed(value=value):
+                if self.hooks:
+                    self._trace(Pushed(value))
+            case OutOfStep(reason=reason):
+                self._finish(
+                    LinkLost(
+                        f"the packets of {self.transport.url} are out of step: {reason}",
+                        hint="open a new connection; elib.reconnecting() does that by itself",
+                    )
+                )
+
+    def stream(self, *, sensors: bool, images: bool) -> None:
+        """Have a robot that streams send what is watched: each packet is a :class:`~elib.session.Pushed` event.
+
+        Args:
+            sensors: Whether the readings of every packet are wanted.
+            images: Whether the robot must send pictures all the time.
+        """
+        if isinstance(self._connection, WifiConnection):
+            self._connection.streams_sensors = sensors
+            self.context.streams_images = images
+            self._pump()
 
     # -- closing --
 

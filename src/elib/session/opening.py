@@ -6,15 +6,18 @@ import asyncio
 import re
 from dataclasses import replace
 
-from elib.errors import LinkBusy, LinkLost, NotAnEpuck, RobotSilent
+from elib.errors import ArgumentError, LinkBusy, LinkLost, NotAnEpuck, RobotSilent
 from elib.protocol.commands import SPECS
 from elib.protocol.connection import Answer, HostConnection, State
 from elib.protocol.context import Context, Profile
-from elib.protocol.profiles import BTCOM_1_1_3, LONGEST_PARAMETERS, recognise
+from elib.protocol.profiles import BTCOM_1_1_3, EPUCK2_WIFI, FIRMWARES, LONGEST_PARAMETERS, recognise
 from elib.protocol.shapes import GREETING
+from elib.protocol.table import Request
 from elib.protocol.values import Version
+from elib.protocol.wifi import ALL_SENSORS, pair
+from elib.protocol.wifi_connection import OutOfStep, WifiConnection
 from elib.session.trace import Received, Transcript, Wrote
-from elib.transport.base import Transport
+from elib.transport.base import Transport, codec_of
 from elib.transport.rfcomm import EPUCK2_CHANNEL, bluetooth_address
 from elib.transport.tcp import ONE_AT_A_TIME
 from elib.transport.url import parse_url
@@ -29,6 +32,9 @@ READY = re.compile(rb"k, Calibration finished|" + re.escape(GREETING))
 """What a robot sends by itself when it is no longer busy: it is then asked once more."""
 SETTLING_TIME = 0.1
 """s to wait for bytes behind the first answer; the silence that ends a picture."""
+STREAM_TIME = 4.0
+"""s that a robot on Wi-Fi has to take its first command. It may calibrate, for 1.7 s, or pause for 1 s after a broken
+exchange between its processors (wire-protocol.md, 4.4)."""
 LARGEST_OPENING = 1 << 16
 """Bytes of the opening that are kept for recordings, at most."""
 
@@ -42,6 +48,7 @@ class RecordingTransport:
 
     def __init__(self, inner: Transport) -> None:
         self.url = inner.url
+        self.codec = codec_of(inner)
         self.origin = inner.origin
         self._inner = inner
         self._clock = asyncio.get_running_loop().time
@@ -79,23 +86,32 @@ class RecordingTransport:
             self._events.append((self._clock(), event))
 
 
-async def recognise_robot(transport: RecordingTransport, profile: Profile | None) -> tuple[Context, Version, bool]:
-    """Ask the robot for its version, whatever an earlier program left on the line.
+async def recognise_robot(
+    transport: RecordingTransport, profile: Profile | None
+) -> tuple[HostConnection | WifiConnection, Version]:
+    """Find out which robot is at the other end, whatever an earlier program left on the line.
 
     Args:
         transport: An open transport that nothing was read from.
         profile: Use this firmware's profile whatever the robot answers.
 
     Returns:
-        The context of the connection, the robot's answer, and whether the same answer may come again because
-        the question was asked more than once.
+        The connection to it, and the robot's answer to the question for its version.
 
     Raises:
         RobotSilent: Nothing was received.
         NotAnEpuck: What was received is not an e-puck's answer.
         LinkBusy: The other side closed a TCP connection before it sent anything.
         LinkLost: The link broke meanwhile.
+        ArgumentError: *profile* is that of another kind of link.
     """
+    if profile is not None and profile.codec != transport.codec:
+        raise ArgumentError(
+            f"{profile.name} does not talk through {transport.url}",
+            hint=f"leave firmware= out, or choose one of {', '.join(_firmwares_of(transport.codec))}",
+        )
+    if transport.codec == "wifi":
+        return await begin_stream(transport, profile or EPUCK2_WIFI)
     try:
         return await _ask(transport, profile)
     except LinkLost as lost:
@@ -108,7 +124,47 @@ async def recognise_robot(transport: RecordingTransport, profile: Profile | None
         ) from lost
 
 
-async def _ask(transport: RecordingTransport, profile: Profile | None) -> tuple[Context, Version, bool]:
+def _firmwares_of(codec: str) -> list[str]:
+    return [name for name, each in FIRMWARES.items() if each.codec == codec]
+
+
+async def begin_stream(transport: RecordingTransport, profile: Profile) -> tuple[WifiConnection, Version]:
+    """Send a robot on Wi-Fi its first command at once, which stops it, and wait until it has taken that.
+
+    Raises:
+        RobotSilent: Nothing was received.
+        NotAnEpuck: What was received are not the packets of an e-puck2.
+        LinkLost: The link broke meanwhile.
+    """
+    loop = asyncio.get_running_loop()
+    context = Context(profile, transport.origin)
+    connection = WifiConnection(context)
+    request: Request[object] = Request("open", "open", pair(context), ALL_SENSORS)
+    await transport.write(connection.send(request))
+    end = loop.time() + STREAM_TIME
+    while connection.state is State.BUSY and loop.time() < end:
+        connection.receive(await _listen_once(transport, end), loop.time())
+    while (event := connection.next_event()) is not None:
+        if isinstance(event, Answer):
+            return connection, Version(profile.version, profile.name, "", **context.stamp)
+        if isinstance(event, OutOfStep):
+            raise NotAnEpuck(
+                f"something answers on {transport.url}, but not as an e-puck2 on Wi-Fi does: {event.reason}",
+                hint="is it the right host and port, and is the ESP32's Wi-Fi firmware not older than February 2019?",
+            )
+    if transport.received:
+        raise NotAnEpuck(
+            f"the robot at {transport.url} sends packets, but did not take a command within {STREAM_TIME:g} s",
+            hint="turn its selector to 15, where its main processor works with the Wi-Fi firmware, and press reset",
+        )
+    raise RobotSilent(
+        f"{transport.url} opened, but no packet came within {STREAM_TIME:g} s",
+        hint="turn the robot's selector to 15 and press reset; close other programs that are connected to it: "
+        "it serves one at a time",
+    )
+
+
+async def _ask(transport: RecordingTransport, profile: Profile | None) -> tuple[HostConnection, Version]:
     loop = asyncio.get_running_loop()
     # Zeros fill the parameters of a binary session and end it; the CR ends a half-typed line.
     await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
@@ -129,7 +185,10 @@ async def _ask(transport: RecordingTransport, profile: Profile | None) -> tuple[
                 found = profile or recognise(event.value.text)
                 context = Context(found, transport.origin, loop.time())
                 version = replace(event.value, firmware=found.name, time=loop.time(), origin=transport.origin)
-                return context, version, attempt > 0
+                recognised = HostConnection(context, version.text)
+                if attempt > 0:
+                    recognised.lose_sync(b"V\r")  # the same answer may come again: it was asked for more than once
+                return recognised, version
         await transport.write(b"\r")
         await _listen(transport, LINE_END_TIME)
     if not transport.received:

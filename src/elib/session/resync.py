@@ -11,6 +11,7 @@ from collections.abc import Awaitable, Callable
 
 from elib.errors import LinkLost
 from elib.protocol.connection import HostConnection, OutOfQuestions, State
+from elib.protocol.wifi_connection import WifiConnection
 
 PICTURE_SILENCE = 0.1
 """s without a byte after which a late picture counts as ended; the rule of the 2011 library (wire-protocol.md, 3.2)."""
@@ -24,6 +25,9 @@ PROBE_TRIPS = 3
 LONGEST_TRIP = 1.0
 """s that count as a round trip at most. An answer that took longer was delayed by the link, or by a program that was
 suspended meanwhile, and does not tell how long the next one takes."""
+MARKER_TIME = 3.0
+"""s that a marker over Wi-Fi may take to return at least. The robot pauses for 1 s after a broken exchange between its
+processors (wire-protocol.md, 4.4), and calibrates for 1.7 s."""
 PAUSE_POLL = 0.1
 """s between two looks at a paused world."""
 RESYNC_ROUNDS = 8
@@ -32,13 +36,11 @@ QUICK_ROUNDS = 6
 """Resyncs, of these, that ask at once. A fast link takes milliseconds for them, so the others wait for a quiet line."""
 
 
-class Resync:
-    """The resyncs of one session.
+class Settling:
+    """What brings the link of one session into sync again, and what it must know about the link.
 
     Args:
-        connection: Decides what to ask.
         url: Names the link in errors.
-        put: Writes a probe.
         is_paused: Tells whether the robot is a virtual one whose world stands still, so that no answer can come.
 
     Attributes:
@@ -46,16 +48,8 @@ class Resync:
         trip: How long the newest answer took, s, at most LONGEST_TRIP.
     """
 
-    def __init__(
-        self,
-        connection: HostConnection,
-        url: str,
-        put: Callable[[bytes], Awaitable[None]],
-        is_paused: Callable[[], bool] = lambda: False,
-    ) -> None:
-        self._connection = connection
+    def __init__(self, url: str, is_paused: Callable[[], bool]) -> None:
         self._url = url
-        self._put = put
         self._is_paused = is_paused
         self._loop = asyncio.get_running_loop()
         self._answer: asyncio.Future[None] | None = None
@@ -67,9 +61,77 @@ class Resync:
         self.trip = min(seconds, LONGEST_TRIP)
 
     def answered(self) -> None:
-        """End the wait for the probe's answer: it was received."""
+        """End the wait: what was waited for was received."""
         if self._answer is not None and not self._answer.done():
             self._answer.set_result(None)
+
+    async def _wait_out_pause(self) -> bool:
+        """Wait until the world goes on; return whether it stood still."""
+        was_paused = False
+        while self._is_paused():  # no event says when it goes on
+            was_paused = True
+            await asyncio.sleep(PAUSE_POLL)
+        return was_paused
+
+
+class MarkerWait(Settling):
+    """Over Wi-Fi: waits until the robot has taken every command that nobody waits for.
+
+    Args:
+        connection: Counts the markers that did not return.
+        url: Names the link in errors.
+        is_paused: Tells whether the robot is a virtual one whose world stands still.
+    """
+
+    def __init__(self, connection: WifiConnection, url: str, is_paused: Callable[[], bool] = lambda: False) -> None:
+        super().__init__(url, is_paused)
+        self._connection = connection
+
+    async def run(self, following: Callable[[], str]) -> None:
+        """Wait until the markers have returned.
+
+        Raises:
+            LinkLost: One did not.
+        """
+        while self._connection.state is State.OUT_OF_SYNC:
+            limit = max(MARKER_TIME, self._connection.busy_time + PROBE_TRIPS * self.trip)
+            answer = self._answer = self._loop.create_future()
+            try:
+                async with asyncio.timeout(limit):
+                    await answer
+            except TimeoutError:
+                if await self._wait_out_pause() or self._connection.state is not State.OUT_OF_SYNC:
+                    continue
+                silent = self._loop.time() - self.last_byte
+                raise LinkLost(
+                    f"the robot at {self._url} "
+                    + (f"sent nothing for {silent:.1f} s" if silent >= limit else "sends packets but takes no command"),
+                    hint="is it switched on, charged and in range? open a new connection when it is",
+                ) from None
+            finally:
+                self._answer = None
+
+
+class Resync(Settling):
+    """On a serial line: the resyncs of one session.
+
+    Args:
+        connection: Decides what to ask.
+        url: Names the link in errors.
+        put: Writes a probe.
+        is_paused: Tells whether the robot is a virtual one whose world stands still, so that no answer can come.
+    """
+
+    def __init__(
+        self,
+        connection: HostConnection,
+        url: str,
+        put: Callable[[bytes], Awaitable[None]],
+        is_paused: Callable[[], bool] = lambda: False,
+    ) -> None:
+        super().__init__(url, is_paused)
+        self._connection = connection
+        self._put = put
 
     async def run(self, following: Callable[[], str]) -> None:
         """Ask until an answer brings the line into sync.
@@ -119,8 +181,7 @@ class Resync:
                     await answer
             except TimeoutError:
                 # The answer may have been received in the same turn of the loop in which the time ran out.
-                while self._is_paused():  # noqa: ASYNC110 - no event says when it goes on
-                    await asyncio.sleep(PAUSE_POLL)
+                await self._wait_out_pause()
                 if self._connection.state is State.RESYNCING:
                     continue
             finally:

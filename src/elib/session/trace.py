@@ -7,7 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from elib.errors import ElibError
+from elib.protocol.image import Image
 from elib.protocol.table import Request
+from elib.protocol.values import Sensors
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +67,17 @@ class Resynced:
 
     duration: float
     dropped: int
+
+
+@dataclass(frozen=True, slots=True)
+class Pushed:
+    """A robot that streams sent readings or a picture without being asked for them.
+
+    Attributes:
+        value: All its readings, or the picture.
+    """
+
+    value: Sensors | Image
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +140,7 @@ TraceEvent = (
     | Wrote
     | Received
     | Resynced
+    | Pushed
     | Greeted
     | Ending
     | ResetNoticed

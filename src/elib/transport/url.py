@@ -19,12 +19,7 @@ from elib.transport.base import Transport
 GROUP = "elib.transports"
 """The group of entry points, a :class:`Scheme` each."""
 
-RESERVED: Mapping[str, str] = {
-    "wifi": "connect over Bluetooth (rfcomm://) or a serial port, or start a serial bridge and use tcp://",
-}
-"""Schemes that nothing opens yet, and what to use instead."""
-
-EXAMPLES = "sim://, serial:///dev/rfcomm0, rfcomm://10:00:E8:AA:BB:CC, tcp://127.0.0.1:4000"
+EXAMPLES = "sim://, serial:///dev/rfcomm0, rfcomm://10:00:E8:AA:BB:CC, tcp://127.0.0.1:4000, wifi://192.168.1.5"
 
 HOST_PORT = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+):(\d{1,5})")
 BLUETOOTH_ADDRESS = re.compile(r"[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}")
@@ -77,10 +72,10 @@ class Scheme:
 
 
 def scheme_names() -> list[str]:
-    """Return the names of all schemes, also of those that nothing opens yet."""
+    """Return the names of all schemes."""
     from importlib.metadata import entry_points  # it takes longer to import than all of ours
 
-    return [*sorted({entry.name for entry in entry_points(group=GROUP)}), *RESERVED]
+    return sorted({entry.name for entry in entry_points(group=GROUP)})
 
 
 @lru_cache
@@ -92,8 +87,6 @@ def scheme_named(name: str) -> Scheme | None:
     """
     from importlib.metadata import entry_points
 
-    if name in RESERVED:
-        return Scheme(_refuse, check=_check_reserved)
     entry = next(iter(entry_points(group=GROUP, name=name)), None)
     if entry is None:
         return None
@@ -124,7 +117,7 @@ def scheme_of(url: Url) -> Scheme:
         names = scheme_names()
         hint = nearest(url.scheme, names)
         hint = f"{hint.removesuffix('?')}://?" if hint.startswith("did") else f"URLs look like {EXAMPLES}"
-        if len(names) == len(RESERVED):
+        if not names:
             hint = "install elib again: its entry points are missing"
         raise ArgumentError(f"{str(url)!r}: there is no scheme {url.scheme}://", hint=hint)
     return scheme
@@ -198,13 +191,3 @@ def _pairs(text: str, scheme: str, allowed: tuple[str, ...], query: str) -> tupl
             raise ArgumentError(f"{text!r}: {key} is given twice")
         pairs[key] = value
     return tuple(pairs.items())
-
-
-def _check_reserved(url: Url) -> Url:
-    if not url.target:
-        raise ArgumentError(f"{str(url)!r} names no host")
-    return url
-
-
-async def _refuse(url: Url) -> Transport:
-    raise Unsupported(f"{url}: nothing here opens {url.scheme}://", hint=RESERVED[url.scheme])

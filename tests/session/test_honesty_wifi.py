@@ -1,0 +1,232 @@
+"""The honesty suite over Wi-Fi: whatever happens to the stream, each call ends once, in time, and rightly."""
+
+import asyncio
+import os
+from collections.abc import Sequence
+from typing import cast
+
+import pytest
+from honest_rig import HonestRig, Outcome
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from test_honesty import LEAST_SILENCE, gaps, timeouts
+
+from elib.errors import LinkError, LinkLost, ReplyTimeout
+from elib.testing import simulated
+from wifi_robot import Fault, WifiRig, wifi_rig
+
+SCHEDULES = int(os.environ.get("ELIB_SCHEDULES", "100"))
+"""Schedules a test tries; set ELIB_SCHEDULES for a long run."""
+
+rows = st.sampled_from(
+    ["ambient_light"] * 4
+    + ["set_speed", "set_speed", "stop", "set_body_led", "set_front_led", "distance", "image", "image"]
+    + ["set_encoders", "play_sound", "encoders"]
+)
+delays = st.sampled_from([0.0, 0.001, 0.01, 0.02, 0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 1.5])
+shares = st.lists(st.floats(0, 1), max_size=3).map(tuple)
+faults = st.one_of(
+    st.just(Fault()), st.builds(lambda delay: Fault(delay), delays), st.builds(Fault, delays, shares, delays)
+)
+"""TCP loses, doubles and reorders nothing: what happens to it is that it is late, in pieces, or ends."""
+Call = tuple[str, tuple[object, ...], float, float, bool]
+
+
+@st.composite
+def calls(draw: st.DrawFn) -> Call:
+    """One call: row, arguments, timeout, pause before it, and whether the program waits for its end."""
+    name = draw(rows)
+    args: tuple[object, ...] = ()
+    if name == "set_speed":
+        args = (draw(st.integers(-1000, 1000)) / 1000, draw(st.integers(-1000, 1000)) / 1000)
+    elif name in ("set_body_led", "set_front_led"):
+        args = (draw(st.integers(0, 1)),)
+    elif name == "set_encoders":
+        args = (draw(st.integers(-32768, 32767)), draw(st.integers(-32768, 32767)))
+    elif name == "play_sound":
+        args = (draw(st.integers(0, 6)),)
+    return name, args, draw(timeouts), draw(gaps), draw(st.booleans())
+
+
+schedule = settings(
+    max_examples=SCHEDULES, deadline=None, derandomize=SCHEDULES <= 1000, suppress_health_check=list(HealthCheck)
+)
+
+
+class Once:
+    """What acts once: each call's own trace in the robot's cycles."""
+
+    def __init__(self, rig: WifiRig) -> None:
+        self.robot = rig.robot
+
+    def count(self, kind: str, what: object, began: float, ended: float) -> int:
+        return sum(k == kind and w == what and began <= time <= ended for time, k, w in self.robot.acts)
+
+
+SOUNDS = {0: 0x20, 1: 1, 2: 2, 3: 4, 4: 8, 5: 0x10, 6: 0x20}
+
+
+def check(rig: WifiRig, honest: HonestRig, script: Sequence[Call]) -> None:
+    """Compare every outcome with what the robot really did, and when."""
+    assert len(honest.outcomes) == len(script)
+    once = Once(rig)
+    for outcome in honest.outcomes:
+        honest.check(outcome)
+        if outcome.error is None and outcome.name in ("set_speed", "set_encoders", "play_sound", "encoders"):
+            check_act(once, honest, outcome)
+    # The robot repeats its newest command, so a torn pair acts until its other half comes; no command was sent twice.
+    for name, is_so in (("set_encoders", lambda command: command[2] & 4), ("play_sound", lambda command: command[20])):
+        asked = sum(outcome.name == name for outcome in honest.outcomes)
+        adopted = sum(bool(is_so(command)) for command in rig.robot.adopted)
+        assert adopted <= asked, f"{name} was sent more often than asked"
+    assert rig.robot.wrong == []
+    assert rig.robot.discarded == 0
+
+
+def check_act(once: Once, honest: HonestRig, outcome: Outcome) -> None:
+    began, ended = outcome.called - honest.origin - 1e-9, outcome.ended - honest.origin + 1e-9
+    match outcome.name:
+        case "set_speed":
+            # A newer speed, or a stop, may have taken its place: all of them get the outcome of the newest.
+            later = [o for o in honest.outcomes if o.called >= outcome.called and o.name in ("set_speed", "stop")]
+            speeds = [tuple(round(1000 * float(cast("float", arg))) for arg in o.args) or (0, 0) for o in later]
+            assert any(once.count("drive", speed, began, ended) for speed in speeds), f"{outcome}: nothing was driven"
+        case "set_encoders":
+            assert once.count("steps", outcome.args, began, ended) >= 1, outcome
+        case "play_sound":
+            assert once.count("sound", SOUNDS[cast("int", outcome.args[0])], began, ended) >= 1, outcome
+        case "encoders":
+            known = [(0, 0), *(w for _, kind, w in once.robot.acts if kind == "steps")]
+            assert tuple(cast("Sequence[int]", outcome.value)) in known
+
+
+async def play(rig: WifiRig, script: list[Call], blocks: Sequence[tuple[float, float]] = ()) -> HonestRig:
+    """Make the calls, some one after the other and some at once."""
+    loop = asyncio.get_running_loop()
+    honest = HonestRig(rig.session, rig.robot, rig.air, loop.time() - rig.robot.clock)  # type: ignore[arg-type]
+    at = 0.0
+    for gap, seconds in blocks:
+        at += gap
+        honest.block_at(at, seconds)
+    running: list[asyncio.Task[object]] = []
+    for name, args, within, gap, waits in script:
+        await asyncio.sleep(gap)
+        task = asyncio.ensure_future(honest.call(name, *args, within=within))
+        running.append(task)
+        if waits:
+            await task
+    await asyncio.gather(*running)
+    return honest
+
+
+blocks = st.lists(st.tuples(st.sampled_from([0.0, 0.05, 0.1, 0.3, 0.6]), delays), max_size=2)
+
+
+@schedule
+@given(
+    st.lists(calls(), min_size=1, max_size=8),
+    st.lists(faults, max_size=10),
+    st.lists(faults, max_size=10),
+    st.sampled_from([0.0, 0.002, 0.01, 0.06]),
+    blocks,
+)
+def test_any_schedule_of_stalls_and_torn_writes_gives_the_right_value_or_an_error(
+    script: list[Call], up: list[Fault], down: list[Fault], latency: float, blocks: list[tuple[float, float]]
+) -> None:
+    @simulated
+    async def story() -> None:
+        async with wifi_rig(latency=latency, up=up, down=down) as rig:
+            check(rig, await play(rig, script, blocks), script)
+            stalls = sum(f.delay + f.pause * len(f.tears) for f in (*up, *down)) + sum(s for _, s in blocks)
+            assert rig.session.error is None or stalls >= LEAST_SILENCE, rig.session.error
+
+    story()
+
+
+@schedule
+@given(
+    st.lists(calls(), min_size=1, max_size=6),
+    st.lists(faults, max_size=4),
+    st.one_of(st.integers(0, 200), st.integers(0, 40000)),
+    st.booleans(),
+)
+def test_a_link_cut_at_any_byte_ends_every_call_once(
+    script: list[Call], faults: list[Fault], at: int, toward_robot: bool
+) -> None:
+    @simulated
+    async def story() -> None:
+        async with wifi_rig(latency=0.005, up=faults, down=faults) as rig:
+            if toward_robot:
+                rig.air.cut_up = at % 300
+            else:
+                rig.air.cut_down = at
+            check(rig, await play(rig, script), script)
+
+    story()
+
+
+@pytest.mark.parametrize("row", ["ambient_light", "set_speed"])
+def test_a_sensor_packet_cut_at_any_byte_ends_in_an_error_and_hangs_nobody(row: str) -> None:
+    @simulated
+    async def story(at: int) -> None:
+        async with wifi_rig() as rig:
+            rig.air.cut_down = at
+            args = (0.5, 0.5) if row == "set_speed" else ()
+            honest = await play(rig, [(row, args, 2.0, 0.0, True), ("selector", (), 2.0, 0.0, True)])
+            for outcome in honest.outcomes:
+                honest.check(outcome)
+            assert isinstance(honest.outcomes[1].error, LinkError)
+
+    for at in range(1, 212):  # for each call an empty packet and one of the sensors, 106 bytes
+        story(at)
+
+
+def test_a_picture_cut_at_any_byte_of_its_ends_and_some_in_between_ends_in_an_error() -> None:
+    @simulated
+    async def story(at: int) -> None:
+        async with wifi_rig() as rig:
+            rig.air.cut_down = at
+            honest = await play(rig, [("image", (), 2.0, 0.0, True)])
+            honest.check(honest.outcomes[0])
+            assert isinstance(honest.outcomes[0].error, LinkError), at
+
+    # The empty packet and the picture are 38,402 bytes.
+    for at in (*range(1, 130), *range(130, 38380, 997), *range(38380, 38402)):
+        story(at)
+
+
+def test_a_command_cut_at_any_byte_ends_in_an_error_and_hangs_nobody() -> None:
+    @simulated
+    async def story(at: int) -> None:
+        async with wifi_rig() as rig:
+            rig.air.cut_up = at
+            honest = await play(rig, [("set_speed", (0.123, -0.456), 2.0, 0.0, True)])
+            honest.check(honest.outcomes[0])
+            assert isinstance(honest.outcomes[0].error, LinkError), at
+
+    for at in range(1, 42):
+        story(at)
+
+
+@simulated
+async def test_a_robot_that_falls_silent_ends_every_call_in_time_and_the_session_once() -> None:
+    async with wifi_rig() as rig:
+        rig.robot.is_silent = True
+        script = [("ambient_light", (), within, 0.0, False) for within in (0.1, 0.5, 2.0, 60.0, 60.0)]
+        honest = await play(rig, script)
+        for outcome in honest.outcomes:
+            honest.check(outcome)
+        assert [type(o.error) for o in honest.outcomes] == [ReplyTimeout] * 3 + [LinkLost] * 2
+
+
+@simulated
+async def test_a_robot_that_is_silent_for_a_while_is_found_again() -> None:
+    async with wifi_rig() as rig:
+        rig.robot.is_silent = True
+        honest = await play(rig, [("ambient_light", (), 0.1, 0.0, True)])
+        assert isinstance(honest.outcomes[0].error, ReplyTimeout)
+        await asyncio.sleep(30)
+        rig.robot.is_silent = False
+        honest = await play(rig, [("ambient_light", (), 2.0, 0.0, True)])
+        honest.check(honest.outcomes[0])
+        assert honest.outcomes[0].error is None
