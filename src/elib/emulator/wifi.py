@@ -310,12 +310,12 @@ class WifiEmulator(Emulator):
 
     def _read_answer(self) -> Generator[Wait, None, bytes]:
         """Return the bytes of an answer, or fewer if no more come."""
-        heard, deadline = self._heard, self._now + ANSWER_TIMEOUT
-        while len(heard) < ANSWER_SIZE and self._now < deadline:
+        heard = self._heard
+        while len(heard) < ANSWER_SIZE:
             before = len(heard)
-            yield deadline, lambda before=before: len(heard) > before  # type: ignore[misc]
-            if len(heard) > before:
-                deadline = self._now + ANSWER_TIMEOUT
+            yield self._now + ANSWER_TIMEOUT, lambda before=before: len(heard) > before  # type: ignore[misc]
+            if len(heard) == before and not self._is_answering():
+                break
         answer = bytes(heard[:ANSWER_SIZE])
         del heard[:ANSWER_SIZE]
         return answer
@@ -324,12 +324,19 @@ class WifiEmulator(Emulator):
         """Drop bytes until none comes for a while; return whether there were none."""
         is_clean = True
         while True:
-            if self._heard:
-                is_clean = False
-                self._heard.clear()
+            is_clean = is_clean and not self._heard
+            self._heard.clear()
             yield self._now + SILENCE, lambda: bool(self._heard)
-            if not self._heard:
+            if not self._heard and not self._is_answering():
                 return is_clean
+            is_clean = False
+
+    def _is_answering(self) -> bool:
+        """Return whether bytes of the main processor are on the line."""
+        if not self._out:
+            return False
+        first = self._out[0]
+        return first.time - len(first.data) * self._line.byte_time < self._now
 
     def _take_sensors(self) -> Generator[Wait, None, bytes]:
         """Return the readings that were fetched, and let the next ones be fetched."""
@@ -343,8 +350,8 @@ class WifiEmulator(Emulator):
     def _film(self) -> TaskSteps:
         """Fetch a picture, and wait until somebody takes it.
 
-        The camera films even while only readings are streamed, but nobody sees these pictures: they are left out. One
-        of them that is sent, because the client asks for pictures before the next one is there, is taken only then.
+        The camera films even while only readings are streamed. For a client that never asked for a picture these are
+        left out; the first one that it asks for is then taken when it is sent.
         """
         while True:
             if not self._has_pictures:
@@ -402,7 +409,7 @@ class WifiEmulator(Emulator):
             request = command[1] if is_valid else None
             if request is not None:
                 self._actuators = command[2:]
-                self._films = bool(request & WANTS_IMAGE)
+                self._films = self._films or bool(request & WANTS_IMAGE)
             if request is None or (request and not request & (WANTS_IMAGE | WANTS_SENSORS)):
                 if client.is_ended and not client.received:
                     self.is_deaf = True
