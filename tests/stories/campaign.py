@@ -107,7 +107,7 @@ def changes_of(case: Case) -> dict[float, Change]:
     match case.name:
         case "line-following":
             return {0: on_the_line}
-        case "aggregation" | "dispersion" | "calibration-drive":  # by the world's own chance; in the middle
+        case "aggregation" | "dispersion" | "flocking" | "calibration-drive":  # by the world's chance; in the middle
             return {}
     return {0: anywhere}
 
@@ -126,8 +126,9 @@ def judge(case: Case) -> Verdict:
     found = Run()
     with tempfile.TemporaryDirectory() as folder:
         keys, when = keys_of(case, Path(folder))
-        joint = "&" if "?" in what.world else "?"
-        url = f"{what.world or 'arena'}{joint}firmware={case.firmware}&{keys}"
+        world = what.world.replace("&firmware=epuck2", "") or "arena"
+        joint = "&" if "?" in world else "?"
+        url = f"{world}{joint}firmware={case.firmware}&{keys}"
         seconds = LONGER.get(case.name, SECONDS)
         seed = case.chance.getrandbits(32)
         try:
