@@ -17,12 +17,14 @@ def command(
     return bytes((0x80, request, flags)) + speeds + bytes((leds,)) + rgb.ljust(12, b"\0") + bytes((sound,))
 
 
-def packets(data: bytes) -> list[bytes]:
-    """Cut a stream into packets; fail if it does not end with a whole one."""
+def packets(data: bytes, *, torn: bool = False) -> list[bytes]:
+    """Cut a stream into packets; it must end with a whole one unless it may be *torn*."""
     found = []
     while data:
         size = SIZES[data[0]]
-        assert len(data) >= size, f"{len(data)} bytes of a packet of {size}"
+        if len(data) < size:
+            assert torn, f"{len(data)} bytes of a packet of {size}"
+            break
         found.append(data[:size])
         data = data[size:]
     return found

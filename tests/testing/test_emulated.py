@@ -79,3 +79,27 @@ def test_the_longest_answer_is_within_the_limit() -> None:
     bench.send(b"J,0,-40,40,8\r")  # announces 63,939 bytes
     assert len(bench.send(b"\xb7\0")) == 63_939
     assert bench.send(b"C\r") == b"c,3\r\n"
+
+
+COMMAND = bytes.fromhex("80 02 00 6400 9CFF 01 000000 000000 000000 000000 00")
+
+
+def test_a_robot_with_wifi_streams_while_time_passes() -> None:
+    robot = EmulatedRobot("epuck2-wifi", {"tof": 777, "motor_time": "running"})
+    assert robot.boot == b""
+    assert robot.run(5.0) == b""
+    assert robot.send(COMMAND) == b""
+    packets = robot.run(1.0)
+    assert 45 * 105 <= len(packets) <= 50 * 105
+    assert packets[-105:][70:72] == (777).to_bytes(2, "little")
+    assert robot.hardware["speed"] == [100, -100]
+    assert robot.hardware["led"] == [1, 0, 0, 0]
+    robot.set(tof=5)
+    assert robot.run(0.1)[-105:][70:72] == b"\x05\x00"
+
+
+def test_run_lets_time_pass_on_a_serial_line_too() -> None:
+    robot = EmulatedRobot("btcom-2.0")
+    before = robot.time
+    assert robot.run(2.5) == b""
+    assert robot.time == before + 2.5

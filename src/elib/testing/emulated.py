@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from elib.emulator.emulator import Emulator
+from elib.emulator.firmware import WIFI_FIRMWARES
 from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.timing import LINE_ONLY, Timing
+from elib.emulator.wifi import NETWORK_START, WifiEmulator
 from elib.errors import SimulationStalled
+
+LISTENS = NETWORK_START + 1.0
+"""Simulated s after which a robot with Wi-Fi has joined its network and waits for a client."""
 
 LIMIT = 600.0
 """Longest exchange, simulated s; the longest possible answer, 64 KiB, takes 5.7 s on the line."""
@@ -24,6 +29,13 @@ class EmulatedRobot:
         robot = EmulatedRobot("btcom-2.0", {"selector": 7})
         assert robot.send(b"C\r") == b"c,7\r\n"
 
+    With the firmware ``epuck2-wifi`` the bytes are those of a TCP connection, which exists from the start. That robot
+    streams packets, and is never idle: let time pass with :meth:`run`. ::
+
+        robot = EmulatedRobot("epuck2-wifi")
+        robot.send(bytes([0x80, 2, *[0] * 19]))
+        assert robot.run(0.1)[:1] == b"\x02"
+
     Args:
         firmware: Name of a firmware's profile, such as ``btcom-2.0``.
         state: The hardware, as in the ``state`` objects of the golden transcripts; missing keys have defaults.
@@ -38,9 +50,15 @@ class EmulatedRobot:
     def __init__(self, firmware: str, state: Mapping[str, object] | None = None) -> None:
         self._hardware = FixedHardware(state, firmware=firmware)
         timing = Timing(runs=True) if self._hardware.motor_time == "running" else LINE_ONLY
-        self._emulator = Emulator(firmware, self._hardware, timing=timing)
+        self._emulator: Emulator
         self._now = 0.0
-        self.boot = self._run()
+        if firmware in WIFI_FIRMWARES:
+            self._emulator = robot = WifiEmulator(firmware, self._hardware, timing=timing)
+            self.boot = self.run(LISTENS)
+            robot.connect(self._now)
+        else:
+            self._emulator = Emulator(firmware, self._hardware, timing=timing)
+            self.boot = self._run()
 
     @property
     def time(self) -> float:
@@ -55,13 +73,21 @@ class EmulatedRobot:
     def send(self, data: bytes) -> bytes:
         """Send *data* and return everything the robot sends until it is idle again.
 
-        The rest of an incomplete command may follow in the next call.
+        The rest of an incomplete command may follow in the next call. A robot with Wi-Fi gets the data, and sends
+        nothing before :meth:`run`.
 
         Raises:
             SimulationStalled: The robot was not idle after 600 simulated seconds.
         """
         self._emulator.receive(data, self._now)
-        return self._run()
+        return b"" if isinstance(self._emulator, WifiEmulator) else self._run()
+
+    def run(self, seconds: float) -> bytes:
+        """Let simulated time pass and return what the robot sends meanwhile."""
+        end, received = self._now + seconds, bytearray()
+        while (due := self._emulator.due) is not None and due <= end:
+            received += self._advance(due)
+        return bytes(received + self._advance(end))
 
     def set(self, **state: object) -> None:
         """Change the hardware from outside, such as a proximity reading or the code of the remote control.
@@ -85,8 +111,13 @@ class EmulatedRobot:
                     f"the robot was not idle after {LIMIT:g} s; it had sent {len(received)} bytes",
                     hint="this is a defect of the emulator; please report the bytes you sent",
                 )
-            self._now = max(self._now, due)
-            for chunk in self._emulator.advance(self._now):
-                received += chunk.data
+            received += self._advance(due)
         self._emulator.advance(self._now)
         return bytes(received)
+
+    def _advance(self, time: float) -> bytes:
+        self._now = max(self._now, time)
+        data = b"".join(chunk.data for chunk in self._emulator.advance(self._now))
+        if isinstance(self._emulator, WifiEmulator):
+            self._emulator.acknowledge(len(data), self._now)
+        return data

@@ -1,0 +1,326 @@
+"""The network between a robot with Wi-Fi and a program: slow, lossy, stalled, cut, but never wrong."""
+
+import asyncio
+import contextlib
+import itertools
+from pathlib import Path
+
+import pytest
+from wifi_rig import command, packets
+
+from elib.emulator.faults import Fault
+from elib.emulator.sim_transport import SimTransport
+from elib.emulator.simulation import Simulation
+from elib.emulator.wifi import WifiEmulator
+from elib.emulator.wifi_link import RETRANSMISSION, WifiLink
+from elib.errors import LinkBusy, LinkLost, LinkNotFound
+from elib.testing import simulated
+from elib.transport import open_transport
+from shared import now
+
+URL = "sim://square?firmware=epuck2-wifi&speed=max"
+
+
+async def opened(keys: str = "") -> SimTransport:
+    transport = await open_transport(URL + keys)
+    assert isinstance(transport, SimTransport)
+    assert transport.codec == "wifi"
+    assert isinstance(transport.robot.link, WifiLink)
+    return transport
+
+
+async def arrivals(transport: SimTransport, seconds: float) -> list[tuple[float, bytes]]:
+    """Return what arrives in some seconds, with the times."""
+    end, found = now() + seconds, []
+    while now() < end:
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout_at(end):
+                data = await transport.read()
+                found.append((now(), data))
+    return found
+
+
+async def stream(transport: SimTransport, seconds: float) -> list[bytes]:
+    """Return the whole packets that arrive in some seconds; a part of one at the end is dropped."""
+    return packets(b"".join(data for _, data in await arrivals(transport, seconds)), torn=True)
+
+
+@simulated
+async def test_a_robot_streams_to_the_program_that_opens_it() -> None:
+    transport = await opened()
+    await transport.write(command(2))
+    assert 45 <= len(await stream(transport, 1.0)) <= 50
+    await transport.close()
+
+
+@simulated
+async def test_two_runs_with_the_same_seed_are_the_same() -> None:
+    runs = []
+    for _ in range(2):
+        transport = await opened("&seed=5&latency=0.004&jitter=0.003&loss=0.02")
+        start = now()
+        await transport.write(command(3, left=300, right=200))
+        runs.append([(round(time - start, 9), data) for time, data in await arrivals(transport, 5.0)])
+        await transport.close()
+    assert runs[0] == runs[1]
+
+
+@simulated
+async def test_latency_delays_commands_and_packets() -> None:
+    transport = await opened("&latency=0.2")
+    start = now()
+    await transport.write(command(0))
+    (time, data), *_ = await arrivals(transport, 1.0)
+    assert data == b"\x03"
+    assert 0.4 <= time - start <= 0.4 + 0.04
+    await transport.close()
+
+
+@simulated
+async def test_acknowledgements_take_their_time_too_and_bound_what_a_slow_network_carries() -> None:
+    transport = await opened("&latency=0.05")
+    await transport.write(command(1))
+    await arrivals(transport, 1.0)
+    data = b"".join(data for _, data in await arrivals(transport, 20.0))
+    assert len(data) / 20.0 == pytest.approx(5744 / 0.1, rel=0.15)  # a send buffer for each way to and fro
+    await transport.close()
+
+
+@simulated
+async def test_a_lost_packet_is_a_pause_and_never_a_gap() -> None:
+    transport = await opened("&loss=0.05&seed=7")
+    assert isinstance(transport.robot.link, WifiLink)
+    await transport.write(command(2, left=100, right=100))
+    found = await arrivals(transport, 20.0)
+    times = [time for time, _ in found]
+    pauses = [later - earlier for earlier, later in itertools.pairwise(times) if later - earlier > 0.1]
+    assert 10 <= len(pauses) <= 60
+    assert max(pauses) >= RETRANSMISSION  # a packet that waits behind a lost one may be lost as well
+    whole = packets(b"".join(data for _, data in found))
+    assert {packet[0] for packet in whole} == {2}
+    steps = [int.from_bytes(packet[80:82], "little") for packet in whole]
+    assert steps == sorted(steps)
+    await transport.close()
+
+
+@simulated
+async def test_what_waited_behind_a_lost_packet_comes_at_once() -> None:
+    transport = await opened()
+    await transport.write(command(2))
+    await arrivals(transport, 1.0)
+    transport.robot.link.lose_next_reply()
+    (_time, data), *_ = await arrivals(transport, 1.0)
+    assert len(data) == 105 * 25  # half a second of packets
+    await transport.close()
+
+
+@pytest.mark.parametrize("fault", [Fault(lose=True), Fault(halve=True), Fault(corrupt=3), Fault(delay=RETRANSMISSION)])
+@simulated
+async def test_a_fault_of_a_packet_delays_it(fault: Fault) -> None:
+    transport = await opened()
+    await transport.write(command(2))
+    await arrivals(transport, 1.0)
+    transport.robot.link.faults.append(fault)
+    start = now()
+    found = await arrivals(transport, 2.0)
+    assert found[0][0] - start == pytest.approx(RETRANSMISSION, abs=0.03)
+    assert {packet[0] for packet in packets(b"".join(data for _, data in found))} == {2}
+    await transport.close()
+
+
+@simulated
+async def test_a_copy_and_noise_do_not_reach_the_program() -> None:
+    transport = await opened()
+    await transport.write(command(2))
+    await arrivals(transport, 0.99)
+    transport.robot.link.double_next_reply(0.001)
+    transport.robot.link.inject_noise(b"noise")
+    assert 45 <= len(await stream(transport, 1.0)) <= 50
+    await transport.close()
+
+
+@simulated
+async def test_a_stalled_network_holds_everything_up_and_then_delivers_it() -> None:
+    transport = await opened()
+    link = transport.robot.link
+    await transport.write(command(2))
+    await arrivals(transport, 1.0)
+    link.stall()
+    await transport.write(command(2, left=100, right=100))
+    assert await arrivals(transport, 5.0) == []
+    assert transport.robot.emulator.firmware.report()["speed"] == [0, 0]
+    link.resume()
+    found = await stream(transport, 1.0)
+    assert len(found) >= 45 + 5744 // 105
+    assert transport.robot.emulator.firmware.report()["speed"] == [100, 100]
+    await transport.close()
+
+
+@simulated
+async def test_silence_holds_the_packets_up_and_lets_commands_pass() -> None:
+    transport = await opened()
+    link = transport.robot.link
+    await transport.write(command(2))
+    await arrivals(transport, 1.0)
+    link.silence()
+    await transport.write(command(2, left=100, right=100))
+    assert await arrivals(transport, 0.5) == []
+    assert transport.robot.emulator.firmware.report()["speed"] == [100, 100]
+    link.end_silence()
+    assert len(await stream(transport, 0.5)) >= 40
+    await transport.close()
+
+
+@simulated
+async def test_a_program_that_does_not_read_slows_the_robot_and_loses_nothing() -> None:
+    transport = await opened()
+    await transport.write(command(1))
+    await asyncio.sleep(10)  # 115 pictures, if somebody read them
+    await transport.write(command(0))
+    data = bytearray()
+    while not data.endswith(b"\x03" * 5):
+        data += await transport.read()
+    found = packets(bytes(data))
+    assert 2 <= sum(packet[0] == 1 for packet in found) <= 5
+    await transport.close()
+
+
+@pytest.mark.parametrize("count", [0, 1, 50, 104, 105, 106, 5_743, 5_744, 5_745, 38_400, 38_401, 38_402])
+@simulated
+async def test_a_connection_that_breaks_anywhere_delivers_what_came_before(count: int) -> None:
+    transport = await opened()
+    await transport.write(command(3))
+    transport.robot.link.cut_after(to_host=count)
+    data = bytearray()
+    with pytest.raises(LinkLost):
+        while True:
+            data += await transport.read()
+    assert len(data) == count
+    await transport.close()
+
+
+@pytest.mark.parametrize("count", [1, 20, 21, 22, 41])
+@simulated
+async def test_a_connection_that_breaks_within_a_command_leaves_the_robot_with_the_whole_ones(count: int) -> None:
+    transport = await opened("&seed=1")
+    emulator = transport.robot.emulator
+    assert isinstance(emulator, WifiEmulator)
+    await transport.write(command(2))
+    await arrivals(transport, 0.5)
+    transport.robot.link.cut_after(to_robot=count)
+    with contextlib.suppress(LinkLost):
+        await transport.write(command(2, left=100) + command(2, left=200))
+    await asyncio.sleep(0.5)
+    speed = emulator.firmware.report()["speed"]
+    assert speed in ([0, 0], [100, 0])
+    assert not emulator.is_deaf
+    again = await opened("&seed=1")
+    assert again.robot is transport.robot
+    await again.write(command(0))
+    assert set(await stream(again, 0.5)) == {b"\x03"}
+    await transport.close()
+    await again.close()
+
+
+@simulated
+async def test_the_robot_restarts_with_its_connection_lost_and_listens_again() -> None:
+    transport = await opened("&seed=2")
+    await transport.write(command(2, left=500, right=500))
+    await arrivals(transport, 0.5)
+    transport.robot.link.power_cycle()
+    with pytest.raises(LinkLost):
+        await transport.read()
+    assert transport.robot.emulator.firmware.report()["speed"] == [0, 0]
+    again = await opened("&seed=2")
+    await again.write(command(2))
+    found = await arrivals(again, 15.0)
+    assert {packet[0] for packet in packets(b"".join(data for _, data in found))} == {2}
+    await transport.close()
+    await again.close()
+
+
+@simulated
+async def test_what_an_old_program_left_unread_the_next_one_does_not_get() -> None:
+    first = await opened("&robots=2&robot=1&latency=0.1")
+    other = await opened("&robots=2&robot=2&latency=0.1")
+    await first.write(command(2))
+    await asyncio.sleep(1.0)
+    await first.close()
+    again = await opened("&robots=2&robot=1&latency=0.1")
+    await asyncio.sleep(1.0)
+    await again.write(command(0))
+    assert set(await stream(again, 1.0)) == {b"\x03"}
+    await again.close()
+    await other.close()
+
+
+@simulated
+async def test_one_program_at_a_time_has_a_robot() -> None:
+    first = await opened("&robots=2&robot=1")
+    with pytest.raises(LinkBusy):
+        await opened("&robots=2&robot=1")
+    await first.close()
+
+
+@simulated
+async def test_a_fault_script_delays_packets_and_cuts(tmp_path: Path) -> None:
+    script = tmp_path / "bad.toml"
+    script.write_text(
+        'description = "of a test"\n'
+        '[[fault]]\nkind = "loss"\nprobability = 0.1\n'
+        '[[fault]]\nkind = "corrupt"\nprobability = 0.02\n'
+        '[[fault]]\nkind = "duplicate"\nprobability = 0.1\n'
+        '[[fault]]\nkind = "noise"\nrate = 2\nsize = 9\n'
+        '[[fault]]\nkind = "cut"\nfrom = 10\nuntil = 12\n'
+    )
+    transport = await opened(f"&fault={script}")
+    await transport.write(command(2))
+    data = bytearray()
+    with pytest.raises(LinkLost):
+        while True:
+            data += await transport.read()
+    whole = packets(bytes(data[: len(data) // 105 * 105]))
+    assert {packet[0] for packet in whole} == {2}
+    counts = transport.robot.player.counts  # type: ignore[union-attr]
+    assert counts.lost > 5
+    assert counts.cuts == 1
+    with pytest.raises(LinkNotFound):
+        await opened(f"&fault={script}")
+    await asyncio.sleep(2.5)
+    again = await opened(f"&fault={script}")
+    await again.write(command(0))
+    assert b"\x03" in await stream(again, 5.0)
+    await transport.close()
+    await again.close()
+
+
+@simulated
+async def test_robots_of_one_world_have_streams_of_their_own() -> None:
+    robots = [await opened(f"&robots=3&robot={number}") for number in (1, 2, 3)]
+    for index, robot in enumerate(robots):
+        await robot.write(command(2, left=100 * (index + 1)))
+    for index, robot in enumerate(robots):
+        found = await stream(robot, 1.0)
+        assert int.from_bytes(found[-1][80:82], "little") >= 90 * (index + 1)
+        assert int.from_bytes(found[-1][82:84], "little") == 0
+    for robot in robots:
+        await robot.close()
+
+
+def test_a_paused_world_sends_nothing_and_goes_on_after_the_pause() -> None:
+    async def story() -> None:
+        transport = await open_transport("sim://square?firmware=epuck2-wifi")
+        assert isinstance(transport, SimTransport)
+        simulation: Simulation = transport.simulation
+        await transport.write(command(2))
+        await arrivals(transport, 0.2)
+        simulation.pause()
+        await arrivals(transport, 0.05)
+        assert await arrivals(transport, 0.2) == []
+        simulation.step(0.5)
+        assert len(await stream(transport, 0.05)) >= 20
+        simulation.resume()
+        assert len(await stream(transport, 0.5)) >= 10
+        await transport.close()
+
+    asyncio.run(story())
