@@ -18,10 +18,10 @@ from elib.cli.arguments import check_duration
 from elib.cli.decoded import PAUSE, to_json, to_text
 from elib.cli.readings import json_line
 from elib.cli.terminal import has_colour, say
-from elib.decoding import ASSUMED, FAULTS, Decoder, Direction, Line
+from elib.decoding import ASSUMED, FAULTS, AnyDecoder, Direction, Line, WifiDecoder, decoder_of, is_wifi
 from elib.decoding.captures import FORMS, Piece, direction_of, form_of
 from elib.errors import ArgumentError
-from elib.protocol.profiles import PROFILES, profile_named, recognise
+from elib.protocol.profiles import FIRMWARES, profile_named, recognise
 from elib.robot.running import run_coroutine
 from elib.transport import open_transport, parse_url, speed_of
 
@@ -32,7 +32,7 @@ _SENDERS: dict[str, Direction] = {"robot": "to host", "host": "to robot"}
 
 File = Annotated[str, Cli(name="FILE", help="A capture, - for standard input, a port or a URL.")]
 Firmware = Annotated[
-    str | None, Cli(metavar="NAME", help=f"{', '.join(PROFILES)}; by default what the capture tells, or {ASSUMED}.")
+    str | None, Cli(metavar="NAME", help=f"{', '.join(FIRMWARES)}; by default what the capture tells, or {ASSUMED}.")
 ]
 From = Annotated[
     str | None,
@@ -68,10 +68,11 @@ def decode(
         raise ArgumentError(f"--as is {form!r}; it must be one of {', '.join(FORMS)}")
     direction = _SENDERS[sender] if sender else None
     printer = Printer(json=json)
+    decoder: AnyDecoder
     if _is_port(source):
         if form is not None:
             raise ArgumentError("--as is for files; a port sends raw bytes")
-        decoder = Decoder(firmware)
+        decoder = decoder_of(firmware)
         printer.assume(decoder)
         _listen(source, decoder, direction or "to host", printer, seconds)
         return
@@ -84,7 +85,10 @@ def decode(
         read = FORMS[form or form_of(head)]
         pieces = read(file, direction or direction_of(head), source)
         ahead = list(_up_to(pieces, LOOK_AHEAD)) if source != "-" else []
-        decoder = Decoder(firmware, assumed=_version_in(ahead))
+        if firmware is None and is_wifi(ahead):
+            decoder = WifiDecoder("by its packets")
+        else:
+            decoder = decoder_of(firmware, assumed=_version_in(ahead))
         printer.assume(decoder)
         for part in (ahead, pieces):
             for time, way, data in part:
@@ -107,7 +111,7 @@ class Printer:
         self._has_colour = has_colour(sys.stdout)
         self._count = self._faults = 0
 
-    def assume(self, decoder: Decoder) -> None:
+    def assume(self, decoder: AnyDecoder) -> None:
         """Say which firmware is assumed, if one is."""
         if decoder.source == "assumed":
             say(f"firmware: {decoder.firmware}, assumed until the capture tells; --firmware names another")
@@ -121,7 +125,7 @@ class Printer:
         if lines and self.is_live:
             sys.stdout.flush()
 
-    def summary(self, decoder: Decoder) -> None:
+    def summary(self, decoder: AnyDecoder) -> None:
         """Say how many lines there were, and how many faults."""
         sys.stdout.flush()
         faults = f"{self._faults} of them marked !" if self._faults else "nothing wrong"
@@ -172,7 +176,7 @@ def _version_in(pieces: list[Piece]) -> str | None:
     return None if found is None else recognise(found[1].decode("latin-1")).name
 
 
-def _listen(source: str, decoder: Decoder, direction: Direction, printer: Printer, seconds: float | None) -> None:
+def _listen(source: str, decoder: AnyDecoder, direction: Direction, printer: Printer, seconds: float | None) -> None:
     """Show what comes from a port until the time is over, the link is lost, or Ctrl-C."""
     url = parse_url(source)
     printer.is_live = True

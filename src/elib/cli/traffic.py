@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from elib.cli.decoded import PAUSE, to_text
 from elib.cli.terminal import say
-from elib.decoding import Decoder, Direction, Line
+from elib.decoding import AnyDecoder, Direction, Line, decoder_of
 
 
 class TrafficLog:
@@ -21,7 +21,7 @@ class TrafficLog:
     def __init__(self, firmware: str, show: Callable[[str], None] = say) -> None:
         self._firmware = firmware
         self._show = show
-        self._decoders: dict[str, Decoder] = {}
+        self._decoders: dict[str, AnyDecoder] = {}
         self._pauses: dict[str, asyncio.TimerHandle] = {}
 
     def note(self, name: str, time: float, direction: Direction, data: bytes) -> None:
@@ -36,7 +36,7 @@ class TrafficLog:
         if name in self._pauses:
             self._pauses[name].cancel()
         else:
-            self._decoders[name] = Decoder(assumed=self._firmware)
+            self._decoders[name] = decoder_of(assumed=self._firmware)
         self._show_lines(name, self._decoders[name].feed(direction, time, data))
         self._pauses[name] = asyncio.get_running_loop().call_later(PAUSE, self._end, name)
 

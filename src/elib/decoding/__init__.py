@@ -10,5 +10,19 @@
 
 from elib.decoding.decoder import ASSUMED, Decoder
 from elib.decoding.lines import FAULTS, Argument, Call, Direction, Kind, Line
+from elib.decoding.wifi import AnyDecoder, WifiDecoder, decoder_of, is_wifi
 
-__all__ = ["ASSUMED", "FAULTS", "Argument", "Call", "Decoder", "Direction", "Kind", "Line"]
+__all__ = [
+    "ASSUMED",
+    "FAULTS",
+    "AnyDecoder",
+    "Argument",
+    "Call",
+    "Decoder",
+    "Direction",
+    "Kind",
+    "Line",
+    "WifiDecoder",
+    "decoder_of",
+    "is_wifi",
+]

@@ -39,6 +39,7 @@ from elib.session import (
     Ended,
     Ending,
     Greeted,
+    Pushed,
     Received,
     Reconnected,
     ResetNoticed,
@@ -123,6 +124,7 @@ class Translator:
             Ended: self._ended,
             Wrote: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=True)),),
             Received: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=False)),),
+            Pushed: lambda time, event: _readings_of(time, "image", event.value),
             SessionOpened: self._opened,
             Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
             Located: self._located,
@@ -147,8 +149,7 @@ class Translator:
         number = self._number_of(request)
         found = [Message(time, OUTCOMES, outcome_message(time, number, event))]
         if event.value is not None:
-            for name, value in readings_in(request.name, event.value):
-                found += _picture(time, value) if isinstance(value, Image) else _reading(time, name, value)
+            found += _readings_of(time, request.name, event.value)
         return found
 
     def _number_of(self, request: Request[object]) -> int:
@@ -215,6 +216,14 @@ def readings_in(name: str, value: object) -> Iterator[tuple[str, Reading | Image
             yield from readings_in(str(key), each)
     elif isinstance(value, Reading | Image):
         yield name, value
+
+
+def _readings_of(time: float, name: str, value: object) -> list[Message]:
+    """Return the messages of each reading in an answer, or in a packet that came without being asked for."""
+    found: list[Message] = []
+    for each, reading in readings_in(name, value):
+        found += _picture(time, reading) if isinstance(reading, Image) else _reading(time, each, reading)
+    return found
 
 
 def _reading(time: float, name: str, value: Reading) -> Iterable[Message]:

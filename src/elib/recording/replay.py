@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from elib.errors import LinkBusy, LinkNotFound, ReplayDiffers
+from elib.protocol.profiles import FIRMWARES
 from elib.recording.reader import Recording, Transfer
 from elib.recording.topics import BYTES, CALLS, NOTES, OUTCOMES
 from elib.transport.buffered import BufferedTransport
@@ -58,6 +59,7 @@ class Script:
         name: Name of the file.
         stretches: The bytes of each session.
         calls: When the bytes of each call were sent, and the text of the call, in order of time.
+        codec: What the link carried.
         began: When the recording began, s.
         missing: A hint on what happened before the recording began; empty if the recording is complete.
     """
@@ -65,6 +67,7 @@ class Script:
     name: str
     stretches: list[Stretch]
     calls: list[tuple[float, str]]
+    codec: str
     began: float
     missing: str
 
@@ -88,7 +91,9 @@ class Script:
                 stretch.items.append(entry.transfer)
             elif entry.data.get("event") in ("down", "lost") and stretch.lost is None:
                 stretch.lost, stretch.reason = entry.time, str(entry.data["message"])
-        return cls(recording.name, stretches, sorted(calls), recording.began, _missing(recording))
+        firmware = FIRMWARES.get(recording.about.get("firmware", ""))
+        codec = "serial" if firmware is None else firmware.codec
+        return cls(recording.name, stretches, sorted(calls), codec, recording.began, _missing(recording))
 
     def call_at(self, time: float) -> str:
         """Return the text of the call whose bytes were sent at a time; empty if no call was sent then."""
@@ -146,6 +151,7 @@ class ReplayTransport(BufferedTransport):
 
     def __init__(self, replay: Replay, stretch: Stretch) -> None:
         super().__init__(replay.url, origin="replay")
+        self.codec = replay.script.codec
         self._replay = replay
         self._loop = replay.loop
         self._items = deque(stretch.items)
