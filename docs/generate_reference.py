@@ -15,6 +15,7 @@ from generator import (
     commands,
     drawings,
     epuck,
+    epuck2,
     errors,
     faults,
     layers,
@@ -50,6 +51,7 @@ PAGES = {
 MARKED = {
     "architecture.md": {"layers": layers.layers, "rules": layers.rules},
     "concepts/link.md": {"transitions": link.transitions},
+    "guides/epuck2.md": {"devices": epuck2.devices, "missing": epuck2.missing},
     "guides/link-faults.md": {"faults": faults.summary, "scripts": faults.gallery},
     "guides/records.md": {"topics": recording.topics, "about": recording.about},
     "guides/worlds.md": {"worlds": worlds.listed},

@@ -26,7 +26,7 @@ Pace = Annotated[float, Quantity("pace", "rev/s", 0.1, 1.0, scale=1000)]
 Spacing = Annotated[float, Quantity("spacing", "m", 0.1, 0.5)]
 
 ALIGNMENT, COHESION, OBSTACLES = 1.0, 0.6, 1.5
-"""Weights of the three wishes. A robot that hears nobody drives straight on, with weight 1."""
+"""Weights of the three wishes. A robot that hears no one drives straight on, with weight 1."""
 BYTE = math.tau / 256
 """rad. Step of a direction in a message of one byte, 1.4 degrees: less than the noise of a bearing."""
 NEAR = 80.0

@@ -1,8 +1,8 @@
 """Range and bearing: robots that hear each other by infrared light, and from which distance and direction.
 
 The model of a board on top of each robot, like the e-RandB of the e-puck: twelve infrared emitters and receivers around
-it. About ten times a second each board sends a short message in all directions. Whoever hears it knows how far away and
-in which direction its sender is. It is not known who that is, unless the message says so.
+it. Ten times a second each board sends a short message in all directions. A robot that hears it knows how far away and
+in which direction its sender is. It does not know who that is, unless the message says so.
 
 What sources say of the e-RandB, and what is modelled:
 
