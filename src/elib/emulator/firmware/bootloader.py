@@ -77,7 +77,7 @@ class ProgramMemory:
 
     @property
     def has_bootloader(self) -> bool:
-        """Whether nobody has written over the bootloader."""
+        """Whether the bootloader is as it was delivered: no row of it was ever written."""
         return not any(row in self.rows for row in BOOTLOADER_ROWS)
 
     @property
