@@ -38,6 +38,7 @@ COMMANDS = {
     "simulate": "Offer virtual robots on serial ports, TCP ports or Wi-Fi.",
     "world": "List the worlds that come with elib, show one, check your own.",
     "find": "Look for robots: on ports, among paired ones, in simulations.",
+    "flash": "Write a program into an e-puck1.",
     "et": "Copy, count and time the rows of a robot's log.",
     "decode": "Show captured bytes as commands and answers, from a file or a port.",
     "doctor": "Say why a robot does not connect, and what to do.",

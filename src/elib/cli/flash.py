@@ -1,0 +1,154 @@
+"""``elib flash``: write a program into an e-puck1 by its bootloader."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter as Cli
+
+from elib.cli.arguments import FAST_SIMULATION
+from elib.cli.terminal import is_live, say, table
+from elib.errors import ArgumentError, Unsupported
+from elib.flash import Image, Uploader, read_image
+from elib.flash.image import BOOTLOADER, END, LARGEST_NUMBER, NUMBER_AT, ROW, START_AT, spans
+from elib.flash.uploader import EPUCK2_HINT, NOT_THIS_ROBOT
+from elib.plaintext import plain
+from elib.protocol.values import Version
+from elib.robot.running import run_coroutine
+from elib.transport import open_transport, parse_url, speed_of
+
+File = Annotated[Path, Cli(name="FILE.hex", help="The program, an Intel HEX file.")]
+Target = Annotated[str | None, Cli(help="The robot: serial:///dev/rfcomm0, rfcomm://..., tcp://HOST:PORT, ...")]
+Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same, as for the other commands.")]
+Number = Annotated[int | None, Cli(name="--id", metavar="N", help="The robot's number, on its label; 0 to 65535.")]
+DryRun = Annotated[bool, Cli(name="--dry-run", help="Show what would be written; no robot is needed.")]
+Verify = Annotated[bool, Cli(name="--verify", help="Say at the end how far the rows in the robot are checked.")]
+
+WHY_NUMBER = (
+    "the robot keeps its number in a row that each upload writes, and it cannot be read back: give --id N with the "
+    "number on the robot's label, which is also in its Bluetooth name (e-puck_1234)"
+)
+VERIFIED = (
+    "The robot checked the sum of each packet before it wrote the row, and confirmed each row ({rows}) with K. Its "
+    "bootloader cannot be asked what stands in the memory, so nothing was read back."
+)
+INTERRUPTED = "Interrupted."
+
+
+def flash(
+    file: File,
+    url: Target = None,
+    /,
+    *,
+    robot: Robot = None,
+    number: Number = None,
+    dry_run: DryRun = False,
+    verify: Verify = False,
+) -> None:
+    """Write a program into an e-puck1, which needs the Tiny Bootloader that it is delivered with.
+
+    A robot that drives is stopped first. Then its program resets it; if no program answers, you are asked to press the
+    reset button. Rows of the bootloader are never sent, and the reset vector is changed so that it leads to the
+    bootloader: an upload that was interrupted can be repeated. Without URL a virtual robot is used. For an e-puck2 see
+    docs/guides/flash.md.
+    """
+    if url is not None and robot is not None:
+        raise ArgumentError(f"two robots were named: {url} and {robot}", hint="name one of them")
+    if number is not None and not 0 <= number <= LARGEST_NUMBER:
+        raise ArgumentError(f"--id is {number}; it must be from 0 to {LARGEST_NUMBER}")
+    image = read_image(file)
+    if dry_run:
+        print(described(image, file.name, number))
+        return
+    if number is None:
+        raise ArgumentError("--id is missing", hint=WHY_NUMBER)
+    target = parse_url(url or robot or FAST_SIMULATION)
+    if target.scheme == "wifi":
+        raise Unsupported(f"{target}: {NOT_THIS_ROBOT}", hint=EPUCK2_HINT)
+
+    async def main() -> Version | None:
+        return await _flash(str(target), image, number)
+
+    version = run_coroutine(main, speed_of(target))
+    rows = len(image.rows)
+    if verify:
+        say(VERIFIED.format(rows=rows))
+    runs = "it says nothing, as programs without sercom do" if version is None else plain(version.text)
+    print(f"{rows} rows are written, and the program has started: {runs}")
+
+
+async def _flash(url: str, image: Image, number: int) -> Version | None:
+    transport = await open_transport(url)
+    try:
+        if getattr(transport, "codec", "serial") != "serial":
+            raise Unsupported(f"{url}: {NOT_THIS_ROBOT}", hint=EPUCK2_HINT)
+        with _progress(len(image.rows)) as on_row:
+            uploader = Uploader(transport, image, number, say=say, on_row=on_row)
+            try:
+                return await uploader.run()
+            except asyncio.CancelledError:
+                say(f"{INTERRUPTED} {uploader.state}")
+                raise
+    finally:
+        await transport.close()
+
+
+def described(image: Image, name: str, number: int | None) -> str:
+    """Return what would be written, and what not."""
+    rows = len(image.rows)
+    written = [f"{_span(first, last)} ({(last - first) // ROW + 1})" for first, last in spans(image.rows)]
+    vector = f"0x000000 leads to the bootloader at 0x{BOOTLOADER:06X}"
+    lines = [
+        ("rows", f"{rows} of {END // ROW}, of 32 instructions each: {', '.join(written)}"),
+        (
+            "reset vector",
+            f"{vector}, as in the file" if image.is_patched else f"{vector}; in the file: 0x{image.start:06X}",
+        ),
+        ("start", f"0x{START_AT:06X} leads to the program at 0x{image.start:06X}"),
+        ("robot's number", f"{'missing: give it with --id' if number is None else number}, at 0x{NUMBER_AT:06X}"),
+        ("never sent", f"{_span(BOOTLOADER, END - ROW)}, the bootloader" + _held(image)),
+    ]
+    lines += [
+        ("not sent", f"{memory}: {count} bytes, out of the bootloader's reach")
+        for memory, count in image.skipped.items()
+    ]
+    lines.append(("time", f"{image.seconds:.1f} s on the line at least, and the answers of the robot"))
+    return f"{plain(name)}\n{table(lines)}"
+
+
+def _held(image: Image) -> str:
+    return f"; the file holds {len(image.protected)} rows there" if image.protected else ""
+
+
+def _span(first: int, last: int) -> str:
+    """Return the addresses of a run of rows."""
+    return f"0x{first:06X}..0x{last + ROW - 2:06X}"
+
+
+@contextmanager
+def _progress(rows: int) -> Iterator[Callable[[int, int], None]]:
+    """Show on a terminal how many rows are written; elsewhere say it at each quarter."""
+    if not is_live(sys.stderr):
+        said = 0
+
+        def tell(written: int, rows: int) -> None:
+            nonlocal said
+            if written * 4 // rows > said:
+                said = written * 4 // rows
+                say(f"{written} of {rows} rows")
+
+        yield tell
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, redirect_stdout=False, redirect_stderr=True) as progress:
+        task = progress.add_task("rows", total=rows)
+        yield lambda written, rows: progress.update(task, completed=written)
