@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ipaddress
 import json
 import os
 import stat
@@ -14,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from elib import discovery
-from elib.discovery import Found, candidates, find, is_likely, survey
+from elib.discovery import Found, addresses_of, candidates, find, is_likely, survey
 from elib.emulator import registry
 from elib.emulator.registry import Registered, registered, running
 from elib.emulator.server import serve
@@ -22,7 +23,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, SimulationError
 from elib.testing import simulated
 from elib.timebase import ScaledLoop
-from elib.transport import open_transport
+from elib.transport import Transport, open_transport
 from shared import held
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX processes")
@@ -322,3 +323,50 @@ def test_without_a_runtime_folder_records_lie_among_temporary_files(
     assert registry.folder() == tmp_path / f"elib-{os.getuid()}"
     with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         assert [robot.name for robot in running()] == ["epuck-1"]
+
+
+# -- the network --
+
+
+@pytest.mark.parametrize(
+    ("network", "complaint"),
+    [
+        ("robots", "is not a network"),
+        ("10.0.0.0/8", "16777216 addresses"),
+        ("203.0.113.0/24", "no address in"),
+        ("127.0.0.0/33", "is not a network"),
+    ],
+)
+def test_only_a_network_of_this_computer_is_asked(network: str, complaint: str) -> None:
+    with pytest.raises(ArgumentError, match=complaint):
+        addresses_of(network)
+
+
+def test_every_other_address_of_the_own_network_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = ipaddress.IPv4Address("192.168.7.20")
+    monkeypatch.setattr(discovery, "_own_address", lambda target: own)
+    asked = addresses_of("local")
+    assert len(asked) == 253
+    assert (asked[0], asked[-1]) == ("192.168.7.1", "192.168.7.254")
+    assert str(own) not in asked
+    monkeypatch.setattr(discovery, "_own_address", lambda target: None)
+    with pytest.raises(ArgumentError, match="in no network"):
+        addresses_of("local")
+
+
+async def test_an_address_where_nothing_listens_is_not_listed_and_each_robot_is() -> None:
+    robots = {}
+
+    async def opened(url: object) -> Transport:
+        return await open_transport(robots.get(str(url), "tcp://127.0.0.1:9"))
+
+    settings = SimulationSettings(firmware="epuck2-wifi", robots=2)
+    async with serve(settings, wifi="127.0.0.1:0") as served:
+        robots |= {f"wifi://127.0.0.{3 + number}": robot.url for number, robot in enumerate(served)}
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(discovery, "open_transport", opened)
+            found = await find(network="127.0.0.0/29")
+    assert [(each.url, each.kind, each.firmware) for each in found if each.kind == "wifi"] == [
+        ("wifi://127.0.0.3", "wifi", "epuck2-wifi"),
+        ("wifi://127.0.0.4", "wifi", "epuck2-wifi"),
+    ]

@@ -1,15 +1,18 @@
 """``elib.find()``: which robots this computer can reach; no robot is disturbed.
 
 Only links that may lead to a robot are tried: bound Bluetooth ports, USB serial ports, COM ports, robots with which the
-system is paired, and running simulations. A port that another program has open is left alone.
+system is paired, and running simulations. A port that another program has open is left alone. The network is asked
+only if the caller says so.
 """
 
 from __future__ import annotations
 
 import asyncio
+import ipaddress
 import os
 import re
 import shutil
+import socket
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -22,17 +25,28 @@ from elib.emulator.registry import Registered, running
 from elib.errors import ArgumentError, ElibError
 from elib.session import Session, check_timeout
 from elib.timebase import require_real_time
-from elib.transport import open_transport, parse_url
+from elib.transport import Transport, open_transport, parse_url
 from elib.transport.ports import holders, list_ports
 from elib.transport.rfcomm import EPUCK2_CHANNEL
 
-Kind = Literal["serial", "bluetooth", "simulation"]
+Kind = Literal["serial", "bluetooth", "wifi", "simulation"]
 
 TIMEOUT = 5.0
 """s for each link; all are tried at the same time. A radio looks for a robot that is switched off for up to 5.12 s."""
 
 BLUETOOTHCTL_TIMEOUT = 2.0
 """s for the system's list of paired devices; ``bluetoothctl`` waits for ever if its service does not run."""
+
+LOCAL = "local"
+"""The network of this computer's own address, as far as an address block of 256 goes."""
+MOST_ADDRESSES = 1024
+"""The largest network that is asked."""
+AT_ONCE = 64
+"""Addresses that are asked at the same time: a home router loses packets if there are many more."""
+CONNECTING = 1.0
+"""s for an address of the network: most of them belong to nobody, and a robot in the same network answers in 0.1 s."""
+_FAR_AWAY = "192.0.2.1"
+"""An address that no computer has (RFC 5737); the system says which of its own it would use to get there."""
 
 _LIKELY = re.compile(
     r"rfcomm\d+|ttyACM\d+|ttyUSB\d+|COM\d+|cu\..*e-?puck.*|cu\.(usbmodem|usbserial|SLAB_USBtoUART|wchusbserial).*",
@@ -54,7 +68,7 @@ class Found:
 
     Attributes:
         url: What opens it.
-        kind: ``serial``, ``bluetooth`` (a port bound to a robot, or its address) or ``simulation``.
+        kind: ``serial``, ``bluetooth`` (a port bound to a robot, or its address), ``wifi`` or ``simulation``.
         description: What the system knows about it.
         firmware: Name of the firmware that answered, such as ``epuck2``; None if nothing answered.
         answer: The version that the robot answered; empty if nothing answered.
@@ -84,38 +98,100 @@ class Survey:
     notes: tuple[str, ...] = ()
 
 
-async def find(*, timeout: float = TIMEOUT, all_ports: bool = False) -> list[Found]:
+async def find(*, timeout: float = TIMEOUT, all_ports: bool = False, network: str | None = None) -> list[Found]:
     """Look for robots, and ask each for its version.
 
-    A robot is asked for nothing else, and goes on with what it does.
+    A robot is asked for nothing else, and goes on with what it does. Only an e-puck2 on Wi-Fi is stopped, for its
+    protocol has no question without a command; one that another program drives is not disturbed.
 
     Args:
         timeout: Seconds for each link; all are tried at the same time.
         all_ports: Try every serial port. Other devices may react to the question in unexpected ways.
+        network: A network of this computer, such as ``"192.168.1.0/24"``, in which every address is asked for an
+            e-puck2; ``"local"`` is the one of the computer's own address, None is none.
 
     Returns:
         Robots that answer (``firmware`` is set), then links on which no robot answers (``reason`` says why).
 
     Raises:
-        ArgumentError: *timeout* is out of its range.
+        ArgumentError: *timeout* is out of its range, or *network* is not a network of this computer.
         SimulationError: The event loop simulates time.
     """
-    return list((await survey(timeout=timeout, all_ports=all_ports)).found)
+    return list((await survey(timeout=timeout, all_ports=all_ports, network=network)).found)
 
 
-async def survey(*, timeout: float = TIMEOUT, all_ports: bool = False) -> Survey:
+async def survey(*, timeout: float = TIMEOUT, all_ports: bool = False, network: str | None = None) -> Survey:
     """Look for robots as :func:`find` does, and say where the search could not look.
 
     Raises:
-        ArgumentError: *timeout* is out of its range.
+        ArgumentError: *timeout* is out of its range, or *network* is not a network of this computer.
         SimulationError: The event loop simulates time.
     """
     timeout = check_timeout(timeout)
+    addresses = [] if network is None else addresses_of(network)
     listed = await candidates(all_ports=all_ports)
+    places = asyncio.Semaphore(AT_ONCE)
     async with asyncio.TaskGroup() as group:
         tries = [group.create_task(_ask(each, timeout), name=f"find {each.url}") for each in listed.found]
-    found = sorted((task.result() for task in tries), key=lambda each: each.firmware is None)
+        asked = [group.create_task(_ask_address(each, timeout, places), name=f"find {each}") for each in addresses]
+    heard = [each for each in (task.result() for task in asked) if each is not None]
+    found = sorted([*(task.result() for task in tries), *heard], key=lambda each: each.firmware is None)
     return replace(listed, found=tuple(found))
+
+
+def addresses_of(network: str) -> list[str]:
+    """Return the addresses of a network of this computer that others may have.
+
+    Args:
+        network: Such as ``"192.168.1.0/24"``, or ``"local"``.
+
+    Raises:
+        ArgumentError: It is not a network, too large, or this computer has no address in it.
+    """
+    if network == LOCAL:
+        own = _own_address(_FAR_AWAY)
+        if own is None:
+            raise ArgumentError("this computer is in no network", hint="connect it to the network of the robots")
+        block = ipaddress.IPv4Network(f"{own}/24", strict=False)
+    else:
+        try:
+            block = ipaddress.IPv4Network(network, strict=False)
+        except ValueError as error:
+            raise ArgumentError(f"{network!r} is not a network: {error}", hint="write 192.168.1.0/24") from None
+        own = _own_address(str(block[-1] if block.num_addresses == 1 else block[1]))
+    if block.num_addresses > MOST_ADDRESSES:
+        raise ArgumentError(
+            f"{network} has {block.num_addresses} addresses; {MOST_ADDRESSES} are the most that are asked",
+            hint="name a part of it, such as the /24 of the robots",
+        )
+    if own is None or own not in block:
+        raise ArgumentError(
+            f"this computer has no address in {network}",
+            hint="only robots in a network of its own are looked for; connect to one robot with wifi://HOST",
+        )
+    return [str(address) for address in block.hosts() if own.is_loopback or address != own]
+
+
+def _own_address(target: str) -> ipaddress.IPv4Address | None:
+    """Return the address from which this computer would speak to *target*; None without a way there."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asker:
+        try:
+            asker.connect((target, 1))  # of a datagram socket: nothing is sent
+        except OSError:
+            return None
+        return ipaddress.IPv4Address(asker.getsockname()[0])
+
+
+async def _ask_address(address: str, timeout: float, places: asyncio.Semaphore) -> Found | None:
+    """Ask the robot at an address; return None where nothing listens."""
+    url = f"wifi://{address}"
+    async with places:
+        try:
+            async with asyncio.timeout(CONNECTING):
+                transport = await open_transport(url)
+        except (ElibError, TimeoutError):
+            return None
+        return await _ask(Found(url, "wifi", "a robot in the network"), timeout, transport)
 
 
 async def candidates(*, all_ports: bool = False) -> Survey:
@@ -232,8 +308,8 @@ def _paired() -> tuple[dict[str, str], list[str]]:
     }, []
 
 
-async def _ask(candidate: Found, timeout: float) -> Found:
-    """Open the link, ask the robot for its version, and close it; within *timeout*."""
+async def _ask(candidate: Found, timeout: float, transport: Transport | None = None) -> Found:
+    """Open the link unless it is open, ask the robot for its version, and close it; within *timeout*."""
     try:
         url = parse_url(candidate.url)
     except ArgumentError as error:
@@ -242,16 +318,14 @@ async def _ask(candidate: Found, timeout: float) -> Found:
         names = await asyncio.to_thread(holders, url.target)
         if names:
             return replace(candidate, reason=f"{', '.join(names)} holds it, so it was left alone")
-    has_opened = False
     try:
         async with asyncio.timeout(timeout):
-            transport = await open_transport(url)
-            has_opened = True
+            transport = transport or await open_transport(url)
             session = await Session.open(transport)
     except ElibError as error:
         return replace(candidate, reason=error.message.removeprefix(f"{url}: ").removeprefix(f"{url} "))
     except TimeoutError:
-        happened = "opened, but nothing answered" if has_opened else "did not open"
+        happened = "did not open" if transport is None else "opened, but nothing answered"
         return replace(candidate, reason=f"{happened} within {timeout:g} s")
     await session.close()
     return replace(candidate, firmware=session.profile.name, answer=session.version.text)

@@ -108,9 +108,16 @@ def test_a_simulation_of_another_program_is_found_while_it_runs(
 def test_options_reach_the_search(finds: list[dict[str, object]]) -> None:
     finds.append({"answer": Survey((ROBOT,))})
     assert main(["find", "--all", "--within", "2"]) == 0
-    assert finds[1] == {"timeout": 2.0, "all_ports": True}
+    assert finds[1] == {"timeout": 2.0, "all_ports": True, "network": None}
 
 
 def test_an_impossible_time_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["find", "--within", "-1"]) == 2
     assert "a timeout is -1.0 s" in capsys.readouterr().err
+
+
+def test_the_network_is_asked_only_if_the_caller_says_so(finds: list[dict[str, object]]) -> None:
+    finds.append({"answer": Survey((ROBOT,))})
+    for words in ([], ["--wifi"], ["--network", "192.168.1.0/24"]):
+        assert main(["find", *words]) == 0
+    assert [each["network"] for each in finds[1:]] == [None, "local", "192.168.1.0/24"]

@@ -10,7 +10,7 @@ from cyclopts import Parameter as Cli
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import columns, say, table
-from elib.discovery import TIMEOUT, Found, Survey, survey
+from elib.discovery import LOCAL, TIMEOUT, Found, Survey, survey
 from elib.plaintext import plain
 from elib.robot.running import run_coroutine
 from elib.session import check_timeout
@@ -18,20 +18,37 @@ from elib.session import check_timeout
 NOTHING = "No port, paired robot or running simulation was found."
 
 All = Annotated[bool, Cli(name="--all", help="Try every serial port; other devices may react to the question.")]
+Wifi = Annotated[
+    bool, Cli(name="--wifi", help="Also ask the network of this computer for e-puck2s; those that answer are stopped.")
+]
+Network = Annotated[
+    str | None, Cli(name="--network", metavar="NET", help="Ask this network of the computer: 192.168.1.0/24.")
+]
 Within = Annotated[float, Cli(name="--within", metavar="S", help="Seconds for each link.")]
 
 
-def find(*, all_ports: All = False, within: Within = TIMEOUT, json: AsJson = False) -> None:
+def find(
+    *,
+    all_ports: All = False,
+    wifi: Wifi = False,
+    network: Network = None,
+    within: Within = TIMEOUT,
+    json: AsJson = False,
+) -> None:
     """Look for robots: on serial and Bluetooth ports, among paired ones, and in simulations of `elib simulate`.
 
     Each is asked for its version and nothing else, all at the same time. Bound Bluetooth ports (rfcomm0, cu.e-puck...),
     USB serial ports (ttyACM0, ttyUSB0) and COM ports are tried; the ports of the board (ttyS0), modems and debuggers
     are not, and neither is a port that another program has open. Exit code 1 if no robot answers.
+
+    With --wifi or --network every address of one network of this computer is asked at port 1000, at most 1,024 of
+    them. An e-puck2 that answers is stopped by that, for its Wi-Fi has no question without a command; one that another
+    program drives is not disturbed.
     """
     check_timeout(within)
 
     async def main() -> Survey:
-        return await survey(timeout=within, all_ports=all_ports)
+        return await survey(timeout=within, all_ports=all_ports, network=network or (LOCAL if wifi else None))
 
     found = run_coroutine(main)
     if json:
