@@ -53,9 +53,12 @@ Answers = Callable[[bytes], bytes]
 
 
 @asynccontextmanager
-async def scripted(answers: Answers, *, first: bytes = b"") -> AsyncIterator[Callable[[Url], object]]:
+async def scripted(
+    answers: Answers, *, first: bytes = b"", codec: str = "serial"
+) -> AsyncIterator[Callable[[Url], object]]:
     """Return an opener whose other side sends *first*, then for each piece that comes what *answers* returns."""
     near, far = memory_pair("memory://scripted", origin="robot")
+    near.codec = codec
 
     async def talk() -> None:
         try:
@@ -588,3 +591,45 @@ async def silent_port() -> AsyncIterator[str]:
     port = PtyTransport()
     yield port.path
     port.abort()
+
+
+# -- Wi-Fi --
+
+
+@pytest.mark.parametrize(
+    ("first", "detail", "fix"),
+    [
+        (b"\x03" * 20, "empty packets come before any command", "current Wi-Fi firmware"),
+        (b"HTTP/1.1 400 Bad Request\r\n", "is not an e-puck2's Wi-Fi", "is it the robot's address?"),
+    ],
+)
+@simulated
+async def test_what_comes_before_any_command_tells_an_old_build_from_another_device(
+    first: bytes, detail: str, fix: str
+) -> None:
+    async with scripted(lambda data: b"", first=first, codec="wifi") as opener:
+        found = await diagnose("wifi://127.0.0.1", opener=opener)
+    assert names(found, "failed") == ["line"]
+    assert detail in step(found, "line").detail
+    assert fix in step(found, "line").fix
+
+
+@simulated
+async def test_a_robot_that_another_program_uses_is_silent_and_the_doctor_says_so() -> None:
+    async with scripted(lambda data: b"", codec="wifi") as opener:
+        found = await diagnose("wifi://127.0.0.1", opener=opener)
+    assert step(found, "line").detail == "silent until it gets a command"
+    assert names(found, "failed") == ["answer"]
+    assert "serves one at a time" in step(found, "answer").fix
+    assert "selector to 15" in step(found, "answer").fix
+
+
+@simulated
+async def test_a_robot_on_wifi_is_examined_to_the_end() -> None:
+    found = await diagnose("sim://arena?firmware=epuck2-wifi&speed=max")
+    assert found.ok
+    assert [each.name for each in found.steps] == [
+        each.name for each in CHECKS if each.name not in ("binary session", "throughput")
+    ]
+    assert "position 15" in step(found, "selector").detail
+    assert "160 x 120" in step(found, "picture").detail

@@ -56,7 +56,7 @@ SLOW: Mapping[str, str] = {
 
 SELECTOR = (
     "turn the selector and press reset: an e-puck1 with GCtronic's firmware talks in position 3, an e-puck2 in 3 "
-    "(Bluetooth) or 8 (USB cable); BTcom talks in every position"
+    "(Bluetooth), 8 (USB cable) or 15 (Wi-Fi); BTcom talks in every position"
 )
 
 WRONG_SPEED = (
@@ -80,3 +80,15 @@ def here(texts: Mapping[str, str]) -> str:
 def joined(*parts: str) -> str:
     """Join several pieces of advice, and leave out repetitions."""
     return "; ".join(dict.fromkeys(piece for part in parts if part for piece in part.split("; ")))
+
+
+WIFI_SILENT = (
+    "close other programs that use this robot, for it serves one at a time; turn its selector to 15 and press reset; "
+    "an e-puck2 with the Bluetooth firmware on its radio does not listen here at all"
+)
+WIFI_SLOW = (
+    "bring the robot nearer to the access point, and choose a channel of 2.4 GHz, the only band it has, that few "
+    "others use"
+)
+OLD_WIFI = "put the current Wi-Fi firmware on the robot's radio (ESP32): see GCtronic's page about the e-puck2"
+NO_WIFI = "is it the robot's address? its own page in the network, or the list of your access point, tells it"

@@ -24,12 +24,14 @@ class Check:
         run: Makes the check; returns what it found or raises CheckFailed.
         needs: Name of the step without which this one makes no sense.
         limit: Time after which the check counts as failed, s; longer than all that it waits for by itself.
+        codec: The only kind of link that has it, ``"serial"`` or ``"wifi"``; empty for all.
     """
 
     name: str
     run: Callable[[Examination], Awaitable[CheckResult]]
     needs: str
     limit: float
+    codec: str = ""
 
 
 CHECKS = (
@@ -38,12 +40,12 @@ CHECKS = (
     Check("holder", link.holder, "rights", 11),
     Check("opening", link.opening, "holder", 11),
     Check("line", link.line, "opening", 8),
-    Check("binary session", link.binary_session, "line", 1),
+    Check("binary session", link.binary_session, "line", 1, "serial"),
     Check("answer", robot.answer, "line", 7),
     Check("firmware", robot.firmware, "answer", 1),
     Check("selector", robot.selector, "answer", 2),
     Check("round trip", robot.round_trip, "answer", 8),
-    Check("throughput", robot.throughput, "answer", 5),
+    Check("throughput", robot.throughput, "answer", 5, "serial"),
     Check("picture", robot.picture, "answer", 7),
 )
 """The checks in their order. The link is opened once, in the first step that needs it."""
@@ -80,6 +82,8 @@ async def diagnose(
     steps: dict[str, DiagnosisStep] = {}
     try:
         for check in CHECKS:
+            if check.codec not in ("", examination.codec):
+                continue
             step = steps[check.name] = await _make(check, examination, steps)
             tell(step)
     finally:

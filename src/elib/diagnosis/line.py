@@ -97,6 +97,16 @@ async def interrogate(transport: Transport) -> Exchange:
     return Exchange(unasked, True, first, second + rest, waited)
 
 
+async def heard(transport: Transport) -> bytes:
+    """Return what a robot sends before it is asked, in the time that counts as silence or a little longer.
+
+    Raises:
+        LinkLost: The link broke.
+    """
+    received, _ = await _until_quiet(transport, QUIET)
+    return received
+
+
 async def _until_quiet(transport: Transport, longest: float) -> tuple[bytes, bool]:
     """Read until nothing has come for QUIET.
 

@@ -9,8 +9,18 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from elib.diagnosis.advice import CHATTER, NO_ADAPTER, OPENING, SHARED_PORT, WRONG_SPEED, here, joined
-from elib.diagnosis.line import Exchange, interrogate
+from elib.diagnosis.advice import (
+    CHATTER,
+    NO_ADAPTER,
+    NO_WIFI,
+    OLD_WIFI,
+    OPENING,
+    SHARED_PORT,
+    WRONG_SPEED,
+    here,
+    joined,
+)
+from elib.diagnosis.line import Exchange, heard, interrogate
 from elib.diagnosis.report import CheckFailed, CheckResult
 from elib.discovery import bound_address
 from elib.errors import (
@@ -26,12 +36,15 @@ from elib.errors import (
 )
 from elib.session import Session
 from elib.transport import Transport, Url
+from elib.transport.base import codec_of
 from elib.transport.ports import holders, list_ports
 from elib.transport.serial import busy
 from elib.transport.tcp import ONE_AT_A_TIME
 
 ADAPTERS = Path("/sys/class/bluetooth")
 """Where Linux lists its Bluetooth adapters."""
+EMPTY_PACKET = b"\x03"
+"""The e-puck2's packet without a payload (wire-protocol.md, 4.3)."""
 SHOWN = 16
 """Bytes of what was received that are shown."""
 SLOW_ANSWER = 0.5
@@ -77,6 +90,13 @@ class Examination:
     def port_exists(self) -> bool:
         """Whether the system has this serial port."""
         return os.path.exists(self.url.target) or self.url.target in list_ports()
+
+    @property
+    def codec(self) -> str:
+        """What the link carries: ``"serial"`` or ``"wifi"``."""
+        if self.transport is not None:
+            return codec_of(self.transport)
+        return "wifi" if self.url.scheme == "wifi" else "serial"
 
     async def attempt(self) -> None:
         """Open the link once; keep the transport or the error. A port that another program has open is not opened."""
@@ -158,6 +178,8 @@ async def opening(examination: Examination) -> CheckResult:
 async def line(examination: Examination) -> CheckResult:
     """Check that the line is silent until it is asked, and that the answer is text."""
     assert examination.transport is not None
+    if examination.codec == "wifi":
+        return await _packets(examination, examination.transport)
     try:
         found = examination.exchange = await interrogate(examination.transport)
     except LinkLost as error:
@@ -171,6 +193,19 @@ async def line(examination: Examination) -> CheckResult:
     if found.unasked:
         return CheckResult(f"{len(found.unasked)} bytes of an earlier program's answer came first; now it is silent")
     return CheckResult("silent until asked")
+
+
+async def _packets(examination: Examination, transport: Transport) -> CheckResult:
+    """Check that the robot sends nothing before it gets a command, as its Wi-Fi firmware does since February 2019."""
+    try:
+        unasked = await heard(transport)
+    except LinkLost as error:
+        raise CheckFailed(examination.plain(error), joined(ONE_AT_A_TIME, error.hint)) from error
+    if not unasked:
+        return CheckResult("silent until it gets a command")
+    if not unasked.strip(EMPTY_PACKET):
+        raise CheckFailed("empty packets come before any command, as from builds before February 2019", OLD_WIFI)
+    raise CheckFailed(f"what comes is not an e-puck2's Wi-Fi: {_shown(unasked)}", NO_WIFI)
 
 
 async def binary_session(examination: Examination) -> CheckResult:
@@ -201,6 +236,8 @@ def _found(url: Url) -> str:
             return f"a program listens on {url.target}"
         case "sim":
             return "a virtual robot, made for this examination"
+        case "wifi":
+            return f"something listens on {url.target}"
         case "rfcomm":
             return "there is a Bluetooth adapter"
     return f"there is something that opens {url.scheme}://"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from elib.diagnosis.advice import SELECTOR, SILENT, SLOW, here, joined
+from elib.diagnosis.advice import SELECTOR, SILENT, SLOW, WIFI_SILENT, WIFI_SLOW, here, joined
 from elib.diagnosis.link import Examination
 from elib.diagnosis.report import CheckFailed, CheckResult
 from elib.errors import ElibError, ReplyTimeout, RobotSilent, Unsupported
@@ -28,6 +28,8 @@ SLOW_TRIP = 0.15
 LATE_TRIP = 0.5
 """s; control loops stumble where one answer in twenty is that late."""
 THESIS_TRIP = 0.065
+WIFI_TRIP = 0.06
+"""s; an answer is the second packet after a command, and there are at most 50 a second (wire-protocol.md, 4.4)."""
 BYTES_PER_SECOND = 11520
 """What 115200 baud carry, with ten bits for a byte (wire-protocol.md, 1.1)."""
 SLOW_SHARE = 0.5
@@ -44,7 +46,8 @@ async def answer(examination: Examination) -> CheckResult:
     try:
         session = examination.session = await Session.open(examination.transport)
     except RobotSilent as error:
-        raise CheckFailed("nothing answers", joined(error.hint, here(SILENT))) from error
+        advice = WIFI_SILENT if examination.codec == "wifi" else here(SILENT)
+        raise CheckFailed("nothing answers", joined(error.hint, advice)) from error
     except ElibError as error:
         raise CheckFailed(examination.plain(error), error.hint) from error
     return CheckResult(f"an e-puck says {session.version.text!r}")
@@ -93,12 +96,15 @@ async def round_trip(examination: Examination) -> CheckResult:
             trips.append(loop.time() - began)
     if not trips:
         raise CheckFailed(f"{lost} of {lost} proximity readings were never answered", here(SLOW))
+    usual, slow = f"Bluetooth link takes {_ms(THESIS_TRIP)}", here(SLOW)
+    if examination.codec == "wifi":
+        usual, slow = f"Wi-Fi link takes {_ms(WIFI_TRIP)}", WIFI_SLOW
     examination.round_trip, longest = quantile(trips, 0.5), max(trips)
     detail = f"median {_ms(examination.round_trip)}, {_ms(longest)} at most, of {len(trips) + lost} proximity readings"
     if lost:
-        return CheckResult(f"{detail}; {lost} lost", here(SLOW))
+        return CheckResult(f"{detail}; {lost} lost", slow)
     if examination.round_trip > SLOW_TRIP or longest > LATE_TRIP:
-        return CheckResult(f"{detail}; a healthy Bluetooth link takes {_ms(THESIS_TRIP)}", here(SLOW))
+        return CheckResult(f"{detail}; a healthy {usual}", slow)
     return CheckResult(detail)
 
 
