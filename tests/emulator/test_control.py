@@ -17,6 +17,7 @@ from elib.emulator.fork import put_things
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.sim_transport import open_sim
+from elib.emulator.simulation import Simulation
 from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
 from elib.physics import Box, Cylinder, Scene, World
 from elib.protocol.profiles import PROFILES
@@ -394,6 +395,18 @@ async def test_the_state_tells_everything_there_is(client):
     assert (state["paused"], state["speed"], first["script"]) == (False, 1.0, [])
 
 
+async def test_a_restart_stops_a_robot_and_turns_its_lamps_off(control: Control) -> None:
+    for firmware in ("btcom-2.0", "epuck2-wifi"):
+        simulation = Simulation(SimulationSettings(world="square", firmware=firmware))
+        robot = simulation.robots[0]
+        robot.emulator.firmware.drive(100, 100)
+        Control(simulation).restart(0)
+        assert robot.emulator.firmware.report()["speed"] == [0, 0]
+        simulation.close()
+    with pytest.raises(ArgumentError, match="there is no robot"):
+        control.restart(99)
+
+
 async def test_every_message_of_the_list_does_what_it_says(client, control):
     asked = {
         "state": {},
@@ -411,6 +424,7 @@ async def test_every_message_of_the_list_does_what_it_says(client, control):
         "turn_selector": {"robot": 0, "position": 8},
         "press_remote": {"robot": 0, "key": 60},
         "press_button": {"robot": 0},
+        "restart": {"robot": 1},
         "pause": {},
         "resume": {},
         "step": {"seconds": 0.1},

@@ -10,7 +10,7 @@ import pytest
 from wifi_rig import command, packets
 
 from elib.emulator.control import Control
-from elib.emulator.server import serve
+from elib.emulator.server import DEAF, serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy
 
@@ -105,13 +105,27 @@ async def test_a_client_that_only_ends_its_input_still_hears(port: int) -> None:
         await hears(reader, 20 * 105)
 
 
-async def test_after_a_client_without_a_command_no_other_is_served(port: int) -> None:
-    async with client(port):
+async def test_after_a_client_without_a_command_no_other_is_served_until_a_restart() -> None:
+    doors: list[Control] = []
+    told: list[str] = []
+    async with serve(WIFI, wifi="0", control=doors.append, warn=told.append) as served:
+        port = port_of(served[0].url)
+        async with client(port):
+            await asyncio.sleep(0.05)
         await asyncio.sleep(0.05)
-    await asyncio.sleep(0.05)
-    async with client(port) as (reader, writer):
-        writer.write(command(2))
-        assert await is_silent(reader)
+        assert told == [f"epuck-1: {DEAF}"]
+        async with client(port) as (reader, writer):
+            writer.write(command(2))
+            assert await is_silent(reader)
+        doors[0].restart(0)
+        doors[0].simulation.pause()
+        doors[0].step(1.0)
+        doors[0].step(1.0)
+        doors[0].step(1.0)
+        doors[0].resume()
+        async with client(port) as (reader, writer):
+            writer.write(command(0))
+            assert await hears(reader, 1) == b"\x03"
 
 
 async def test_a_client_whose_connection_breaks_without_a_command_makes_room(port: int) -> None:

@@ -11,6 +11,7 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.cli.terminal import say
 from elib.emulator.control import Control
 from elib.emulator.faultscript import gallery as scripts
 from elib.emulator.registry import registered
@@ -148,6 +149,7 @@ def simulate(
                     wifi="0" if wifi == ANY_FREE else wifi,
                     traffic=None if log is None else log.note,
                     control=None if view is None and control is None else controls.append,
+                    warn=say,
                 )
             )
             opened: list[tuple[str, str]] = []

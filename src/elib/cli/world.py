@@ -20,7 +20,7 @@ from elib.physics import Box, Cylinder, Scene, Wall, World
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import WALL_COLOUR, Solid, extent, gap
 from elib.physics.worldfile import WorldFile, gallery, load_file, source_of
-from elib.protocol.profiles import PROFILES
+from elib.protocol.profiles import FIRMWARES
 from elib.tables import Source
 from elib.view import draw_png
 
@@ -89,9 +89,9 @@ def check(file: File, /) -> None:
     name = _file_or_name(file)
     world = _build_world(name, load_file(name).scene, None)
     for index, firmware in enumerate(world.scene.firmware):
-        if firmware and firmware not in PROFILES:
+        if firmware and firmware not in FIRMWARES:
             source = Source(file, source_of(name)[0].decode("utf-8-sig"), "a world")
-            mistake = Choice(tuple(PROFILES)).refuse(firmware).at("firmware")
+            mistake = Choice(tuple(FIRMWARES)).refuse(firmware).at("firmware")
             raise source.error(("robot", index), mistake)
     for note in _oddities(world.scene):
         say(f"note: {note}")

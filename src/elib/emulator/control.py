@@ -398,6 +398,17 @@ class Control:
         else:
             hardware.release_button()
 
+    def restart(self, robot: Which) -> None:
+        """Switch a robot off and on. It stops, and its program loses a connection over Wi-Fi.
+
+        Raises:
+            ArgumentError: There is no such robot, no program ever opened it, or its battery is empty.
+        """
+        virtual = self._connected(robot)
+        if virtual.player is not None and virtual.player.is_dead:
+            raise ArgumentError(f"the battery of {self.names[virtual.index]} is empty", hint="its fault script says so")
+        virtual.link.power_cycle()
+
     def has_button(self, robot: Which) -> bool:
         """Return whether a robot has a user button that its firmware can read."""
         return "button" not in profile_named(self._connected(robot).firmware).absent

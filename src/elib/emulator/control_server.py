@@ -52,6 +52,7 @@ METHODS: tuple[Callable[..., object], ...] = (
     Control.turn_selector,
     Control.press_remote,
     Control.press_button,
+    Control.restart,
     Control.pause,
     Control.resume,
     Control.step,

@@ -32,6 +32,12 @@ if TYPE_CHECKING:
 LONGEST_FLOOD = 10.0
 """s that a client may send more than the robot's line takes: 115 kB of commands."""
 
+DEAF = (
+    "a client left before it sent a valid command; like a real robot, this one accepts no other until it is switched "
+    "off and on"
+)
+"""What happened to a robot with Wi-Fi (wire-protocol.md, 4.1)."""
+
 Traffic = Callable[[str, float, Literal["to robot", "to host"], bytes], None]
 """Called with the robot's name, time since the start (s), direction and bytes."""
 
@@ -59,6 +65,7 @@ async def serve(
     wifi: str | None = None,
     traffic: Traffic | None = None,
     control: Callable[[Control], None] | None = None,
+    warn: Callable[[str], None] | None = None,
 ) -> AsyncIterator[list[Served]]:
     """Serve every robot of a simulation until the block is left.
 
@@ -80,6 +87,7 @@ async def serve(
             port 0 takes free ones, as does None. The host is 127.0.0.1 unless given.
         traffic: Called with everything that arrives at a robot or a client.
         control: Called with the simulation's :class:`~elib.emulator.control.Control` before the robots can be opened.
+        warn: Called with a sentence when a robot can no longer be reached because of what a client did.
 
     Yields:
         What can be opened, a robot's pty before its TCP port.
@@ -122,6 +130,8 @@ async def serve(
             if traffic is not None:
                 robot_link.trace = partial(traffic, name)
             if isinstance(robot_link, WifiLink):
+                if warn is not None:
+                    robot_link.robot.on_deaf = partial(warn, f"{name}: {DEAF}")
                 place = WifiPort(robot_link, wifi_host, wifi_port)
                 stack.callback(place.close)
                 served.append(Served(name, place.url))

@@ -142,6 +142,7 @@ class WifiEmulator(Emulator):
         firmware: The running firmware of the main processor.
         is_deaf: Whether a client left without a valid command. As the real robot, it then accepts no other client
             until it is switched off and on (wire-protocol.md, 4.1).
+        on_deaf: Called when that happens.
     """
 
     firmware: EPuck2Wifi
@@ -151,6 +152,7 @@ class WifiEmulator(Emulator):
     ) -> None:
         super().__init__(firmware, hardware, timing=timing, booted=booted)
         self._now = 0.0
+        self.on_deaf: Callable[[], None] | None = None
         self._switch_on(0.0 if booted else NETWORK_START)
 
     # -- the interface for the caller --
@@ -388,57 +390,69 @@ class WifiEmulator(Emulator):
 
     def _stream(self, client: Connection) -> TaskSteps:
         """Adopt a command and send what it asks for, again and again, until the client is gone."""
-        buffer = bytearray(COMMAND_SIZE)
-        command = bytes(buffer)
-        is_valid = False
+        command = bytearray(COMMAND_SIZE)
+        has_begun = False
         while not client.is_reset:
-            received = client.received
-            if len(received) >= CROWD:
-                del received[: (len(received) - 1) // COMMAND_SIZE * COMMAND_SIZE]
-            if received or client.is_ended:
-                count = self._read_command(client, buffer, 0)
-                if count == COMMAND_SIZE and buffer[0] == COMMAND_ID:
-                    is_valid = True
-                elif count < COMMAND_SIZE:  # the rest is waited for, and taken as it is
-                    missing = COMMAND_SIZE - count
-                    yield inf, lambda missing=missing: len(client.received) >= missing or client.is_ended  # type: ignore[misc]
-                    self._read_command(client, buffer, count)
-                command = bytes(buffer)
-            if is_valid and self._colour == BLUE:
+            has_begun |= yield from self._receive_command(client, command)
+            if self._colour == BLUE:
                 self._show(DARK)
-            request = command[1] if is_valid else None
-            if request is not None:
-                self._actuators = command[2:]
-                self._films = self._films or bool(request & WANTS_IMAGE)
-            if request is None or (request and not request & (WANTS_IMAGE | WANTS_SENSORS)):
-                if client.is_ended and not client.received:
-                    self.is_deaf = True
-                    yield inf, lambda: client.is_reset
-                yield inf, lambda: bool(client.received) or client.is_ended
+            request = command[1]
+            if has_begun:
+                self._actuators = bytes(command[2:])
+                self._films |= bool(request & WANTS_IMAGE)
+            if has_begun and (not request or request & (WANTS_IMAGE | WANTS_SENSORS)):
                 yield self._sleep(STEP)
-                continue
-            yield self._sleep(STEP)
-            if not request:
-                is_sent = yield from self._send_empty(client)
-            elif request & WANTS_IMAGE:
-                is_sent = yield from self._send_picture(client)
-                if is_sent and buffer[1] & WANTS_SENSORS:
-                    yield self._sleep(STEP)
-                    is_sent = yield from self._send_sensors(client)
-                elif is_sent:
-                    yield from self._take_sensors()
-            else:
-                is_sent = yield from self._send_sensors(client)
-            if not is_sent:
-                return
+                if not (yield from self._send_all(client, request)):
+                    return
+            elif client.is_ended and not client.received:
+                self._go_deaf()
+                yield inf, lambda: client.is_reset
+            else:  # the real one looks again every 10 ms
+                yield inf, lambda: bool(client.received) or client.is_ended
             yield self._sleep(STEP)
 
-    def _read_command(self, client: Connection, buffer: bytearray, start: int) -> int:
-        """Move received bytes into *buffer* from *start* on; return how many."""
-        piece = client.received[: COMMAND_SIZE - start]
-        del client.received[: len(piece)]
-        buffer[start : start + len(piece)] = piece
+    def _receive_command(self, client: Connection, command: bytearray) -> Generator[Wait, None, bool]:
+        """Put the next command in the place of *command*; return whether it came in one piece and begins as it should.
+
+        The rest of one that came in part is waited for, and taken as it is, without a look at its first byte.
+        """
+        received = client.received
+        if len(received) >= CROWD:
+            del received[: (len(received) - 1) // COMMAND_SIZE * COMMAND_SIZE]
+        if not received:
+            return False
+        count = self._move(received, command, 0)
+        if count == COMMAND_SIZE:
+            return command[0] == COMMAND_ID
+        yield inf, lambda: len(received) >= COMMAND_SIZE - count or client.is_ended
+        self._move(received, command, count)
+        return False
+
+    @staticmethod
+    def _move(received: bytearray, command: bytearray, start: int) -> int:
+        """Move received bytes into *command* from *start* on; return how many."""
+        piece = received[: COMMAND_SIZE - start]
+        del received[: len(piece)]
+        command[start : start + len(piece)] = piece
         return len(piece)
+
+    def _go_deaf(self) -> None:
+        self.is_deaf = True
+        if self.on_deaf is not None:
+            self.on_deaf()
+
+    def _send_all(self, client: Connection, request: int) -> Generator[Wait, None, bool]:
+        """Send what a command asks for; return False if the connection is dead."""
+        if not request:
+            return (yield from self._send_empty(client))
+        if request & WANTS_IMAGE:
+            if not (yield from self._send_picture(client)):
+                return False
+            if not request & WANTS_SENSORS:
+                yield from self._take_sensors()
+                return True
+            yield self._sleep(STEP)
+        return (yield from self._send_sensors(client))
 
     def _send_empty(self, client: Connection) -> Generator[Wait, None, bool]:
         self._picture = None  # this also carries the colours of the RGB LEDs, on the line that pictures take
