@@ -120,7 +120,7 @@ class Uploader:
     async def _version(self) -> Version | None:
         """Ask the robot for its version; return None if no sercom answers."""
         try:
-            _, version, _ = await recognise_robot(RecordingTransport(self._transport), None)
+            _, version = await recognise_robot(RecordingTransport(self._transport), None)
         except (RobotSilent, NotAnEpuck):
             return None
         return version
