@@ -9,7 +9,7 @@ from elib.diagnosis.link import Examination
 from elib.diagnosis.report import CheckFailed, CheckResult
 from elib.errors import ElibError, ReplyTimeout, RobotSilent, Unsupported
 from elib.protocol.commands import Commands
-from elib.protocol.profiles import PROFILES
+from elib.protocol.profiles import FIRMWARES
 from elib.quantiles import quantile
 from elib.session import Received, Session, TraceEvent, Wrote
 
@@ -57,11 +57,11 @@ async def firmware(examination: Examination) -> CheckResult:
     """Check that elib knows the firmware."""
     session = _session(examination)
     text, name = session.version.text, session.profile.name
-    if any(profile.version in text for profile in PROFILES.values()):
+    if any(profile.version in text for profile in FIRMWARES.values()):
         return CheckResult(name)
     return CheckResult(
         f"{text!r} is unknown; it is spoken to as {name}",
-        f"where commands fail, name another: elib.open(URL, firmware=...), one of {', '.join(PROFILES)}; and report "
+        f"where commands fail, name another: elib.open(URL, firmware=...), one of {', '.join(FIRMWARES)}; and report "
         "this version",
     )
 
