@@ -18,7 +18,7 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from guard_rig import PATIENCE, SOCKET, Answer, Rig, guarded
+from guard_rig import PATIENCE, SOCKET, Answer, Rig, guarded, parse
 from page_rig import opened, until
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
@@ -304,6 +304,19 @@ async def test_what_is_no_request_ends_the_connection(data: bytes) -> None:
         assert answer == b"" or parse_status(answer) in (400, 403, 405)
         assert b"app.js" not in answer
         assert (await rig.ask()).status == 200
+
+
+async def test_the_refusal_of_what_is_no_request_has_the_headers_of_all_answers_and_repeats_nothing() -> None:
+    async with guarded() as rig:
+        answer = parse(await rig.raw(b"GET <script>alert(1)</script>\r\n\r\n"))
+        usual = await rig.ask("/missing")
+        assert answer.status == 400
+        assert b"script" not in answer.body
+        for name in server.HEADERS:
+            assert answer.headers[name.lower()] == usual.headers[name.lower()]
+        assert answer.headers["content-security-policy"].startswith("default-src 'none'")
+        assert answer.headers["cache-control"] == "no-store"
+        assert "aiohttp" not in answer.headers.get("server", "")
 
 
 async def test_damaged_requests_are_refused_or_answered_and_nothing_else_happens() -> None:
