@@ -296,7 +296,7 @@ class Session:
     def _expire_now(self, call: Call[object]) -> None:
         if call.future.done():
             return
-        if self._is_paused:
+        if self._is_paused and not self._is_closing:
             call.deadline = self._loop.time() + AFTER_PAUSE
             call.timer = self._loop.call_later(PAUSE_POLL, self._expire, call)
             return
