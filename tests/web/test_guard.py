@@ -530,8 +530,8 @@ MALFORMED = {
     "deep arguments": '{"do":"command","robot":"1","name":"stop","arguments":' + "[" * 4000 + "]" * 4000 + "}",
     "deep brackets": "[" * 8000,
     "a deep message of the world": '{"do":"world","message":' + '{"a":' * 1300 + "1" + "}" * 1301,
-    "a long text": json.dumps({"do": "note", "robot": "1", "text": "x" * 501}),
-    "half a letter": '{"do":"note","robot":"1","text":"\\ud800"}',
+    "a long text": json.dumps({"do": "console", "robot": "1", "line": "x" * 501}),
+    "half a letter": '{"do":"console","robot":"1","line":"\\ud800"}',
     "a zero byte": "\0",
     "a second of it": '{"do":"stop","do":"fly"}',
 }
