@@ -22,6 +22,8 @@ from guard_rig import PATIENCE, SOCKET, Answer, Rig, guarded, parse
 from page_rig import opened, until
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from elib.emulator.control_server import Bucket
+from elib.testing import simulated
 from elib.web import access, messages, page, server
 
 TOKEN = "right-token"
@@ -578,12 +580,12 @@ async def test_a_page_that_sends_too_fast_is_thrown_out(monkeypatch: pytest.Monk
         assert len(rig.heard) == server.MESSAGES_AT_ONCE
 
 
+@simulated
 async def test_a_page_that_drives_for_long_is_not_too_fast() -> None:
-    clock = [0.0]
-    bucket = access.Bucket(server.MESSAGES, server.MESSAGES_AT_ONCE, lambda: clock[0])
-    amount = access.Bucket(server.BYTES, server.BYTES_AT_ONCE, lambda: clock[0])
+    bucket = Bucket(server.MESSAGES, server.MESSAGES_AT_ONCE)
+    amount = Bucket(server.BYTES, server.BYTES_AT_ONCE)
     for _ in range(60 * 60):  # a hand that drags for a minute, sixty times a second
-        clock[0] += 1 / 60
+        await asyncio.sleep(1 / 60)
         assert bucket.take()
         assert amount.take(len(steer()) + 8)
 

@@ -14,11 +14,11 @@ from urllib.parse import parse_qs
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from elib.emulator.control import Control
-from elib.emulator.control_server import time_factor
+from elib.emulator.control_server import Bucket, time_factor
 from elib.emulator.loopback import bind
 from elib.errors import LinkLost
 from elib.robot.running import ending
-from elib.web.access import Access, Bucket, is_same
+from elib.web.access import Access, is_same
 from elib.web.listening import Address
 from elib.web.messages import LONGEST, decode
 from elib.web.page import Page
@@ -348,8 +348,7 @@ class Server:
 
     async def _converse(self, ws: web.WebSocketResponse) -> None:
         """Hear a page until it leaves, or says what no page says."""
-        loop, factor = asyncio.get_running_loop(), time_factor()
-        messages = Bucket(MESSAGES, MESSAGES_AT_ONCE, lambda: loop.time() / factor)
+        messages = Bucket(MESSAGES, MESSAGES_AT_ONCE)
         page = Page(self._panel, ws, decode)
         code, reason = WSCloseCode.POLICY_VIOLATION, ""
         try:
@@ -434,7 +433,7 @@ class _Connection(asyncio.Protocol):
         self._connections = connections
         self._loop = asyncio.get_running_loop()
         self._factor = time_factor()
-        self._bytes = Bucket(BYTES, BYTES_AT_ONCE, lambda: self._loop.time() / self._factor)
+        self._bytes = Bucket(BYTES, BYTES_AT_ONCE)
         self._http: asyncio.Protocol | None = None
         self._unread: asyncio.TimerHandle | None = None
 
