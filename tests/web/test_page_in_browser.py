@@ -206,6 +206,10 @@ async def test_every_control_has_a_name_and_nothing_is_wider_than_the_screen(dri
         "[...document.querySelectorAll('.tile')].filter(t => t.offsetParent && t.scrollWidth > t.clientWidth)"
         ".map(t => t.getAttribute('aria-label'))"
     )
+    unseen = (
+        "[...document.querySelectorAll('.instruments .tile')].filter(t => !t.offsetParent)"
+        ".map(t => t.getAttribute('aria-label'))"
+    )
     for width in (1440, 1024, 390):
         await driver.tab.size(width, 800, phone=width < 720)
         await driver.tab.until(f"window.innerWidth === {width}")
@@ -214,6 +218,8 @@ async def test_every_control_has_a_name_and_nothing_is_wider_than_the_screen(dri
             assert await driver.tab.run(unnamed) == [], tab
             assert await driver.tab.run("document.documentElement.scrollWidth") <= width, (tab, width)
             assert await driver.tab.run(wide) == [], (tab, width)
+            if tab == "Sensors":
+                assert await driver.tab.run(unseen) == [], width
         stop = await driver.tab.run(
             "(b => [b.top >= 0, b.bottom <= innerHeight])(document.getElementById('stop').getBoundingClientRect())"
         )
@@ -293,13 +299,15 @@ async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_al
     # The recording opens in the same page and is scrubbed.
     await driver.press("drive.mcap")
     await driver.tab.until(f"{TICK}?.phase === 'playing' && {TICK}.playback.length > 0")
-    await driver.press("Pause")
+    # A recording has nothing to stop: STOP is for the robots.
+    await driver.tab.until("document.getElementById('stop').textContent.includes('STOP ALL') && !app.stopped")
+    await driver.press("Pause recording")
     await driver.tab.until(f"{TICK}.playback.paused")
     line = "document.querySelector('.playback input')"
     await driver.tab.until(f"Number({line}.max) > 0")
     await driver.tab.run(f"{line}.value = {line}.max / 2, {line}.dispatchEvent(new Event('change')), 0")
     await driver.tab.until(f"Math.abs({TICK}.playback.at - {TICK}.playback.length / 2) < 0.1")
-    await driver.press("Play")
+    await driver.press("Go on")
     await driver.tab.until(f"{TICK}.playback.at > 0.6 * {TICK}.playback.length")
 
 
@@ -309,6 +317,16 @@ async def test_a_file_name_cannot_lead_out_of_the_folder(driver, folder):
     await driver.click(".files .tile .primary")
     await driver.tab.until("document.querySelector('.toast')?.textContent.includes('is not a name for a file')")
     assert not (folder.parent / "out.log").exists()
+
+
+async def test_a_robot_can_be_stopped_while_the_page_asks_something(driver, robot):
+    await driver.press("Behaviours")
+    await driver.press("Start")
+    await robot.until_it_moves(0.03)
+    await driver.tab.run("document.querySelector(\".status [title^='The robot itself']\").click()")
+    await driver.click("dialog button.stop")
+    await robot.until_it_stands()
+    assert await driver.tab.run("!!document.querySelector('dialog[open]')"), "the question is still there"
 
 
 # -- the console and behaviours --
@@ -334,13 +352,13 @@ async def test_a_behaviour_drives_until_it_is_ended_and_space_never_sets_a_robot
     await robot.until_it_moves(0.03)
     await driver.click(".source summary")
     await driver.tab.until("document.querySelector('.source code').textContent.includes('async def')")
-    await driver.press("Pause")
+    await driver.press("Pause behaviour")
     await robot.until_it_stands()
-    await driver.press("Continue")
+    await driver.press("Continue behaviour")
     await robot.until_it_moves(0.02)
-    await driver.press("Pause")
+    await driver.press("Pause behaviour")
     await robot.until_it_stands()
-    await driver.tab.until("document.activeElement.textContent.trim() === 'Continue'")
+    await driver.tab.until("document.activeElement.textContent.trim() === 'Continue behaviour'")
     stood = robot.pose
     await driver.key(" ", "Space")  # once it was a click on the button that has the focus
     await driver.tab.until(f"{CHIP}.endsWith('stopped')")
@@ -361,7 +379,7 @@ async def test_options_of_a_behaviour_are_a_form_and_end_ends_it(driver, robot):
     await driver.tab.until("document.querySelectorAll('.options input').length > 0")
     await driver.press("Start")
     await robot.until_it_moves(0.02)
-    await driver.press("End")
+    await driver.press("End behaviour")
     await driver.tab.until(f"{CHIP}.endsWith('stopped')")
     await robot.until_it_stands()
 

@@ -57,7 +57,7 @@ class Phase(enum.Enum):
     CONNECTED = "connected"
     GAP = "connection lost, trying again"
     PLAYING = "playing a recording"
-    FAILED = "failed"
+    FAILED = "not connected"
 
 
 class Slot:
