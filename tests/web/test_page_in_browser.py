@@ -235,19 +235,19 @@ async def test_a_chart_can_be_paused_before_anything_was_drawn(visitor):
         " const box = document.createElement('div'), part = new Part(box); [...part.charts][0].hold();"
         " return [...box.querySelectorAll('button')].map((button) => button.textContent); })()"
     )
-    assert "Pause" in await visitor.tab.run(page)  # type: ignore[operator]
+    assert "Pause chart" in await visitor.tab.run(page)  # type: ignore[operator]
 
 
 async def test_a_chart_stands_while_it_is_paused_shows_a_longer_time_and_is_saved(driver):
     await driver.press("Charts")
     await driver.tab.until("!!document.querySelector('.chart canvas')")
     drawn = "document.querySelector('.chart canvas').toDataURL()"
-    await driver.press("Pause")
+    await driver.press("Pause chart")
     before = await driver.tab.run(drawn)
     ticks = await driver.tab.run(f"{TICK}.time")
     await driver.tab.until(f"{TICK}.time > {ticks} + 0.5")
     assert await driver.tab.run(drawn) == before
-    await driver.press("Continue")
+    await driver.press("Continue chart")
     await driver.tab.until(f"{drawn} !== {before!r}")
     await driver.click("[aria-label='show a longer time']")
     await driver.tab.until("document.querySelector('.chart output').textContent === '1 min'")
@@ -401,7 +401,11 @@ async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_
     await show("epuck-3")
     await visitor.tab.until(f"{tick}.phase === 'connected'")
     await visitor.press("Details")
+    choose = f"(name => {{ const list = {things}; list.value = name; list.onchange(); }})"
+    own = await visitor.tab.run(f"{things}.value")
+    await visitor.tab.run(f"{choose}('')")
     await slide(visitor, "knob-ambient", 1000)
+    await visitor.tab.run(f"{choose}({own!r})")
     await visitor.tab.until(f"{tick}.readings.ambient_light.values[0] < 1500")
     await slide(visitor, "knob-loss", 1)
     await visitor.tab.until(f"{tick}.readings.proximity.stale && {tick}.link.lost > 0")
@@ -411,11 +415,12 @@ async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_
     await visitor.tab.until("document.getElementById('knob-loss')?.value === '1'")
     await slide(visitor, "knob-loss", 0)
     await visitor.tab.until(f"{tick}.phase === 'connected' && !{tick}.readings.proximity.stale")
+    await visitor.tab.run("document.getElementById('world-link').closest('details').open = true")
     await visitor.click("#world-link")
     await visitor.tab.until(f"{tick}.phase === 'gap'")
     await show("epuck-1")
     await show("epuck-3")
-    await visitor.tab.until("document.getElementById('world-link')?.checked === false")
+    await visitor.tab.until("document.getElementById('world-link')?.checked === true")
     await visitor.click("#world-link")
     await visitor.tab.until(f"{tick}.phase === 'connected'")
 

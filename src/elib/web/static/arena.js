@@ -95,13 +95,6 @@ export class Arena {
     this.place();
   }
 
-  /** Show the whole arena. */
-  showAll() {
-    this.zoom = 1;
-    this.followed = null;
-    this.place();
-  }
-
   /** @type {(x: number, y: number) => Point} */
   toPixel = (x, y) => [this.x0 + x * this.scale, this.y0 - y * this.scale];
 
@@ -294,8 +287,13 @@ export class Arena {
       at[1] + radius + gap + 15 < Math.min(this.y0, this.height - 20)
         ? at[1] + radius + gap
         : at[1] - radius - gap - 14;
-    pen.strokeText(name, at[0], below);
-    pen.fillText(name, at[0], below);
+    // On the floor, or at the edge of the canvas where that is nearer.
+    const half = pen.measureText(name).width / 2 + 3,
+      low = Math.max(0, this.x0),
+      high = Math.min(this.width, this.x0 + scene.width * this.scale);
+    const x = between(at[0], low + half, Math.max(low, high - half));
+    pen.strokeText(name, x, below);
+    pen.fillText(name, x, below);
   }
 
   /** @param {Pen} pen @param {number} x @param {number} y @param {number} size */

@@ -134,8 +134,9 @@ export class StartPlace {
     return make(
       "section",
       { className: "card", "aria-label": "connect by URL" },
-      make("h2", { textContent: "Connect by its URL" }),
+      make("h2", { textContent: "Connect by its address" }),
       form,
+      hint("Click an example to put it into the field, then change it:"),
       make(
         "dl",
         {},
