@@ -2,17 +2,13 @@
 
 import { button, fit, inks, make, number, say, store } from "./dom.js";
 import { SENSOR_NAMES } from "./robot.js";
+import { HUES } from "./robotshape.js";
 
 /** @import { Instrument, Known, Point, Scheme } from "./hub.js" */
 
 /** @typedef {Omit<Instrument, "absent">} Choice what a chart can show */
 /** @typedef {(value: number) => number} Scale from seconds or values to pixels */
 
-/** @type {Record<string, string[]>} */
-const HUES = {
-  light: ["#185a9d", "#c75116", "#2e7d50", "#8e448f", "#b02a48", "#606014", "#0e7490", "#5b5bd6"],
-  dark: ["#6fb1f0", "#f2965a", "#7fd6a2", "#d59ad6", "#f08aa4", "#cfcf6a", "#5cc8dc", "#a5a5ff"],
-};
 /** @type {Record<string, number>} */
 const LEAST = { counts: 20, "rev/s": 0.1, g: 0.1, s: 0.005 }; // from the lowest to the highest value, by unit
 const SPANS = [5, 10, 20, 60, 120, 300]; // s
