@@ -16,7 +16,7 @@ const TOAST_TIME = 8000; // ms
  * @typedef {{ name: string, about: string, robots: number, firmware: string }} World
  * @typedef {{
  *   page: string, folder: string, worlds: World[], behaviours: any[], simulation: boolean,
- *   ring: { sensors: number[], leds: number[] },
+ *   ring: { sensors: number[], leds: number[] }, // rad from straight ahead, positive to the left
  * }} Hello what the server says once: the name of the page at the drive locks, the folder that files go to (empty if this
  *   page may not know it), where on the robot the sensors look and the LEDs sit (degrees), and whether the page belongs
  *   to `elib simulate`

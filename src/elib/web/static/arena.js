@@ -21,9 +21,10 @@ function penOf(canvas) {
 }
 
 export class Arena {
-  /** @param {HTMLCanvasElement} canvas @param {Model} model */
-  constructor(canvas, model) {
+  /** @param {HTMLCanvasElement} canvas @param {Model} model @param {number[]} leds the angles of a robot's ring, rad */
+  constructor(canvas, model, leds) {
     this.canvas = canvas;
+    this.leds = leds;
     this.model = model;
     /** @type {Thing | null} */
     this.selected = null;
@@ -266,7 +267,7 @@ export class Arena {
       radius = scene.radius * this.scale,
       bits = frame.bits[k];
     const ring = frame.ring.subarray(24 * k, 24 * k + 24);
-    drawRobot(pen, [...at, heading], radius, this.ink.edge, scene.leds, bits, ring);
+    drawRobot(pen, [...at, heading], radius, this.ink.edge, this.leds, bits, ring);
     if (bits & CUT) this.drawCut(pen, at[0] + 0.8 * radius, at[1] - 0.8 * radius, Math.max(6, 0.34 * radius));
   }
 

@@ -21,9 +21,7 @@ export class OverviewPlace {
     this.app = app;
     /** @type {Map<string, Card>} */
     this.cards = new Map();
-    const ring = app.hello?.ring ?? { sensors: [], leds: [] };
-    this.sensors = ring.sensors.map((degrees) => (degrees * Math.PI) / 180);
-    this.leds = ring.leds.map((degrees) => (degrees * Math.PI) / 180);
+    this.ring = app.hello?.ring ?? { sensors: [], leds: [] };
     const stage = make("div"),
       title = make("h2");
     this.world = new World(stage, null, app);
@@ -149,7 +147,7 @@ export class OverviewPlace {
       radius = Math.min(width, height) * 0.26;
     (robot.proximity ?? []).forEach((counts, sensor) => {
       const far = distance(counts),
-        turn = -Math.PI / 2 - this.sensors[sensor];
+        turn = -Math.PI / 2 - this.ring.sensors[sensor];
       if (!Number.isFinite(far)) return;
       pen.beginPath();
       pen.arc(...middle, radius * (1.15 + 0.06 * far), turn - 0.18, turn + 0.18);
@@ -157,6 +155,6 @@ export class OverviewPlace {
       pen.lineWidth = 3;
       pen.stroke();
     });
-    drawRobot(pen, [...middle, Math.PI / 2], radius, ink.edge, this.leds);
+    drawRobot(pen, [...middle, Math.PI / 2], radius, ink.edge, this.ring.leds);
   }
 }

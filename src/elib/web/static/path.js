@@ -26,8 +26,8 @@ export class Part {
   /** @param {HTMLElement} box @param {App} app */
   constructor(box, app) {
     const { sensors, leds } = app.hello?.ring ?? { sensors: [], leds: [] };
-    this.angles = sensors.map((turn) => (turn * Math.PI) / 180);
-    this.leds = leds.map((turn) => (turn * Math.PI) / 180);
+    this.angles = sensors;
+    this.leds = leds;
     this.news = ""; // tells whether anything is new
     /** @type {Point[]} */
     this.trail = [];

@@ -69,7 +69,7 @@ export class Part {
       app.connection.tell("rays", { on: choices.rays });
     };
     this.removeButton = button("Delete", () => this.remove(), { title: "Take the selected box or wall away" });
-    this.arena = new Arena(this.canvas, this.model);
+    this.arena = new Arena(this.canvas, this.model, app.hello?.ring.leds ?? []);
     this.hand = new Hand(this);
     const detail = make("aside", { className: "detail", id: "world-detail", "aria-label": "what is selected" });
     this.details = new Details(detail, this);
