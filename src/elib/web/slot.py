@@ -410,7 +410,10 @@ class Slot:
         Raises:
             ElibError: The robot did not confirm a command.
         """
-        return asyncio.shield(self._begin(self._blink()))
+        blinking = self._begin(self._blink())
+        # A page that was closed meanwhile does not ask any more how it ended.
+        blinking.add_done_callback(lambda task: task.cancelled() or task.exception())
+        return asyncio.shield(blinking)
 
     async def _blink(self) -> None:
         before = copy.deepcopy(self.robot.context.last_set)
