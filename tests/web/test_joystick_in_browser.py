@@ -189,7 +189,7 @@ async def test_numbers_are_told_as_a_person_would(driver):
     assert found[:4] == [0, 0, 90, 270]  # type: ignore[index]
     assert found[4] == pytest.approx(0.1, rel=0.01)  # type: ignore[index]
     assert found[5] < 0.001, "it has stood for half a second"  # type: ignore[index, operator]
-    assert found[6:] == ["Groundleft?counts", "Button0.1 spressedno", "Battery0.1 scharge37%"]  # type: ignore[index]
+    assert found[6:] == ["Groundno valueleft?counts", "Button0.1 spressedno", "Battery0.1 scharge37%"]  # type: ignore[index]
 
 
 async def test_the_picture_is_upright_as_the_world_is(driver, robot):

@@ -202,7 +202,7 @@ class Page:
             "folder": "" if panel.is_shared else str(panel.folder.path),
             "worlds": world_list(),
             "behaviours": catalogue(),
-            "ring": {"sensors": [round(math.degrees(angle), 2) for angle in SENSOR_DIRECTIONS], "leds": LED_ANGLES},
+            "ring": {"sensors": SENSOR_DIRECTIONS, "leds": [math.radians(angle) for angle in LED_ANGLES]},
             "simulation": panel.control is not None,
         }
 

@@ -1,7 +1,7 @@
 // Driving: pad, keys, gamepad and a slider for each wheel. While a hand is on any of them the page says so ten times a
 // second, for a stick that is held still says nothing by itself; the server stops the robot when that ends.
 
-import { button, confirmed, draw, isBusy, make, number, put, say } from "./dom.js";
+import { button, confirmed, draw, isBusy, make, number, pleaseStop, put, say } from "./dom.js";
 
 /** @import { Remote } from "./dom.js" */
 /** @import { Known, Phase } from "./hub.js" */
@@ -72,7 +72,7 @@ export class Part {
     /** @type {(turn: number) => SVGElement} */
     const arrow = (turn) => draw("path", { d: "M-8,-84 L0,-93 L8,-84", class: "arrow", transform: `rotate(${turn})` });
     this.knob = draw("circle", { r: 24, class: "knob" });
-    this.echo = draw("circle", { r: 5, class: "echo" });
+    this.echo = draw("circle", { r: 7, class: "echo" });
     this.face = draw(
       "svg",
       { viewBox: "-105 -105 210 210", "aria-hidden": "true" },
@@ -118,6 +118,7 @@ export class Part {
       step: 5,
       value: 50,
       "aria-label": "speed limit, percent of the fastest",
+      title: "It holds for the pad, the keys and the gamepad. Behaviours drive as fast as they want.",
     });
     this.limitText = make("output");
     this.limit.addEventListener("input", () => {
@@ -130,12 +131,12 @@ export class Part {
     this.box.replaceChildren(
       make("div", { className: "handles" }, sliders[0], this.field, sliders[1]),
       this.speeds,
-      make("label", { className: "slider" }, "Speed limit", this.limitText, this.limit),
+      make("label", { className: "slider" }, "Your speed limit", this.limitText, this.limit),
       make("div", { className: "who" }, this.state, this.takeOver),
       make(
         "div",
         { className: "more" },
-        make("label", { className: "check" }, this.hold, "Wheel sliders stay where I put them"),
+        make("label", { className: "check" }, this.hold, "Sliders stay where I put them"),
         make("p", {
           className: "hint keys",
           id: "stick-help",
@@ -236,7 +237,7 @@ export class Part {
     const stops = Boolean(pad.buttons[0]?.pressed || pad.buttons[1]?.pressed);
     if (!this.game)
       say(this.gamepad, `Gamepad: ${pad.id.slice(0, 60)}. Left stick drives, its first two buttons stop.`);
-    if (stops && !this.game?.stops) document.dispatchEvent(new CustomEvent("elib-please-stop"));
+    if (stops && !this.game?.stops) pleaseStop();
     const isCentred = far < PAD_DEAD,
       isLatched = !isCentred && (stops || Boolean(this.game?.isLatched)); // after a stop it has to be let go
     this.game = {
@@ -330,7 +331,7 @@ export class Part {
     this.isMine = isMine;
     this.mayMove = drive.may_move;
     this.box.dataset.off = this.isAllowed ? "no" : "yes";
-    for (const control of [...this.inputs, this.hold]) control.disabled = !this.isAllowed;
+    for (const control of [...this.inputs, this.hold, this.limit]) control.disabled = !this.isAllowed;
     say(this.state, this.whoDrives(tick.phase, isOther, behaviour?.phase === "running" ? behaviour.name : ""));
     this.takeOver.hidden = !isOther || !this.isAllowed;
     if (performance.now() - this.isLimiting > 1000) {
@@ -342,11 +343,13 @@ export class Part {
     const both = (speed) => `${number(speed, 2)} rev/s, ${number(speed * rim, 1)} cm/s`;
     say(this.speeds.children[0], both(drive.left));
     say(this.speeds.children[1], both(drive.right));
-    const scale = Math.max(1e-6, drive.limit * this.fastest),
+    // Where the knob stands, if a hand drives; otherwise a share of the fastest.
+    const scale = Math.max(1e-6, (isMine ? drive.limit : 1) * this.fastest),
       left = drive.left / scale,
       right = drive.right / scale;
     put(this.echo, "cx", (39 * (left - right)) | 0);
     put(this.echo, "cy", (-39 * (left + right)) | 0);
+    this.echo.classList.toggle("still", !left && !right);
   }
 
   /** @param {Phase} phase @param {boolean} isOther @param {string} behaviour the one that runs */
@@ -357,7 +360,7 @@ export class Part {
     if (this.isMine) return "You drive.";
     if (behaviour) return `${behaviour} drives. Touch the pad to pause it.`;
     if (this.mayMove) return "The robot is moving.";
-    return HAS_KEYS ? "No one drives. Use the pad, or W\u00a0A\u00a0S\u00a0D." : "No one drives. Use the pad.";
+    return HAS_KEYS ? "To drive, use the pad or W\u00a0A\u00a0S\u00a0D." : "To drive, use the pad.";
   }
 
   /** @param {number} share */

@@ -1,4 +1,4 @@
-// What has happened, newest last, filtered by kind and text.
+// What has happened, newest first, filtered by kind and text.
 
 import { make, say } from "./dom.js";
 
@@ -42,8 +42,7 @@ export class Part {
   show({ lines, tick }) {
     if (lines === this.lines) return;
     this.lines = lines;
-    const isAtEnd = this.list.scrollTop + this.list.clientHeight > this.list.scrollHeight - 30,
-      now = Date.now() - 1000 * tick.time;
+    const now = Date.now() - 1000 * tick.time;
     for (const [line, row] of this.rows)
       if (!lines.includes(line)) {
         row.remove();
@@ -59,10 +58,9 @@ export class Part {
           make("span", { textContent: line.text }),
         );
         this.rows.set(line, row);
-        this.list.append(row);
+        this.list.prepend(row);
       }
     this.filter();
-    if (isAtEnd) this.list.scrollTop = this.list.scrollHeight;
   }
 
   filter() {

@@ -12,6 +12,7 @@ import { Part as World } from "./world.js";
 
 /** @typedef {ReturnType<OverviewPlace["card"]>} Card */
 
+const LOW = 0.2; // of the battery, from which on it is worth a word
 const SLOW = 0.3; // s until an answer, from which on it is worth a word
 
 export class OverviewPlace {
@@ -20,12 +21,11 @@ export class OverviewPlace {
     this.app = app;
     /** @type {Map<string, Card>} */
     this.cards = new Map();
-    const ring = app.hello?.ring ?? { sensors: [], leds: [] };
-    this.sensors = ring.sensors.map((degrees) => (degrees * Math.PI) / 180);
-    this.leds = ring.leds.map((degrees) => (degrees * Math.PI) / 180);
-    const stage = make("div");
+    this.ring = app.hello?.ring ?? { sensors: [], leds: [] };
+    const stage = make("div"),
+      title = make("h2");
     this.world = new World(stage, null, app);
-    const world = make("section", { className: "card part-world", "aria-label": "world", hidden: true }, stage);
+    const world = make("section", { className: "card part-world", "aria-label": "world", hidden: true }, title, stage);
     this.list = make("div", { className: "robot-cards" });
     this.box = make("div", { className: "overview-place" }, world);
     if (!app.hello?.simulation)
@@ -42,6 +42,7 @@ export class OverviewPlace {
       hub.listen("overview", (robots) => this.take(robots)),
       hub.listen("scene", ({ scene }) => {
         world.hidden = !scene;
+        say(title, `World: ${scene?.world ?? ""}`);
       }),
     ];
   }
@@ -62,21 +63,30 @@ export class OverviewPlace {
     choice.value = "avoid";
     /** @type {(what: string, values?: object) => () => Promise<unknown>} */
     const all = (what, values) => () => app.ask(what, { robots: app.robots.map((each) => each.key), ...values });
-    return make(
-      "div",
-      { className: "row wrap" },
-      button("Connect all", () => Promise.all(app.robots.map(({ key }) => app.ask("connect", { robot: key })))),
-      choice,
-      button("Start for all", () => all("behave", { name: choice.value })(), { className: "primary" }),
+    this.running = [
       button("Pause all", all("pause_behaviour")),
       button("Continue all", all("resume_behaviour")),
       button("End all", all("end_behaviour")),
+    ];
+    this.connecting = button("Connect all", () =>
+      Promise.all(app.robots.map(({ key }) => app.ask("connect", { robot: key }))),
+    );
+    return make(
+      "div",
+      { className: "row wrap" },
+      this.connecting,
+      choice,
+      button("Start for all", () => all("behave", { name: choice.value })(), { className: "primary" }),
+      ...this.running,
     );
   }
 
   /** @param {Record<string, Summary>} robots */
   take(robots) {
-    const ink = inks("accent", "bad", "edge");
+    const ink = inks("accent", "bad", "edge"),
+      all = Object.values(robots);
+    if (this.connecting) this.connecting.disabled = all.every(({ phase }) => phase === "connected");
+    for (const each of this.running ?? []) each.disabled = !all.some(({ behaviour }) => behaviour);
     for (const [key, card] of this.cards)
       if (!(key in robots)) {
         card.box.remove();
@@ -96,7 +106,7 @@ export class OverviewPlace {
       chip = make("p", { className: "chip" }),
       facts = make("p", { className: "hint" }),
       name = button("", () => app.open(key), { className: "link-like" }),
-      stop = button("Stop", () => app.connection.tell("stop", { robot: key }), { className: "stop small" }),
+      stop = button("Stop", () => app.connection.tell("stop", { robot: key })),
       blink = button("Blink", () => app.ask("blink", { robot: key }), {
         title: "All LEDs of this robot blink, so that you find it",
       });
@@ -112,6 +122,7 @@ export class OverviewPlace {
     say(card.name, label);
     put(card.name, "title", robot.url);
     put(card.stop, "aria-label", `stop ${label}`);
+    put(card.stop, "class", robot.may_move ? "stop small" : "plain");
     put(card.blink, "aria-label", `let ${label} blink`);
     card.chip.dataset.phase = robot.phase;
     say(card.chip, robot.behaviour ? `${robot.phase_text}, ${robot.behaviour}` : robot.phase_text);
@@ -122,7 +133,7 @@ export class OverviewPlace {
             robot.may_move ? "moving" : "standing",
             robot.driver ? "driven by a person" : "",
             robot.median === null || robot.median < SLOW ? "" : `slow: ${Math.round(1000 * robot.median)} ms`,
-            robot.battery === null ? "" : `battery ${Math.round(100 * robot.battery)} %`,
+            robot.battery === null || robot.battery > LOW ? "" : `battery ${Math.round(100 * robot.battery)} %`,
           ];
     say(card.facts, facts.filter(Boolean).join(" · "));
     card.box.classList.toggle("stale", robot.stale);
@@ -136,7 +147,7 @@ export class OverviewPlace {
       radius = Math.min(width, height) * 0.26;
     (robot.proximity ?? []).forEach((counts, sensor) => {
       const far = distance(counts),
-        turn = -Math.PI / 2 - this.sensors[sensor];
+        turn = -Math.PI / 2 - this.ring.sensors[sensor];
       if (!Number.isFinite(far)) return;
       pen.beginPath();
       pen.arc(...middle, radius * (1.15 + 0.06 * far), turn - 0.18, turn + 0.18);
@@ -144,6 +155,6 @@ export class OverviewPlace {
       pen.lineWidth = 3;
       pen.stroke();
     });
-    drawRobot(pen, [...middle, Math.PI / 2], radius, ink.edge, this.leds);
+    drawRobot(pen, [...middle, Math.PI / 2], radius, ink.edge, this.ring.leds);
   }
 }

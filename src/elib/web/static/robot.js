@@ -55,13 +55,17 @@ function wedge(degrees, from, to, half) {
 
 /** @typedef {ReturnType<Part["beam"]>} Beam */
 
+/** @param {number} angle rad */
+const inDegrees = (angle) => (angle * 180) / Math.PI;
+
 export class Part {
   /** @param {HTMLElement} box @param {Remote} robot @param {App} app */
   constructor(box, robot, app) {
     this.box = box;
     this.robot = robot;
-    this.sensors = app.hello?.ring.sensors ?? []; // degrees from straight ahead, positive to the left
-    this.leds = app.hello?.ring.leds ?? [];
+    const { sensors, leds } = app.hello?.ring ?? { sensors: [], leds: [] };
+    this.sensors = sensors.map(inDegrees); // from straight ahead, positive to the left
+    this.leds = leds.map(inDegrees);
     /** @type {Map<string, SVGElement>} */
     this.lamps = new Map();
     /** @type {SVGElement[]} */

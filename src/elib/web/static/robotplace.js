@@ -86,7 +86,8 @@ export class RobotPlace {
     const first = () => this.turn(PHONE.matches ? "world" : "instruments");
     first();
     PHONE.addEventListener("change", first, { signal: this.isOpen.signal });
-    this.unlisten = hub.listen(key, (robot) => {
+    this.unlisten = hub.listen(key, (/** @type {Known} */ robot) => {
+      this.box.dataset.phase = robot.tick.phase;
       for (const part of this.parts) part.show?.(robot);
     });
   }
@@ -96,7 +97,6 @@ export class RobotPlace {
    * @param {string} name
    */
   turn(name) {
-    this.box.dataset.tab = name;
     for (const [each, section] of this.sections) section.classList.toggle("open", each === name);
     for (const tab of /** @type {HTMLCollectionOf<HTMLElement>} */ (this.nav.children)) {
       tab.setAttribute("aria-selected", String(tab.dataset.part === name));

@@ -5,9 +5,10 @@ const TOUCHING = 1,
   FRONT = 4;
 export const CUT = 8;
 
+/** @type {Record<string, string[]>} */
 export const HUES = {
-  light: ["#185a9d", "#c75116", "#2e7d50", "#8e448f", "#b02a48", "#606014"],
-  dark: ["#6fb1f0", "#f2965a", "#7fd6a2", "#d59ad6", "#f08aa4", "#cfcf6a"],
+  light: ["#185a9d", "#c75116", "#2e7d50", "#8e448f", "#b02a48", "#606014", "#0e7490", "#5b5bd6"],
+  dark: ["#6fb1f0", "#f2965a", "#7fd6a2", "#d59ad6", "#f08aa4", "#cfcf6a", "#5cc8dc", "#a5a5ff"],
 };
 
 /** @typedef {[x: number, y: number]} Point */

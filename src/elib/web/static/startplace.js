@@ -15,6 +15,7 @@ const EXAMPLES = [
   ["tcp://192.168.1.20:1000", "a robot in the network"],
   ["sim://crowd?robots=20", "twenty virtual robots"],
 ];
+const RECENT = 4; // robots that were used before, in view
 const CONNECTING = 15000; // ms that a demo waits for its robot
 
 export class StartPlace {
@@ -89,15 +90,20 @@ export class StartPlace {
     if (!answer.ok) return;
     /** @type {string[]} */
     const urls = answer.result;
-    const rows = urls.map((url) =>
-      make(
-        "div",
-        { className: "row" },
-        this.choice(url),
-        button("×", () => this.remember(this.app.ask("forget", { url })), { "aria-label": `forget ${url}` }),
-      ),
+    const [shown, folded] = [urls.slice(0, RECENT), urls.slice(RECENT)].map((some) => some.map((url) => this.row(url)));
+    this.used.replaceChildren(...(shown.length ? [make("h3", { textContent: "Used before" }), ...shown] : []));
+    if (folded.length)
+      this.used.append(make("details", {}, make("summary", { textContent: `${folded.length} more` }), ...folded));
+  }
+
+  /** @param {string} url of a robot that was used before */
+  row(url) {
+    return make(
+      "div",
+      { className: "row" },
+      this.choice(url),
+      button("×", () => this.remember(this.app.ask("forget", { url })), { "aria-label": `forget ${url}` }),
     );
-    this.used.replaceChildren(...(rows.length ? [make("h3", { textContent: "Used before" }), ...rows] : []));
   }
 
   /** @param {string} url @param {string} [text] */
@@ -132,10 +138,11 @@ export class StartPlace {
       url.focus();
     };
     return make(
-      "section",
-      { className: "card", "aria-label": "connect by URL" },
-      make("h2", { textContent: "Connect by its URL" }),
+      "details",
+      { className: "card", open: !matchMedia("(max-width: 720px)").matches },
+      make("summary", { textContent: "Connect by its address" }),
       form,
+      hint("Click an example to put it into the field, then change it:"),
       make(
         "dl",
         {},

@@ -31,7 +31,7 @@ export class Part {
     if (!app.hello?.simulation) {
       const title = "The robot itself and its files stay as they are";
       const remove = button("Remove", () => this.remove(), { title });
-      remove.append(make("span", { className: "wide", textContent: " from page" }));
+      remove.append(make("span", { className: "from-page", textContent: " from page" }));
       buttons.append(remove);
     }
     box.append(
@@ -77,11 +77,11 @@ export class Part {
     say(
       this.facts,
       [
-        scheme?.firmware,
-        isSlow ? "" : answers,
         typeof raw === "number" && percent !== null
           ? `battery ${number(Number(percent))} %, ${number(Number(volts), 2)} V`
           : "",
+        isSlow ? "" : answers,
+        scheme?.firmware,
         tick.log ? "writing a log" : "",
         tick.recorder ? "recording" : "",
       ]
@@ -119,15 +119,15 @@ export class Part {
         : parts;
     const skipped = doctor.steps.filter((step) => step.state === "skipped");
     const steps = doctor.steps
-      .filter((step) => step.state !== "skipped" && step.detail !== error.message)
+      .filter((step) => step.state !== "skipped")
       .map((step) =>
         make(
           "li",
           { className: step.state },
           make("b", { textContent: MARKS[step.state], "aria-label": WORDS[step.state] }),
           make("span", { textContent: step.name }),
-          make("span", { textContent: step.detail }),
-          ...(step.fix ? [make("p", { className: "fix", textContent: step.fix })] : []),
+          make("span", { textContent: error.message.endsWith(step.detail) ? "" : step.detail }), // said above
+          ...(step.fix ? [make("p", { className: "fix", textContent: `Try: ${step.fix}` })] : []),
         ),
       );
     return [

@@ -48,7 +48,7 @@ export class Part {
       "aria-label": "thing in the world",
       onchange: () => this.select(this.model.find(this.list.value)),
     });
-    this.pauseButton = button("Pause", () => this.send({ do: this.isPaused ? "resume" : "pause" }), {
+    this.pauseButton = button("Pause world", () => this.send({ do: this.isPaused ? "resume" : "pause" }), {
       title: "The world stands still, and the robots' firmware with it. Programs outside get no answers meanwhile.",
     });
     this.stepButton = button("Step", () => this.send({ do: "step", seconds: STEP }), {
@@ -69,7 +69,7 @@ export class Part {
       app.connection.tell("rays", { on: choices.rays });
     };
     this.removeButton = button("Delete", () => this.remove(), { title: "Take the selected box or wall away" });
-    this.arena = new Arena(this.canvas, this.model);
+    this.arena = new Arena(this.canvas, this.model, app.hello?.ring.leds ?? []);
     this.hand = new Hand(this);
     const detail = make("aside", { className: "detail", id: "world-detail", "aria-label": "what is selected" });
     this.details = new Details(detail, this);
@@ -219,7 +219,7 @@ export class Part {
 
   sayClock() {
     const { paused, speed, fixed } = this.model.known.clock;
-    say(this.pauseButton, paused ? "Continue" : "Pause");
+    say(this.pauseButton, paused ? "Continue world" : "Pause world");
     this.stepButton.disabled = !paused;
     this.speed.disabled = fixed !== "";
     this.speed.title = fixed ? `The speed cannot be changed: ${fixed}` : "Programs keep their own time";
