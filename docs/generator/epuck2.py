@@ -5,8 +5,8 @@ from __future__ import annotations
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Profile
 from elib.protocol.profiles import EPUCK2, EPUCK2_WIFI
-from elib.protocol.styles import Action
-from elib.robot.actions import Actions, Messenger
+from elib.protocol.values import in_words
+from elib.robot.actions import Messenger
 from generator.markdown import inline, table
 
 LINKS: dict[str, Profile] = {"Bluetooth, USB": EPUCK2, "Wi-Fi": EPUCK2_WIFI}
@@ -45,14 +45,17 @@ DEVICES: dict[str, tuple[tuple[str, ...], str]] = {
 
 def devices() -> str:
     """Return the devices, the links that reach them, and what a virtual robot has of them."""
-    named = [name for names, _ in DEVICES.values() for name in names]
-    others = {name for name, row in vars(Actions).items() if isinstance(row, Action) and hasattr(Messenger, name)}
-    assert sorted(named) == sorted({*SPECS, "text", *others}), "a call is missing in DEVICES, or there twice"
     rows = [
         (device, ", ".join(f"`{name}`" for name in names), *(_cell(names, link) for link in LINKS.values()), simulated)
-        for device, (names, simulated) in DEVICES.items()
+        for device, (names, simulated) in _all_devices().items()
     ]
     return table(("Device", "Calls", *LINKS, "Simulator"), rows)
+
+
+def _all_devices() -> dict[str, tuple[tuple[str, ...], str]]:
+    """Return the devices, and after them each command that is not named there yet."""
+    named = {name for names, _ in DEVICES.values() for name in names}
+    return {**DEVICES, **{in_words(name): ((name,), "yes") for name in SPECS if name not in named}}
 
 
 def missing() -> str:
@@ -60,7 +63,7 @@ def missing() -> str:
     lines = []
     for link, profile in LINKS.items():
         reasons: dict[str, list[str]] = {}
-        for names, _ in DEVICES.values():
+        for names, _ in _all_devices().values():
             for name in names:
                 if name in profile.absent:
                     reasons.setdefault(profile.absent[name], []).append(f"`{name}`")

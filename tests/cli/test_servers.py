@@ -76,6 +76,8 @@ def test_a_view_without_its_extra_says_how_to_get_it(
         (["square", "--view", "8700", "--control"], ["square", "--view=8700", "--control="]),
         (["--control", "127.0.0.1:0", "--robots", "3"], ["--control=127.0.0.1:0", "--robots", "3"]),
         (["--view", "--verbose"], ["--view=", "--verbose"]),
+        (["--wifi", "square"], ["--wifi=", "square"]),
+        (["square", "--wifi", "0.0.0.0:1000", "--view"], ["square", "--wifi=0.0.0.0:1000", "--view="]),
     ],
 )
 def test_an_address_may_be_given_or_not(tokens: list[str], arranged: list[str]) -> None:

@@ -58,6 +58,22 @@ def test_over_tcp_other_firmwares_and_faster_time_are_served_and_the_traffic_is_
 
 
 @pytest.mark.slow
+def test_robots_are_offered_over_wifi_and_what_a_client_did_to_one_is_said() -> None:
+    with started("simulate", "square", "--wifi", "--robots", "2", "--seed", "4") as server:
+        served = [server.out.line().split() for _ in range(2)]
+        assert [name for name, _ in served] == ["epuck-1", "epuck-2"]
+        assert all(url.startswith("wifi://127.0.0.1:") for _, url in served)
+        for number, (_, url) in enumerate(served, start=1):
+            assert elib("send", "set_speed", str(number / 10), "0", "--robot", url).returncode == 0
+        picture = elib("send", "image", "--robot", served[0][1])
+        assert "160 x 120" in picture.stdout
+        port = int(served[1][1].rpartition(":")[2])
+        socket.create_connection(("127.0.0.1", port), PATIENCE).close()
+        server.err.until("epuck-2: a client left before it sent a valid command")
+        assert server.end() == 0
+
+
+@pytest.mark.slow
 def test_a_named_world_is_served_with_a_whole_crowd_and_a_killed_server_fails_the_swarm_by_name() -> None:
     with started("simulate", "--world", "crowd", "--robots", "5", "--tcp", "0", "--baud", "0") as server:
         served = [server.out.line().split() for _ in range(5)]
@@ -113,6 +129,9 @@ def test_bytes_that_are_not_a_command_do_not_disturb_the_server() -> None:
         (["--firmware", "btcom"], 2, "there is no firmware 'btcom'"),
         (["crowd", "--tcp", "65530"], 2, "20 robots from port 65530 on pass port 65535\nhint: take a lower port, or 0"),
         (["--tcp", "here"], 2, "'here' is neither HOST:PORT nor PORT"),
+        (["--wifi=here"], 2, "'here' is neither HOST:PORT nor PORT"),
+        (["--wifi", "--firmware", "epuck2"], 2, "no robot of this simulation has Wi-Fi"),
+        (["--wifi", "--pty"], 2, "no serial line"),
         (["nowhere"], 1, "there is no world 'nowhere'"),
         (["--world", "nowhere"], 1, "there is no world 'nowhere'"),
         (["crowd", "--world", "square"], 2, "two worlds are named, crowd and square\nhint: write elib simulate square"),

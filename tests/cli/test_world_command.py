@@ -188,6 +188,12 @@ def test_a_firmware_that_does_not_exist_is_named_with_its_robot(gate: Path, caps
     assert f"{gate}:{line}: robot[0].firmware is 'epuck3'; it must be \"btcom-1.1.3\" or " in capsys.readouterr().err
 
 
+def test_a_robot_with_wifi_may_stand_in_a_world(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gate.write_text(GATE.replace("epuck2", "epuck2-wifi"))
+    assert main(["world", "check", str(gate)]) == 0
+    assert "is a good world" in capsys.readouterr().out
+
+
 def test_what_stands_outside_the_arena_is_noted(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
     gate.write_text(gate.read_text() + "\n[[light]]\nposition = [5, 0.5]\n[[wall]]\nfrom = [2, 0]\nto = [2, 1]\n")
     assert main(["world", "check", str(gate)]) == 0

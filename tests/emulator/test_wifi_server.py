@@ -5,6 +5,7 @@ import contextlib
 import socket
 import sys
 from collections.abc import AsyncIterator
+from pathlib import Path
 
 import pytest
 from wifi_rig import command, packets
@@ -13,6 +14,7 @@ from elib.emulator.control import Control
 from elib.emulator.server import DEAF, serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy
+from elib.transport import open_transport
 
 WIFI = SimulationSettings(world="square", firmware="epuck2-wifi")
 
@@ -222,3 +224,21 @@ async def test_robots_without_wifi_are_not_offered_over_wifi() -> None:
     with pytest.raises(ArgumentError, match="no robot of this simulation has Wi-Fi"):
         async with serve(SimulationSettings(world="square"), wifi="0"):
             pass
+
+
+async def test_robots_with_and_without_wifi_share_a_world(tmp_path: Path) -> None:
+    world = tmp_path / "mixed.toml"
+    world.write_text(
+        '[arena]\nsize = [1.0, 1.0]\n[[robot]]\nposition = [0.2, 0.5]\nfirmware = "epuck2-wifi"\n'
+        '[[robot]]\nposition = [0.5, 0.5]\n[[robot]]\nposition = [0.8, 0.5]\nfirmware = "epuck2-wifi"\n'
+    )
+    async with serve(SimulationSettings(world=str(world)), tcp="0") as served:
+        assert [each.url.partition("://")[0] for each in served] == ["wifi", "tcp", "wifi"]
+        serial = await open_transport(served[1].url)
+        await serial.write(b"V\r")
+        assert await serial.read()
+        await serial.close()
+        for index in (0, 2):
+            async with client(port_of(served[index].url)) as (reader, writer):
+                writer.write(command(0))
+                assert await hears(reader, 1) == b"\x03"

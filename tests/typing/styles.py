@@ -14,6 +14,7 @@ async def the_async_style_gives_coroutines() -> None:
         assert_type(await robot.set_speed(0.5, 0.5), None)
         assert_type(await robot.within(0.2).image(), elib.Image)
         assert_type(await robot.sensors(), elib.Sensors)
+        assert_type(await robot.neighbours(), tuple[elib.Neighbour, ...])
         assert_type(await robot.text("V"), str)
         assert_type(await robot.i2c_scan(), list[int])
         await robot.set_led(8, elib.LedAction.TOGGLE)
@@ -30,6 +31,9 @@ def the_blocking_style_gives_values() -> None:
         assert_type(robot.microphone_samples(), NDArray[numpy.int16])
         assert_type(robot.within(1).battery().volts, float | None)
         assert_type(robot.sensors(), elib.Sensors)
+        assert_type(robot.neighbours(), tuple[elib.Neighbour, ...])
+        assert_type(robot.send_message(b"hi"), None)
+        assert_type(robot.microphones().direction, float | None)
         assert_type(robot.text("V"), str)
         robot.set_speed(left=0.5, rihgt=0.5)  # type: ignore[call-arg]
 
