@@ -275,23 +275,28 @@ def test_a_call_given_up_behind_its_marker_leaves_nothing_to_wait_for() -> None:
     assert events(connection) == []
 
 
-def test_a_stop_that_overtakes_has_a_marker_of_its_own_and_a_third_pair_finds_no_room() -> None:
+def test_a_stop_overtakes_as_one_command_without_a_marker_and_never_more_than_four_wait() -> None:
     connection = opened()
+    connection.send(SPECS["set_speed"].request(connection.context, 0.5, 0.5))
+    connection.receive(b"\x03", 1.0)
+    assert connection.waiting_commands == 1, "the second half of the pair may still wait"
     connection.send(SPECS["distance"].request(connection.context))
+    assert connection.waiting_commands == 3
     stop = SPECS["stop"].request(connection.context)
     data = connection.overtaking_bytes(stop)
-    assert len(data) == 42
+    assert data == STANDING
     connection.overtake(data)
     assert connection.waiting_commands == 4
     assert connection.overtaking_bytes(stop) == b""
-    connection.receive(b"\x03", 1.0)
-    assert connection.overtaking_bytes(stop) == b"", "the second half of the first pair may still wait"
-    connection.receive(numbered(7), 1.0)
-    assert distances(events(connection)) == [0.007]
-    assert connection.state is State.OUT_OF_SYNC
-    assert len(connection.overtaking_bytes(stop)) == 42
-    connection.receive(b"\x03", 1.0)
+    connection.receive(numbered(6), 1.0)
+    assert connection.waiting_commands == 3
+    assert connection.overtaking_bytes(stop) == b"", "the next request must find room, too"
+    connection.receive(b"\x03" + numbered(7), 1.0)
+    assert distances(events(connection)[1:]) == [0.007]
     assert connection.state is State.IDLE
+    assert connection.waiting_commands == 1
+    assert connection.send(stop)[3:7] == bytes(4)
+    assert connection.waiting_commands == 3
 
 
 def test_a_speed_that_was_not_confirmed_is_not_undone_by_the_next_command() -> None:

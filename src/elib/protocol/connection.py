@@ -180,7 +180,7 @@ class HostConnection:
             self._copy = b""  # the answer may look like the copy
         self._buffer.clear()
         self._unexpected_bytes = 0
-        self._sent = request.data if request.make is None else request.make()
+        self._sent = request.data if request.make is None else request.make(self.context)
         return self._sent
 
     def abandon(self) -> None:
@@ -194,7 +194,7 @@ class HostConnection:
     def overtaking_bytes(self, request: Request[object]) -> bytes:
         """Return the bytes that send *request* past all that is under way."""
         # Without the zeros of a probe: while the robot is busy, its receive ring must hold this and the probe.
-        return b"\r" + (request.data if request.make is None else request.make())
+        return b"\r" + (request.data if request.make is None else request.make(self.context))
 
     def unasked(self) -> bytes:
         """Return what to send when no request is under way: nothing."""

@@ -147,7 +147,7 @@ class Spec(Generic[T]):
         form = self.form(context)
         numbers = self.numbers(context, args, kwargs)
         data, reply = prepare(form, numbers, context)
-        make = (lambda: prepare(form, numbers, context)[0]) if form.is_stateful else None
+        make = (lambda now: prepare(form, numbers, now)[0]) if form.is_stateful else None
         shown = ", ".join([*map(_shown, args), *(f"{name}={_shown(value)}" for name, value in kwargs.items())])
         return Request(
             text=f"{self.name}({shown})",
@@ -179,7 +179,7 @@ class Request(Generic[T]):
         numbers: Its arguments as whole numbers.
         spec: Its row; None for a request of several rows and for a text command.
         service: Longest time that the robot is busy with it and reads nothing, s.
-        make: Makes the bytes again when they are sent, if they contain what was set meanwhile; else None.
+        make: Makes the bytes for the connection on which they are sent, if they contain what was set there; else None.
         timeout: Seconds to wait for the answer by default.
         wheels: What it does to the wheels; see :class:`Spec`.
     """
@@ -191,7 +191,7 @@ class Request(Generic[T]):
     numbers: tuple[int, ...] = ()
     spec: Spec[T] | None = field(default=None, repr=False)
     service: float = 0.0
-    make: Callable[[], bytes] | None = field(default=None, repr=False)
+    make: Callable[[Context], bytes] | None = field(default=None, repr=False)
     timeout: float = 1.0
     wheels: WheelEffect = ""
 

@@ -33,8 +33,18 @@ from elib.protocol.wifi import (
     pair,
 )
 
-PAIR = 2
-"""Commands of a request."""
+
+@dataclass(slots=True)
+class Marker:
+    """A command that asks for nothing, which the robot did not answer yet.
+
+    Attributes:
+        request: The request that it begins; None if nobody waits for that any more.
+        behind: Commands that were sent behind it, before the next marker.
+    """
+
+    request: Request[object] | None
+    behind: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +101,10 @@ class WifiConnection:
         self._buffer = bytearray()
         self._events: deque[WifiEvent] = deque()
         self._request: Request[object] | None = None
-        self._markers: deque[Request[object] | None] = deque()
-        """Who waits for each marker that did not return; None where nobody does any more."""
+        self._markers: deque[Marker] = deque()
+        """The markers that did not return."""
+        self._tail = 0
+        """Commands behind the newest marker that returned, which may still wait in the robot."""
         self._has_returned = False
         """Whether the marker of the request under way has returned."""
         self._is_in_run = False
@@ -109,8 +121,8 @@ class WifiConnection:
 
     @property
     def waiting_commands(self) -> int:
-        """The most commands that may wait in the robot now: the second one of a pair is taken when its run ends."""
-        return PAIR * len(self._markers) + self._is_in_run
+        """The most commands that may wait in the robot now: which were taken is known only by the markers."""
+        return self._tail + sum(1 + marker.behind for marker in self._markers)
 
     def send(self, request: Request[object]) -> bytes:
         """Return the bytes of *request*. From now on the next run is its own.
@@ -122,25 +134,32 @@ class WifiConnection:
             raise LocalProtocolError(f"SEND is not possible now: {self.state.value}")
         self._request = request
         self._has_returned = False
-        data = request.data if request.make is None else request.make()
+        data = request.data if request.make is None else request.make(self.context)
         self._note_sent(data, request)
         return data
 
     def overtaking_bytes(self, request: Request[object]) -> bytes:
-        """Return the bytes that send *request* past the one under way, or none if the robot has no room for them."""
-        if self.waiting_commands + PAIR > MOST_WAITING:
+        """Return a command that does past the one under way what *request* does, or none if there is no room for it.
+
+        It has no marker, so nothing answers it. One at most may stand behind each marker: with more, the next request
+        could be the fifth command in the robot.
+        """
+        behind = self._markers[-1].behind if self._markers else self._tail
+        if self.waiting_commands >= MOST_WAITING or behind > 1:
             return b""
-        return request.data if request.make is None else request.make()
+        data = request.data if request.make is None else request.make(self.context)
+        return data[COMMAND.size :]
 
     def overtake(self, data: bytes) -> None:
-        """Note that commands were sent past the request under way; nobody waits for their answer."""
+        """Note that a command without a marker was sent past the request under way."""
         self._note_sent(data, None)
 
     def abandon(self) -> None:
         """Give up the request under way; its marker still returns, and whatever it asked for is dropped."""
         request, self._request = self._request, None
         assert request is not None
-        self._markers = deque([None] * len(self._markers))
+        for marker in self._markers:
+            marker.request = None
         self.busy_time = request.service if self._markers else 0.0
         self.is_tidying = False
 
@@ -204,8 +223,13 @@ class WifiConnection:
         return self._events.popleft() if self._events else None
 
     def _note_sent(self, data: bytes, request: Request[object] | None) -> None:
+        count = len(data) // COMMAND.size
         if data[REQUEST] == NO_REQUEST:
-            self._markers.append(request)
+            self._markers.append(Marker(request, count - 1))
+        elif self._markers:
+            self._markers[-1].behind += count
+        else:
+            self._tail += count
         self.context.sent = data[-COMMAND.size :]
 
     def _take(self, kind: int, payload: int) -> None:
@@ -215,7 +239,9 @@ class WifiConnection:
                 self._is_in_run = True
                 self._begin_run()
             return
-        self._is_in_run = False
+        if self._is_in_run:
+            self._is_in_run = False
+            self._tail = max(0, self._tail - 1)  # the robot has taken a command behind the marker
         if kind == SENSORS:
             check_sensors(self._buffer, payload)
         request = self._request
@@ -238,7 +264,8 @@ class WifiConnection:
     def _begin_run(self) -> None:
         if not self._markers:
             raise RemoteProtocolError("an empty packet came that nothing asked for")
-        request = self._markers.popleft()
+        marker = self._markers.popleft()
+        request, self._tail = marker.request, marker.behind
         if request is not None:
             self._has_returned = True
             if _kind(request) == EMPTY:

@@ -66,7 +66,7 @@ def polls(names: Sequence[str], context: Context, text: str = "") -> list[Poll]:
     if profile.codec == "wifi" and names:
         for name in names:
             SPECS[name].form(context)
-        return [_poll(tuple(names), wifi.pair(context), _PACKET, text, make=lambda: wifi.pair(context))]
+        return [_poll(tuple(names), wifi.pair(context), _PACKET, text, make=wifi.pair)]
     if len(names) < 2:
         return [_single(name, context, text) for name in names]
     framed = [name for name in profile.chain if name in names]
@@ -119,7 +119,7 @@ def _poll(
     reply: Reply[Found],
     text: str,
     *,
-    make: Callable[[], bytes] | None = None,
+    make: Callable[[Context], bytes] | None = None,
 ) -> Poll:
     shown = names if len(names) <= SHOWN else (*names[:SHOWN], f"and {len(names) - SHOWN} more")
     # It has the name of sensors(): in the trace, both have the same kind of value.

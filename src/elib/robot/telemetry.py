@@ -33,6 +33,8 @@ POLL_TIMEOUT = 1.0
 """s that a poll waits for its answer, as ``sensors()`` does."""
 PICTURE_PAUSE = 0.05
 """s between two pictures, for other calls: a robot that sends a picture does nothing else (wire-protocol.md, 3.2)."""
+PACKET_PERIOD = 0.02
+"""s between two sensor packets over Wi-Fi at least (wire-protocol.md, 4.4): the nearest one is that of a tick."""
 FIRST_TIME = 5.0
 """s within which every reading must have come once; longer than the robot is busy when it calibrates (3.7 s)."""
 
@@ -191,7 +193,7 @@ class Telemetry:
             self._latest[IMAGE] = value
             came = {IMAGE}
         else:
-            due = [reader for reader in self._readers if reader.sensors and reader.due <= now + reader.period / 2]
+            due = [r for r in self._readers if r.sensors and r.due <= now + min(r.period, PACKET_PERIOD) / 2]
             came = {name for reader in self._readers for name in reader.sensors}
             self._latest.update({name: getattr(value, name) for name in came})
         self._came |= came
