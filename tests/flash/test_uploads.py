@@ -10,9 +10,12 @@ import pytest
 from hexfiles import expected, hex_file, random_program, small
 from robot_rig import Rig
 
+from elib.emulator.sim_transport import SimTransport
 from elib.errors import ElibError, LinkLost, RemoteProtocolError, RobotSilent, Unsupported
-from elib.flash.image import Image, image_of
+from elib.flash import Image, Uploader
+from elib.flash.image import image_of
 from elib.testing import simulated
+from elib.transport import open_transport
 
 pytest.importorskip("intelhex", reason="the extra flash is not installed: pip install '.[flash]'")
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
@@ -269,6 +272,40 @@ async def test_uploads_that_are_disturbed_at_random_moments_leave_a_robot_that_i
         await rig.upload_by_button(image(), number)
         assert rig.holds(expected(PROGRAM, number))
         assert rig.is_flashable
+
+
+@pytest.mark.parametrize("how", ["link", "power", "cancelled", "button"])
+@simulated
+async def test_an_upload_that_ends_behind_any_row_leaves_a_robot_that_is_flashed_again(how: str) -> None:
+    for row in range(1, 11):
+        rig = Rig()
+        _, upload = await rig.begin(image(SHORT), rows=row)
+        if how in ("power", "button"):
+            (rig.power_cycle if how == "power" else rig.press_reset)()
+        if how in ("power", "link"):
+            rig.link.cut()
+        if how == "cancelled":
+            upload.cancel()
+        if how != "button":
+            with pytest.raises((ElibError, asyncio.CancelledError)):
+                await upload
+        else:
+            await upload
+            assert rig.holds(expected(SHORT, 1234))
+        assert rig.is_flashable
+        await rig.upload_by_button(image(), 7)
+        assert rig.holds(expected(PROGRAM, 7))
+
+
+@pytest.mark.parametrize("query", ["", "&loss=0.02&seed=3", "&latency=0.08&jitter=0.02", "&baud=0"])
+@simulated
+async def test_the_robot_of_a_sim_url_keeps_the_program_in_its_memory(query: str) -> None:
+    transport = await open_transport(f"sim://square?firmware=btcom-1.1.3{query}")
+    assert isinstance(transport, SimTransport)
+    await Uploader(transport, image(), 99).run()
+    memory = transport.robot.emulator.memory
+    assert all(memory.instruction(address) == value for address, value in expected(PROGRAM, 99).items())
+    await transport.close()
 
 
 @simulated

@@ -21,6 +21,7 @@ from elib.plaintext import plain
 from elib.protocol.values import Version
 from elib.robot.running import run_coroutine
 from elib.transport import open_transport, parse_url, speed_of
+from elib.transport.base import codec_of
 
 File = Annotated[Path, Cli(name="FILE.hex", help="The program, an Intel HEX file.")]
 Target = Annotated[str | None, Cli(help="The robot: serial:///dev/rfcomm0, rfcomm://..., tcp://HOST:PORT, ...")]
@@ -85,7 +86,7 @@ def flash(
 async def _flash(url: str, image: Image, number: int) -> Version | None:
     transport = await open_transport(url)
     try:
-        if getattr(transport, "codec", "serial") != "serial":
+        if codec_of(transport) != "serial":
             raise Unsupported(f"{url}: {NOT_THIS_ROBOT}", hint=EPUCK2_HINT)
         with _progress(len(image.rows)) as on_row:
             uploader = Uploader(transport, image, number, say=say, on_row=on_row)

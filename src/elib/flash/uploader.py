@@ -19,10 +19,13 @@ STOP, STOPPED = b"S\r", b"s\r\n"
 RESET, RESETTING = b"R\r", b"r\r"
 """The robot cuts its answer off: the line feed is lost (wire-protocol.md, 1.2)."""
 ANSWER_TIME = 1.0
+RESET_TIME, RESET_PAUSE = 0.3, 0.1
+"""s for the answer to a reset, and from there to the first call: a byte that comes while the chip starts may be read as
+another one, and end the window of 1.09 s."""
 START_LIMIT = 5.0
 """s from the end of the light to the greeting: BTcom 2.0 takes 1.5 s, because it calibrates (wire-protocol.md, 1.2)."""
 NOT_THIS_ROBOT = "only the e-puck1 has the bootloader that elib flash talks to"
-EPUCK2_HINT = "an e-puck2 is programmed over its USB cable: see the guide docs/guides/flash.md"
+EPUCK2_HINT = "An e-puck2 is programmed over its USB cable: see the guide docs/guides/flash.md"
 BUTTON = f"Press the robot's reset button now; its bootloader is called for {CALL_LIMIT:g} s."
 BUTTON_TIME = 1.5
 """s of calls before the person is asked for the button: a bootloader that listens answers sooner."""
@@ -76,10 +79,8 @@ class Uploader:
             await self._reset()
             await self._write(Upload(self._rows, self._now))
             return await self._started()
-        except (Unsupported, RobotSilent) as error:
-            raise type(error)(error.message, hint=error.hint if self._is_untouched else self.state) from None
         except ElibError as error:
-            raise type(error)(error.message, hint=self.state) from error
+            raise type(error)(error.message, hint=f"{self.state} {error.hint}".rstrip()) from error
 
     @property
     def state(self) -> str:
@@ -98,10 +99,6 @@ class Uploader:
         )
 
     @property
-    def _is_untouched(self) -> bool:
-        return self.upload is None or not self.upload.has_begun
-
-    @property
     def _now(self) -> float:
         return asyncio.get_running_loop().time()
 
@@ -115,7 +112,8 @@ class Uploader:
         self._say(f"The robot runs {version.firmware}: {version.text}. It is stopped and reset.")
         if not await self._ask(STOP, STOPPED) and not await self._ask(STOP, STOPPED):
             raise RemoteProtocolError(f"{self._transport.url}: the robot did not confirm that it stands still")
-        await self._ask(RESET, RESETTING)
+        await self._ask(RESET, RESETTING, RESET_TIME)
+        await self._read_until(self._now + RESET_PAUSE)
 
     async def _version(self) -> Version | None:
         """Ask the robot for its version; return None if no sercom answers."""
@@ -125,11 +123,11 @@ class Uploader:
             return None
         return version
 
-    async def _ask(self, request: bytes, answer: bytes) -> bool:
+    async def _ask(self, request: bytes, answer: bytes, seconds: float = ANSWER_TIME) -> bool:
         """Send a text command and return whether it was answered."""
         received = b""
         await self._transport.write(request)
-        end = self._now + ANSWER_TIME
+        end = self._now + seconds
         while answer not in received and self._now < end:
             received += await self._read(end)
         return answer in received
@@ -168,8 +166,8 @@ class Uploader:
             raise RemoteProtocolError(f"{url}: the upload was given up: {reason}")
         raise RobotSilent(
             f"{url}: {reason}",
-            hint="press the reset button while the command waits; the robot must be an e-puck1 with Tiny Bootloader "
-            f"({EPUCK2_HINT}). {self.state}",
+            hint="Press the reset button while the command waits. The robot must be an e-puck1 with Tiny Bootloader; "
+            + EPUCK2_HINT,
         )
 
     async def _started(self) -> Version | None:
