@@ -10,7 +10,7 @@ import pytest
 import elib
 from elib.errors import ArgumentError, LinkClosed, LinkLost, Unsupported
 from elib.testing import simulated
-from elib.testing.inside import link_of, world_of
+from elib.testing.inside import link_of, simulation_of, world_of
 
 FACE_TO_FACE = """
 [arena]
@@ -126,3 +126,32 @@ async def test_nothing_goes_over_the_line(pair: str) -> None:
         await robot.neighbours()
         await robot.send_message(b"x")
         assert robot.statistics.count == before
+
+
+def test_what_one_robot_asks_changes_nothing_for_the_others() -> None:
+    def drive(*, is_curious: bool) -> tuple[str, list[object]]:
+        heard: list[object] = []
+
+        async def listen(robot: elib.Epuck) -> None:
+            await robot.set_speed(0.3, 0.2)
+            for number in range(20):
+                await robot.send_message(bytes([number]))
+                await robot.sleep(0.1)
+                heard.append(await robot.neighbours())
+
+        async def ask(robot: elib.Epuck) -> None:
+            await robot.set_speed(-0.1, 0.2)
+            for _ in range(60):
+                await (robot.neighbours() if is_curious else robot.sleep(0.002))
+                await robot.sleep(0.03)
+
+        async def main(robots: elib.Swarm) -> str:
+            await asyncio.gather(*(listen(robot) for robot in robots[:3]), *(ask(robot) for robot in robots[3:]))
+            simulation_of(robots[0]).catch_up()
+            return world_of(robots[0]).hash()
+
+        return elib.swarm("sim://crowd?robots=6&speed=max&seed=1").run(main), heard
+
+    curious, other = drive(is_curious=True), drive(is_curious=False)
+    assert curious == other
+    assert any(curious[1])

@@ -12,13 +12,17 @@ What sources say of the e-RandB, and what is modelled:
   between two robots' edges (argos3-epuck). Here :data:`REACH`.
 * Rate: a robot receives up to 5 messages in a control step of 0.1 s (argos3-epuck). Here the same; messages do not
   collide, but of more than 5 in :data:`PERIOD` the others are lost.
-* Bearing: in steps of 0.0001 rad, calculated from the strongest of the twelve receivers, which are 30 degrees apart.
-  Here the same steps; no source gives the error, so :data:`BEARING_DEVIATION` is chosen.
-* Distance: follows from the power, a count of 12 bits, and its maker does not call it accurate. DEMIURGE's figures for
-  a single message deviate by a factor of two, and beyond 0.3 m they hardly change. :data:`DISTANCE_DEVIATION` is chosen
-  and much better than that: average several messages, and try a world with ``sensor_noise = 5``.
+* Bearing: a count of 0.0001 (GCtronic's wiki) rad (its header e_randb.h; the wiki says degrees, but 16 bits of these
+  steps are a turn in rad), which the board calculates from its receivers, 30 degrees apart. Here the same steps; no
+  source gives the error, so :data:`BEARING_DEVIATION` is chosen.
+* Distance: follows from the power, a count of 12 bits, and its maker does not call it accurate (mailing list
+  e-puck-user, 2012). By the figures in argos3-epuck a single message may be wrong by a factor of two, and beyond 0.3 m
+  the power hardly changes. :data:`DISTANCE_DEVIATION` is chosen and much better than that: try a world with
+  ``sensor_noise = 5`` too.
 * Loss: no source gives it over the distance, so :func:`loss` is chosen. Nothing is lost within the reach where the
   world has no sensor noise.
+* The infrared sensors of the e-puck can send messages as well (libIrcom), less far and more slowly. That is not
+  modelled: a robot here has only the board.
 * Line of sight: walls, boxes, posts and robots hide what is behind them if they are higher than :data:`HEIGHT`. Light
   that walls reflect is not modelled.
 
