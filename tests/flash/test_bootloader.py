@@ -203,6 +203,14 @@ def test_nothing_is_protected_and_a_robot_without_its_bootloader_is_dead() -> No
     assert robot.run(100.0) == b""
 
 
+def test_row_0_repeated_at_once_behind_a_byte_that_came_twice_takes_the_way_to_the_bootloader_away() -> None:
+    robot = Robot()
+    robot.call()
+    assert robot.send(ROW_0[:50] + ROW_0[49:]) == b"N"
+    assert robot.send(ROW_0) == b"K", "the check sum is correct, as that of every packet turned in a circle"
+    assert not robot.emulator.memory.starts_bootloader
+
+
 def test_a_row_0_that_leads_elsewhere_leaves_the_bootloader_out_for_good() -> None:
     robot = Robot()
     robot.call()

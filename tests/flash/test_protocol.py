@@ -168,6 +168,20 @@ def test_the_same_failure_five_times_in_a_row_ends_the_upload() -> None:
     assert len(upload.failures) == MOST_FAILURES
 
 
+def test_a_hundred_failures_end_the_upload_wherever_they_are() -> None:
+    upload = Upload([(0x40 * number, bytes(96)) for number in range(300)], 0.0)
+    time = 0.0
+    while upload.phase is not Phase.FAILED:
+        upload.send(time)
+        upload.receive(b"qK", time)
+        for answer in (b"K", b"K", b"K", b"K", b"N"):
+            upload.send(time)
+            upload.receive(answer, time)
+        time += 10.0
+    assert len(upload.failures) == 100
+    assert upload.written == 201
+
+
 def test_a_last_row_without_an_answer_may_have_been_written() -> None:
     upload = begun()
     for _ in range(3):

@@ -37,8 +37,8 @@ CALLING_TIME = 3.0
 takes the calls for it."""
 SETTLING = 0.1
 """s without a byte behind the last answer."""
-MOST_FAILURES = 5
-"""Failures in a row at the same place."""
+MOST_FAILURES, MOST_IN_ALL = 5, 100
+"""Failures in a row at the same place, and in a whole upload: more of them are no accident."""
 
 
 def packet(address: int, row: bytes) -> bytes:
@@ -76,7 +76,7 @@ class Upload:
         written: How many rows the robot has written and acknowledged.
         has_begun: Whether a packet was sent, so that the robot may have lost its program.
         is_parked: Whether the robot is sure to wait in its bootloader for the next upload.
-        failures: What went wrong, in order; the upload goes on unless it is at the same place five times in a row.
+        failures: What went wrong, in order; five at the same place in a row, or 100 in all, end it.
     """
 
     def __init__(self, rows: Sequence[Row], time: float) -> None:
@@ -170,7 +170,7 @@ class Upload:
         self.failures.append(f"{at}: {what}")
         self._in_a_row = self._in_a_row + 1 if where == self._failed_at else 1
         self._failed_at = where
-        if self._in_a_row >= MOST_FAILURES:
+        if self._in_a_row >= MOST_FAILURES or len(self.failures) >= MOST_IN_ALL:
             self.phase = Phase.FAILED
             return
         if where < 0:
