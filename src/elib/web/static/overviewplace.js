@@ -22,10 +22,15 @@ export class OverviewPlace {
     /** @type {Map<string, Card>} */
     this.cards = new Map();
     this.ring = app.hello?.ring ?? { sensors: [], leds: [] };
-    const stage = make("div"),
-      title = make("h2");
+    const stage = make("div");
     this.world = new World(stage, null, app);
-    const world = make("section", { className: "card part-world", "aria-label": "world", hidden: true }, title, stage);
+    const world = make("section", { className: "card part-world", "aria-label": "world", hidden: true }, stage);
+    this.worlds = make("select", {
+      "aria-label": "world that is shown",
+      hidden: true,
+      onchange: () => app.connection.tell("choose_world", { robot: this.worlds.value }),
+    });
+    this.world.title.after(this.worlds);
     this.list = make("div", { className: "robot-cards" });
     this.box = make("div", { className: "overview-place" }, world);
     if (!app.hello?.simulation)
@@ -40,9 +45,9 @@ export class OverviewPlace {
       );
     this.unlisten = [
       hub.listen("overview", (robots) => this.take(robots)),
+      hub.listen("worlds", (worlds) => this.offer(worlds)),
       hub.listen("scene", ({ scene }) => {
         world.hidden = !scene;
-        say(title, `World: ${scene?.world ?? ""}`);
       }),
     ];
   }
@@ -50,6 +55,17 @@ export class OverviewPlace {
   close() {
     for (const unlisten of this.unlisten) unlisten();
     this.world.close();
+  }
+
+  /** @param {[robot: string, name: string][]} worlds a robot of each, and its name */
+  offer(worlds) {
+    this.worlds.hidden = worlds.length < 2;
+    this.world.title.hidden = !this.worlds.hidden; // the choice says it
+    if (this.worlds.length === worlds.length) return;
+    const { value } = this.worlds;
+    const label = (/** @type {string} */ key) => this.app.robots.find((each) => each.key === key)?.label ?? "";
+    this.worlds.replaceChildren(...worlds.map(([key, name]) => new Option(`World: ${name}, with ${label(key)}`, key)));
+    if (worlds.some(([key]) => key === value)) this.worlds.value = value;
   }
 
   bar() {
@@ -110,7 +126,7 @@ export class OverviewPlace {
       blink = button("Blink", () => app.ask("blink", { robot: key }), {
         title: "All LEDs of this robot blink, so that you find it",
       });
-    const box = make("article", {}, canvas, make("div", {}, name, chip, facts), make("div", {}, stop, blink));
+    const box = make("article", {}, canvas, name, chip, facts, stop, blink);
     const card = { box, canvas, chip, facts, name, stop, blink };
     this.cards.set(key, card);
     this.list.append(box);
@@ -130,7 +146,7 @@ export class OverviewPlace {
       robot.error && robot.phase !== "connected"
         ? [robot.error]
         : [
-            robot.may_move ? "moving" : "standing",
+            robot.may_move ? "moving" : "",
             robot.driver ? "driven by a person" : "",
             robot.median === null || robot.median < SLOW ? "" : `slow: ${Math.round(1000 * robot.median)} ms`,
             robot.battery === null || robot.battery > LOW ? "" : `battery ${Math.round(100 * robot.battery)} %`,
