@@ -452,6 +452,27 @@ async def test_without_a_virtual_world_the_path_and_what_the_sensors_met_are_dra
         await tab.close()
 
 
+async def test_of_several_worlds_one_is_chosen_in_the_overview_and_a_world_outlives_the_link(tmp_path, open_page):
+    async with panel(tmp_path, "sim://arena", "sim://square") as url:
+        tab = await open_page(url)
+        await tab.size(*SIZE)
+        shown = "window.app.place.world?.model.scene?.world"
+        choice = "document.querySelector(`[aria-label='world that is shown']`)"
+        await tab.until(f"{shown} === 'arena' && {choice}.length === 2")
+        await tab.run(f"(list => {{ list.selectedIndex = 1; list.onchange(); }})({choice})")
+        await tab.until(f"{shown} === 'square'")
+        await tab.run("window.app.open('2')")
+        own = "window.app.place.parts?.find((each) => each.arena)"
+        await tab.until(f"{own}?.model.frame?.number > 2")
+        await tab.run("window.app.ask('disconnect', { robot: '2' })")
+        await tab.until(f"{own}.live.inert")
+        assert await tab.run(f"!{own}.live.hidden && {own}.map.hidden"), "it stays as it was seen last"
+        await tab.run("window.app.ask('connect', { robot: '2' })")
+        await tab.until(f"!{own}.live.inert")
+        assert tab.complaints == []
+        await tab.close()
+
+
 async def test_the_news_of_one_world_are_not_taken_for_those_of_another(tmp_path, open_page):
     async with panel(tmp_path, "sim://arena", "sim://square") as url:
         tab = await open_page(url)

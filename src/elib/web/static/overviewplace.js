@@ -119,7 +119,7 @@ export class OverviewPlace {
   card(key) {
     const { app } = this;
     const canvas = make("canvas", { "aria-hidden": "true" }),
-      chip = make("p", { className: "chip" }),
+      chip = make("p", { className: "chip", role: "img" }),
       facts = make("p", { className: "hint" }),
       name = button("", () => app.open(key), { className: "link-like" }),
       stop = button("Stop", () => app.connection.tell("stop", { robot: key })),
@@ -141,7 +141,10 @@ export class OverviewPlace {
     put(card.stop, "class", robot.may_move ? "stop small" : "plain");
     put(card.blink, "aria-label", `let ${label} blink`);
     card.chip.dataset.phase = robot.phase;
-    say(card.chip, robot.behaviour ? `${robot.phase_text}, ${robot.behaviour}` : robot.phase_text);
+    // That all is well needs no word in each of twenty lines.
+    say(card.chip, robot.phase === "connected" ? robot.behaviour : robot.phase_text);
+    const state = robot.behaviour ? `${robot.phase_text}, ${robot.behaviour}` : robot.phase_text;
+    for (const name of ["title", "aria-label"]) put(card.chip, name, state);
     const facts =
       robot.error && robot.phase !== "connected"
         ? [robot.error]
