@@ -185,7 +185,7 @@ export class Part {
     /** @type {(reading: Reading | undefined, name: string) => string} */
     const told = (reading, name) =>
       reading?.values && (reading.age ?? 0) > 1 ? `${name}: ${age(reading.age)} old` : "";
-    say(this.ages, [told(proximity, "Infrared"), told(light, "light, the inner ring")].filter(Boolean).join(" · "));
+    say(this.ages, [told(proximity, "Infrared"), told(light, "inner ring")].filter(Boolean).join(" · "));
     this.ages.classList.toggle("stale", Boolean(proximity?.stale));
   }
 

@@ -31,7 +31,7 @@ export class Part {
   /** @param {HTMLElement} box @param {Remote | null} robot the robot of this page; null for all @param {App} app */
   constructor(box, robot, app) {
     this.app = app;
-    this.title = make("h2");
+    this.title = make("h2", { textContent: robot ? "Path" : "" });
     this.model = new Model();
     /** @type {Map<string, Request | null>} */
     this.queued = new Map();
