@@ -57,7 +57,8 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  * }} Play how a behaviour stands: elib/web/behaviours.py describes it
  * @typedef {{
  *   number: number, place: string, robots?: { key: string, label: string, url: string }[],
- *   robot?: { tick: Tick, scheme?: Scheme, behaviour: Play }, overview?: Record<string, Summary>, worlds?: [robot: string, name: string][],
+ *   robot?: { tick: Tick, scheme?: Scheme, behaviour: Play }, overview?: Record<string, Summary>,
+ *   worlds?: [robot: string, name: string][],
  * }} Update
  */
 

@@ -28,7 +28,7 @@ export class OverviewPlace {
     this.worlds = make("select", {
       "aria-label": "world that is shown",
       hidden: true,
-      onchange: () => app.connection.tell("choose_world", { robot: this.worlds.value }),
+      onchange: () => this.choose(),
     });
     this.world.title.after(this.worlds);
     this.list = make("div", { className: "robot-cards" });
@@ -61,11 +61,17 @@ export class OverviewPlace {
   offer(worlds) {
     this.worlds.hidden = worlds.length < 2;
     this.world.title.hidden = !this.worlds.hidden; // the choice says it
-    if (this.worlds.length === worlds.length) return;
-    const { value } = this.worlds;
+    const { value, dataset } = this.worlds;
+    if (dataset.worlds === String(worlds)) return;
+    dataset.worlds = String(worlds);
     const label = (/** @type {string} */ key) => this.app.robots.find((each) => each.key === key)?.label ?? "";
     this.worlds.replaceChildren(...worlds.map(([key, name]) => new Option(`World: ${name}, with ${label(key)}`, key)));
     if (worlds.some(([key]) => key === value)) this.worlds.value = value;
+    this.choose();
+  }
+
+  choose() {
+    this.app.connection.tell("choose_world", { robot: this.worlds.value });
   }
 
   bar() {

@@ -153,7 +153,7 @@ export class Part {
  * @param {string} advice
  */
 function withCommand(advice) {
-  const command = /\belib [a-z]+ .+$/.exec(advice)?.[0] ?? "";
+  const command = /: (elib .+)$/.exec(advice)?.[1] ?? "";
   if (!command || !navigator.clipboard) return [advice]; // browsers copy only on pages of this computer
   return [
     advice.slice(0, -command.length),
