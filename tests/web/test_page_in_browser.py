@@ -288,8 +288,11 @@ async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_al
     await type_into(driver, f"{recording} input", "drive")
     await driver.click(f"{recording} .primary")
     await driver.tab.until(f"{TICK}.recorder?.messages > 0")
+    await driver.tab.until("document.querySelector('.status .writing').textContent === 'writing a log, recording'")
+    await driver.press("Robot")
     await driver.press("All on")
     await driver.tab.until(f"{TICK}.lamps.ring[0] === 1")
+    await driver.press("Files")
     for row in (log, recording):
         await driver.click(f"{row} .primary")
     await driver.tab.until(f"{TICK}.log === null && {TICK}.recorder === null")

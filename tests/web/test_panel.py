@@ -232,7 +232,7 @@ async def test_the_folder_offers_its_recordings_and_names_that_are_free(tmp_path
         (tmp_path / name).write_bytes(b"")
     panel = Panel(folder=tmp_path)
     files = panel.files()
-    assert set(files.pop("recordings")) == {"a.mcap", "run.mcap"}
+    assert {name for name, _, _ in files.pop("recordings")} == {"a.mcap", "run.mcap"}
     assert files == {"log": "run-2.log", "recording": "run-2.mcap"}
     assert panel.slot(panel.add_recording("a.mcap")).url == f"replay://{tmp_path}/a.mcap"
     for name in ("none.mcap", "../a.mcap", "a.txt"):

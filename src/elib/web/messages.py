@@ -425,6 +425,13 @@ class PausePlayback(AboutRobot):
 # -- the world --
 
 
+class ChooseWorld(AboutRobot):
+    """Show the world of one robot where the page shows all robots."""
+
+    def carry_out(self, page: Page) -> None:
+        page.world_of = self.robot
+
+
 class Rays(Message):
     """Show the rays of the infrared sensors, or not."""
 

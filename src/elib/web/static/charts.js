@@ -77,9 +77,13 @@ class Chart {
         { className: "row wrap" },
         this.list,
         this.pause,
-        button("−", () => this.zoom(1), { "aria-label": "show a longer time" }),
-        this.spanText,
-        button("+", () => this.zoom(-1), { "aria-label": "show a shorter time" }),
+        make(
+          "div",
+          { className: "row" },
+          button("−", () => this.zoom(1), { "aria-label": "show a longer time" }),
+          this.spanText,
+          button("+", () => this.zoom(-1), { "aria-label": "show a shorter time" }),
+        ),
         make(
           "label",
           { className: "check", title: "Stretch what is shown to the whole height" },

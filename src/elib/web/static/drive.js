@@ -15,6 +15,7 @@ const DEAD = 0.08; // share of the pad's radius that means nothing
 const PAD_DEAD = 0.15; // of a gamepad's axis
 const TURN = 0.5; // of a key that turns: at full speed nobody can aim
 const HAS_KEYS = !matchMedia("(pointer: coarse), (max-width: 720px)").matches; // a phone has none
+const ARROWS = "Arrow keys or a gamepad drive it, too.";
 /** @type {Record<string, [x: number, y: number]>} */
 const KEYS = {
   ArrowUp: [0, 1],
@@ -126,8 +127,9 @@ export class Part {
       this.robot.tell("limit", { share: this.limit.valueAsNumber / 100 });
       this.sayLimit(this.limit.valueAsNumber / 100);
     });
+    this.keysHint = make("p", { className: "hint keys", id: "stick-help", textContent: ARROWS });
     this.speeds = make("p", { className: "speeds" }, make("span"), make("span"));
-    this.gamepad = make("p", { className: "hint", textContent: "Gamepad: press a button on it to use it." });
+    this.gamepad = make("p", { className: "hint" });
     this.box.replaceChildren(
       make("div", { className: "handles" }, sliders[0], this.field, sliders[1]),
       this.speeds,
@@ -137,11 +139,7 @@ export class Part {
         "div",
         { className: "more" },
         make("label", { className: "check" }, this.hold, "Sliders stay where I put them"),
-        make("p", {
-          className: "hint keys",
-          id: "stick-help",
-          textContent: "Arrow keys work, too. Space stops.",
-        }),
+        this.keysHint,
         this.gamepad,
       ),
     );
@@ -160,6 +158,9 @@ export class Part {
       if (document.hidden) this.leave();
     });
     listen(window, "elib-stop", () => this.letGo());
+    listen(window, "elib-arrows", ({ detail }) =>
+      say(this.keysHint, detail ? `Arrow keys move ${detail} now. W\u00a0A\u00a0S\u00a0D drive.` : ARROWS),
+    );
     listen(window, "elib-drives", () => {
       this.handOff = performance.now();
       this.isMine = true;

@@ -80,7 +80,7 @@ class Tile {
     const { labels, units, name, title, physical_unit } = instrument,
       isRing = labels.length > MOST_ROWS;
     this.instrument = instrument;
-    this.age = make("span", { className: "age", title: "how old the values are" });
+    this.age = make("span", { className: "age" });
     this.conversions = units.map((unit) => (physical_unit ? undefined : converted[unit]));
     this.rows = labels.map((label, k) => {
       const value = make("b", { textContent: "?" }),
@@ -115,13 +115,18 @@ class Tile {
   show(reading) {
     const known = reading?.values ?? null;
     this.box.classList.toggle("stale", !reading || reading.stale);
-    const isKnown = known?.some((each) => each !== null);
-    say(this.age, reading && isKnown ? age(reading.age) : known ? "no value" : "");
+    const isKnown = known?.some((each) => each !== null),
+      isKeyless = this.instrument.name === "ir_receiver" && Number(known?.[0]) > 1; // a toggle bit is 0 or 1
+    const isOld = isKnown && (reading?.age ?? 0) > 1;
+    say(
+      this.age,
+      isKeyless ? "no key yet" : isOld ? `${age(reading?.age ?? 0)} old` : known && !isKnown ? "no value" : "",
+    );
     this.rows.forEach(({ row, value, other }, k) => {
       const unit = this.instrument.units[k],
         found = known?.[k] ?? null,
         conversion = this.conversions[k];
-      row.hidden = known !== null && k >= known.length;
+      row.hidden = isKeyless || (known !== null && k >= known.length);
       const own =
         typeof found === "boolean"
           ? found

@@ -22,10 +22,15 @@ export class OverviewPlace {
     /** @type {Map<string, Card>} */
     this.cards = new Map();
     this.ring = app.hello?.ring ?? { sensors: [], leds: [] };
-    const stage = make("div"),
-      title = make("h2");
+    const stage = make("div");
     this.world = new World(stage, null, app);
-    const world = make("section", { className: "card part-world", "aria-label": "world", hidden: true }, title, stage);
+    const world = make("section", { className: "card part-world", "aria-label": "world", hidden: true }, stage);
+    this.worlds = make("select", {
+      "aria-label": "world that is shown",
+      hidden: true,
+      onchange: () => this.choose(),
+    });
+    this.world.title.after(this.worlds);
     this.list = make("div", { className: "robot-cards" });
     this.box = make("div", { className: "overview-place" }, world);
     if (!app.hello?.simulation)
@@ -40,9 +45,9 @@ export class OverviewPlace {
       );
     this.unlisten = [
       hub.listen("overview", (robots) => this.take(robots)),
+      hub.listen("worlds", (worlds) => this.offer(worlds)),
       hub.listen("scene", ({ scene }) => {
         world.hidden = !scene;
-        say(title, `World: ${scene?.world ?? ""}`);
       }),
     ];
   }
@@ -50,6 +55,23 @@ export class OverviewPlace {
   close() {
     for (const unlisten of this.unlisten) unlisten();
     this.world.close();
+  }
+
+  /** @param {[robot: string, name: string][]} worlds a robot of each, and its name */
+  offer(worlds) {
+    this.worlds.hidden = worlds.length < 2;
+    this.world.title.hidden = !this.worlds.hidden; // the choice says it
+    const { value, dataset } = this.worlds;
+    if (dataset.worlds === String(worlds)) return;
+    dataset.worlds = String(worlds);
+    const label = (/** @type {string} */ key) => this.app.robots.find((each) => each.key === key)?.label ?? "";
+    this.worlds.replaceChildren(...worlds.map(([key, name]) => new Option(`World: ${name}, with ${label(key)}`, key)));
+    if (worlds.some(([key]) => key === value)) this.worlds.value = value;
+    this.choose();
+  }
+
+  choose() {
+    this.app.connection.tell("choose_world", { robot: this.worlds.value });
   }
 
   bar() {
@@ -103,14 +125,14 @@ export class OverviewPlace {
   card(key) {
     const { app } = this;
     const canvas = make("canvas", { "aria-hidden": "true" }),
-      chip = make("p", { className: "chip" }),
+      chip = make("p", { className: "chip", role: "img" }),
       facts = make("p", { className: "hint" }),
       name = button("", () => app.open(key), { className: "link-like" }),
       stop = button("Stop", () => app.connection.tell("stop", { robot: key })),
       blink = button("Blink", () => app.ask("blink", { robot: key }), {
         title: "All LEDs of this robot blink, so that you find it",
       });
-    const box = make("article", {}, canvas, make("div", {}, name, chip, facts), make("div", {}, stop, blink));
+    const box = make("article", {}, canvas, name, chip, facts, stop, blink);
     const card = { box, canvas, chip, facts, name, stop, blink };
     this.cards.set(key, card);
     this.list.append(box);
@@ -125,12 +147,15 @@ export class OverviewPlace {
     put(card.stop, "class", robot.may_move ? "stop small" : "plain");
     put(card.blink, "aria-label", `let ${label} blink`);
     card.chip.dataset.phase = robot.phase;
-    say(card.chip, robot.behaviour ? `${robot.phase_text}, ${robot.behaviour}` : robot.phase_text);
+    // That all is well needs no word in each of twenty lines.
+    say(card.chip, robot.phase === "connected" ? robot.behaviour : robot.phase_text);
+    const state = robot.behaviour ? `${robot.phase_text}, ${robot.behaviour}` : robot.phase_text;
+    for (const name of ["title", "aria-label"]) put(card.chip, name, state);
     const facts =
       robot.error && robot.phase !== "connected"
         ? [robot.error]
         : [
-            robot.may_move ? "moving" : "standing",
+            robot.may_move ? "moving" : "",
             robot.driver ? "driven by a person" : "",
             robot.median === null || robot.median < SLOW ? "" : `slow: ${Math.round(1000 * robot.median)} ms`,
             robot.battery === null || robot.battery > LOW ? "" : `battery ${Math.round(100 * robot.battery)} %`,

@@ -35,7 +35,8 @@ export class Part {
     this.pose = null;
     /** @type {Map<string, number>} */
     this.cells = new Map(); // of the sketch: above 0 something is there, below 0 nothing is
-    box.classList.add("map");
+    this.box = box;
+    box.classList.add("map", "unknown");
     this.canvas = make("canvas", { role: "img", "aria-label": "path of the robot, and what its sensors have met" });
     this.caption = make("p", { className: "ages", textContent: UNKNOWN });
     const legend = make("p", { className: "map-legend" });
@@ -58,6 +59,7 @@ export class Part {
     const news = `${robot.trail.length} ${pose} ${near?.values} ${document.documentElement.dataset.theme}`;
     if (news === this.news) return;
     this.news = news;
+    this.box.classList.toggle("unknown", !pose);
     this.trail = robot.trail;
     this.pose = pose;
     say(

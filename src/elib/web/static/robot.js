@@ -183,8 +183,9 @@ export class Part {
       put(arrow, "d", Math.abs(long) < 1 ? "" : `M0,0V${(-long).toFixed(1)}m-4,${head}l4,${-head}l4,${head}`);
     });
     /** @type {(reading: Reading | undefined, name: string) => string} */
-    const told = (reading, name) => (reading?.values ? `${name}: ${age(reading.age)} old` : "");
-    say(this.ages, [told(proximity, "Infrared"), told(light, "light, the inner ring")].filter(Boolean).join(" · "));
+    const told = (reading, name) =>
+      reading?.values && (reading.age ?? 0) > 1 ? `${name}: ${age(reading.age)} old` : "";
+    say(this.ages, [told(proximity, "Infrared"), told(light, "inner ring")].filter(Boolean).join(" · "));
     this.ages.classList.toggle("stale", Boolean(proximity?.stale));
   }
 

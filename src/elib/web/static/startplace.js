@@ -1,4 +1,4 @@
-// The start page: a robot is chosen by its URL, from those that were found or used before, or from the virtual worlds.
+// The start page: a robot is chosen from those that were found or used before, from the virtual worlds, or by its URL.
 
 import { button, make } from "./dom.js";
 import { hub } from "./hub.js";
@@ -15,6 +15,12 @@ const EXAMPLES = [
   ["tcp://192.168.1.20:1000", "a robot in the network"],
   ["sim://crowd?robots=20", "twenty virtual robots"],
 ];
+const PAIRING = [
+  "Turn the selector of the robot to 3 and switch the robot on.",
+  "Open the Bluetooth settings of this computer and pair e-puck_NNNN. The PIN is the number NNNN, also on the robot.",
+  "On Linux, bind it to a port: sudo rfcomm bind 0 and the address of the robot, then 1 (an e-puck2: 2).",
+  "Look again. The guide docs/guides/connect-a-robot.md tells more.",
+];
 const RECENT = 4; // robots that were used before, in view
 const CONNECTING = 15000; // ms that a demo waits for its robot
 
@@ -30,21 +36,16 @@ export class StartPlace {
       { className: "start" },
       make("h1", { textContent: "Which robot do you want to drive?" }),
       make(
-        "div",
-        { className: "real" },
+        "section",
+        { className: "card", "aria-label": "robots of this computer" },
         make(
-          "section",
-          { className: "card", "aria-label": "robots of this computer" },
-          make(
-            "div",
-            { className: "row" },
-            make("h2", { textContent: "Robots" }),
-            button("Look again", () => this.find()),
-          ),
-          this.found,
-          this.used,
+          "div",
+          { className: "row" },
+          make("h2", { textContent: "Robots" }),
+          button("Look again", () => this.find()),
         ),
-        this.byUrl(),
+        this.found,
+        this.used,
       ),
       make(
         "section",
@@ -52,6 +53,7 @@ export class StartPlace {
         make("h2", { textContent: "No robot at hand? Take a virtual one" }),
         make("div", { className: "worlds" }, ...this.hello.worlds.map((world) => this.world(world))),
       ),
+      this.byUrl(),
     );
     this.find();
     this.remember(app.ask("recents"));
@@ -69,7 +71,16 @@ export class StartPlace {
     const there = found.filter((each) => each.firmware),
       silent = found.filter((each) => !each.firmware);
     this.found.replaceChildren(...there.map(({ url, firmware, text }) => this.choice(url, `${firmware}, ${text}`)));
-    if (!there.length) this.found.append(hint("No robot answered. Is it switched on and paired?"));
+    if (!there.length)
+      this.found.append(
+        hint("No robot answered. Is it switched on and paired?"),
+        make(
+          "details",
+          { className: "hint" },
+          make("summary", { textContent: "How do I pair it?" }),
+          make("ol", {}, ...PAIRING.map((textContent) => make("li", { textContent }))),
+        ),
+      );
     if (silent.length)
       this.found.append(
         make(
@@ -175,7 +186,11 @@ export class StartPlace {
         "div",
         { className: "row wrap" },
         button("Open", () => this.app.add(`sim://${name}`), { className: "primary" }),
-        ...demos.slice(0, 2).map((each) => button(`Demo: ${each.name}`, () => this.play(name, each.name))),
+        ...demos.slice(0, 2).map((each) =>
+          button(`Demo: ${each.name.replaceAll("-", " ")}`, () => this.play(name, each.name), {
+            title: each.summary,
+          }),
+        ),
       ),
     );
   }

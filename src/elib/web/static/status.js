@@ -22,6 +22,7 @@ export class Part {
     this.name = make("h1");
     this.chip = make("p", { className: "chip", role: "status" });
     this.slow = make("p", { className: "slow" });
+    this.writing = make("p", { className: "writing" });
     this.facts = make("p", { className: "facts" });
     this.connect = button("Connect", () => this.change());
     this.alarm = make("p", { className: "alarm", role: "alert", hidden: true });
@@ -35,7 +36,7 @@ export class Part {
       buttons.append(remove);
     }
     box.append(
-      make("div", { className: "row" }, this.name, this.chip, this.slow, this.facts, buttons),
+      make("div", { className: "row" }, this.name, this.chip, this.writing, this.slow, this.facts, buttons),
       this.alarm,
       this.trouble,
     );
@@ -82,12 +83,11 @@ export class Part {
           : "",
         isSlow ? "" : answers,
         scheme?.firmware,
-        tick.log ? "writing a log" : "",
-        tick.recorder ? "recording" : "",
       ]
         .filter(Boolean)
         .join(" · "),
     );
+    say(this.writing, [tick.log && "writing a log", tick.recorder && "recording"].filter(Boolean).join(", "));
     const isRecording = Boolean(listed?.url.startsWith("replay:") && !listed.url.includes("fork="));
     const [begin, end] = isRecording ? ["Play", "End"] : ["Connect", "Disconnect"];
     say(this.connect, phase === "connecting" ? "Cancel" : this.isOff ? begin : end);
@@ -112,7 +112,7 @@ export class Part {
   story(error, doctor, phase) {
     const parts = [make("h3", { textContent: error.message })];
     if (error.hint && !doctor?.steps.some((step) => step.fix === error.hint))
-      parts.push(make("p", { textContent: `Try: ${error.hint}` }));
+      parts.push(make("p", {}, "Try: ", ...withCommand(error.hint)));
     if (!doctor)
       return phase === "failed"
         ? [...parts, make("p", { className: "hint", textContent: "Looking for the cause …" })]
@@ -127,7 +127,7 @@ export class Part {
           make("b", { textContent: MARKS[step.state], "aria-label": WORDS[step.state] }),
           make("span", { textContent: step.name }),
           make("span", { textContent: error.message.endsWith(step.detail) ? "" : step.detail }), // said above
-          ...(step.fix ? [make("p", { className: "fix", textContent: `Try: ${step.fix}` })] : []),
+          ...(step.fix ? [make("p", { className: "fix" }, "Try: ", ...withCommand(step.fix))] : []),
         ),
       );
     return [
@@ -146,4 +146,19 @@ export class Part {
         : []),
     ];
   }
+}
+
+/**
+ * An advice; a command at its end can be copied.
+ * @param {string} advice
+ */
+function withCommand(advice) {
+  const command = /: (elib .+)$/.exec(advice)?.[1] ?? "";
+  if (!command || !navigator.clipboard) return [advice]; // browsers copy only on pages of this computer
+  return [
+    advice.slice(0, -command.length),
+    make("code", { textContent: command }),
+    " ",
+    button("Copy", () => navigator.clipboard.writeText(command), { "aria-label": "copy the command" }),
+  ];
 }
