@@ -57,6 +57,7 @@ def scheme(slot: Slot) -> dict[str, Json]:
         "firmware": slot.firmware,
         "fastest": slot.drive.fastest,
         "circumference": WHEEL_CIRCUMFERENCE,
+        "status_led": None if profile is None else profile.status_led,
         "instruments": [
             asdict(each) | {"absent": "" if profile is None else profile.absent.get(each.name, "")}
             for each in instruments(profile)

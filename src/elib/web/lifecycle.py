@@ -66,7 +66,7 @@ async def prepare(robot: Epuck, camera: Camera = CAMERA) -> float:
 
     Args:
         robot: An open robot.
-        camera: Settings of its camera.
+        camera: Settings of its camera. Over Wi-Fi a camera has none.
 
     Returns:
         The highest speed of the robot's wheels, rev/s.
@@ -76,7 +76,8 @@ async def prepare(robot: Epuck, camera: Camera = CAMERA) -> float:
     """
     patient = robot.within(patience(robot))
     await patient.stop()
-    await patient.set_camera(*camera)
+    if "set_camera" not in robot.context.profile.absent:
+        await patient.set_camera(*camera)
     await patient.set_led(ALL, 0)
     await patient.set_body_led(0)
     await patient.set_front_led(0)

@@ -202,9 +202,9 @@ class Slot:
             async with asyncio.timeout(OPENING_TIME):
                 await robot.__aenter__()
                 self._robot = robot
-                line, zooms = virtual(robot), robot.context.profile.zooms
-                camera = None if line is None else lifecycle.live_camera(line.simulation.settings.baud, zooms)
-                self._has_live_camera = camera is not None
+                line, profile = virtual(robot), robot.context.profile
+                camera = None if line is None else lifecycle.live_camera(line.simulation.settings.baud, profile.zooms)
+                self._has_live_camera = camera is not None or profile.codec == "wifi"
                 self.drive.attach(await lifecycle.prepare(robot, camera or lifecycle.CAMERA))
         except (ElibError, OSError, TimeoutError) as error:
             await self._give_up(robot, error)

@@ -65,6 +65,12 @@ export class Part {
     this.take = button("Take picture", () => robot.ask("picture"));
     this.save = button("Save PNG", () => this.store(), { disabled: true, title: "Save this picture" });
     this.slow = make("p", { className: "hint", role: "status" });
+    this.fields = [
+      field("Colour", this.modeList),
+      field("Width", this.widthInput),
+      field("Height", this.heightInput),
+      field("Zoom", this.zoomList),
+    ];
     box.replaceChildren(
       make("div", { className: "frame" }, this.canvas, this.none),
       make(
@@ -81,15 +87,7 @@ export class Part {
             "details",
             {},
             make("summary", { textContent: "Settings" }),
-            make(
-              "div",
-              { className: "fields" },
-              field("Live", this.liveList),
-              field("Colour", this.modeList),
-              field("Width", this.widthInput),
-              field("Height", this.heightInput),
-              field("Zoom", this.zoomList),
-            ),
+            make("div", { className: "fields" }, field("Live", this.liveList), ...this.fields),
           ),
         ),
       ),
@@ -111,9 +109,10 @@ export class Part {
   show({ tick, scheme, pixels }) {
     const isOn = tick.phase === "connected";
     for (const option of this.zoomList.options)
-      option.hidden = scheme?.firmware === "epuck2" && Number(option.value) > 8;
+      option.hidden = Boolean(scheme?.firmware.startsWith("epuck2")) && Number(option.value) > 8;
     for (const control of [this.take, this.widthInput, this.heightInput, this.zoomList, this.modeList, this.liveList])
       control.disabled = !isOn;
+    for (const each of this.fields) each.hidden = isOn && !tick.camera; // over Wi-Fi pictures have one size
     if (tick.camera) this.follow(tick.camera);
     const live = tick.live === null ? "" : String(tick.live);
     if (this.liveList !== document.activeElement && this.liveList.value !== live) this.liveList.value = live;

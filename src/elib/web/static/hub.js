@@ -20,7 +20,8 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  *   low: number | null, high: number | null, absent: string,
  * }} Instrument
  * @typedef {{
- *   scheme: number, firmware: string, fastest: number, circumference: number, instruments: Instrument[],
+ *   scheme: number, firmware: string, fastest: number, circumference: number, status_led: number | null,
+ *   instruments: Instrument[],
  * }} Scheme what seldom changes
  *
  * @typedef {{

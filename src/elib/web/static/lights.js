@@ -80,13 +80,14 @@ export class Part {
       /** @type {HTMLButtonElement} */ (control).disabled = !isOn;
     put(this.body, "aria-pressed", Boolean(lamps.body));
     put(this.front, "aria-pressed", Boolean(lamps.front));
-    const names = scheme?.firmware === "epuck2" ? SOUNDS.epuck2 : SOUNDS.epuck1;
+    const names = scheme?.firmware.startsWith("epuck2") ? SOUNDS.epuck2 : SOUNDS.epuck1;
     this.sounds.forEach((sound, index) => {
       say(sound, names[index]);
       put(sound, "aria-label", `play sound ${index + 1}, ${names[index]}`);
     });
     this.coloured.hidden = !lamps.rgb;
     this.colours.forEach((input, index) => {
+      /** @type {HTMLElement} */ (input.parentElement).hidden = COLOURED[index] === scheme?.status_led;
       const colour = lamps.rgb?.[index];
       if (!colour || input.getAttribute("aria-busy") || input === document.activeElement) return;
       const bytes = colour.map((share) => Math.round(2.55 * share).toString(16));
