@@ -39,7 +39,7 @@ class Marker:
     """A command that asks for nothing, which the robot did not answer yet.
 
     Attributes:
-        request: The request that it begins; None if nobody waits for that any more.
+        request: The request that it begins; None if no caller waits for that any more.
         behind: Commands that were sent behind it, before the next marker.
     """
 
@@ -112,7 +112,7 @@ class WifiConnection:
 
     @property
     def state(self) -> State:
-        """The state of the connection; it is out of sync while a marker may return that nobody waits for."""
+        """The state of the connection; it is out of sync while a marker may return that no caller waits for."""
         if self._is_closed:
             return State.CLOSED
         if self._request is not None:
@@ -216,7 +216,7 @@ class WifiConnection:
 
         Returns:
             :class:`~elib.protocol.connection.Answer`: The request under way is answered.
-            :class:`~elib.protocol.connection.ResyncAnswer`: Every marker has returned that nobody waits for.
+            :class:`~elib.protocol.connection.ResyncAnswer`: Every marker has returned that no caller waits for.
             :class:`Streamed`: Readings or a picture came.
             :class:`OutOfStep`: The connection is of no more use.
         """

@@ -75,7 +75,7 @@ class Settling:
 
 
 class MarkerWait(Settling):
-    """Over Wi-Fi: waits until the robot has taken every command that nobody waits for.
+    """Over Wi-Fi: waits until the robot has taken every command that no caller waits for.
 
     Args:
         connection: Counts the markers that did not return.

@@ -1,0 +1,80 @@
+"""A robot on Wi-Fi is recorded with what it sends by itself, replayed, gone on with, and logged."""
+
+from pathlib import Path
+
+import pytest
+
+import elib
+from elib.errors import ReplayDiffers
+from elib.recording.reader import load
+
+pytest.importorskip("mcap")
+
+SIM = "sim://arena?firmware=epuck2-wifi&speed=max"
+
+
+def drive(robot: elib.BlockingEpuck) -> list[object]:
+    """Call, watch and take pictures; return all that came."""
+    robot.set_speed(0.5, 0.4)
+    found: list[object] = [robot.sensors(), robot.within(3).image().raw]
+    for count, snapshot in enumerate(robot.watch("proximity", "image", rate=20)):
+        found.append((snapshot.time, snapshot.proximity, snapshot.image.raw))
+        if count == 5:
+            break
+    robot.set_led(3, 1)
+    found.append(robot.encoders())
+    return found
+
+
+@pytest.fixture
+def recorded(tmp_path: Path) -> tuple[Path, list[object]]:
+    path = tmp_path / "run.mcap"
+    with elib.connect(SIM) as robot:
+        robot.record(path)
+        return path, drive(robot)
+
+
+def test_a_replayed_program_gets_the_same_packets_at_the_same_times(recorded: tuple[Path, list[object]]) -> None:
+    path, first = recorded
+    with elib.connect(f"replay://{path}?speed=max") as robot:
+        assert robot.firmware == "epuck2-wifi"
+        assert drive(robot) == first
+
+
+def test_a_program_that_does_something_else_is_told(recorded: tuple[Path, list[object]]) -> None:
+    path, _ = recorded
+    with (
+        elib.connect(f"replay://{path}?speed=max") as robot,
+        pytest.raises(ReplayDiffers, match=r"it sent 80 00 00 f4 01 f4 01.* for set_speed\(0\.5, 0\.4\)"),
+    ):
+        robot.set_speed(0.5, 0.5)
+
+
+def test_what_was_watched_is_in_the_recording_as_readings_and_pictures(recorded: tuple[Path, list[object]]) -> None:
+    path, first = recorded
+    recording = load(str(path))
+    pictures = list(recording.entries("/pictures"))
+    near = list(recording.entries("/readings/proximity"))
+    watched = sum(isinstance(each, tuple) for each in first)
+    assert len(pictures) >= 3
+    assert len(near) >= watched
+    calls = [entry.data["command"] for entry in recording.entries("/calls")]
+    assert calls == ["set_speed", "sensors", "image", "set_led", "encoders", "stop"]
+
+
+def test_a_recording_goes_on_in_the_simulator(recorded: tuple[Path, list[object]]) -> None:
+    path, _ = recorded
+    with elib.connect(f"replay://{path}?speed=max&fork=0.3") as robot:
+        assert robot.firmware == "epuck2-wifi"
+        assert robot.sensors().proximity is not None
+
+
+def test_a_log_has_a_line_for_each_call_and_none_for_packets(tmp_path: Path) -> None:
+    path = tmp_path / "run.log"
+    with elib.connect(SIM) as robot:
+        robot.log(path)
+        for _ in robot.watch("proximity"):
+            break
+        robot.set_body_led(1)
+    words = [line.split()[2:4] for line in path.read_text().splitlines() if not line.startswith("#")]
+    assert words == [["call", "set_body_led"], ["ok", "set_body_led"], ["call", "stop"], ["ok", "stop"]]
