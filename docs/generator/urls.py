@@ -7,7 +7,7 @@ import dataclasses
 from elib.emulator.settings import SimulationSettings
 from elib.fields import Number, fields_of
 from elib.physics.worldfile import gallery
-from elib.protocol.profiles import PROFILES
+from elib.protocol.profiles import FIRMWARES
 from elib.transport.url import scheme_named
 from generator.markdown import inline, section, table
 
@@ -74,7 +74,7 @@ def simulation() -> str:
             text = text.replace("robot profile", "[robot profile](profiles.md)")
         limits = rule.range.removeprefix("from ") if isinstance(rule, Number) else "-"
         if field.name == "firmware":
-            limits = ", ".join(f"`{name}`" for name in PROFILES)
+            limits = ", ".join(f"`{name}`" for name in FIRMWARES)
         rows.append((f"`{field.name}`", text, default, limits))
     worlds = ", ".join(f"`{name}`" for name in gallery())
     return (

@@ -213,7 +213,7 @@ async def test_a_connection_that_breaks_within_a_command_leaves_the_robot_with_t
     await asyncio.sleep(0.5)
     speed = emulator.firmware.report()["speed"]
     assert speed in ([0, 0], [100, 0])
-    assert not emulator.is_deaf
+    assert not emulator.is_stuck
     again = await opened("&seed=1")
     assert again.robot is transport.robot
     await again.write(command(0))

@@ -11,7 +11,7 @@ import pytest
 from wifi_rig import command, packets
 
 from elib.emulator.control import Control
-from elib.emulator.server import DEAF, serve
+from elib.emulator.server import STUCK, serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy
 from elib.transport import open_transport
@@ -115,7 +115,7 @@ async def test_after_a_client_without_a_command_no_other_is_served_until_a_resta
         async with client(port):
             await asyncio.sleep(0.05)
         await asyncio.sleep(0.05)
-        assert told == [f"epuck-1: {DEAF}"]
+        assert told == [f"epuck-1: {STUCK}"]
         async with client(port) as (reader, writer):
             writer.write(command(2))
             assert await is_silent(reader)
@@ -140,7 +140,7 @@ async def test_a_client_whose_connection_breaks_without_a_command_makes_room(por
         assert await hears(reader, 1) == b"\x03"
 
 
-async def test_a_request_of_a_web_page_is_dropped_and_does_not_make_the_robot_deaf(port: int) -> None:
+async def test_a_request_of_a_web_page_is_dropped_and_does_not_make_the_robot_stuck(port: int) -> None:
     async with client(port) as (reader, writer):
         writer.write(b"POST / HTTP/1.1\r\n\r\n" + command(2, left=500, right=500))
         with contextlib.suppress(ConnectionError):

@@ -321,7 +321,7 @@ def test_after_a_client_that_never_sent_a_command_no_other_is_served() -> None:
     rig.run(1.0)
     rig.robot.disconnect(rig.now)
     rig.run(0.1)
-    assert rig.robot.is_deaf
+    assert rig.robot.is_stuck
     rig.robot.connect(rig.now)
     rig.send(command(2))
     assert rig.ids(5.0) == []
@@ -330,10 +330,10 @@ def test_after_a_client_that_never_sent_a_command_no_other_is_served() -> None:
     rig.robot.connect(rig.now)
     rig.send(command(2))
     assert set(rig.ids(0.5)) == {2}
-    assert not rig.robot.is_deaf
+    assert not rig.robot.is_stuck
 
 
-def test_a_connection_that_breaks_before_a_command_does_not_make_the_robot_deaf() -> None:
+def test_a_connection_that_breaks_before_a_command_does_not_make_the_robot_stuck() -> None:
     rig = Rig()
     rig.run(1.0)
     rig.robot.disconnect(rig.now, reset=True)

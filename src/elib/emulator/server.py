@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 LONGEST_FLOOD = 10.0
 """s that a client may send more than the robot's line takes: 115 kB of commands."""
 
-DEAF = (
+STUCK = (
     "a client left before it sent a valid command; like a real robot, this one accepts no other until it is switched "
     "off and on"
 )
@@ -131,7 +131,7 @@ async def serve(
                 robot_link.trace = partial(traffic, name)
             if isinstance(robot_link, WifiLink):
                 if warn is not None:
-                    robot_link.robot.on_deaf = partial(warn, f"{name}: {DEAF}")
+                    robot_link.robot.on_stuck = partial(warn, f"{name}: {STUCK}")
                 place = WifiPort(robot_link, wifi_host, wifi_port)
                 stack.callback(place.close)
                 served.append(Served(name, place.url))

@@ -29,8 +29,8 @@ class SimulationSettings:
         speed: ``"real"``, ``"max"`` or a factor, 0.001 to 1000.
         latency: Delay of the link each way, s.
         jitter: Standard deviation of that delay, s.
-        baud: Speed of the serial line, bit/s; 0 does not pace it.
-        loss: Probability that a whole answer is lost.
+        baud: Speed of the serial line, bit/s; 0 does not pace it. Over Wi-Fi it has no effect.
+        loss: Probability that a whole answer is lost; over Wi-Fi it comes 0.5 s later instead.
         fault: Script of timed faults: the name of one that comes with elib, or the path of a TOML file; or None.
         profile: File of a robot profile, as ``elib fit`` writes it: wheels, link and infrared curve of one true robot,
             which all robots here then have; or None.

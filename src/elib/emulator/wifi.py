@@ -140,9 +140,9 @@ class WifiEmulator(Emulator):
 
     Attributes:
         firmware: The running firmware of the main processor.
-        is_deaf: Whether a client left without a valid command. As the real robot, it then accepts no other client
+        is_stuck: Whether a client left without a valid command. As the real robot, it then accepts no other client
             until it is switched off and on (wire-protocol.md, 4.1).
-        on_deaf: Called when that happens.
+        on_stuck: Called when that happens.
     """
 
     firmware: EPuck2Wifi
@@ -152,7 +152,7 @@ class WifiEmulator(Emulator):
     ) -> None:
         super().__init__(firmware, hardware, timing=timing, booted=booted)
         self._now = 0.0
-        self.on_deaf: Callable[[], None] | None = None
+        self.on_stuck: Callable[[], None] | None = None
         self._switch_on(0.0 if booted else NETWORK_START)
 
     # -- the interface for the caller --
@@ -252,7 +252,7 @@ class WifiEmulator(Emulator):
         self._sensors: bytes | None = None
         self._picture: bytes | None = None
         self._films = False
-        self.is_deaf = False
+        self.is_stuck = False
         self._count = 0
         self._show(DARK)
         self._tasks = (
@@ -405,7 +405,7 @@ class WifiEmulator(Emulator):
                 if not (yield from self._send_all(client, request)):
                     return
             elif client.is_ended and not client.received:
-                self._go_deaf()
+                self._get_stuck()
                 yield inf, lambda: client.is_reset
             else:  # the real one looks again every 10 ms
                 yield inf, lambda: bool(client.received) or client.is_ended
@@ -436,10 +436,10 @@ class WifiEmulator(Emulator):
         command[start : start + len(piece)] = piece
         return len(piece)
 
-    def _go_deaf(self) -> None:
-        self.is_deaf = True
-        if self.on_deaf is not None:
-            self.on_deaf()
+    def _get_stuck(self) -> None:
+        self.is_stuck = True
+        if self.on_stuck is not None:
+            self.on_stuck()
 
     def _send_all(self, client: Connection, request: int) -> Generator[Wait, None, bool]:
         """Send what a command asks for; return False if the connection is dead."""
