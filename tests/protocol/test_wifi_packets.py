@@ -336,7 +336,7 @@ def test_readings_are_events_only_while_they_are_watched() -> None:
     connection = opened()
     connection.receive(SENSORS, 1.0)
     assert events(connection) == []
-    connection.streams_sensors = True
+    connection.wants_sensors = lambda time: True
     connection.receive(numbered(5) + numbered(6), 1.0)
     assert [event.value.distance.metres for event in events(connection)] == [0.005, 0.006]  # type: ignore[attr-defined]
 
@@ -375,7 +375,7 @@ def test_a_lost_byte_of_a_sensor_packet_is_never_a_reading(at: int) -> None:
 
 def test_a_number_that_is_not_finite_refuses_the_call_and_not_the_link() -> None:
     connection = opened()
-    connection.streams_sensors = True
+    connection.wants_sensors = lambda time: True
     connection.send(SPECS["attitude"].request(connection.context))
     packet = bytearray(SENSORS)
     struct.pack_into("<f", packet, 1 + 6, math.nan)

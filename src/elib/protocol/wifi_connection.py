@@ -9,7 +9,7 @@ was applied, and what comes behind the run was made after it.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from elib.errors import LocalProtocolError, RemoteProtocolError
@@ -69,6 +69,8 @@ class OutOfStep:
     reason: str
 
 
+Wanted = Callable[[float], bool]
+"""Returns whether the readings of the packet that came at a time, s on the caller's clock, are wanted."""
 WifiEvent = Answer | Refusal | ResyncAnswer | Greeting | Streamed | OutOfStep
 
 
@@ -80,7 +82,7 @@ class WifiConnection:
 
     Attributes:
         context: Profile, origin and memory of this connection.
-        streams_sensors: Whether every sensor packet is an event.
+        wants_sensors: Asked for each sensor packet whether it is to be an event; None if none is.
         busy_time: Longest time that the robot may be busy with what was abandoned, s.
         received_bytes: Bytes that came so far.
         is_tidying: Whether the marker that did not return yet belongs to no call: it changes what is streamed.
@@ -94,7 +96,7 @@ class WifiConnection:
 
     def __init__(self, context: Context) -> None:
         self.context = context
-        self.streams_sensors = False
+        self.wants_sensors: Wanted | None = None
         self.busy_time = 0.0
         self.received_bytes = 0
         self.is_tidying = False
@@ -246,7 +248,10 @@ class WifiConnection:
             check_sensors(self._buffer, payload)
         request = self._request
         is_answer = request is not None and self._has_returned and _kind(request) == kind
-        is_streamed = self.streams_sensors if kind == SENSORS else self.context.streams_images
+        if kind == SENSORS:
+            is_streamed = self.wants_sensors is not None and self.wants_sensors(self.context.time)
+        else:
+            is_streamed = self.context.streams_images
         if not (is_answer or is_streamed):
             return
         try:

@@ -25,6 +25,7 @@ from elib.protocol.commands import SPECS
 from elib.protocol.context import LastSet
 from elib.protocol.table import Request
 from elib.protocol.values import Steps
+from elib.protocol.wifi_connection import Wanted
 from elib.robot.odometry import fell_back, fell_back_over_gap, steps_in
 from elib.session import (
     Call,
@@ -85,7 +86,7 @@ class Reconnector(ForwardingChannel):
         self._task: asyncio.Task[None] | None = None
         self._restoring: asyncio.Task[None] | None = None
         self.is_restoring = False
-        self._streams = (False, False)
+        self._streams: tuple[Wanted | None, bool] = (None, False)
         self._memory = LastSet()
         self._steps: Steps | None = None
         self._loop = asyncio.get_running_loop()
@@ -151,7 +152,7 @@ class Reconnector(ForwardingChannel):
         self._is_up.set()
         await self._session.close()
 
-    def stream(self, *, sensors: bool, images: bool) -> None:
+    def stream(self, *, sensors: Wanted | None, images: bool) -> None:
         """Have a robot that streams send what is watched, on every new link too."""
         self._streams = (sensors, images)
         self._session.stream(sensors=sensors, images=images)

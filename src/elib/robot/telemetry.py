@@ -161,10 +161,8 @@ class Telemetry:
             while self._readers:
                 self._changed.clear()
                 self._came.clear()
-                robot.session.stream(
-                    sensors=any(reader.sensors for reader in self._readers),
-                    images=any(IMAGE in reader.names for reader in self._readers),
-                )
+                images = any(IMAGE in reader.names for reader in self._readers)
+                robot.session.stream(sensors=self._want_sensors, images=images)
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(POLL_TIMEOUT):
                         await self._changed.wait()
@@ -173,7 +171,7 @@ class Telemetry:
         finally:
             with contextlib.suppress(ValueError):  # a hook that raised was removed
                 robot.session.hooks.remove(take)
-            robot.session.stream(sensors=False, images=False)
+            robot.session.stream(sensors=None, images=False)
 
     def _report_silence(self, robot: Robot) -> None:
         """Tell the readers what did not come for a while: with the readings that they had, and the error."""
@@ -185,6 +183,14 @@ class Telemetry:
             )
         self._deliver([reader for reader in self._readers if missing.intersection(reader.names)], robot.context.origin)
 
+    def _due_readers(self, now: float) -> list[Reader]:
+        return [r for r in self._readers if r.sensors and r.due <= now + min(r.period, PACKET_PERIOD) / 2]
+
+    def _want_sensors(self, time: float) -> bool:
+        """Return whether a reader is due when a sensor packet has come; to decode every one would be a waste."""
+        self._came.update(name for reader in self._readers for name in reader.sensors)
+        return bool(self._due_readers(time))
+
     def _take(self, value: Sensors | Image, origin: str) -> None:
         """Take a packet: every picture is delivered, and the sensors as often as each reader asked for them."""
         now = asyncio.get_running_loop().time()
@@ -193,7 +199,7 @@ class Telemetry:
             self._latest[IMAGE] = value
             came = {IMAGE}
         else:
-            due = [r for r in self._readers if r.sensors and r.due <= now + min(r.period, PACKET_PERIOD) / 2]
+            due = self._due_readers(now)
             came = {name for reader in self._readers for name in reader.sensors}
             self._latest.update({name: getattr(value, name) for name in came})
         self._came |= came

@@ -9,6 +9,7 @@ from elib.pose import Pose
 from elib.protocol.context import Context
 from elib.protocol.table import Request
 from elib.protocol.values import Version
+from elib.protocol.wifi_connection import Wanted
 from elib.session.trace import TraceHook, Transcript
 from elib.transport.base import Transport
 
@@ -67,11 +68,12 @@ class Channel(Protocol):
     async def execute_last(self, request: Request[T], timeout: float) -> T:
         """Send *request* as the last one; calls that wait end with an error, and no more are taken."""
 
-    def stream(self, *, sensors: bool, images: bool) -> None:
+    def stream(self, *, sensors: Wanted | None, images: bool) -> None:
         """Have a robot that streams send what is watched, as :class:`~elib.session.Pushed` events; others do nothing.
 
         Args:
-            sensors: Whether the readings of every packet are wanted.
+            sensors: Returns whether the readings of a packet are wanted that came at a time, s on the loop's clock; None if
+                none are.
             images: Whether the robot must send pictures all the time.
         """
 
@@ -109,7 +111,7 @@ class ForwardingChannel:
     unanswered = Forwarded[int]()
     stopping_time = Forwarded[float]()
 
-    def stream(self, *, sensors: bool, images: bool) -> None:
+    def stream(self, *, sensors: Wanted | None, images: bool) -> None:
         """Have a robot that streams send what is watched."""
         self._session.stream(sensors=sensors, images=images)
 

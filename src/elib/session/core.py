@@ -30,7 +30,7 @@ from elib.protocol.context import Profile
 from elib.protocol.image import Image, Mounting
 from elib.protocol.table import Request
 from elib.protocol.values import Version
-from elib.protocol.wifi_connection import OutOfStep, Streamed, WifiConnection, WifiEvent
+from elib.protocol.wifi_connection import OutOfStep, Streamed, Wanted, WifiConnection, WifiEvent
 from elib.session.calls import Call, CallQueue
 from elib.session.opening import RecordingTransport, recognise_robot
 from elib.session.resync import LONGEST_SILENCE_WAIT, PAUSE_POLL, PICTURE_SILENCE, MarkerWait, Resync
@@ -494,15 +494,16 @@ class Session:
                     )
                 )
 
-    def stream(self, *, sensors: bool, images: bool) -> None:
-        """Have a robot that streams send what is watched: each packet is a :class:`~elib.session.Pushed` event.
+    def stream(self, *, sensors: Wanted | None, images: bool) -> None:
+        """Have a robot that streams send what is watched: as :class:`~elib.session.Pushed` events.
 
         Args:
-            sensors: Whether the readings of every packet are wanted.
+            sensors: Returns whether the readings of a packet are wanted that came at a time, s on the loop's clock; None if
+                none are.
             images: Whether the robot must send pictures all the time.
         """
         if isinstance(self._connection, WifiConnection):
-            self._connection.streams_sensors = sensors
+            self._connection.wants_sensors = sensors
             self.context.streams_images = images
             self._pump()
 
