@@ -72,8 +72,8 @@ class Channel(Protocol):
         """Have a robot that streams send what is watched, as :class:`~elib.session.Pushed` events; others do nothing.
 
         Args:
-            sensors: Returns whether the readings of a packet are wanted that came at a time, s on the loop's clock; None if
-                none are.
+            sensors: Called with the time of each packet, s on the loop's clock; returns if its readings are wanted.
+                None if none are.
             images: Whether the robot must send pictures all the time.
         """
 

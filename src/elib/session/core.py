@@ -498,8 +498,8 @@ class Session:
         """Have a robot that streams send what is watched: as :class:`~elib.session.Pushed` events.
 
         Args:
-            sensors: Returns whether the readings of a packet are wanted that came at a time, s on the loop's clock; None if
-                none are.
+            sensors: Called with the time of each packet, s on the loop's clock; returns if its readings are wanted.
+                None if none are.
             images: Whether the robot must send pictures all the time.
         """
         if isinstance(self._connection, WifiConnection):
