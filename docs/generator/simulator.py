@@ -29,5 +29,6 @@ def page() -> str:
 
 
 def own(kind: type) -> str:
-    """Return the entry of a class, with nothing that it inherits."""
-    return entry(kind, lambda name: name not in vars(kind))
+    """Return the entry of a class, with nothing that it inherits from other packages."""
+    own = {name for base in kind.__mro__ if base.__module__.startswith("elib.") for name in vars(base)}
+    return entry(kind, lambda name: name not in own)

@@ -11,7 +11,7 @@ from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.sim_transport import open_sim
-from elib.errors import ArgumentError, LinkNotFound, ReplyTimeout, SimulationError
+from elib.errors import ArgumentError, LinkClosed, LinkNotFound, ReplyTimeout, SimulationError
 from elib.testing import simulation_of
 from elib.transport import open_transport, parse_url
 
@@ -46,6 +46,18 @@ async def test_a_stop_during_a_pause_is_the_first_thing_that_happens_after_it() 
         await asyncio.gather(waiting, stop, return_exceptions=True)
         assert stop.exception() is None
         assert control.snapshot().robots[0].pose.x - before.x < 0.005
+
+
+async def test_a_robot_of_a_paused_world_is_closed_within_a_bound() -> None:
+    async with elib.open("sim://square") as robot:
+        control = Control(simulation_of(robot))
+        await robot.set_speed(0.5, 0.5)
+        control.pause()
+        waiting = asyncio.create_task(robot.within(0.3).proximity())
+        await asyncio.sleep(0.8)
+        async with asyncio.timeout(3):
+            assert await robot.stop_and_close() is not None
+        assert isinstance((await asyncio.gather(waiting, return_exceptions=True))[0], ReplyTimeout | LinkClosed)
 
 
 async def test_a_step_lets_the_world_go_on_by_so_much() -> None:

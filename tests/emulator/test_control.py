@@ -613,3 +613,13 @@ def test_recorded_things_are_put_where_they_lay_also_where_another_one_stood(cap
     assert "box 0 has no room at (2.000, 0.500): the edge of the arena is in the way; it stays" in caplog.text
     with pytest.raises(ArgumentError, match="box 0 has no room"):
         put_things(world, lay, is_exact=True)
+
+
+def test_things_of_another_number_stay_where_they_are_and_that_is_said(caplog):
+    world = World(Scene(1, 1, boxes=(Box(0.2, 0.5, 0.1, 0.1, is_pushable=True),)))
+    lay = {"boxes": [(0.4, 0.5, 0.0), (0.6, 0.5, 0.0)], "cylinders": []}
+    put_things(world, lay, is_exact=False)
+    assert world.snapshot().boxes[0].x == 0.2
+    assert "boxes were added or removed, and the recording does not say which; all things stand where" in caplog.text
+    with pytest.raises(ArgumentError, match="does not say which"):
+        put_things(world, lay, is_exact=True)

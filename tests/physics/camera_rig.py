@@ -11,7 +11,7 @@ from world_rig import Room
 
 from elib.physics import Scene
 from elib.physics.engine import EngineName
-from elib.physics.world import SHOWN
+from elib.physics.worldreading import SHOWN
 
 Offsets = Sequence[float]
 Picture = NDArray[np.uint8]

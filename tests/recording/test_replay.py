@@ -13,6 +13,7 @@ import pytest
 
 import elib
 from elib.behaviours import BehaviourStyle, RunContext, RunResult, behaviours, find, play
+from elib.emulator.control import Control
 from elib.emulator.firmware import step_rate
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported
@@ -23,7 +24,7 @@ from elib.recording.state import state_at
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 from elib.session import Called, TraceEvent
-from elib.testing import world_of
+from elib.testing import simulation_of, world_of
 from elib.testing.inside import transport_of
 from elib.timebase import new_loop
 from elib.transport import open_transport
@@ -574,6 +575,44 @@ def test_of_speeds_that_were_replaced_before_they_were_sent_the_newest_counts(tm
 
     recorded(path, hurry)
     assert state_at(load(path), 0.5).speed == (100, 100)
+
+
+@pytest.mark.parametrize("what", ["where the robot began", "beside it", "a wall", "a box less"])
+@pytest.mark.parametrize("is_recorded", [False, True])
+def test_a_fork_has_the_boxes_and_walls_that_a_hand_has_put_in(tmp_path: Path, what: str, *, is_recorded: bool) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def change(robot: elib.Epuck) -> tuple[int, int]:
+        control = Control(simulation_of(robot))
+        x, y = control.snapshot().robots[0].pose.x, control.snapshot().robots[0].pose.y
+        if is_recorded:
+            robot.record(path)
+            await robot.sleep(0.2)
+            await robot.proximity()
+        if what == "where the robot began":
+            control.move_robot(0, x + 0.2, y)
+            control.add_box(x, y)
+        elif what == "beside it":
+            control.add_box(x + 0.3, y)
+        elif what == "a wall":
+            control.add_wall(x + 0.2, y, x + 0.2, y + 0.1)
+        else:
+            control.remove_box(0)
+        if not is_recorded:
+            robot.record(path)
+        await robot.sleep(0.5)
+        await robot.proximity()
+        await robot.sleep(0.3)
+        await robot.proximity()
+        now = control.snapshot()
+        return len(now.boxes), len(now.walls)
+
+    async def look(robot: elib.Epuck) -> tuple[int, int]:
+        now = Control(simulation_of(robot)).snapshot()
+        return len(now.boxes), len(now.walls)
+
+    there = run_on("sim://arena?speed=max", change)
+    assert run_on(replay(path, "fork=0.8"), look) == there
 
 
 def test_a_fork_without_measured_poses_goes_on_by_the_step_counters(tmp_path: Path) -> None:

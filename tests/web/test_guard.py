@@ -18,10 +18,12 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from guard_rig import PATIENCE, SOCKET, Answer, Rig, guarded
+from guard_rig import PATIENCE, SOCKET, Answer, Rig, guarded, parse
 from page_rig import opened, until
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from elib.emulator.control_server import Bucket
+from elib.testing import simulated
 from elib.web import access, messages, page, server
 
 TOKEN = "right-token"
@@ -306,6 +308,19 @@ async def test_what_is_no_request_ends_the_connection(data: bytes) -> None:
         assert (await rig.ask()).status == 200
 
 
+async def test_the_refusal_of_what_is_no_request_has_the_headers_of_all_answers_and_repeats_nothing() -> None:
+    async with guarded() as rig:
+        answer = parse(await rig.raw(b"GET <script>alert(1)</script>\r\n\r\n"))
+        usual = await rig.ask("/missing")
+        assert answer.status == 400
+        assert b"script" not in answer.body
+        for name in server.HEADERS:
+            assert answer.headers[name.lower()] == usual.headers[name.lower()]
+        assert answer.headers["content-security-policy"].startswith("default-src 'none'")
+        assert answer.headers["cache-control"] == "no-store"
+        assert "aiohttp" not in answer.headers.get("server", "")
+
+
 async def test_damaged_requests_are_refused_or_answered_and_nothing_else_happens() -> None:
     dice = random.Random(11)
     async with guarded() as rig:
@@ -517,8 +532,8 @@ MALFORMED = {
     "deep arguments": '{"do":"command","robot":"1","name":"stop","arguments":' + "[" * 4000 + "]" * 4000 + "}",
     "deep brackets": "[" * 8000,
     "a deep message of the world": '{"do":"world","message":' + '{"a":' * 1300 + "1" + "}" * 1301,
-    "a long text": json.dumps({"do": "note", "robot": "1", "text": "x" * 501}),
-    "half a letter": '{"do":"note","robot":"1","text":"\\ud800"}',
+    "a long text": json.dumps({"do": "console", "robot": "1", "line": "x" * 501}),
+    "half a letter": '{"do":"console","robot":"1","line":"\\ud800"}',
     "a zero byte": "\0",
     "a second of it": '{"do":"stop","do":"fly"}',
 }
@@ -565,12 +580,12 @@ async def test_a_page_that_sends_too_fast_is_thrown_out(monkeypatch: pytest.Monk
         assert len(rig.heard) == server.MESSAGES_AT_ONCE
 
 
+@simulated
 async def test_a_page_that_drives_for_long_is_not_too_fast() -> None:
-    clock = [0.0]
-    bucket = access.Bucket(server.MESSAGES, server.MESSAGES_AT_ONCE, lambda: clock[0])
-    amount = access.Bucket(server.BYTES, server.BYTES_AT_ONCE, lambda: clock[0])
+    bucket = Bucket(server.MESSAGES, server.MESSAGES_AT_ONCE)
+    amount = Bucket(server.BYTES, server.BYTES_AT_ONCE)
     for _ in range(60 * 60):  # a hand that drags for a minute, sixty times a second
-        clock[0] += 1 / 60
+        await asyncio.sleep(1 / 60)
         assert bucket.take()
         assert amount.take(len(steer()) + 8)
 

@@ -179,9 +179,9 @@ async def test_numbers_are_told_as_a_person_would(driver):
         " const ground = { name: 'ground', title: 'Ground', labels: ['left'], units: ['counts'], absent: '' };"
         " const button = { name: 'button', title: 'Button', labels: ['pressed'], units: [''], absent: '' };"
         " const battery = { name: 'battery', title: 'Battery', labels: ['charge'], units: ['%'], absent: '' };"
-        " const reading = (value) => ({ values: [value], age: 0.1, stale: false });"
+        " const reading = (value, age = 0.1) => ({ values: [value], age, stale: false });"
         " part.show({ scheme: { scheme: 1, instruments: [ground, button, battery] },"
-        "  tick: { readings: { ground: reading(null), button: reading(false), battery: reading(37.2) } } });"
+        "  tick: { readings: { ground: reading(null), button: reading(false), battery: reading(37.2, 2.4) } } });"
         " return [degrees(2 * Math.PI - 0.001), degrees(-0.001), degrees(Math.PI / 2), degrees(-Math.PI / 2), speed,"
         "  model.speeds[0], ...[...box.querySelectorAll('.tile')].map((tile) => tile.textContent)]; })()"
     )
@@ -189,7 +189,7 @@ async def test_numbers_are_told_as_a_person_would(driver):
     assert found[:4] == [0, 0, 90, 270]  # type: ignore[index]
     assert found[4] == pytest.approx(0.1, rel=0.01)  # type: ignore[index]
     assert found[5] < 0.001, "it has stood for half a second"  # type: ignore[index, operator]
-    assert found[6:] == ["Groundleft?counts", "Button0.1 spressedno", "Battery0.1 scharge37%"]  # type: ignore[index]
+    assert found[6:] == ["Groundno valueleft?counts", "Buttonpressedno", "Battery2.4 s oldcharge37%"]  # type: ignore[index]
 
 
 async def test_the_picture_is_upright_as_the_world_is(driver, robot):

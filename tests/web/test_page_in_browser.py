@@ -206,6 +206,10 @@ async def test_every_control_has_a_name_and_nothing_is_wider_than_the_screen(dri
         "[...document.querySelectorAll('.tile')].filter(t => t.offsetParent && t.scrollWidth > t.clientWidth)"
         ".map(t => t.getAttribute('aria-label'))"
     )
+    unseen = (
+        "[...document.querySelectorAll('.instruments .tile')].filter(t => !t.offsetParent)"
+        ".map(t => t.getAttribute('aria-label'))"
+    )
     for width in (1440, 1024, 390):
         await driver.tab.size(width, 800, phone=width < 720)
         await driver.tab.until(f"window.innerWidth === {width}")
@@ -214,6 +218,8 @@ async def test_every_control_has_a_name_and_nothing_is_wider_than_the_screen(dri
             assert await driver.tab.run(unnamed) == [], tab
             assert await driver.tab.run("document.documentElement.scrollWidth") <= width, (tab, width)
             assert await driver.tab.run(wide) == [], (tab, width)
+            if tab == "Sensors":
+                assert await driver.tab.run(unseen) == [], width
         stop = await driver.tab.run(
             "(b => [b.top >= 0, b.bottom <= innerHeight])(document.getElementById('stop').getBoundingClientRect())"
         )
@@ -229,19 +235,19 @@ async def test_a_chart_can_be_paused_before_anything_was_drawn(visitor):
         " const box = document.createElement('div'), part = new Part(box); [...part.charts][0].hold();"
         " return [...box.querySelectorAll('button')].map((button) => button.textContent); })()"
     )
-    assert "Pause" in await visitor.tab.run(page)  # type: ignore[operator]
+    assert "Pause chart" in await visitor.tab.run(page)  # type: ignore[operator]
 
 
 async def test_a_chart_stands_while_it_is_paused_shows_a_longer_time_and_is_saved(driver):
     await driver.press("Charts")
     await driver.tab.until("!!document.querySelector('.chart canvas')")
     drawn = "document.querySelector('.chart canvas').toDataURL()"
-    await driver.press("Pause")
+    await driver.press("Pause chart")
     before = await driver.tab.run(drawn)
     ticks = await driver.tab.run(f"{TICK}.time")
     await driver.tab.until(f"{TICK}.time > {ticks} + 0.5")
     assert await driver.tab.run(drawn) == before
-    await driver.press("Continue")
+    await driver.press("Continue chart")
     await driver.tab.until(f"{drawn} !== {before!r}")
     await driver.click("[aria-label='show a longer time']")
     await driver.tab.until("document.querySelector('.chart output').textContent === '1 min'")
@@ -282,8 +288,11 @@ async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_al
     await type_into(driver, f"{recording} input", "drive")
     await driver.click(f"{recording} .primary")
     await driver.tab.until(f"{TICK}.recorder?.messages > 0")
+    await driver.tab.until("document.querySelector('.status .writing').textContent === 'writing a log, recording'")
+    await driver.press("Robot")
     await driver.press("All on")
     await driver.tab.until(f"{TICK}.lamps.ring[0] === 1")
+    await driver.press("Files")
     for row in (log, recording):
         await driver.click(f"{row} .primary")
     await driver.tab.until(f"{TICK}.log === null && {TICK}.recorder === null")
@@ -293,13 +302,15 @@ async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_al
     # The recording opens in the same page and is scrubbed.
     await driver.press("drive.mcap")
     await driver.tab.until(f"{TICK}?.phase === 'playing' && {TICK}.playback.length > 0")
-    await driver.press("Pause")
+    # A recording has nothing to stop: STOP is for the robots.
+    await driver.tab.until("document.getElementById('stop').textContent.includes('STOP ALL') && !app.stopped")
+    await driver.press("Pause recording")
     await driver.tab.until(f"{TICK}.playback.paused")
     line = "document.querySelector('.playback input')"
     await driver.tab.until(f"Number({line}.max) > 0")
     await driver.tab.run(f"{line}.value = {line}.max / 2, {line}.dispatchEvent(new Event('change')), 0")
     await driver.tab.until(f"Math.abs({TICK}.playback.at - {TICK}.playback.length / 2) < 0.1")
-    await driver.press("Play")
+    await driver.press("Go on")
     await driver.tab.until(f"{TICK}.playback.at > 0.6 * {TICK}.playback.length")
 
 
@@ -309,6 +320,16 @@ async def test_a_file_name_cannot_lead_out_of_the_folder(driver, folder):
     await driver.click(".files .tile .primary")
     await driver.tab.until("document.querySelector('.toast')?.textContent.includes('is not a name for a file')")
     assert not (folder.parent / "out.log").exists()
+
+
+async def test_a_robot_can_be_stopped_while_the_page_asks_something(driver, robot):
+    await driver.press("Behaviours")
+    await driver.press("Start")
+    await robot.until_it_moves(0.03)
+    await driver.tab.run("document.querySelector(\".status [title^='The robot itself']\").click()")
+    await driver.click("dialog button.stop")
+    await robot.until_it_stands()
+    assert await driver.tab.run("!!document.querySelector('dialog[open]')"), "the question is still there"
 
 
 # -- the console and behaviours --
@@ -334,13 +355,13 @@ async def test_a_behaviour_drives_until_it_is_ended_and_space_never_sets_a_robot
     await robot.until_it_moves(0.03)
     await driver.click(".source summary")
     await driver.tab.until("document.querySelector('.source code').textContent.includes('async def')")
-    await driver.press("Pause")
+    await driver.press("Pause behaviour")
     await robot.until_it_stands()
-    await driver.press("Continue")
+    await driver.press("Continue behaviour")
     await robot.until_it_moves(0.02)
-    await driver.press("Pause")
+    await driver.press("Pause behaviour")
     await robot.until_it_stands()
-    await driver.tab.until("document.activeElement.textContent.trim() === 'Continue'")
+    await driver.tab.until("document.activeElement.textContent.trim() === 'Continue behaviour'")
     stood = robot.pose
     await driver.key(" ", "Space")  # once it was a click on the button that has the focus
     await driver.tab.until(f"{CHIP}.endsWith('stopped')")
@@ -361,7 +382,7 @@ async def test_options_of_a_behaviour_are_a_form_and_end_ends_it(driver, robot):
     await driver.tab.until("document.querySelectorAll('.options input').length > 0")
     await driver.press("Start")
     await robot.until_it_moves(0.02)
-    await driver.press("End")
+    await driver.press("End behaviour")
     await driver.tab.until(f"{CHIP}.endsWith('stopped')")
     await robot.until_it_stands()
 
@@ -383,7 +404,11 @@ async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_
     await show("epuck-3")
     await visitor.tab.until(f"{tick}.phase === 'connected'")
     await visitor.press("Details")
+    choose = f"(name => {{ const list = {things}; list.value = name; list.onchange(); }})"
+    own = await visitor.tab.run(f"{things}.value")
+    await visitor.tab.run(f"{choose}('')")
     await slide(visitor, "knob-ambient", 1000)
+    await visitor.tab.run(f"{choose}({own!r})")
     await visitor.tab.until(f"{tick}.readings.ambient_light.values[0] < 1500")
     await slide(visitor, "knob-loss", 1)
     await visitor.tab.until(f"{tick}.readings.proximity.stale && {tick}.link.lost > 0")
@@ -393,11 +418,12 @@ async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_
     await visitor.tab.until("document.getElementById('knob-loss')?.value === '1'")
     await slide(visitor, "knob-loss", 0)
     await visitor.tab.until(f"{tick}.phase === 'connected' && !{tick}.readings.proximity.stale")
+    await visitor.tab.run("document.getElementById('world-link').closest('details').open = true")
     await visitor.click("#world-link")
     await visitor.tab.until(f"{tick}.phase === 'gap'")
     await show("epuck-1")
     await show("epuck-3")
-    await visitor.tab.until("document.getElementById('world-link')?.checked === false")
+    await visitor.tab.until("document.getElementById('world-link')?.checked === true")
     await visitor.click("#world-link")
     await visitor.tab.until(f"{tick}.phase === 'connected'")
 

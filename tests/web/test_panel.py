@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 from pathlib import Path
 
 import pytest
@@ -231,7 +232,7 @@ async def test_the_folder_offers_its_recordings_and_names_that_are_free(tmp_path
         (tmp_path / name).write_bytes(b"")
     panel = Panel(folder=tmp_path)
     files = panel.files()
-    assert set(files.pop("recordings")) == {"a.mcap", "run.mcap"}
+    assert {name for name, _, _ in files.pop("recordings")} == {"a.mcap", "run.mcap"}
     assert files == {"log": "run-2.log", "recording": "run-2.mcap"}
     assert panel.slot(panel.add_recording("a.mcap")).url == f"replay://{tmp_path}/a.mcap"
     for name in ("none.mcap", "../a.mcap", "a.txt"):
@@ -283,6 +284,23 @@ async def test_leds_that_blink_show_what_they_showed_also_when_the_page_is_close
     assert slot.context is not None
     assert slot.context.last_set.lamps[:8] == [0, 0, 0, 1, 0, 0, 0, 0]
     await panel.close()
+
+
+@simulated
+async def test_a_robot_that_is_lost_while_it_blinks_for_a_page_that_was_closed_leaves_no_error_behind() -> None:
+    complaints: list[dict[str, object]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda loop, context: complaints.append(context))
+    panel = Panel()
+    (slot,) = await connected(panel, SIM)
+    page = asyncio.ensure_future(slot.blink())
+    await asyncio.sleep(0.2)
+    page.cancel()
+    assert slot.control is not None
+    slot.control.cut(0)
+    await asyncio.sleep(10)
+    await panel.close()
+    gc.collect()
+    assert complaints == []
 
 
 async def test_a_panel_that_closes_lets_a_paused_world_go_on_so_that_its_robot_confirms_the_stop() -> None:

@@ -57,6 +57,13 @@ async def test_what_is_needed_while_driving_is_in_view_together(shown, size, par
             assert await is_in_view(person, part, size[1]), part
         world = await person.tab.run(f"{BOX}('.part-world')")
         assert world[3] - world[1] > 450  # type: ignore[index]
+        if size[0] == 1440:
+            for tab in ("Sensors", "Behaviours", "Charts", "Console", "Events", "Link", "Files"):
+                await person.press(tab)
+                for part in (".part-world", ".part-drive", ".part-camera", ".part.open"):
+                    assert await is_in_view(person, part, size[1]), (tab, part)
+            content = await person.tab.run(f"{BOX}('.part.open')")
+            assert content[3] - content[1] > 250  # type: ignore[index]
         assert await person.tab.run("document.documentElement.scrollWidth") <= size[0]
 
 

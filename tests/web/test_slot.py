@@ -299,6 +299,25 @@ async def test_a_robot_that_is_disconnected_without_a_link_may_still_move() -> N
     assert not slot.drive.may_move
 
 
+@pytest.mark.parametrize("latency", [0.45, 0.7, 1])
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+def test_a_robot_on_a_very_slow_line_is_connected_and_confirms_a_stop(firmware: str, latency: float) -> None:
+    @simulated
+    async def story() -> None:
+        slot = Slot(f"sim://square?speed=max&firmware={firmware}&latency={latency}")
+        assert await slot.connect(), slot.error
+        await slot.command("set_led", 1, 1)
+        slot.drive.steer("page", 1, 1)
+        await asyncio.sleep(0.1)
+        slot.stop()
+        async with asyncio.timeout(20):
+            await slot.drive.settle()
+        assert not slot.drive.may_move
+        await slot.disconnect()
+
+    story()
+
+
 @pytest.mark.parametrize("latency", [0.1, 0.3, 0.45])
 @pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
 def test_a_robot_on_a_slow_line_is_not_said_to_move_when_it_has_confirmed_its_stop(

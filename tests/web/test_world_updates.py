@@ -107,7 +107,7 @@ async def test_a_page_is_told_the_scene_and_then_sees_the_robots_where_the_world
     assert scene["walls"] == [[0.6, 0.0, 0.6, 0.2, "#204060"]]
     assert scene["boxes"][0]["colour"] == "#d04030"
     assert scene["boxes"][0]["pushable"] is True
-    assert [len(scene[what]) for what in ("cylinders", "lights", "sounds", "leds")] == [1, 1, 1, 8]
+    assert [len(scene[what]) for what in ("cylinders", "lights", "sounds")] == [1, 1, 1]
     frame = await page.frame()
     for seen, pose in zip(frame.poses, rig.control.world.poses, strict=True):
         assert seen == pytest.approx((pose.x, pose.y, pose.heading))

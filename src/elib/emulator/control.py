@@ -14,12 +14,11 @@ from typing import Annotated, Any, TypeVar
 
 from elib.emulator.clock import RATE
 from elib.emulator.simulated_hardware import SimulatedHardware
-from elib.emulator.simulation import Simulation, VirtualRobot
+from elib.emulator.simulation import Simulation, VirtualRobot, as_scene
 from elib.errors import ArgumentError, LinkError, SimulationError
 from elib.fields import Delay, Number, Probability, Rule, Whole, rule_of
 from elib.physics import Box, Colour, Cylinder, EpuckModel, Light, Pose, Snapshot, Sound, Wall, World
 from elib.physics.geometry import Painted
-from elib.physics.placement import cleared
 from elib.physics.scene import Scene
 from elib.protocol.profiles import profile_named
 
@@ -240,13 +239,11 @@ class Control:
         world = self._ready()
         _require_few("boxes", len(world.scene.boxes))
         world.add_box(box)
-        self.simulation.is_rebuilt = True
         return len(self.world.scene.boxes) - 1
 
     def remove_box(self, box: Which) -> None:
         """Take a box out of the world; those counted behind it move up."""
         self.world.remove_box(_index("box", box, self.snapshot().boxes))
-        self.simulation.is_rebuilt = True
 
     def add_wall(self, x1: End, y1: End, x2: End, y2: End, *, colour: Painted = Colour.parse(ADDED)) -> int:  # noqa: B008
         """Put another wall into the world, and return its index.
@@ -265,7 +262,6 @@ class Control:
         world = self._ready()
         _require_few("walls", len(world.scene.walls))
         world.add_wall(Wall(x1, y1, x2, y2, colour=colour))
-        self.simulation.is_rebuilt = True
         return len(self.world.scene.walls) - 1
 
     def move_wall(self, wall: Which, x1: End, y1: End, x2: End, y2: End) -> None:
@@ -278,13 +274,11 @@ class Control:
         world = self._ready()
         index = _index("wall", wall, world.scene.walls)
         world.move_wall(index, replace(world.scene.walls[index], x1=x1, y1=y1, x2=x2, y2=y2))
-        self.simulation.is_rebuilt = True
 
     def remove_wall(self, wall: Which) -> None:
         """Take a wall out of the world; those counted behind it move up."""
         world = self._ready()
         world.remove_wall(_index("wall", wall, world.scene.walls))
-        self.simulation.is_rebuilt = True
 
     def scene(self) -> Scene:
         """Return the world as it is now as a scene: another simulation that starts with it goes on from here.
@@ -292,16 +286,8 @@ class Control:
         Raises:
             SimulationError: There is no world, or a robot stands in something.
         """
-        now, scene = self.snapshot(), self.world.scene
-        scene = replace(
-            scene,
-            boxes=now.boxes,
-            cylinders=now.cylinders,
-            lights=now.lights,
-            sounds=now.sounds,
-            model=replace(scene.model, ambient=self.ambient),
-        )
-        return replace(scene, starts=cleared(scene, [robot.pose for robot in now.robots]))
+        self.simulation.catch_up()
+        return as_scene(self.world)
 
     def set_light(
         self,

@@ -184,25 +184,34 @@ def told(link: LinkState) -> dict[str, object]:
     }
 
 
-class Pace:
-    """Limits how often one client may ask: a token bucket that fills at :data:`RATE`.
+class Bucket:
+    """A token bucket: lets so many things through a second of the wall clock, and some more at once.
 
     Args:
-        factor: Seconds of loop time in one second of the wall clock.
+        rate: How many for long, per second.
+        burst: How many at once.
     """
 
-    def __init__(self, factor: float = 1.0) -> None:
-        self._loop = asyncio.get_running_loop()
-        self._factor = factor
-        self._left = BURST
-        self._last = self._loop.time()
+    def __init__(self, rate: float, burst: float) -> None:
+        self._rate, self._burst = rate / time_factor(), burst
+        self._clock = asyncio.get_running_loop().time
+        self._left, self._seen = burst, self._clock()
+
+    def take(self, amount: float = 1.0) -> bool:
+        """Return whether *amount* may pass now."""
+        now = self._clock()
+        self._left = min(self._burst, self._left + (now - self._seen) * self._rate)
+        self._seen = now
+        if self._left < amount:
+            return False
+        self._left -= amount
+        return True
 
     async def wait(self) -> None:
-        """Wait until one more message may come; in any case let other tasks run."""
-        now = self._loop.time()
-        self._left = min(BURST, self._left + (now - self._last) / self._factor * RATE) - 1.0
-        self._last = now
-        await asyncio.sleep(max(0.0, -self._left / RATE) * self._factor)
+        """Wait until one more may pass; in any case let other tasks run."""
+        if not self.take():
+            self._left -= 1.0
+        await asyncio.sleep(max(0.0, -self._left / self._rate))
 
 
 @contextlib.asynccontextmanager
@@ -281,7 +290,7 @@ class _Clients:
         return True
 
     async def _converse(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        pace = Pace(time_factor())
+        pace = Bucket(RATE, BURST)
         while True:
             try:
                 line = await reader.readuntil(b"\n")

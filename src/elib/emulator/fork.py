@@ -97,7 +97,7 @@ async def fork(recording: Recording, state: RobotState, *, world: str | None = N
     if index:
         keys.append(("robot", str(index + 1)))
     with tempfile.TemporaryDirectory(prefix="elib-") as folder:
-        name = world or recorded_world(recording, Path(folder))
+        name = world or recorded_world(recording, Path(folder), state.scene)
         keys += _likeness(recording, Path(folder))
         transport = await open_sim(Url("sim", name, tuple(keys)))
     try:
@@ -122,18 +122,25 @@ def _likeness(recording: Recording, folder: Path) -> list[tuple[str, str]]:
     return keys
 
 
-def recorded_world(recording: Recording, folder: Path) -> str:
-    """Return the recorded world: its name, if that still means the same world, else a file."""
+def recorded_world(recording: Recording, folder: Path, scene: str = "") -> str:
+    """Return the recorded world: its name, if that still means the same world, else a file.
+
+    Args:
+        recording: The recording.
+        folder: Where the file is written.
+        scene: The world as TOML, if it was rebuilt since the recording began.
+    """
     name = recording.about.get("world", DEFAULT_WORLD)
-    if not recording.scene:
+    scene = scene or recording.scene
+    if not scene:
         return name
     try:
-        if source_of(name)[0] == recording.scene.encode():
+        if source_of(name)[0] == scene.encode():
             return name
     except LinkNotFound:
         pass
     path = folder / f"{recording.paths[0].stem}.toml"
-    path.write_text(recording.scene, encoding="utf-8")
+    path.write_text(scene, encoding="utf-8")
     return str(path)
 
 
@@ -187,8 +194,15 @@ def put_things(world: World, seen: Mapping[str, Any], *, is_exact: bool) -> None
 
     Raises:
         ArgumentError: There is no room for one, and it must be exact. Otherwise it stays where it is, with a warning.
+            The same holds if the recording does not say which boxes were added or removed.
     """
     here = world.snapshot()
+    if (len(here.boxes), len(here.cylinders)) != (len(seen["boxes"]), len(seen["cylinders"])):
+        unknown = ArgumentError("boxes were added or removed, and the recording does not say which")
+        if is_exact:
+            raise unknown
+        log.warning("%s; all things stand where they stood when it began", unknown.message)
+        return
     moves = [
         partial(world.move_box, number, Pose(*place))
         for number, (box, place) in enumerate(zip(here.boxes, seen["boxes"], strict=True))

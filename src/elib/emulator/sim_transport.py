@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from elib.emulator.robotprofile import written
 from elib.emulator.settings import KEYS, SimulationSettings, settings_of
-from elib.emulator.simulation import Simulation, VirtualRobot, no_robot, shared_with, waiting_for
-from elib.errors import LinkLost
+from elib.emulator.simulation import Simulation, VirtualRobot, as_scene, no_robot, shared_with, waiting_for
+from elib.errors import LinkLost, SimulationError
 from elib.physics.scene import Scene
 from elib.physics.worldfile import source_of
 from elib.physics.worldwriter import written_scene
@@ -38,13 +38,21 @@ class SimTransport(MemoryTransport):
         if world is not None:
             found |= {"world": settings.world, "seed": str(world.seed), "robots": str(self.simulation.count)}
             if self.simulation.is_rebuilt:
-                found["scene"] = written_scene(world.scene)
+                try:
+                    found["scene"] = written_scene(as_scene(world))
+                except SimulationError:  # a robot is squeezed in
+                    found["scene"] = written_scene(world.scene)
             else:
                 content, _ = source_of(settings.world)
                 found["scene"] = content.decode("utf-8", "replace")
         if settings.profile is not None:
             found["profile"] = written(self.simulation.profile)
         return found
+
+    @property
+    def layout(self) -> object:
+        """The scene with its boxes and walls: another object whenever a hand has added, moved or removed one."""
+        return None if self.simulation.world is None else self.simulation.world.scene
 
     def observe(self) -> tuple[Pose, dict[str, object]] | None:
         """Return the robot's pose, and the places of everything that can move; None without a world.

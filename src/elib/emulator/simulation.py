@@ -23,6 +23,7 @@ from elib.emulator.robotprofile import load as load_profile
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.simulated_hardware import SimulatedHardware
 from elib.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
+from elib.physics.placement import cleared
 from elib.physics.scene import Scene
 from elib.physics.world import World
 from elib.protocol.profiles import profile_named
@@ -121,7 +122,6 @@ class Simulation:
         count: How many robots there are.
         names: Names of all robots, in order.
         robots: Robots that have an emulator and a link, by index from 0.
-        is_rebuilt: Whether boxes or walls were added or removed since it began.
         waiting: Robots that lost their program and wait for it, by index.
 
     Raises:
@@ -136,7 +136,6 @@ class Simulation:
         self.is_shared = is_shared
         self.profile = RobotProfile() if settings.profile is None else load_profile(settings.profile)
         self.loop = asyncio.get_running_loop()
-        self.is_rebuilt = False
         self.clock = WorldClock(self.loop)
         self.origin = self.clock.time()
         self._heartbeat: asyncio.TimerHandle | None = None
@@ -150,6 +149,7 @@ class Simulation:
             if settings.profile is not None:
                 scene = replace(scene, model=self.profile.model(scene.model))
             self.world = World(scene, robots=settings.robots, seed=settings.seed)
+            self._first_scene = scene
             self.count = self.world.robots
             if not self.count:
                 raise no_robot(settings)
@@ -166,6 +166,11 @@ class Simulation:
     def time(self) -> float:
         """Time since the simulation began, s."""
         return self.clock.time() - self.origin
+
+    @property
+    def is_rebuilt(self) -> bool:
+        """Whether boxes or walls were added, moved or removed by hand since it began."""
+        return self.world is not None and self.world.scene is not self._first_scene
 
     def set_rate(self, rate: float) -> None:
         """Let world, firmwares and links run faster or slower than the event loop.
@@ -413,6 +418,24 @@ def waiting_for(url: str) -> Simulation | None:
 def shared_with(settings: SimulationSettings) -> Simulation | None:
     """Return the simulation whose robots all programs of the running event loop share, if there is one yet."""
     return next((each for each in running() if each.is_shared and _world(each.settings) == _world(settings)), None)
+
+
+def as_scene(world: World) -> Scene:
+    """Return a world as it is now as a scene: another simulation that starts with it goes on from here.
+
+    Raises:
+        SimulationError: A robot stands in something.
+    """
+    now, scene = world.snapshot(), world.scene
+    scene = replace(
+        scene,
+        boxes=now.boxes,
+        cylinders=now.cylinders,
+        lights=now.lights,
+        sounds=now.sounds,
+        model=replace(scene.model, ambient=world.ambient),
+    )
+    return replace(scene, starts=cleared(scene, [robot.pose for robot in now.robots]))
 
 
 def no_robot(settings: SimulationSettings) -> SimulationError:

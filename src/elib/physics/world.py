@@ -8,13 +8,9 @@ not at all, changes nothing.
 from __future__ import annotations
 
 import copy
-import hashlib
 import math
-import operator
-import struct
 from collections.abc import Callable, Sequence
-from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from elib.body import METRES_PER_STEP, step_rate
 from elib.errors import ArgumentError, SimulationError
@@ -23,33 +19,24 @@ from elib.physics.body import EpuckModel
 from elib.physics.controller import Controller
 from elib.physics.engine import EngineName, engine_named, not_compiled
 from elib.physics.fittings import Light, Sound
-from elib.physics.floor import floor_of, packed
+from elib.physics.floor import floor_of
 from elib.physics.geometry import Box, Wall
 from elib.physics.motion import MAX_TRAVEL, STEPS_PER_METRE
 from elib.physics.moving import Mover
 from elib.physics.placement import places
-from elib.physics.records import Robot, SensorView, Thing
+from elib.physics.records import Robot
 from elib.physics.scene import Scene, check_seed
 from elib.physics.senses import Senses, sensors_named
 from elib.physics.simulation import steer
-from elib.physics.snapshot import Lamps, RobotView, Snapshot
+from elib.physics.snapshot import Lamps
 from elib.physics.state import State
+from elib.physics.worldreading import ReadableWorld, checked
 from elib.pose import Pose
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-DARK = Lamps()
-ROUNDING = 1e-6
-"""Steps. A sum of many parts falls just short of a whole number: it counts from here on."""
 
 WANTED = Number(unit="steps/s")
 
-SHOWN = 10  # Numbers a robot in what the camera gets: eight colours, body, front.
 
-
-class World:
+class World(ReadableWorld):
     """A run of a :class:`~elib.physics.scene.Scene`.
 
     The same scene, seed and drives give the same run to the last bit, on either engine.
@@ -124,86 +111,6 @@ class World:
         """
         return cls(Scene.load(name, robots=robots), robots=robots, seed=seed, engine=engine, threads=threads)
 
-    @property
-    def robots(self) -> int:
-        """How many there are."""
-        return len(self._state.world.robots)
-
-    @property
-    def tick(self) -> int:
-        """Whole ticks since the start."""
-        return int(self._state.world.setting[0].tick)
-
-    @property
-    def time(self) -> float:
-        """Since the start, s: whole ticks."""
-        return self.tick * self.scene.step
-
-    @property
-    def poses(self) -> list[Pose]:
-        """Where each robot stands, in order of insertion."""
-        return [Pose(x, y, math.atan2(sine, cosine)) for x, y, cosine, sine in self._places().tolist()]
-
-    @property
-    def poses_array(self) -> NDArray[np.float64]:
-        """Where each robot stands: x, y, m, and heading, rad, in the shape (robots, 3). A copy."""
-        import numpy as np
-
-        placed = self._places()
-        # NumPy's arctan2 has another last bit than that of single poses.
-        headings = np.array([*map(math.atan2, placed[:, 3].tolist(), placed[:, 2].tolist())], dtype=np.float64)
-        return np.column_stack((placed[:, :2], headings))
-
-    @property
-    def encoders_array(self) -> NDArray[np.int64]:
-        """Steps issued to the left and the right wheel of each robot, in the shape (robots, 2). A copy."""
-        import numpy as np
-
-        robots = self._state.world.robots
-        steps = [self._state.column(Robot, robots, name) for name in ("left_steps", "right_steps")]
-        return np.floor(np.stack(steps, axis=1) + ROUNDING).astype(np.int64)
-
-    @property
-    def proximity_array(self) -> NDArray[np.int64]:
-        """What the infrared sensors of each robot read (:meth:`proximity`), in the shape (robots, 8). A copy."""
-        return self.readings("proximity")
-
-    @property
-    def fitness(self) -> NDArray[np.float64]:
-        """What each robot's control function wrote into its ``fitness``; 0 before. In the shape (robots,). A copy."""
-        return self._state.column(SensorView, self._state.world.views, "fitness").copy()
-
-    @property
-    def memory(self) -> NDArray[np.float64]:
-        """What the control function of each robot remembers, in the shape (robots, n). A copy."""
-        import numpy as np
-
-        remembered = [] if self._memory is None else self._memory
-        return np.array(remembered, dtype=np.float64).reshape(self.robots, self._memory_size)
-
-    def readings(self, sensor: str) -> NDArray[Any]:
-        """Return what a sensor of every robot reads now, by the sensor's name: ``"ground"``, ``"distance"``...
-
-        Returns:
-            In the shape (robots, n), or (robots,) for a sensor that reads one number. A copy.
-
-        Raises:
-            ArgumentError: There is no such sensor.
-        """
-        return self._senses.readings(sensor)
-
-    def _places(self) -> NDArray[np.float64]:
-        import numpy as np
-
-        robots = self._state.world.robots
-        names = ("x", "y", "heading_x", "heading_y")
-        return np.stack([self._state.column(Robot, robots, name) for name in names], axis=1)
-
-    def pose(self, robot: int) -> Pose:
-        """Return where one robot stands."""
-        here = self._robot(robot)
-        return Pose(float(here.x), float(here.y), math.atan2(here.heading_y, here.heading_x))
-
     def set_step_rates(self, robot: int, left: float, right: float) -> None:
         """Turn a robot's wheels as its firmware does when asked for these speeds, steps/s.
 
@@ -276,11 +183,6 @@ class World:
         here.left_travel += here.left_speed * (until - here.covered)
         here.right_travel += here.right_speed * (until - here.covered)
         here.covered = until
-
-    def encoders(self, robot: int) -> tuple[int, int]:
-        """Return the steps issued to the left and the right wheel since the start, whether or not it could follow."""
-        here = self._robot(robot)
-        return _whole(here.left_steps), _whole(here.right_steps)
 
     def step(self) -> None:
         """Run one tick."""
@@ -367,81 +269,6 @@ class World:
 
         return step
 
-    def proximity(self, robot: int) -> list[int]:
-        """Return the reflected light of the eight infrared sensors, counts, 0..4095, higher is nearer."""
-        return self._senses.reading("proximity", self._index(robot))
-
-    def ambient_light(self, robot: int) -> list[int]:
-        """Return the infrared sensors' readings with emitters off, counts, 0..4095, higher is darker."""
-        return self._senses.reading("ambient_light", self._index(robot))
-
-    def distance(self, robot: int) -> float:
-        """Return what the time-of-flight sensor measures before its bias, m, at most its reach of 2 m."""
-        return float(self._senses.reading("distance", self._index(robot))[0])
-
-    def ground(self, robot: int) -> list[int]:
-        """Return the ground sensors left, centre, right and the cliff sensors left, right, counts, 0..1000."""
-        return self._senses.reading("ground", self._index(robot))
-
-    def microphones(self, robot: int) -> list[int]:
-        """Return the microphones right, left, rear, front, counts peak to peak, 0..4095."""
-        return self._senses.reading("microphones", self._index(robot))
-
-    def acceleration(self, robot: int) -> list[float]:
-        """Return the acceleration forward, to the left and upwards, m/s2; (0, 0, 9.81) at rest."""
-        return self._senses.reading("acceleration", self._index(robot))
-
-    def rotation(self, robot: int) -> float:
-        """Return the rate of turn about the upright axis, rad/s, positive to the left."""
-        return float(self._senses.reading("rotation", self._index(robot))[0])
-
-    def picture(self, robot: int, right: Sequence[float], up: Sequence[float]) -> NDArray[np.uint8]:
-        """Return what the robot's camera sees, upright.
-
-        Args:
-            robot: Index.
-            right: Offset of each column's centre to the right of the optical axis, sensor pixels, evenly spaced.
-            up: Offset of each row's centre above it, the same.
-
-        Returns:
-            Red, green, blue, 0..255, in the shape (rows, columns, 3).
-
-        Raises:
-            ArgumentError: There is no such robot, or offsets are not finite or not evenly spaced.
-        """
-        picture: NDArray[np.uint8] = self.pictures((robot,), right, up)[0]
-        return picture
-
-    def pictures(self, robots: Sequence[int] | None, right: Sequence[float], up: Sequence[float]) -> NDArray[np.uint8]:
-        """Return what the cameras of several robots see, upright: faster than one picture after the other.
-
-        Args:
-            robots: Indices; None means all robots.
-            right: Offset of each column's centre to the right of the optical axis, sensor pixels, evenly spaced.
-            up: Offset of each row's centre above it, the same.
-
-        Returns:
-            Red, green, blue, 0..255, in the shape (robots, rows, columns, 3).
-
-        Raises:
-            ArgumentError: There is no such robot, or offsets are not finite or not evenly spaced.
-        """
-        chosen = range(self.robots) if robots is None else [self._index(robot) for robot in robots]
-        return self._senses.pictures(chosen, self._shown(), (right, up))
-
-    def _shown(self) -> NDArray[np.int64]:
-        """Return what each robot shows, as the camera takes it; an array of size 0 if no robot shows anything."""
-        import numpy as np
-
-        if not self._lamps:
-            return np.zeros((0, SHOWN), np.int64)
-        shown = [self._lamps.get(i, DARK) for i in range(self.robots)]
-        return np.array([[*map(packed, lamps.ring), int(lamps.body), int(lamps.front)] for lamps in shown])
-
-    def touching(self, robot: int) -> bool:
-        """Return whether the robot was in contact with anything in the last tick."""
-        return bool(self._robot(robot).touched > 0)
-
     def show(self, robot: int, lamps: Lamps) -> None:
         """Set what a robot shows."""
         self._lamps[self._index(robot)] = lamps
@@ -492,7 +319,7 @@ class World:
         Raises:
             ArgumentError: There is no such box, or no room for it.
         """
-        self._mover.box(_checked(box, len(self._state.boxes), "box"), pose)
+        self._mover.box(checked(box, len(self._state.boxes), "box"), pose)
 
     def move_cylinder(self, cylinder: int, x: float, y: float) -> None:
         """Put a cylinder somewhere else, counted as in the scene.
@@ -500,7 +327,7 @@ class World:
         Raises:
             ArgumentError: There is no such cylinder, or no room for it.
         """
-        self._mover.cylinder(_checked(cylinder, len(self._state.cylinders), "cylinder"), x, y)
+        self._mover.cylinder(checked(cylinder, len(self._state.cylinders), "cylinder"), x, y)
 
     def add_box(self, box: Box) -> None:
         """Put another box into the world, counted behind those that are there.
@@ -517,7 +344,7 @@ class World:
         Raises:
             ArgumentError: There is no such box.
         """
-        self._state.remove_box(_checked(box, len(self._state.boxes), "box"))
+        self._state.remove_box(checked(box, len(self._state.boxes), "box"))
         self.scene = self._state.scene
 
     def add_wall(self, wall: Wall) -> None:
@@ -535,7 +362,7 @@ class World:
         Raises:
             ArgumentError: There is no such wall, a robot or a pushable thing is in its way, or it leaves the arena.
         """
-        self._mover.wall(_checked(index, len(self.scene.walls), "wall"), wall)
+        self._mover.wall(checked(index, len(self.scene.walls), "wall"), wall)
         self.scene = self._state.scene
 
     def remove_wall(self, index: int) -> None:
@@ -545,138 +372,25 @@ class World:
             ArgumentError: There is no such wall.
         """
         walls = self.scene.walls
-        index = _checked(index, len(walls), "wall")
+        index = checked(index, len(walls), "wall")
         self._state.set_walls(walls[:index] + walls[index + 1 :])
         self.scene = self._state.scene
 
     def set_light(self, index: int, light: Light) -> None:
         """Replace a lamp, counted as in the scene."""
-        self._state.lights[_checked(index, len(self._state.lights), "light")] = light
+        self._state.lights[checked(index, len(self._state.lights), "light")] = light
         self._state.relight()
 
     def set_sound(self, index: int, sound: Sound) -> None:
         """Replace a source of sound, counted as in the scene."""
-        self._state.sounds[_checked(index, len(self._state.sounds), "sound")] = sound
+        self._state.sounds[checked(index, len(self._state.sounds), "sound")] = sound
         self._state.relight()
-
-    @property
-    def ambient(self) -> float:
-        """What an infrared sensor reads in the room's own light, counts."""
-        return float(self._state.world.setting[0].ambient)
 
     def set_ambient(self, counts: float) -> None:
         """Set what an infrared sensor reads in the room's own light, 0..4095 counts, higher is darker."""
         self._state.world.setting[0].ambient = rule_of(EpuckModel, "ambient").require(counts, "the room's light")
         self._state.forget()
 
-    def snapshot(self, *, beams: bool = False) -> Snapshot:
-        """Return the world as it is now, frozen.
-
-        Args:
-            beams: Also cast each robot's infrared sensors.
-        """
-        scene, state = self.scene, self._state
-        robots = tuple(
-            RobotView(
-                self.pose(i),
-                float(state.world.robots[i].radius),
-                self.touching(i),
-                self._lamps.get(i, DARK),
-                self._senses.beams(i) if beams else (),
-            )
-            for i in range(self.robots)
-        )
-        return Snapshot(
-            scene.name,
-            self.tick,
-            self.time,
-            scene.width,
-            scene.depth,
-            scene.walls,
-            tuple(state.box(k) for k in range(len(state.boxes))),
-            tuple(state.cylinder(k) for k in range(len(state.cylinders))),
-            robots,
-            tuple(state.lights),
-            tuple(state.sounds),
-            state.floor,
-        )
-
-    def draw(
-        self,
-        path: str | PathLike[str] | None = None,
-        *,
-        trails: Sequence[Sequence[Pose]] = (),
-        beams: bool = True,
-        caption: str | None = None,
-        size: int = 900,
-    ) -> str | None:
-        """Draw the world from above, as SVG or PNG.
-
-        Args:
-            path: File to write, ending in ``.svg`` or ``.png``; None returns SVG text instead.
-            trails: Where each robot was, oldest first, in the order of the robots; pale is old.
-            beams: Show the infrared sensors.
-            caption: Line below the picture; None makes one, "" leaves it empty.
-            size: Pixels of the arena's longer side, 200..8000.
-
-        Raises:
-            ArgumentError: *path* ends in something else, *size* is out of its range, or the file cannot be created.
-            ElibError: The disk is full.
-        """
-        from importlib.metadata import entry_points  # What draws is above the physics, and found by name.
-
-        (top,) = entry_points(group="elib.drawings", name="top")
-        drawn: str | None = top.load()(self.snapshot(beams=beams), path, trails=trails, caption=caption, size=size)
-        return drawn
-
-    def _repr_svg_(self) -> str | None:
-        """Show the world in a notebook."""
-        return self.draw(size=450)
-
-    def hash(self, *sensors: str) -> str:
-        """Return a digest of the run: equal runs have equal digests, whichever sensors were read and by whomever.
-
-        It covers the tick, every pose to the last bit, the encoders, and what the infrared, inertial and ground
-        sensors read now.
-
-        Args:
-            sensors: Cover also everything that these sensors told since the start, such as ``"proximity"``: then the
-                digest depends on when they were asked.
-        """
-        digest = hashlib.blake2b(struct.pack("<q", self.tick), digest_size=16)
-        world = self._state.world
-        for i, here in enumerate(world.robots):
-            digest.update(struct.pack("<4d2q", *_place(here), *self.encoders(i)))
-            digest.update(self._senses.now(i))
-        for thing in world.things:
-            digest.update(struct.pack("<4d", *_place(thing)))
-        digest.update(self._senses.told(sensors))
-        return digest.hexdigest()
-
     def __copy__(self) -> World:
         # Two worlds that share their robots, but not the tick, are of no use.
         return copy.deepcopy(self)
-
-    def _index(self, robot: int) -> int:
-        return _checked(robot, self.robots, "robot")
-
-    def _robot(self, robot: int) -> Robot:
-        return self._state.world.robots[self._index(robot)]
-
-
-def _place(record: Robot | Thing) -> tuple[float, float, float, float]:
-    return record.x, record.y, record.heading_x, record.heading_y
-
-
-def _checked(index: int, count: int, what: str) -> int:
-    try:
-        index = operator.index(index)
-    except TypeError:
-        raise ArgumentError(f"the {what} is {index!r}; it must be a whole number, counted from 0") from None
-    if not 0 <= index < count:
-        raise ArgumentError(f"there is no {what} {index}; the world has {count}, counted from 0")
-    return index
-
-
-def _whole(steps: float) -> int:
-    return math.floor(steps + ROUNDING)

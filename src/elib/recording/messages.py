@@ -30,6 +30,7 @@ from elib.recording.topics import (
     OUTCOMES,
     PICTURES,
     READINGS,
+    SCENE,
     WORLD,
     Topic,
 )
@@ -86,9 +87,11 @@ class Observed:
 
     Attributes:
         state: The message of ``/world``, without its time.
+        scene: The world as TOML if boxes or walls were added, moved or removed since the last one; otherwise empty.
     """
 
     state: Mapping[str, object]
+    scene: str = ""
 
 
 Event = TraceEvent | Noted | Located | Observed
@@ -126,7 +129,7 @@ class Translator:
             SessionOpened: self._opened,
             Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
             Located: self._located,
-            Observed: lambda time, event: (Message(time, WORLD, {"time": time, **event.state}),),
+            Observed: self._observed,
             **dict.fromkeys((Resynced, Greeted, ResetNoticed, Disconnected, Reconnected, Ending), self._happened),
         }
 
@@ -164,6 +167,11 @@ class Translator:
     def _opened(self, time: float, event: SessionOpened) -> Iterable[Message]:
         for when, each in event.opening:
             yield Message(when, BYTES, bytes_message(when, each.data, to_robot=isinstance(each, Wrote)))
+
+    def _observed(self, time: float, event: Observed) -> Iterable[Message]:
+        if event.scene:
+            yield Message(time, SCENE, {"time": time, "scene": event.scene})
+        yield Message(time, WORLD, {"time": time, **event.state})
 
     def _located(self, time: float, event: Located) -> Iterable[Message]:
         pose = event.pose

@@ -40,6 +40,10 @@ OBSERVING_PERIOD = 0.1
 class Observable(Protocol):
     """A transport that leads into a world which can be looked at: a simulation."""
 
+    @property
+    def layout(self) -> object:
+        """Another object whenever something was added to the world or removed from it."""
+
     def describe(self) -> Mapping[str, str]:
         """Return the world by name, its seed and its file: ``world``, ``seed``, ``robot``, ``scene``."""
         ...
@@ -89,6 +93,8 @@ class Recorder:
         self._pose = robot.odometry_pose
         self._observed = -math.inf
         began = robot.time
+        transport = self._channel.transport
+        self._layout = transport.layout if isinstance(transport, Observable) else None
         about = _about(robot, began)
         self._parts = Parts(self.path, about, began, about.pop("scene", ""), part_bytes, part_seconds, keep)
         self._work: Background[tuple[float, Event]] = Background(
@@ -201,12 +207,13 @@ class Recorder:
 
     def _observe(self, time: float) -> None:
         transport = self._channel.transport
-        seen = transport.observe() if isinstance(transport, Observable) else None
-        if seen is not None:
+        if isinstance(transport, Observable) and (seen := transport.observe()) is not None:
             self._observed = time
             pose, state = seen
+            is_rebuilt = transport.layout is not self._layout
+            self._layout = transport.layout
             self._put((time, Located(pose, is_measured=True)))
-            self._put((time, Observed(state)))
+            self._put((time, Observed(state, transport.describe().get("scene", "") if is_rebuilt else "")))
 
     def _leave(self) -> None:
         with contextlib.suppress(ValueError):

@@ -16,8 +16,10 @@ from elib.protocol.context import Context, LastSet
 from elib.protocol.profiles import profile_named
 from elib.protocol.table import Request, Spec
 from elib.recording.reader import Entry, Recording
-from elib.recording.topics import CALLS, MEASURED, ODOMETRY, OUTCOMES, READINGS, WORLD
+from elib.recording.topics import CALLS, MEASURED, ODOMETRY, OUTCOMES, READINGS, SCENE, WORLD
 
+TOPICS = (CALLS, OUTCOMES, READINGS, MEASURED, ODOMETRY, WORLD, SCENE)
+"""What tells of the state."""
 ROUNDING = 1e-9
 """s. Times that differ by less are equal."""
 
@@ -34,6 +36,7 @@ class RobotState:
         steps: The step counters.
         memory: The last settings of lamps and camera.
         world: The last message of ``/world`` before the moment; None without a simulated world.
+        scene: The last message of ``/scene`` before the moment: the simulated world as TOML; empty if there is none.
     """
 
     time: float
@@ -43,6 +46,7 @@ class RobotState:
     steps: tuple[int, int] = (0, 0)
     memory: LastSet = field(default_factory=LastSet)
     world: Mapping[str, Any] | None = None
+    scene: str = ""
 
 
 def state_at(
@@ -60,7 +64,7 @@ def state_at(
     """
     reader = _StateReader(recording, recording.began + seconds, rate)
     first, last = math.inf, -math.inf
-    for entry in recording.entries(CALLS.name, OUTCOMES.name, READINGS.name, MEASURED.name, ODOMETRY.name, WORLD.name):
+    for entry in recording.entries(*(topic.name for topic in TOPICS)):
         first, last = min(first, entry.time), max(last, entry.time)
         reader.take(entry)
     if not (first - recording.began - ROUNDING <= seconds <= last - recording.began + ROUNDING):
@@ -101,6 +105,7 @@ class _StateReader:
         self._steps: tuple[float, tuple[int, int]] = (recording.began, (0, 0))
         self._poses: dict[str, list[Pose]] = {MEASURED.name: [], ODOMETRY.name: []}
         self._world: Mapping[str, Any] | None = None
+        self._scene = ""
         self._half = 0.0
 
     def take(self, entry: Entry) -> None:
@@ -123,6 +128,8 @@ class _StateReader:
                 self._steps = when, (entry.data["left"], entry.data["right"])
         elif entry.topic == WORLD.name and entry.time <= self._time:
             self._world = entry.data
+        elif entry.topic == SCENE.name and entry.time <= self._time:
+            self._scene = entry.data["scene"]
 
     def _ended(self, entry: Entry) -> None:
         """Take the end of a call into account, at the time when the robot probably did it: before the answer came."""
@@ -165,6 +172,7 @@ class _StateReader:
             (left + round(more[0]), right + round(more[1])),
             self._context.last_set,
             self._world,
+            self._scene,
         )
 
     def _pose(self, poses: list[Pose]) -> Pose:

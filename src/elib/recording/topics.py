@@ -148,6 +148,12 @@ WORLD: Final = Topic(
         cylinders=_rows(2, "x (m), y (m) of each"),
     ),
 )
+SCENE: Final = Topic(
+    "/scene",
+    "elib.Scene",
+    "the simulated world, after a hand has added, moved or removed a box or a wall",
+    _object("scene", time=TIME, scene=_text("a world file")),
+)
 NOTES: Final = Topic(
     "/notes",
     "foxglove.Log",
@@ -163,4 +169,4 @@ NOTES: Final = Topic(
     ),
 )
 
-TOPICS: Final = (BYTES, CALLS, OUTCOMES, READINGS, PICTURES, ODOMETRY, MEASURED, WORLD, NOTES)
+TOPICS: Final = (BYTES, CALLS, OUTCOMES, READINGS, PICTURES, ODOMETRY, MEASURED, WORLD, SCENE, NOTES)

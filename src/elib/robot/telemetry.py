@@ -186,7 +186,7 @@ class Telemetry:
     async def _read(self, robot: Robot, names: tuple[str, ...]) -> None:
         for poll in self._plan(names, robot.context):
             try:
-                found = await robot.execute(poll.request, POLL_TIMEOUT)
+                found = await robot.execute(poll.request, max(POLL_TIMEOUT, robot.session.stopping_time))
             except ElibError as error:
                 _raise_if_over(robot, error)
                 self._failures.update(dict.fromkeys(poll.names, error))

@@ -136,7 +136,7 @@ class Session:
             context.profile = dataclasses.replace(context.profile, mounting=mounting)
         session = cls(transport, context, version)
         session.opening = recorded.opening
-        session._resync.record_trip(_opening_trip(recorded.opening))
+        session._resync.record_trip(_opening_trip(recorded.opening, version.time))
         if may_answer_again:
             session._connection.lose_sync(b"V\r")
         session._line.listen(session._on_bytes, session._on_lost)
@@ -296,7 +296,7 @@ class Session:
     def _expire_now(self, call: Call[object]) -> None:
         if call.future.done():
             return
-        if self._is_paused:
+        if self._is_paused and not self._is_closing:
             call.deadline = self._loop.time() + AFTER_PAUSE
             call.timer = self._loop.call_later(PAUSE_POLL, self._expire, call)
             return
@@ -537,12 +537,7 @@ class Session:
         call_hooks(self.hooks, self._loop.time(), event)
 
 
-def _opening_trip(opening: Transcript) -> float:
-    """Return how long the robot took to answer with its version, s."""
-    asked = trip = 0.0
-    for time, event in opening:
-        if isinstance(event, Wrote):
-            asked, trip = time, 0.0
-        else:
-            trip = trip or time - asked
-    return trip
+def _opening_trip(opening: Transcript, answered: float) -> float:
+    """Return how long the robot took to answer with its version, s, from the first question for it."""
+    questions = [time for time, event in opening if isinstance(event, Wrote)][1:]  # before that, old lines are ended
+    return answered - questions[0] if questions else 0.0

@@ -7,17 +7,16 @@ hijacking from another site). Other computers must show a token once.
 
 from __future__ import annotations
 
-import asyncio
 import ipaddress
 import re
 import secrets
 import socket
 from collections import OrderedDict
-from collections.abc import Callable
 from hmac import compare_digest
 
 from aiohttp import web
 
+from elib.emulator.control_server import Bucket
 from elib.web.listening import EVERYWHERE
 
 TRIES, AGAIN = 5.0, 0.1
@@ -25,30 +24,6 @@ TRIES, AGAIN = 5.0, 0.1
 MOST_ADDRESSES = 1000
 HOST = re.compile(r"(\[[0-9a-f:.]{2,39}\]|[a-z0-9._-]{1,253})(:[0-9]{1,5})?", re.IGNORECASE)
 LOCAL = frozenset({"localhost", "127.0.0.1", "::1"})
-
-
-class Bucket:
-    """A token bucket: lets so many things through a second, and some more at once.
-
-    Args:
-        rate: How many for long, per second.
-        burst: How many at once.
-        clock: Returns the time, s.
-    """
-
-    def __init__(self, rate: float, burst: float, clock: Callable[[], float]) -> None:
-        self._rate, self._burst, self._clock = rate, burst, clock
-        self._left, self._seen = burst, clock()
-
-    def take(self, amount: float = 1.0) -> bool:
-        """Return whether *amount* may pass now."""
-        now = self._clock()
-        self._left = min(self._burst, self._left + (now - self._seen) * self._rate)
-        self._seen = now
-        if self._left < amount:
-            return False
-        self._left -= amount
-        return True
 
 
 class Access:
@@ -105,7 +80,7 @@ class Access:
 
     def may_try(self, address: str) -> bool:
         """Return whether an address may try another token now."""
-        bucket = self._tries.pop(address, None) or Bucket(AGAIN, TRIES, asyncio.get_running_loop().time)
+        bucket = self._tries.pop(address, None) or Bucket(AGAIN, TRIES)
         self._tries[address] = bucket
         while len(self._tries) > MOST_ADDRESSES:
             self._tries.popitem(last=False)
@@ -132,4 +107,4 @@ def _is_reached_at(request: web.BaseRequest, name: str) -> bool:
         return False
 
 
-__all__ = ["Access", "Bucket", "is_same"]
+__all__ = ["Access", "is_same"]

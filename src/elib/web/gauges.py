@@ -70,7 +70,7 @@ _KNOWN: dict[str, tuple[Instrument, ...]] = {}
 def _instrument(name: str, profile: Profile | None) -> Instrument:
     kind = v.READING_TYPES[name]
     title = next(info.words for info in v.describe(v.Sensors) if info.name == name)
-    title = title[:1].upper() + title[1:]
+    title = "Tilt" if kind is v.Attitude else title[:1].upper() + title[1:]
     if kind is v.Battery:
         return Instrument(name, title, ("raw", "voltage", "charge"), ("counts", "V", "%"))
     fields = v.describe(kind, v.Role.NUMBER)

@@ -1,9 +1,9 @@
 """What the panel tells a page of a robot: every number with its name, unit and age, as plain data.
 
-A page gets :func:`scheme` when it is opened and whenever ``tick["scheme"]`` changes, and :func:`tick` ten times a
-second. ``static/hub.js`` describes their fields: Scheme, Tick and Summary. Both are JSON without nan and infinity; a
-value that is not known is null. Text in them comes from outside (names of robots, comments in logs, errors): a page
-must show it as text, never as HTML.
+A page gets :func:`scheme` whenever :attr:`Slot.edition` is new to it, and :func:`tick` ten times a second.
+``static/hub.js`` describes their fields: Scheme, Tick and Summary. Both are JSON without nan and infinity; a value that
+is not known is null. Text in them comes from outside (names of robots, comments in logs, errors): a page must show it
+as text, never as HTML.
 """
 
 from __future__ import annotations
@@ -54,10 +54,7 @@ def scheme(slot: Slot) -> dict[str, Json]:
     profile = PROFILES.get(slot.firmware)
     return {
         "scheme": slot.edition,
-        "name": slot.name,
-        "url": slot.url,
         "firmware": slot.firmware,
-        "is_virtual": slot.control is not None,
         "fastest": slot.drive.fastest,
         "circumference": WHEEL_CIRCUMFERENCE,
         "instruments": [
@@ -79,7 +76,6 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
     left, right = _wheels(slot)
     return {
         "time": _finite(slot.now, 3),
-        "scheme": slot.edition,
         "phase": slot.phase.name.lower(),
         "phase_text": slot.phase.value,
         "error": _error(slot.error),
@@ -89,9 +85,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
             "left": _finite(left),
             "right": _finite(right),
             "limit": _finite(drive.limit),
-            "fastest": _finite(drive.fastest),
             "may_move": drive.may_move,
-            "is_latched": drive.is_latched,
             "trouble": drive.trouble,
         },
         "readings": _readings(slot),
@@ -114,7 +108,6 @@ def summary(slot: Slot) -> dict[str, Json]:
     near, battery = slot.readings.get("proximity"), slot.readings.get("battery")
     statistics = slot.statistics
     return {
-        "name": slot.name,
         "url": slot.url,
         "phase": slot.phase.name.lower(),
         "phase_text": slot.phase.value,
@@ -180,7 +173,7 @@ def _doctor(slot: Slot) -> Json:
         {"name": step.name, "state": step.state, "detail": step.detail, "fix": step.fix}
         for step in slot.diagnosis.steps
     ]
-    return {"ok": slot.diagnosis.ok, "steps": steps}
+    return {"steps": steps}
 
 
 def _wheels(slot: Slot) -> tuple[float, float]:

@@ -9,11 +9,9 @@ from elib.protocol.quantities import CameraMode
 from elib.robot.aio import Epuck
 
 PATIENCE = 1.0
-"""s that the answer to a move of the stick is waited for at most."""
+"""s that the answer to a command is waited for on a link that is not slow."""
 LEAST_PATIENCE, TRIPS = 0.2, 4
 """s, and round trips, that the answer to a move of the stick is waited for; the longer of both counts."""
-STANDING_TIME, LONGEST_STANDING_TIME = 0.4, 2.0
-"""s until a stop without an answer is repeated; on a slow link some round trips, but at most the second number."""
 Camera = tuple[int, int, int, CameraMode]
 """Width, height, zoom and mode."""
 CAMERA: Camera = (40, 40, 8, CameraMode.GREY)
@@ -55,6 +53,14 @@ def live_camera(baud: int, zooms: tuple[int, ...] | None) -> Camera | None:
     return 4 * quarter, 3 * quarter, zoom, CameraMode.COLOUR
 
 
+def patience(robot: Epuck) -> float:
+    """Return how long to wait for the answer to a command, s.
+
+    On a slow link that is longer than for a stop alone, because the line may have to come into sync first.
+    """
+    return max(PATIENCE, 1.5 * robot.session.stopping_time)
+
+
 async def prepare(robot: Epuck, camera: Camera = CAMERA) -> float:
     """Begin as the joystick of 2011 did: stop, set the camera, switch all lamps off.
 
@@ -68,27 +74,26 @@ async def prepare(robot: Epuck, camera: Camera = CAMERA) -> float:
     Raises:
         ElibError: The robot did not confirm a command.
     """
-    await robot.stop()
-    await robot.set_camera(*camera)
-    await robot.set_led(ALL, 0)
-    await robot.set_body_led(0)
-    await robot.set_front_led(0)
+    patient = robot.within(patience(robot))
+    await patient.stop()
+    await patient.set_camera(*camera)
+    await patient.set_led(ALL, 0)
+    await patient.set_body_led(0)
+    await patient.set_front_led(0)
     return robot.context.profile.ranges.get("wheel_speed", (-1.0, 1.0))[1]
 
 
 async def drive(robot: Epuck, left: float, right: float) -> None:
     """Set the wheels, rev/s."""
     trip = robot.statistics.median
-    # While a lost answer is waited for, the stop behind it waits, too.
-    patience = LEAST_PATIENCE if math.isnan(trip) else max(LEAST_PATIENCE, min(PATIENCE, TRIPS * trip))
-    await robot.within(patience).set_speed(left, right)
+    # While a lost answer is waited for, newer speeds wait, too.
+    longest = LEAST_PATIENCE if math.isnan(trip) else max(LEAST_PATIENCE, TRIPS * trip)
+    await robot.within(min(longest, robot.session.stopping_time)).set_speed(left, right)
 
 
 async def stop(robot: Epuck) -> None:
     """Stop the robot, past all commands that wait."""
-    trip = robot.statistics.median
-    patience = STANDING_TIME if math.isnan(trip) else max(STANDING_TIME, TRIPS * trip)
-    await robot.within(min(patience, LONGEST_STANDING_TIME)).stop()
+    await robot.within(patience(robot)).stop()
 
 
-__all__ = ["CAMERA", "drive", "live_camera", "prepare", "stop"]
+__all__ = ["CAMERA", "drive", "live_camera", "patience", "prepare", "stop"]

@@ -262,15 +262,6 @@ class Blink(AboutRobot):
         return page.panel.slot(self.robot).blink()
 
 
-class Note(AboutRobot):
-    """Write a line into the event log."""
-
-    text: Text
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).note(self.text)
-
-
 # -- the camera --
 
 
@@ -432,6 +423,13 @@ class PausePlayback(AboutRobot):
 
 
 # -- the world --
+
+
+class ChooseWorld(AboutRobot):
+    """Show the world of one robot where the page shows all robots."""
+
+    def carry_out(self, page: Page) -> None:
+        page.world_of = self.robot
 
 
 class Rays(Message):

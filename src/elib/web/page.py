@@ -65,6 +65,7 @@ class Page:
         panel: As given.
         name: The page's name at the drive locks. A page acts under its own name alone: no message carries one.
         place: The key of the robot that it shows, or ``overview``, or ``start``.
+        world_of: The key of the robot whose world it shows where it shows all robots; empty for the first world.
         wants_rays: Whether it shows the rays of the infrared sensors.
         world_updates: Sends it the world.
         watched: The robot of the world whose readings it shows, by its index; None for none.
@@ -75,6 +76,7 @@ class Page:
         self.name = f"page-{secrets.token_hex(8)}"
         self.place = START
         self.wants_rays = False
+        self.world_of = ""
         self.watched: int | None = None
         self._ws, self._decode = ws, decode
         self._loop = asyncio.get_running_loop()
@@ -175,6 +177,8 @@ class Page:
             return self.panel.slots[self.place].control
         if self.place == START:
             return None
+        if self.world_of in self.panel.slots and (chosen := self.panel.slots[self.world_of].control) is not None:
+            return chosen
         return self.panel.control or next((s.control for s in self.panel.slots.values() if s.control is not None), None)
 
     @property
@@ -202,7 +206,7 @@ class Page:
             "folder": "" if panel.is_shared else str(panel.folder.path),
             "worlds": world_list(),
             "behaviours": catalogue(),
-            "ring": {"sensors": [round(math.degrees(angle), 2) for angle in SENSOR_DIRECTIONS], "leds": LED_ANGLES},
+            "ring": {"sensors": SENSOR_DIRECTIONS, "leds": [math.radians(angle) for angle in LED_ANGLES]},
             "simulation": panel.control is not None,
         }
 
@@ -221,7 +225,16 @@ class Page:
             update["robot"] = self._robot(self.panel.slots[self.place])
         elif self.place == OVERVIEW and self._number % OVERVIEW_EVERY == 1:
             update["overview"] = {key: summary(slot) for key, slot in self.panel.slots.items()}
+            update["worlds"] = self._worlds()
         return update
+
+    def _worlds(self) -> list[tuple[str, str]]:
+        """Return the worlds of the robots: the key of a robot in it, and its name."""
+        found: dict[int, tuple[str, str]] = {}
+        for key, slot in self.panel.slots.items():
+            if (control := slot.control) is not None:
+                found.setdefault(id(control.simulation), (key, control.world.scene.name))
+        return list(found.values())
 
     def _robot(self, slot: Slot) -> Json:
         slot.look(self.name)

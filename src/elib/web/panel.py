@@ -175,10 +175,15 @@ class Panel:
         return [{"key": key, "label": label, "url": slot.url} for (key, slot), label in slots]
 
     def files(self) -> dict[str, object]:
-        """Return the recordings of the folder, the newest first, and free names for a new log and recording."""
-        found = sorted(self.folder.path.glob(f"*{RECORDING}"), key=lambda path: -path.stat().st_mtime)[:MOST_FILES]
+        """Return the recordings of the folder, the newest first, and free names for a new log and recording.
+
+        A recording is its name, when it was last written (s, as Unix counts), and its bytes.
+        """
+        found = [
+            (path.name, (stat := path.stat()).st_mtime, stat.st_size) for path in self.folder.path.glob(f"*{RECORDING}")
+        ]
         return {
-            "recordings": [path.name for path in found],
+            "recordings": sorted(found, key=lambda each: -each[1])[:MOST_FILES],
             "log": self.folder.free("run", LOG),
             "recording": self.folder.free("run", RECORDING),
         }

@@ -7,17 +7,18 @@ import contextlib
 import hashlib
 import logging
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from functools import partial
 from importlib.resources import files
 from urllib.parse import parse_qs
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from elib.emulator.control import Control
-from elib.emulator.control_server import time_factor
+from elib.emulator.control_server import Bucket, time_factor
 from elib.emulator.loopback import bind
 from elib.errors import LinkLost
 from elib.robot.running import ending
-from elib.web.access import Access, Bucket, is_same
+from elib.web.access import Access, is_same
 from elib.web.listening import Address
 from elib.web.messages import LONGEST, decode
 from elib.web.page import Page
@@ -170,19 +171,21 @@ async def served(panel: Panel, address: Address, token: str | None = None) -> As
         token: What a browser is asked for before it sees anything; None asks for nothing.
     """
     server = Server(panel, Access(address.host, address.port, token))
-    runner = web.AppRunner(
-        server.application(),
-        access_log=None,
+    runner = web.AppRunner(server.application(), shutdown_timeout=CLOSING_TIME)
+    await runner.setup()
+    assert runner.server is not None
+    http = partial(
+        _Http,
+        runner.server,
+        loop=asyncio.get_running_loop(),
+        access_log=None,  # type: ignore[arg-type]  # as its own runner takes it
         logger=SILENT,
         keepalive_timeout=REQUEST_TIME * time_factor(),
         lingering_time=0.0,  # do not wait for the rest of a body after the answer
         max_line_size=LONGEST_LINE,
         max_field_size=LONGEST_HEADER,
-        shutdown_timeout=CLOSING_TIME,
     )
-    await runner.setup()
-    assert runner.server is not None
-    connections = _Connections(runner.server)
+    connections = _Connections(http)
     listener = await asyncio.get_running_loop().create_server(connections.protocol, sock=address.socket)
     try:
         yield server
@@ -345,8 +348,7 @@ class Server:
 
     async def _converse(self, ws: web.WebSocketResponse) -> None:
         """Hear a page until it leaves, or says what no page says."""
-        loop, factor = asyncio.get_running_loop(), time_factor()
-        messages = Bucket(MESSAGES, MESSAGES_AT_ONCE, lambda: loop.time() / factor)
+        messages = Bucket(MESSAGES, MESSAGES_AT_ONCE)
         page = Page(self._panel, ws, decode)
         code, reason = WSCloseCode.POLICY_VIOLATION, ""
         try:
@@ -365,6 +367,25 @@ class Server:
         finally:
             await page.close()  # before the browser is told, which may take its time
         await ws.close(code=code, message=reason.encode())
+
+
+class _Http(web.RequestHandler):
+    """aiohttp's end of a connection. It answers by itself what it cannot read as a request."""
+
+    def handle_error(
+        self,
+        request: web.BaseRequest,
+        status: int = 500,
+        exc: BaseException | None = None,
+        message: str | None = None,
+    ) -> web.StreamResponse:
+        """Answer like everywhere, and repeat nothing of what came."""
+        response = super().handle_error(request, status, exc, "That is not a request.")
+        response.headers.update(HEADERS)
+        response.headers["Content-Security-Policy"] = "default-src 'none'; frame-ancestors 'none'"
+        response.headers["Cache-Control"] = "no-store"
+        response.headers["Server"] = "elib"  # no application removes aiohttp's own
+        return response
 
 
 class _Connections:
@@ -412,7 +433,7 @@ class _Connection(asyncio.Protocol):
         self._connections = connections
         self._loop = asyncio.get_running_loop()
         self._factor = time_factor()
-        self._bytes = Bucket(BYTES, BYTES_AT_ONCE, lambda: self._loop.time() / self._factor)
+        self._bytes = Bucket(BYTES, BYTES_AT_ONCE)
         self._http: asyncio.Protocol | None = None
         self._unread: asyncio.TimerHandle | None = None
 

@@ -45,8 +45,6 @@ BLINKS, BLINK_TIME = 3, 0.3
 """How often the LEDs blink when a person looks for a robot, and s for which they are on, and off, each time."""
 OPENING_TIME = 25.0
 """s that connecting may take, whatever the link does."""
-PATIENCE = 1.0
-"""s that a command from the page may take, or its own time where that is longer."""
 LONGEST_TEXT = 200
 """Characters of a raw command: the robots' own line buffers are shorter."""
 
@@ -59,7 +57,7 @@ class Phase(enum.Enum):
     CONNECTED = "connected"
     GAP = "connection lost, trying again"
     PLAYING = "playing a recording"
-    FAILED = "failed"
+    FAILED = "not connected"
 
 
 class Slot:
@@ -382,8 +380,8 @@ class Slot:
             self.drive.stop()
         if _may_drive(name, arguments) and not self.drive.watch_over(page):
             raise ArgumentError(f"{name} was not sent: another page drives", hint="take over first")
-        patience = max(PATIENCE, SPECS[name].timeout) if name in SPECS else PATIENCE
-        value: object = await getattr(robot.within(patience), name)(*arguments)
+        patient = robot.within(max(lifecycle.patience(robot), SPECS[name].timeout if name in SPECS else 0.0))
+        value: object = await getattr(patient, name)(*arguments)
         if name == "set_speed":
             self.drive.driven(is_moving=any(arguments))
         elif name == "reset":
@@ -412,7 +410,10 @@ class Slot:
         Raises:
             ElibError: The robot did not confirm a command.
         """
-        return asyncio.shield(self._begin(self._blink()))
+        blinking = self._begin(self._blink())
+        # A page that was closed meanwhile does not ask any more how it ended.
+        blinking.add_done_callback(lambda task: task.cancelled() or task.exception())
+        return asyncio.shield(blinking)
 
     async def _blink(self) -> None:
         before = copy.deepcopy(self.robot.context.last_set)

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import asyncio
 import base64
-import math
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
@@ -30,7 +29,6 @@ from elib.physics import Box, Colour, Cylinder, Lamps, RobotView, Snapshot
 from elib.physics.fittings import FLOOR_COLOUR
 from elib.physics.floor import packed
 from elib.view.floor import floor_picture
-from elib.view.robot import LED_ANGLES
 
 HEADER = struct.Struct("<IIdIxxxx")
 RAYS = 1
@@ -173,7 +171,6 @@ def scene(snapshot: Snapshot) -> Json:
         },
         "robots": len(snapshot.robots),
         "radius": max((robot.radius for robot in snapshot.robots), default=0.0),
-        "leds": [math.radians(angle) for angle in LED_ANGLES],
         "boxes": [_box(box) for box in snapshot.boxes],
         "cylinders": [_post(post) for post in snapshot.cylinders],
         "lights": [asdict(light) for light in snapshot.lights],

@@ -16,7 +16,7 @@ const TOAST_TIME = 8000; // ms
  * @typedef {{ name: string, about: string, robots: number, firmware: string }} World
  * @typedef {{
  *   page: string, folder: string, worlds: World[], behaviours: any[], simulation: boolean,
- *   ring: { sensors: number[], leds: number[] },
+ *   ring: { sensors: number[], leds: number[] }, // rad from straight ahead, positive to the left
  * }} Hello what the server says once: the name of the page at the drive locks, the folder that files go to (empty if this
  *   page may not know it), where on the robot the sensors look and the LEDs sit (degrees), and whether the page belongs
  *   to `elib simulate`
@@ -39,6 +39,7 @@ export class App {
     this.tabs = /** @type {HTMLElement} */ (document.querySelector(".tabs"));
     this.stopButton = /** @type {HTMLButtonElement} */ (document.getElementById("stop"));
     this.toasts = /** @type {HTMLElement} */ (document.getElementById("toasts"));
+    this.stopLabel = /** @type {Element} */ (this.stopButton.firstElementChild);
     this.stopButton.addEventListener("click", () => this.stop());
     window.addEventListener("keydown", (event) => this.press(event), true);
     window.addEventListener("keyup", (event) => this.release(event), true);
@@ -58,7 +59,6 @@ export class App {
     switch (message.type) {
       case "hello":
         this.hello = message;
-        this.stopButton.hidden = message.simulation; // its robots belong to other programs
         this.wanted = sessionStorage.getItem("elib-place"); // what was shown before the page was loaded again
         this.shown = "";
         break;
@@ -68,6 +68,8 @@ export class App {
         if (message.place !== this.shown) this.build(message.place);
         else if (message.robots) this.list();
         hub.take(message);
+        this.stopButton.hidden = this.hello?.simulation || !this.robots.length; // those robots belong to other programs
+        say(this.stopLabel, this.stopped || this.robots.length < 2 ? "STOP" : "STOP ALL");
         this.connection.tell("drawn", { number: message.number });
         break;
       default:
@@ -102,7 +104,6 @@ export class App {
     this.main.replaceChildren(this.place.box);
     window.scrollTo(0, 0);
     sessionStorage.setItem("elib-place", place);
-    say(/** @type {Element} */ (this.stopButton.firstElementChild), place === "overview" ? "STOP ALL" : "STOP");
     this.list();
   }
 
@@ -185,10 +186,15 @@ export class App {
 
   // STOP: it asks no one and waits for nothing.
 
+  /** The robot that STOP stops; none means all of them, as where a recording is shown while the robots drive on. */
+  get stopped() {
+    const phase = hub.robots.get(this.shown)?.tick?.phase ?? "disconnected";
+    return ["connecting", "connected", "gap"].includes(phase) ? this.shown : "";
+  }
+
   stop() {
     window.dispatchEvent(new CustomEvent("elib-stop"));
-    const isRobot = this.robots.some((each) => each.key === this.shown);
-    this.connection.tell("stop", isRobot ? { robot: this.shown } : {});
+    this.connection.tell("stop", this.stopped ? { robot: this.stopped } : {});
     this.stopButton.classList.add("pressed");
     setTimeout(() => this.stopButton.classList.remove("pressed"), 250);
   }

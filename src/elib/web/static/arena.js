@@ -21,9 +21,10 @@ function penOf(canvas) {
 }
 
 export class Arena {
-  /** @param {HTMLCanvasElement} canvas @param {Model} model */
-  constructor(canvas, model) {
+  /** @param {HTMLCanvasElement} canvas @param {Model} model @param {number[]} leds the angles of a robot's ring, rad */
+  constructor(canvas, model, leds) {
     this.canvas = canvas;
+    this.leds = leds;
     this.model = model;
     /** @type {Thing | null} */
     this.selected = null;
@@ -92,13 +93,6 @@ export class Arena {
   /** @param {number} right pixels @param {number} down */
   panBy(right, down) {
     this.middle = [this.middle[0] - right / this.scale, this.middle[1] + down / this.scale];
-    this.place();
-  }
-
-  /** Show the whole arena. */
-  showAll() {
-    this.zoom = 1;
-    this.followed = null;
     this.place();
   }
 
@@ -273,7 +267,7 @@ export class Arena {
       radius = scene.radius * this.scale,
       bits = frame.bits[k];
     const ring = frame.ring.subarray(24 * k, 24 * k + 24);
-    drawRobot(pen, [...at, heading], radius, this.ink.edge, scene.leds, bits, ring);
+    drawRobot(pen, [...at, heading], radius, this.ink.edge, this.leds, bits, ring);
     if (bits & CUT) this.drawCut(pen, at[0] + 0.8 * radius, at[1] - 0.8 * radius, Math.max(6, 0.34 * radius));
   }
 
@@ -294,8 +288,13 @@ export class Arena {
       at[1] + radius + gap + 15 < Math.min(this.y0, this.height - 20)
         ? at[1] + radius + gap
         : at[1] - radius - gap - 14;
-    pen.strokeText(name, at[0], below);
-    pen.fillText(name, at[0], below);
+    // On the floor, or at the edge of the canvas where that is nearer.
+    const half = pen.measureText(name).width / 2 + 3,
+      low = Math.max(0, this.x0),
+      high = Math.min(this.width, this.x0 + scene.width * this.scale);
+    const x = between(at[0], low + half, Math.max(low, high - half));
+    pen.strokeText(name, x, below);
+    pen.fillText(name, x, below);
   }
 
   /** @param {Pen} pen @param {number} x @param {number} y @param {number} size */

@@ -46,8 +46,10 @@ export class Part {
     const one = { robots: [robot.key] };
     this.startButton = button("Start", () => this.start([robot.key]), { className: "primary" });
     this.startAll = button("Start for all robots", () => this.start(app.robots.map((each) => each.key)));
-    this.pause = button("Pause", () => app.ask(this.phase === "paused" ? "resume_behaviour" : "pause_behaviour", one));
-    this.end = button("End", () => app.ask("end_behaviour", one));
+    this.pause = button("Pause behaviour", () =>
+      app.ask(this.phase === "paused" ? "resume_behaviour" : "pause_behaviour", one),
+    );
+    this.end = button("End behaviour", () => app.ask("end_behaviour", one));
     this.chip = make("p", { className: "chip", role: "status" });
     this.doing = make("p", { className: "hint" });
     this.bad = make("p", { className: "alarm", hidden: true });
@@ -143,7 +145,7 @@ export class Part {
     this.startAll.disabled = Boolean(this.chosen?.elsewhere);
     this.startButton.disabled = isActive || tick.phase !== "connected" || this.startAll.disabled;
     this.pause.disabled = this.end.disabled = !isActive;
-    say(this.pause, phase === "paused" ? "Continue" : "Pause");
+    say(this.pause, phase === "paused" ? "Continue behaviour" : "Pause behaviour");
     this.phase = phase;
     this.chip.dataset.phase = COLOURS[phase] ?? "";
     say(this.chip, name ? `${name}: ${phase_text}` : "No behaviour has run yet.");

@@ -63,7 +63,7 @@ export class Part {
     this.modeList = choice(MODES, () => this.set());
     this.liveList = choice(PACES, ({ value }) => robot.ask("live", { seconds: value ? Number(value) : null }));
     this.take = button("Take picture", () => robot.ask("picture"));
-    this.save = button("Save PNG", () => this.store(), { disabled: true });
+    this.save = button("Save PNG", () => this.store(), { disabled: true, title: "Save this picture" });
     this.slow = make("p", { className: "hint", role: "status" });
     box.replaceChildren(
       make("div", { className: "frame" }, this.canvas, this.none),
@@ -122,6 +122,10 @@ export class Part {
     this.canvas.hidden = !picture || !pixels;
     this.save.disabled = this.canvas.hidden;
     if (!picture || !pixels) {
+      say(
+        this.none,
+        isOn ? "no picture yet" : tick.phase === "playing" ? "no picture recorded until now" : "not connected",
+      );
       say(this.caption, "");
       return;
     }
@@ -130,7 +134,7 @@ export class Part {
     this.caption.classList.toggle("stale", picture.stale);
     say(
       this.caption,
-      `${picture.width} × ${picture.height} pixels, ${picture.mode.toLowerCase()}, ${age(picture.age)} old`,
+      `${picture.width} × ${picture.height} pixels, ${picture.mode.toLowerCase()}, ${live ? "live, " : ""}${age(picture.age)} old`,
     );
   }
 

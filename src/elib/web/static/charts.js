@@ -1,17 +1,14 @@
 // A strip chart of any reading: paused, zoomed in time, each value switched on and off by its name.
 
 import { button, fit, inks, make, number, say, store } from "./dom.js";
+import { SENSOR_NAMES } from "./robot.js";
+import { HUES } from "./robotshape.js";
 
 /** @import { Instrument, Known, Point, Scheme } from "./hub.js" */
 
 /** @typedef {Omit<Instrument, "absent">} Choice what a chart can show */
 /** @typedef {(value: number) => number} Scale from seconds or values to pixels */
 
-/** @type {Record<string, string[]>} */
-const HUES = {
-  light: ["#185a9d", "#c75116", "#2e7d50", "#8e448f", "#b02a48", "#606014", "#0e7490", "#5b5bd6"],
-  dark: ["#6fb1f0", "#f2965a", "#7fd6a2", "#d59ad6", "#f08aa4", "#cfcf6a", "#5cc8dc", "#a5a5ff"],
-};
 /** @type {Record<string, number>} */
 const LEAST = { counts: 20, "rev/s": 0.1, g: 0.1, s: 0.005 }; // from the lowest to the highest value, by unit
 const SPANS = [5, 10, 20, 60, 120, 300]; // s
@@ -23,6 +20,7 @@ const OWN = [
   { name: "~wheels", title: "Wheels, as commanded", labels: ["left", "right"], units: ["rev/s", "rev/s"], ...NO_RANGE },
   { name: "~latency", title: "Round trip", labels: ["median"], units: ["s"], ...NO_RANGE },
 ];
+const INFRARED = SENSOR_NAMES.map((name, sensor) => `IR${sensor} ${name}`);
 const FIRST = ["proximity", "speed"],
   MOST = 6;
 
@@ -56,7 +54,7 @@ class Chart {
         this.dress();
       },
     });
-    this.pause = button("Pause", () => this.hold(), { "aria-pressed": "false" });
+    this.pause = button("Pause chart", () => this.hold(), { "aria-pressed": "false" });
     this.spanText = make("output", { textContent: "20 s" });
     this.isFitted = make("input", { type: "checkbox", onchange: () => this.paint() });
     this.canvas = make("canvas", { role: "img" });
@@ -79,10 +77,19 @@ class Chart {
         { className: "row wrap" },
         this.list,
         this.pause,
-        button("−", () => this.zoom(1), { "aria-label": "show a longer time" }),
-        this.spanText,
-        button("+", () => this.zoom(-1), { "aria-label": "show a shorter time" }),
-        make("label", { className: "check", title: "Enlarge what is shown to the whole height" }, this.isFitted, "fit"),
+        make(
+          "div",
+          { className: "row" },
+          button("−", () => this.zoom(1), { "aria-label": "show a longer time" }),
+          this.spanText,
+          button("+", () => this.zoom(-1), { "aria-label": "show a shorter time" }),
+        ),
+        make(
+          "label",
+          { className: "check", title: "Stretch what is shown to the whole height" },
+          this.isFitted,
+          "Fit height",
+        ),
         button("CSV", () => this.saveTable()),
         button("PNG", () => this.canvas.toBlob((blob) => blob && store(blob, `${this.wanted}.png`))),
         button("×", () => remove(this), { "aria-label": "remove this chart" }),
@@ -95,7 +102,7 @@ class Chart {
   hold() {
     if (!this.robot) return;
     this.pausedAt = this.pausedAt ? null : this.robot.history.slice();
-    say(this.pause, this.pausedAt ? "Continue" : "Pause");
+    say(this.pause, this.pausedAt ? "Continue chart" : "Pause chart");
     this.pause.setAttribute("aria-pressed", String(this.pausedAt !== null));
     this.paint();
   }
@@ -120,6 +127,7 @@ class Chart {
     this.choices = scheme.instruments
       .filter((each) => !each.absent)
       .map((each) => (each.physical_unit ? { ...each, units: each.labels.map(() => each.physical_unit) } : each))
+      .map((each) => (each.name === "proximity" ? { ...each, labels: INFRARED } : each))
       .concat(/** @type {Instrument[]} */ (OWN));
     this.list.replaceChildren(...this.choices.map((each) => new Option(each.title, each.name)));
     if (!this.choices.some((each) => each.name === this.wanted)) this.wanted = this.choices[0].name;

@@ -5,7 +5,8 @@ import { make, say } from "./dom.js";
 /** @import { Remote } from "./dom.js" */
 
 const KEPT = 200;
-const USE = "Type a command, like help. Tab completes it; ↑ and ↓ bring back what you sent.";
+const USE = "Choose or type a command. Tab completes it; ↑ and ↓ bring back what you sent.";
+const EXAMPLES = ["help", "selector", "set_led 0 on", "play_sound 1"];
 
 export class Part {
   /** @param {HTMLElement} box @param {Remote} robot */
@@ -41,6 +42,7 @@ export class Part {
     });
     box.classList.add("console");
     box.append(this.output, form, this.list, this.help);
+    this.offer(EXAMPLES);
   }
 
   /** @param {KeyboardEvent} event */
@@ -74,13 +76,16 @@ export class Part {
       answer = await this.robot.ask("complete", { line: text });
     if (!answer.ok || text !== this.input.value) return;
     this.choices = answer.result.choices;
-    this.list.replaceChildren(
-      ...this.choices
-        .slice(0, 12)
-        .map((choice) => make("li", { role: "option", textContent: choice, onclick: () => this.fill(`${choice} `) })),
-    );
+    this.offer(text ? this.choices.slice(0, 12) : EXAMPLES);
     this.input.setAttribute("aria-expanded", String(this.choices.length > 0));
     say(this.help, answer.result.help || (text ? "" : USE));
+  }
+
+  /** @param {string[]} lines that a click puts in */
+  offer(lines) {
+    this.list.replaceChildren(
+      ...lines.map((line) => make("li", { role: "option", textContent: line, onclick: () => this.fill(`${line} `) })),
+    );
   }
 
   async send() {

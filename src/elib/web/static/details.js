@@ -1,6 +1,6 @@
 // What is known of the selected thing, and what can be switched there: a column beside the arena.
 
-import { button, make, say } from "./dom.js";
+import { button, make, put, say } from "./dom.js";
 import { degrees } from "./model.js";
 import { SENSOR_NAMES } from "./robot.js";
 
@@ -13,16 +13,23 @@ import { SENSOR_NAMES } from "./robot.js";
 // What the e-puck1 does at a key of the remote control (wire-protocol.md, 5.10).
 const KEYS = ["sound", "", "forward", "", "left", "stop", "right", "", "back", ""];
 
+const DARK = 4095; // counts of a light sensor without any light
+const unfolded = new Set(["Infrared sensors"]); // the groups that are open; they outlive what is selected
+
 /** @type {Text} */
 const whole = (value) => `${Math.round(value)}`;
 /** @type {Text} */
 const tenths = (value) => value.toFixed(1);
 /** @type {Text} */
+const share = (value) => `${Math.round(100 * value)} %`;
+/** @type {Text} */
+const brightness = (counts) => share(1 - counts / DARK);
+/** @type {Text} */
 const milliseconds = (value) => `${Math.round(1000 * value)} ms`;
 /** @type {[key: keyof LinkFaults, label: string, high: number, text: Text][]} */
 const FAULTS = [
   // of a robot's link: key, label, highest, text
-  ["loss", "Answers lost", 1, (value) => `${Math.round(100 * value)} %`],
+  ["loss", "Answers lost", 1, share],
   ["latency", "Delay of answers", 1, milliseconds],
   ["jitter", "Delay varies by ±", 0.5, milliseconds],
 ];
@@ -41,8 +48,8 @@ export class Details {
     this.bars = [];
     /** @type {Record<string, [input: HTMLInputElement, value: HTMLElement, text: Text]>} */
     this.knobs = {};
-    this.link = make("input", { type: "checkbox", id: "world-link", role: "switch" });
-    this.link.onchange = () => this.hold(this.link, { do: this.link.checked ? "mend" : "cut", robot: this.index });
+    this.cut = make("input", { type: "checkbox", id: "world-link", role: "switch" });
+    this.cut.onchange = () => this.hold(this.cut, { do: this.cut.checked ? "cut" : "mend", robot: this.index });
     this.script = make("p", { className: "hint" });
     this.selector = make(
       "select",
@@ -75,7 +82,7 @@ export class Details {
     this.held.clear();
     const kind = thing?.kind;
     this.box.replaceChildren(make("h3", { textContent: thing?.name ?? "Whole world" }));
-    if (!thing) this.box.append(this.list("world", "size", "robots"));
+    if (!thing) this.box.append(this.list("world", "size", "robots"), this.roomLight());
     else if (kind === "robot") this.buildRobot();
     else this.box.append(this.list(...(kind === "box" || kind === "wall" ? ["x", "y", "angle"] : ["x", "y"])));
     if (kind === "robot" || kind === "box" || kind === "wall") this.box.append(this.turners());
@@ -84,13 +91,6 @@ export class Details {
     if (kind === "sound")
       this.box.append(this.slider("volume", "Volume at 0.1 m", 4095, whole, { do: "set_sound", sound: this.index }));
     if (kind === "robot") this.box.append(this.faults(), this.hands());
-    this.box.append(
-      this.slider("ambient", "Darkness of the room", 4095, whole, { do: "set_ambient" }),
-      make("p", {
-        className: "hint",
-        textContent: "What the light sensors of a robot read here: a higher number is darker.",
-      }),
-    );
     this.renew();
   }
 
@@ -102,6 +102,13 @@ export class Details {
       list.append(make("dt", { textContent: name }), this.facts[name]);
     }
     return list;
+  }
+
+  roomLight() {
+    const light = this.slider("ambient", "Light in the room", DARK, brightness, { do: "set_ambient" });
+    this.knobs.ambient[0].dir = "rtl"; // it is counted as the light sensors do, low for bright: bright is at the right
+    light.title = "From dark to bright. The light sensors of a robot read a higher number where it is darker.";
+    return light;
   }
 
   buildRobot() {
@@ -118,8 +125,7 @@ export class Details {
     });
     this.box.append(
       this.list("x", "y", "heading", "speed", "turning", "wheel steps", "touches something"),
-      make("p", { className: "hint", textContent: "True infrared values, without noise" }),
-      bars,
+      group("Infrared sensors", make("p", { className: "hint", textContent: "True values, without noise" }), bars),
     );
   }
 
@@ -134,18 +140,16 @@ export class Details {
   }
 
   faults() {
-    return make(
-      "fieldset",
-      {},
-      make("legend", { textContent: "Link of this robot" }),
-      make("label", { className: "switch" }, "The link works", this.link),
+    return group(
+      "Link of this robot",
+      make("label", { className: "switch" }, "Cut the link", this.cut),
       ...FAULTS.map(([key, label, high, text]) =>
         this.slider(key, label, high, text, { do: "set_faults", robot: this.index }),
       ),
       this.script,
       button("Undo all faults", async () => {
         await this.world.send({ do: "set_faults", robot: this.index, loss: 0, latency: 0, jitter: 0 });
-        if (!this.link.checked) await this.world.send({ do: "mend", robot: this.index });
+        if (this.cut.checked) await this.world.send({ do: "mend", robot: this.index });
       }),
     );
   }
@@ -157,10 +161,8 @@ export class Details {
       { "aria-label": "key of the remote control" },
       ...KEYS.map((what, number) => new Option(`${number} ${what}`, String(number))),
     );
-    return make(
-      "fieldset",
-      {},
-      make("legend", { textContent: "On the robot" }),
+    return group(
+      "Robot's controls",
       make("label", { className: "switch", htmlFor: "world-selector" }, "Selector", this.selector),
       make(
         "div",
@@ -182,7 +184,7 @@ export class Details {
     const input = make("input", { type: "range", min: 0, max: high, step, id: `knob-${key}` }),
       value = make("output");
     input.oninput = () => {
-      value.textContent = text(input.valueAsNumber);
+      this.tell(key, input.valueAsNumber);
       this.hold(input, { ...message, [key]: input.valueAsNumber });
     };
     this.knobs[key] = [input, value, text];
@@ -224,7 +226,7 @@ export class Details {
       say(this.bars[k][1], String(value));
     });
     const { link, base } = readings;
-    if (!this.isHeld(this.link)) this.link.checked = !link.cut;
+    if (!this.isHeld(this.cut)) this.cut.checked = link.cut;
     for (const [key] of FAULTS) this.set(key, link[key]);
     const own = FAULTS.filter(([key]) => base && base[key] > 0).map(
       ([key, label, , text]) => `${label.toLowerCase()} ${text(base?.[key] ?? 0)}`,
@@ -274,6 +276,23 @@ export class Details {
     const knob = this.knobs[key];
     if (!knob || knob[0].matches(":active") || this.isHeld(knob[0])) return;
     if (knob[0].valueAsNumber !== value) knob[0].value = String(value);
-    say(knob[1], knob[2](value));
+    this.tell(key, value);
   }
+
+  /** @param {string} key @param {number} value */
+  tell(key, value) {
+    const [input, output, text] = this.knobs[key];
+    say(output, text(value));
+    put(input, "aria-valuetext", text(value));
+  }
+}
+
+/**
+ * A group that can be folded.
+ * @param {string} title @param {...Node} children
+ */
+function group(title, ...children) {
+  const box = make("details", { open: unfolded.has(title) }, make("summary", { textContent: title }), ...children);
+  box.addEventListener("toggle", () => unfolded[box.open ? "add" : "delete"](title));
+  return box;
 }

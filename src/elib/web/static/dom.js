@@ -152,6 +152,9 @@ export function isWriting(target) {
   return target instanceof HTMLInputElement && !["checkbox", "radio", "range", "button"].includes(target.type);
 }
 
+/** Stop what the page shows, as its STOP does. */
+export const pleaseStop = () => document.dispatchEvent(new CustomEvent("elib-please-stop"));
+
 /**
  * Ask a person; returns whether they want it.
  * @param {string} title
@@ -176,6 +179,8 @@ export function confirmed(title, text, yes, ...fields) {
           { className: "row" },
           make("button", { className: "primary", value: "yes", textContent: yes }),
           make("button", { className: "plain", value: "no", textContent: "Cancel", formNoValidate: true }),
+          // The one of the header cannot be reached while this is open.
+          make("button", { type: "button", className: "stop small", textContent: "STOP", onclick: pleaseStop }),
         ),
       ),
     );

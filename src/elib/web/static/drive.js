@@ -1,7 +1,7 @@
 // Driving: pad, keys, gamepad and a slider for each wheel. While a hand is on any of them the page says so ten times a
 // second, for a stick that is held still says nothing by itself; the server stops the robot when that ends.
 
-import { button, confirmed, draw, isBusy, make, number, put, say } from "./dom.js";
+import { button, confirmed, draw, isBusy, make, number, pleaseStop, put, say } from "./dom.js";
 
 /** @import { Remote } from "./dom.js" */
 /** @import { Known, Phase } from "./hub.js" */
@@ -15,6 +15,7 @@ const DEAD = 0.08; // share of the pad's radius that means nothing
 const PAD_DEAD = 0.15; // of a gamepad's axis
 const TURN = 0.5; // of a key that turns: at full speed nobody can aim
 const HAS_KEYS = !matchMedia("(pointer: coarse), (max-width: 720px)").matches; // a phone has none
+const ARROWS = "Arrow keys or a gamepad drive it, too.";
 /** @type {Record<string, [x: number, y: number]>} */
 const KEYS = {
   ArrowUp: [0, 1],
@@ -72,7 +73,7 @@ export class Part {
     /** @type {(turn: number) => SVGElement} */
     const arrow = (turn) => draw("path", { d: "M-8,-84 L0,-93 L8,-84", class: "arrow", transform: `rotate(${turn})` });
     this.knob = draw("circle", { r: 24, class: "knob" });
-    this.echo = draw("circle", { r: 5, class: "echo" });
+    this.echo = draw("circle", { r: 7, class: "echo" });
     this.face = draw(
       "svg",
       { viewBox: "-105 -105 210 210", "aria-hidden": "true" },
@@ -118,6 +119,7 @@ export class Part {
       step: 5,
       value: 50,
       "aria-label": "speed limit, percent of the fastest",
+      title: "It holds for the pad, the keys and the gamepad. Behaviours drive as fast as they want.",
     });
     this.limitText = make("output");
     this.limit.addEventListener("input", () => {
@@ -125,22 +127,19 @@ export class Part {
       this.robot.tell("limit", { share: this.limit.valueAsNumber / 100 });
       this.sayLimit(this.limit.valueAsNumber / 100);
     });
+    this.keysHint = make("p", { className: "hint keys", id: "stick-help", textContent: ARROWS });
     this.speeds = make("p", { className: "speeds" }, make("span"), make("span"));
-    this.gamepad = make("p", { className: "hint", textContent: "Gamepad: press a button on it to use it." });
+    this.gamepad = make("p", { className: "hint" });
     this.box.replaceChildren(
       make("div", { className: "handles" }, sliders[0], this.field, sliders[1]),
       this.speeds,
-      make("label", { className: "slider" }, "Speed limit", this.limitText, this.limit),
+      make("label", { className: "slider" }, "Your speed limit", this.limitText, this.limit),
       make("div", { className: "who" }, this.state, this.takeOver),
       make(
         "div",
         { className: "more" },
-        make("label", { className: "check" }, this.hold, "Wheel sliders stay where I put them"),
-        make("p", {
-          className: "hint keys",
-          id: "stick-help",
-          textContent: "Arrow keys work, too. Space stops.",
-        }),
+        make("label", { className: "check" }, this.hold, "Sliders stay where I put them"),
+        this.keysHint,
         this.gamepad,
       ),
     );
@@ -159,6 +158,9 @@ export class Part {
       if (document.hidden) this.leave();
     });
     listen(window, "elib-stop", () => this.letGo());
+    listen(window, "elib-arrows", ({ detail }) =>
+      say(this.keysHint, detail ? `Arrow keys move ${detail} now. W\u00a0A\u00a0S\u00a0D drive.` : ARROWS),
+    );
     listen(window, "elib-drives", () => {
       this.handOff = performance.now();
       this.isMine = true;
@@ -236,7 +238,7 @@ export class Part {
     const stops = Boolean(pad.buttons[0]?.pressed || pad.buttons[1]?.pressed);
     if (!this.game)
       say(this.gamepad, `Gamepad: ${pad.id.slice(0, 60)}. Left stick drives, its first two buttons stop.`);
-    if (stops && !this.game?.stops) document.dispatchEvent(new CustomEvent("elib-please-stop"));
+    if (stops && !this.game?.stops) pleaseStop();
     const isCentred = far < PAD_DEAD,
       isLatched = !isCentred && (stops || Boolean(this.game?.isLatched)); // after a stop it has to be let go
     this.game = {
@@ -330,7 +332,7 @@ export class Part {
     this.isMine = isMine;
     this.mayMove = drive.may_move;
     this.box.dataset.off = this.isAllowed ? "no" : "yes";
-    for (const control of [...this.inputs, this.hold]) control.disabled = !this.isAllowed;
+    for (const control of [...this.inputs, this.hold, this.limit]) control.disabled = !this.isAllowed;
     say(this.state, this.whoDrives(tick.phase, isOther, behaviour?.phase === "running" ? behaviour.name : ""));
     this.takeOver.hidden = !isOther || !this.isAllowed;
     if (performance.now() - this.isLimiting > 1000) {
@@ -342,11 +344,13 @@ export class Part {
     const both = (speed) => `${number(speed, 2)} rev/s, ${number(speed * rim, 1)} cm/s`;
     say(this.speeds.children[0], both(drive.left));
     say(this.speeds.children[1], both(drive.right));
-    const scale = Math.max(1e-6, drive.limit * this.fastest),
+    // Where the knob stands, if a hand drives; otherwise a share of the fastest.
+    const scale = Math.max(1e-6, (isMine ? drive.limit : 1) * this.fastest),
       left = drive.left / scale,
       right = drive.right / scale;
     put(this.echo, "cx", (39 * (left - right)) | 0);
     put(this.echo, "cy", (-39 * (left + right)) | 0);
+    this.echo.classList.toggle("still", !left && !right);
   }
 
   /** @param {Phase} phase @param {boolean} isOther @param {string} behaviour the one that runs */
@@ -357,7 +361,7 @@ export class Part {
     if (this.isMine) return "You drive.";
     if (behaviour) return `${behaviour} drives. Touch the pad to pause it.`;
     if (this.mayMove) return "The robot is moving.";
-    return HAS_KEYS ? "No one drives. Use the pad, or W\u00a0A\u00a0S\u00a0D." : "No one drives. Use the pad.";
+    return HAS_KEYS ? "To drive, use the pad or W\u00a0A\u00a0S\u00a0D." : "To drive, use the pad.";
   }
 
   /** @param {number} share */

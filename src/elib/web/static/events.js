@@ -1,6 +1,6 @@
-// What has happened, newest last, filtered by kind and text.
+// What has happened, newest first, filtered by kind and text.
 
-import { make, say } from "./dom.js";
+import { button, make, say } from "./dom.js";
 
 /** @import { Known, Line } from "./hub.js" */
 
@@ -13,6 +13,8 @@ const KINDS = {
   note: "Notes",
   panel: "This page",
 };
+
+const LONG = /-?\d+\.\d{4,}/g; // a number with more digits than a person reads
 
 export class Part {
   /** @param {HTMLElement} box */
@@ -35,15 +37,19 @@ export class Part {
     this.none = make("p", { className: "hint", textContent: "Nothing yet." });
     const checks = this.kinds.map((input) => make("label", { className: "check" }, input, KINDS[input.value]));
     box.classList.add("events");
-    box.append(make("div", { className: "row wrap" }, this.text, ...checks), this.none, this.list);
+    this.cleared = 0; // the number of the last line that was cleared
+    const clear = button("Clear", () => {
+      this.cleared = this.lines.at(-1)?.number ?? 0;
+      this.filter();
+    });
+    box.append(make("div", { className: "row wrap" }, this.text, ...checks, clear), this.none, this.list);
   }
 
   /** @param {Known} robot */
   show({ lines, tick }) {
     if (lines === this.lines) return;
     this.lines = lines;
-    const isAtEnd = this.list.scrollTop + this.list.clientHeight > this.list.scrollHeight - 30,
-      now = Date.now() - 1000 * tick.time;
+    const now = Date.now() - 1000 * tick.time;
     for (const [line, row] of this.rows)
       if (!lines.includes(line)) {
         row.remove();
@@ -56,22 +62,21 @@ export class Part {
           { className: line.bad ? "bad" : "" },
           make("time", { textContent: new Date(now + 1000 * line.time).toTimeString().slice(0, 8) }),
           make("span", { className: "kind", textContent: KINDS[line.kind] }),
-          make("span", { textContent: line.text }),
+          make("span", { textContent: line.text.replace(LONG, (digits) => String(+Number(digits).toFixed(3))) }),
         );
         this.rows.set(line, row);
-        this.list.append(row);
+        this.list.prepend(row);
       }
     this.filter();
-    if (isAtEnd) this.list.scrollTop = this.list.scrollHeight;
   }
 
   filter() {
     const kinds = this.kinds.filter((input) => input.checked).map((input) => input.value),
       text = this.text.value.toLowerCase();
     this.none.hidden = false;
-    say(this.none, this.lines.length ? "No line matches." : "Nothing yet.");
+    say(this.none, (this.lines.at(-1)?.number ?? 0) > this.cleared ? "No line matches." : "Nothing yet.");
     for (const [line, row] of this.rows) {
-      row.hidden = !kinds.includes(line.kind) || !line.text.toLowerCase().includes(text);
+      row.hidden = line.number <= this.cleared || !kinds.includes(line.kind) || !line.text.toLowerCase().includes(text);
       if (!row.hidden) this.none.hidden = true;
     }
   }

@@ -72,14 +72,24 @@ export class Part {
   async look() {
     const answer = await this.app.ask("files");
     if (!answer.ok) return;
-    /** @type {{ recordings: string[], log: string, recording: string }} */
+    /** @type {{ recordings: [name: string, time: number, bytes: number][], log: string, recording: string }} */
     const { recordings, log, recording } = answer.result;
     for (const [row, free] of /** @type {[Row, string][]} */ ([
       [this.log, log],
       [this.recording, recording],
     ]))
       if (!row.isOn && document.activeElement !== row.name) row.name.value = free;
-    this.list.replaceChildren(...recordings.map((name) => button(name, () => this.play(name))));
+    this.list.replaceChildren(
+      ...recordings.map(([name, time, size]) => {
+        const facts = `${new Date(1000 * time).toLocaleString([], { dateStyle: "medium", timeStyle: "short" })}, ${bytes(size)}`;
+        return make(
+          "div",
+          {},
+          button(name, () => this.play(name)),
+          make("p", { className: "hint", textContent: facts }),
+        );
+      }),
+    );
     if (!recordings.length)
       this.list.append(make("p", { className: "hint", textContent: "There is no recording in the folder yet." }));
   }

@@ -28,7 +28,6 @@ const RAYS = 1;
  * @property {string[]} names of the robots
  * @property {number | null} own the robot of this page
  * @property {number} radius of a robot
- * @property {number[]} leds angles of a robot's ring
  * @property {Box[]} boxes
  * @property {Cylinder[]} cylinders
  * @property {Light[]} lights

@@ -146,8 +146,8 @@ export class Hand {
       Escape: () => world.select(null),
     };
     const act = keys[event.key];
-    const isOwn = world.arena.selected?.key === `robot:${world.model.scene?.own}`;
-    if (!act || (isOwn && event.key.startsWith("Arrow"))) return; // W A S D drive, and arrows the robot of this page
+    // W A S D drive, and arrows the robot of this page.
+    if (!act || (world.isOwnSelected && event.key.startsWith("Arrow"))) return;
     act();
     event.preventDefault();
     event.stopPropagation();

@@ -58,6 +58,7 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  * @typedef {{
  *   number: number, place: string, robots?: { key: string, label: string, url: string }[],
  *   robot?: { tick: Tick, scheme?: Scheme, behaviour: Play }, overview?: Record<string, Summary>,
+ *   worlds?: [robot: string, name: string][],
  * }} Update
  */
 
@@ -149,6 +150,7 @@ class Hub {
       robot.take(update.robot.tick);
       this.spread(update.place, robot);
     }
+    if (update.worlds) this.spread("worlds", update.worlds);
     if (update.overview) this.spread("overview", update.overview);
   }
 

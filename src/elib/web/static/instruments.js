@@ -77,15 +77,15 @@ export class Part {
 class Tile {
   /** @param {Instrument} instrument @param {ReturnType<typeof conversions>} converted */
   constructor(instrument, converted) {
-    const { labels, units, name, title } = instrument,
+    const { labels, units, name, title, physical_unit } = instrument,
       isRing = labels.length > MOST_ROWS;
     this.instrument = instrument;
     this.age = make("span", { className: "age" });
-    this.conversions = units.map((unit) => (instrument.physical_unit ? undefined : converted[unit]));
+    this.conversions = units.map((unit) => (physical_unit ? undefined : converted[unit]));
     this.rows = labels.map((label, k) => {
       const value = make("b", { textContent: "?" }),
         other = make("span", { className: "other" }),
-        unit = UNITS[units[k]] ?? units[k];
+        unit = physical_unit || this.conversions[k]?.[1] || (UNITS[units[k]] ?? units[k]);
       // A value of a sensor around the robot is named as in the drawing of it.
       const row = make(
         "p",
@@ -97,7 +97,7 @@ class Tile {
       return { row, value, other };
     });
     this.picture = PICTURES[name]?.(instrument) ?? null;
-    const isWide = isRing || this.picture || this.conversions.some(Boolean) || instrument.physical_unit;
+    const isWide = isRing || this.picture || this.conversions.some(Boolean) || physical_unit;
     this.box = make(
       "section",
       { className: `tile${isWide ? " wide" : ""}`, "aria-label": title },
@@ -115,28 +115,32 @@ class Tile {
   show(reading) {
     const known = reading?.values ?? null;
     this.box.classList.toggle("stale", !reading || reading.stale);
-    say(this.age, reading && known?.some((each) => each !== null) ? age(reading.age) : ""); // what is "?" has no age
+    const isKnown = known?.some((each) => each !== null),
+      isKeyless = this.instrument.name === "ir_receiver" && Number(known?.[0]) > 1; // a toggle bit is 0 or 1
+    const isOld = isKnown && (reading?.age ?? 0) > 1;
+    say(
+      this.age,
+      isKeyless ? "no key yet" : isOld ? `${age(reading?.age ?? 0)} old` : known && !isKnown ? "no value" : "",
+    );
     this.rows.forEach(({ row, value, other }, k) => {
       const unit = this.instrument.units[k],
         found = known?.[k] ?? null,
         conversion = this.conversions[k];
-      row.hidden = known !== null && k >= known.length;
-      say(
-        value,
+      row.hidden = isKeyless || (known !== null && k >= known.length);
+      const own =
         typeof found === "boolean"
           ? found
             ? "yes"
             : "no"
-          : number(found, Number.isInteger(found) && unit !== "rev/s" ? 0 : (DIGITS[unit] ?? 0)),
-      );
+          : number(found, Number.isInteger(found) && unit !== "rev/s" ? 0 : (DIGITS[unit] ?? 0));
+      // What is useful is bold; the robot's own number stands beside it.
+      const name = this.instrument.physical_unit;
       if (conversion) {
-        const [factor, name, digits] = conversion;
-        say(other, typeof found === "number" ? `${number(factor * found, digits)} ${name}` : "");
-      } else if (this.instrument.physical_unit) {
-        const name = this.instrument.physical_unit,
-          physical = reading?.physical?.[k] ?? null;
-        say(other, physical === null ? "" : `${number(physical, DIGITS[name] ?? 1)} ${name}`);
-      }
+        const [factor, , digits] = conversion;
+        say(value, typeof found === "number" ? number(factor * found, digits) : "?");
+      } else if (name) say(value, number(reading?.physical?.[k], DIGITS[name] ?? 1));
+      else say(value, own);
+      say(other, (conversion || name) && found !== null ? `${own} ${UNITS[unit] ?? unit}` : "");
     });
     this.picture?.show(known, reading?.physical ?? null);
   }

@@ -91,6 +91,8 @@ export class Part {
       if (!colour || input.getAttribute("aria-busy") || input === document.activeElement) return;
       const bytes = colour.map((share) => Math.round(2.55 * share).toString(16));
       input.value = `#${bytes.map((byte) => byte.padStart(2, "0")).join("")}`;
+      put(input, "data-off", !colour.some(Boolean));
+      input.title = `LED${COLOURED[index]}: ${colour.some(Boolean) ? "on" : "off"}`;
     });
   }
 }

@@ -15,14 +15,19 @@ const SIGHT = 0.05; // m: what a sensor that meets nothing has seen to be free
 const WALL = 0.03; // m between the middle and a robot's rim, and a little: where it stands is free
 const SURE = 6; // readings after which a square cannot become surer
 const MOST_CELLS = 40_000;
+const MEANINGS = [
+  ["wall", "something there"],
+  ["free", "free"],
+  ["unseen", "not seen yet"],
+];
 const UNKNOWN = "Connect the robot: its path and what it sees are drawn here.";
 
 export class Part {
   /** @param {HTMLElement} box @param {App} app */
   constructor(box, app) {
     const { sensors, leds } = app.hello?.ring ?? { sensors: [], leds: [] };
-    this.angles = sensors.map((turn) => (turn * Math.PI) / 180);
-    this.leds = leds.map((turn) => (turn * Math.PI) / 180);
+    this.angles = sensors;
+    this.leds = leds;
     this.news = ""; // tells whether anything is new
     /** @type {Point[]} */
     this.trail = [];
@@ -30,10 +35,13 @@ export class Part {
     this.pose = null;
     /** @type {Map<string, number>} */
     this.cells = new Map(); // of the sketch: above 0 something is there, below 0 nothing is
-    box.classList.add("map");
+    this.box = box;
+    box.classList.add("map", "unknown");
     this.canvas = make("canvas", { role: "img", "aria-label": "path of the robot, and what its sensors have met" });
     this.caption = make("p", { className: "ages", textContent: UNKNOWN });
-    box.append(this.canvas, this.caption);
+    const legend = make("p", { className: "map-legend" });
+    for (const [kind, text] of MEANINGS) legend.append(make("i", { className: kind, "aria-hidden": "true" }), text);
+    box.append(this.canvas, this.caption, legend);
     this.watch = new ResizeObserver(() => this.paint());
     this.watch.observe(this.canvas);
   }
@@ -51,13 +59,12 @@ export class Part {
     const news = `${robot.trail.length} ${pose} ${near?.values} ${document.documentElement.dataset.theme}`;
     if (news === this.news) return;
     this.news = news;
+    this.box.classList.toggle("unknown", !pose);
     this.trail = robot.trail;
     this.pose = pose;
     say(
       this.caption,
-      pose
-        ? `x ${number(pose[0], 3)} m   y ${number(pose[1], 3)} m   heading ${degrees(pose[2])}°   dark: something was there`
-        : UNKNOWN,
+      pose ? `x ${number(pose[0], 3)} m   y ${number(pose[1], 3)} m   heading ${degrees(pose[2])}°` : UNKNOWN,
     );
     this.paint();
   }

@@ -10,7 +10,7 @@ export class Part {
   constructor(box, robot) {
     this.box = box;
     this.isPaused = false;
-    this.button = button("Pause", () => robot.ask("pause_playback", { on: !this.isPaused }));
+    this.button = button("Pause recording", () => robot.ask("pause_playback", { on: !this.isPaused }));
     this.line = make("input", {
       type: "range",
       min: 0,
@@ -35,7 +35,7 @@ export class Part {
     this.box.hidden = !playback;
     if (!playback) return;
     this.isPaused = playback.paused;
-    say(this.button, playback.paused ? "Play" : "Pause");
+    say(this.button, playback.paused ? "Go on" : "Pause recording");
     this.line.max = String(playback.length);
     if (this.line.matches(":active")) return;
     this.line.value = String(playback.at);

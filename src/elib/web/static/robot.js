@@ -55,13 +55,17 @@ function wedge(degrees, from, to, half) {
 
 /** @typedef {ReturnType<Part["beam"]>} Beam */
 
+/** @param {number} angle rad */
+const inDegrees = (angle) => (angle * 180) / Math.PI;
+
 export class Part {
   /** @param {HTMLElement} box @param {Remote} robot @param {App} app */
   constructor(box, robot, app) {
     this.box = box;
     this.robot = robot;
-    this.sensors = app.hello?.ring.sensors ?? []; // degrees from straight ahead, positive to the left
-    this.leds = app.hello?.ring.leds ?? [];
+    const { sensors, leds } = app.hello?.ring ?? { sensors: [], leds: [] };
+    this.sensors = sensors.map(inDegrees); // from straight ahead, positive to the left
+    this.leds = leds.map(inDegrees);
     /** @type {Map<string, SVGElement>} */
     this.lamps = new Map();
     /** @type {SVGElement[]} */
@@ -179,8 +183,9 @@ export class Part {
       put(arrow, "d", Math.abs(long) < 1 ? "" : `M0,0V${(-long).toFixed(1)}m-4,${head}l4,${-head}l4,${head}`);
     });
     /** @type {(reading: Reading | undefined, name: string) => string} */
-    const told = (reading, name) => (reading?.values ? `${name}: ${age(reading.age)} old` : "");
-    say(this.ages, [told(proximity, "Infrared"), told(light, "light, the inner ring")].filter(Boolean).join(" · "));
+    const told = (reading, name) =>
+      reading?.values && (reading.age ?? 0) > 1 ? `${name}: ${age(reading.age)} old` : "";
+    say(this.ages, [told(proximity, "Infrared"), told(light, "inner ring")].filter(Boolean).join(" · "));
     this.ages.classList.toggle("stale", Boolean(proximity?.stale));
   }
 

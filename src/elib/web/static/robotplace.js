@@ -25,14 +25,15 @@ import { Part as World } from "./world.js";
  * @typedef {{ show?: (robot: Known) => void, close?: () => void }} Part
  */
 
-// Name, title, class, and where it stands: "always" in view, a "tab" only on a phone, or a "tab" everywhere.
+// Name, title, class, and where it stands: "always" in view, a "tab", or a "tab" of its own only on a phone: on other
+// screens the world is always there, and the lights stand beside the robot.
 /** @type {[name: string, title: string, kind: any, place: "always" | "phone-tab" | "tab"][]} */
 const PARTS = [
   ["world", "World", World, "phone-tab"],
   ["drive", "Drive", Drive, "always"],
-  ["lights", "Lights and sounds", Lights, "phone-tab"],
   ["camera", "Camera", Camera, "always"],
-  ["robot", "Robot", Robot, "phone-tab"],
+  ["robot", "Robot", Robot, "tab"],
+  ["lights", "Lights and sounds", Lights, "phone-tab"],
   ["instruments", "Sensors", Instruments, "tab"],
   ["behaviours", "Behaviours", Behaviours, "tab"],
   ["charts", "Charts", Charts, "tab"],
@@ -42,7 +43,6 @@ const PARTS = [
   ["files", "Files", Files, "tab"],
 ];
 const PHONE = matchMedia("(max-width: 720px)");
-const COLUMNS = [["world"], ["drive", "lights"], ["camera", "robot"]]; // on a wide screen
 
 export class RobotPlace {
   /** @param {App} app @param {string} key */
@@ -59,7 +59,7 @@ export class RobotPlace {
     for (const [name, title, Kind, place] of PARTS) {
       const body = make("div");
       const section = make("section", { className: `card part part-${name}`, id: `part-${name}`, "aria-label": title });
-      section.append(make("h2", { textContent: title }), body);
+      section.append(body);
       section.dataset.place = place;
       this.parts.push(new Kind(body, remote, app));
       this.sections.set(name, section);
@@ -72,21 +72,18 @@ export class RobotPlace {
       [tab.dataset.part, tab.dataset.place] = [name, place];
       this.nav.append(tab);
     }
-    /** @type {(name: string) => HTMLElement} */
-    const section = (name) => /** @type {HTMLElement} */ (this.sections.get(name));
-    const tabs = PARTS.filter((part) => part[3] === "tab").map(([name]) => section(name));
+    const [world, drive, camera, ...more] = this.sections.values();
     this.box = make(
       "div",
       { className: "robot-place" },
       make("section", { className: "card status-bar", "aria-label": "connection" }, status, playback),
-      ...COLUMNS.map((names) => make("div", { className: "column" }, ...names.map(section))),
-      this.nav,
-      ...tabs,
+      ...[world, drive, camera, this.nav, ...more],
     );
-    const first = () => this.turn(PHONE.matches ? "world" : "instruments");
+    const first = () => this.turn(PHONE.matches ? "world" : "robot");
     first();
     PHONE.addEventListener("change", first, { signal: this.isOpen.signal });
-    this.unlisten = hub.listen(key, (robot) => {
+    this.unlisten = hub.listen(key, (/** @type {Known} */ robot) => {
+      this.box.dataset.phase = robot.tick.phase;
       for (const part of this.parts) part.show?.(robot);
     });
   }
@@ -96,7 +93,6 @@ export class RobotPlace {
    * @param {string} name
    */
   turn(name) {
-    this.box.dataset.tab = name;
     for (const [each, section] of this.sections) section.classList.toggle("open", each === name);
     for (const tab of /** @type {HTMLCollectionOf<HTMLElement>} */ (this.nav.children)) {
       tab.setAttribute("aria-selected", String(tab.dataset.part === name));

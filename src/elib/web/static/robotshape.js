@@ -5,9 +5,10 @@ const TOUCHING = 1,
   FRONT = 4;
 export const CUT = 8;
 
+/** @type {Record<string, string[]>} */
 export const HUES = {
-  light: ["#185a9d", "#c75116", "#2e7d50", "#8e448f", "#b02a48", "#606014"],
-  dark: ["#6fb1f0", "#f2965a", "#7fd6a2", "#d59ad6", "#f08aa4", "#cfcf6a"],
+  light: ["#185a9d", "#c75116", "#2e7d50", "#8e448f", "#b02a48", "#606014", "#0e7490", "#5b5bd6"],
+  dark: ["#6fb1f0", "#f2965a", "#7fd6a2", "#d59ad6", "#f08aa4", "#cfcf6a", "#5cc8dc", "#a5a5ff"],
 };
 
 /** @typedef {[x: number, y: number]} Point */
@@ -123,12 +124,14 @@ export function drawRays(pen, rays, toPixel) {
   for (let ray = 0; ray < rays.length; ray += 5) {
     const lit = Math.min(1, rays[ray + 4] * 4); // a quarter of full scale is very near already
     const end = toPixel(rays[ray + 2], rays[ray + 3]);
+    pen.globalAlpha = lit < 0.02 ? 0.35 : 1; // one that met nothing
     const colour = `rgb(${150 + 70 * lit}, ${90 - 70 * lit}, ${150 - 130 * lit})`;
     line(pen, toPixel(rays[ray], rays[ray + 1]), end);
     paint(pen, "", "rgba(255, 255, 255, 0.8)", 3.4 + 2 * lit);
     paint(pen, "", colour, 1.4 + 2 * lit);
-    if (lit < 0.02) continue; // it met nothing
+    if (pen.globalAlpha < 1) continue;
     circle(pen, end, 2 + 2 * lit);
     paint(pen, colour);
   }
+  pen.globalAlpha = 1;
 }

@@ -1,4 +1,4 @@
-// The start page: a robot is chosen by its URL, from those that were found or used before, or from the virtual worlds.
+// The start page: a robot is chosen from those that were found or used before, from the virtual worlds, or by its URL.
 
 import { button, make } from "./dom.js";
 import { hub } from "./hub.js";
@@ -15,6 +15,13 @@ const EXAMPLES = [
   ["tcp://192.168.1.20:1000", "a robot in the network"],
   ["sim://crowd?robots=20", "twenty virtual robots"],
 ];
+const PAIRING = [
+  "Turn the selector of the robot to 3 and switch the robot on.",
+  "Open the Bluetooth settings of this computer and pair e-puck_NNNN. The PIN is the number NNNN, also on the robot.",
+  "On Linux, bind it to a port: sudo rfcomm bind 0 and the address of the robot, then 1 (an e-puck2: 2).",
+  "Look again. The guide docs/guides/connect-a-robot.md tells more.",
+];
+const RECENT = 4; // robots that were used before, in view
 const CONNECTING = 15000; // ms that a demo waits for its robot
 
 export class StartPlace {
@@ -29,21 +36,16 @@ export class StartPlace {
       { className: "start" },
       make("h1", { textContent: "Which robot do you want to drive?" }),
       make(
-        "div",
-        { className: "real" },
+        "section",
+        { className: "card", "aria-label": "robots of this computer" },
         make(
-          "section",
-          { className: "card", "aria-label": "robots of this computer" },
-          make(
-            "div",
-            { className: "row" },
-            make("h2", { textContent: "Robots" }),
-            button("Look again", () => this.find()),
-          ),
-          this.found,
-          this.used,
+          "div",
+          { className: "row" },
+          make("h2", { textContent: "Robots" }),
+          button("Look again", () => this.find()),
         ),
-        this.byUrl(),
+        this.found,
+        this.used,
       ),
       make(
         "section",
@@ -51,6 +53,7 @@ export class StartPlace {
         make("h2", { textContent: "No robot at hand? Take a virtual one" }),
         make("div", { className: "worlds" }, ...this.hello.worlds.map((world) => this.world(world))),
       ),
+      this.byUrl(),
     );
     this.find();
     this.remember(app.ask("recents"));
@@ -68,7 +71,16 @@ export class StartPlace {
     const there = found.filter((each) => each.firmware),
       silent = found.filter((each) => !each.firmware);
     this.found.replaceChildren(...there.map(({ url, firmware, text }) => this.choice(url, `${firmware}, ${text}`)));
-    if (!there.length) this.found.append(hint("No robot answered. Is it switched on and paired?"));
+    if (!there.length)
+      this.found.append(
+        hint("No robot answered. Is it switched on and paired?"),
+        make(
+          "details",
+          { className: "hint" },
+          make("summary", { textContent: "How do I pair it?" }),
+          make("ol", {}, ...PAIRING.map((textContent) => make("li", { textContent }))),
+        ),
+      );
     if (silent.length)
       this.found.append(
         make(
@@ -89,15 +101,20 @@ export class StartPlace {
     if (!answer.ok) return;
     /** @type {string[]} */
     const urls = answer.result;
-    const rows = urls.map((url) =>
-      make(
-        "div",
-        { className: "row" },
-        this.choice(url),
-        button("×", () => this.remember(this.app.ask("forget", { url })), { "aria-label": `forget ${url}` }),
-      ),
+    const [shown, folded] = [urls.slice(0, RECENT), urls.slice(RECENT)].map((some) => some.map((url) => this.row(url)));
+    this.used.replaceChildren(...(shown.length ? [make("h3", { textContent: "Used before" }), ...shown] : []));
+    if (folded.length)
+      this.used.append(make("details", {}, make("summary", { textContent: `${folded.length} more` }), ...folded));
+  }
+
+  /** @param {string} url of a robot that was used before */
+  row(url) {
+    return make(
+      "div",
+      { className: "row" },
+      this.choice(url),
+      button("×", () => this.remember(this.app.ask("forget", { url })), { "aria-label": `forget ${url}` }),
     );
-    this.used.replaceChildren(...(rows.length ? [make("h3", { textContent: "Used before" }), ...rows] : []));
   }
 
   /** @param {string} url @param {string} [text] */
@@ -132,10 +149,11 @@ export class StartPlace {
       url.focus();
     };
     return make(
-      "section",
-      { className: "card", "aria-label": "connect by URL" },
-      make("h2", { textContent: "Connect by its URL" }),
+      "details",
+      { className: "card", open: !matchMedia("(max-width: 720px)").matches },
+      make("summary", { textContent: "Connect by its address" }),
       form,
+      hint("Click an example to put it into the field, then change it:"),
       make(
         "dl",
         {},
@@ -168,7 +186,11 @@ export class StartPlace {
         "div",
         { className: "row wrap" },
         button("Open", () => this.app.add(`sim://${name}`), { className: "primary" }),
-        ...demos.slice(0, 2).map((each) => button(`Demo: ${each.name}`, () => this.play(name, each.name))),
+        ...demos.slice(0, 2).map((each) =>
+          button(`Demo: ${each.name.replaceAll("-", " ")}`, () => this.play(name, each.name), {
+            title: each.summary,
+          }),
+        ),
       ),
     );
   }

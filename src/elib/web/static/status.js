@@ -22,6 +22,7 @@ export class Part {
     this.name = make("h1");
     this.chip = make("p", { className: "chip", role: "status" });
     this.slow = make("p", { className: "slow" });
+    this.writing = make("p", { className: "writing" });
     this.facts = make("p", { className: "facts" });
     this.connect = button("Connect", () => this.change());
     this.alarm = make("p", { className: "alarm", role: "alert", hidden: true });
@@ -31,11 +32,11 @@ export class Part {
     if (!app.hello?.simulation) {
       const title = "The robot itself and its files stay as they are";
       const remove = button("Remove", () => this.remove(), { title });
-      remove.append(make("span", { className: "wide", textContent: " from page" }));
+      remove.append(make("span", { className: "from-page", textContent: " from page" }));
       buttons.append(remove);
     }
     box.append(
-      make("div", { className: "row" }, this.name, this.chip, this.slow, this.facts, buttons),
+      make("div", { className: "row" }, this.name, this.chip, this.writing, this.slow, this.facts, buttons),
       this.alarm,
       this.trouble,
     );
@@ -77,17 +78,16 @@ export class Part {
     say(
       this.facts,
       [
-        scheme?.firmware,
-        isSlow ? "" : answers,
         typeof raw === "number" && percent !== null
           ? `battery ${number(Number(percent))} %, ${number(Number(volts), 2)} V`
           : "",
-        tick.log ? "writing a log" : "",
-        tick.recorder ? "recording" : "",
+        isSlow ? "" : answers,
+        scheme?.firmware,
       ]
         .filter(Boolean)
         .join(" · "),
     );
+    say(this.writing, [tick.log && "writing a log", tick.recorder && "recording"].filter(Boolean).join(", "));
     const isRecording = Boolean(listed?.url.startsWith("replay:") && !listed.url.includes("fork="));
     const [begin, end] = isRecording ? ["Play", "End"] : ["Connect", "Disconnect"];
     say(this.connect, phase === "connecting" ? "Cancel" : this.isOff ? begin : end);
@@ -112,22 +112,22 @@ export class Part {
   story(error, doctor, phase) {
     const parts = [make("h3", { textContent: error.message })];
     if (error.hint && !doctor?.steps.some((step) => step.fix === error.hint))
-      parts.push(make("p", { textContent: `Try: ${error.hint}` }));
+      parts.push(make("p", {}, "Try: ", ...withCommand(error.hint)));
     if (!doctor)
       return phase === "failed"
         ? [...parts, make("p", { className: "hint", textContent: "Looking for the cause …" })]
         : parts;
     const skipped = doctor.steps.filter((step) => step.state === "skipped");
     const steps = doctor.steps
-      .filter((step) => step.state !== "skipped" && step.detail !== error.message)
+      .filter((step) => step.state !== "skipped")
       .map((step) =>
         make(
           "li",
           { className: step.state },
           make("b", { textContent: MARKS[step.state], "aria-label": WORDS[step.state] }),
           make("span", { textContent: step.name }),
-          make("span", { textContent: step.detail }),
-          ...(step.fix ? [make("p", { className: "fix", textContent: step.fix })] : []),
+          make("span", { textContent: error.message.endsWith(step.detail) ? "" : step.detail }), // said above
+          ...(step.fix ? [make("p", { className: "fix" }, "Try: ", ...withCommand(step.fix))] : []),
         ),
       );
     return [
@@ -146,4 +146,19 @@ export class Part {
         : []),
     ];
   }
+}
+
+/**
+ * An advice; a command at its end can be copied.
+ * @param {string} advice
+ */
+function withCommand(advice) {
+  const command = /: (elib .+)$/.exec(advice)?.[1] ?? "";
+  if (!command || !navigator.clipboard) return [advice]; // browsers copy only on pages of this computer
+  return [
+    advice.slice(0, -command.length),
+    make("code", { textContent: command }),
+    " ",
+    button("Copy", () => navigator.clipboard.writeText(command), { "aria-label": "copy the command" }),
+  ];
 }

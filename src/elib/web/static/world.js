@@ -31,6 +31,7 @@ export class Part {
   /** @param {HTMLElement} box @param {Remote | null} robot the robot of this page; null for all @param {App} app */
   constructor(box, robot, app) {
     this.app = app;
+    this.title = make("h2", { textContent: robot ? "Path" : "" });
     this.model = new Model();
     /** @type {Map<string, Request | null>} */
     this.queued = new Map();
@@ -48,7 +49,7 @@ export class Part {
       "aria-label": "thing in the world",
       onchange: () => this.select(this.model.find(this.list.value)),
     });
-    this.pauseButton = button("Pause", () => this.send({ do: this.isPaused ? "resume" : "pause" }), {
+    this.pauseButton = button("Pause world", () => this.send({ do: this.isPaused ? "resume" : "pause" }), {
       title: "The world stands still, and the robots' firmware with it. Programs outside get no answers meanwhile.",
     });
     this.stepButton = button("Step", () => this.send({ do: "step", seconds: STEP }), {
@@ -69,8 +70,9 @@ export class Part {
       app.connection.tell("rays", { on: choices.rays });
     };
     this.removeButton = button("Delete", () => this.remove(), { title: "Take the selected box or wall away" });
-    this.arena = new Arena(this.canvas, this.model);
+    this.arena = new Arena(this.canvas, this.model, app.hello?.ring.leds ?? []);
     this.hand = new Hand(this);
+    for (const name of ["focus", "blur"]) this.canvas.addEventListener(name, () => this.sayArrows());
     const detail = make("aside", { className: "detail", id: "world-detail", "aria-label": "what is selected" });
     this.details = new Details(detail, this);
     const stage = make(
@@ -84,7 +86,7 @@ export class Part {
     const map = make("div");
     this.path = robot ? new Path(map, app) : null;
     this.map = map;
-    box.append(this.live, map);
+    box.append(this.title, this.live, map);
     this.watch = new ResizeObserver(() => this.redress());
     this.watch.observe(this.canvas);
     this.theme = new MutationObserver(() => this.redress());
@@ -177,10 +179,15 @@ export class Part {
 
   /** @param {Scene | null} scene */
   enter(scene) {
-    this.live.hidden = !scene;
-    this.map.hidden = scene !== null;
+    // After a disconnect the world stays as it was seen last; nothing can be done in it.
+    const isLive = scene !== null || (this.path !== null && this.model.scene !== null);
+    this.live.hidden = !isLive;
+    this.live.inert = !scene;
+    this.map.hidden = isLive;
+    this.title.textContent = isLive ? `World: ${(scene ?? this.model.known).world}` : "Path";
     if (!scene) {
-      this.model.scene = null;
+      if (isLive) say(this.time, "disconnected");
+      else this.model.scene = null;
       return;
     }
     this.model.setScene(scene);
@@ -219,7 +226,7 @@ export class Part {
 
   sayClock() {
     const { paused, speed, fixed } = this.model.known.clock;
-    say(this.pauseButton, paused ? "Continue" : "Pause");
+    say(this.pauseButton, paused ? "Continue world" : "Pause world");
     this.stepButton.disabled = !paused;
     this.speed.disabled = fixed !== "";
     this.speed.title = fixed ? `The speed cannot be changed: ${fixed}` : "Programs keep their own time";
@@ -265,7 +272,19 @@ export class Part {
     this.app.connection.tell("watch", { index: thing?.kind === "robot" ? thing.index : null });
     if (thing?.kind === "robot" && this.arena.followed !== null) this.follow(thing.index);
     this.details.show(thing);
+    this.sayArrows();
     if (this.model.frame) this.arena.draw();
+  }
+
+  get isOwnSelected() {
+    return this.arena.selected?.key === `robot:${this.model.scene?.own}`;
+  }
+
+  /** Tell the pad what the arrow keys move while the world has the focus; nothing is the robot of this page. */
+  sayArrows() {
+    const moved = this.arena.selected?.name ?? "the view",
+      detail = document.activeElement === this.canvas && !this.isOwnSelected ? moved : "";
+    window.dispatchEvent(new CustomEvent("elib-arrows", { detail }));
   }
 
   get robotToFollow() {
