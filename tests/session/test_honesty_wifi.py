@@ -11,9 +11,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_honesty import LEAST_SILENCE, gaps, timeouts
 
-from elib.errors import LinkError, LinkLost, ReplyTimeout
+from elib.errors import LinkError, LinkLost, LinkNotFound, ReplyTimeout
+from elib.robot.reconnect import Policy, Reconnector
+from elib.session import Session
 from elib.testing import simulated
-from wifi_robot import Fault, WifiRig, wifi_rig
+from wifi_robot import Air, Fault, WifiRig, WifiRobot, wifi_pair, wifi_rig
 
 SCHEDULES = int(os.environ.get("ELIB_SCHEDULES", "100"))
 """Schedules a test tries; set ELIB_SCHEDULES for a long run."""
@@ -83,13 +85,18 @@ def check(rig: WifiRig, honest: HonestRig, script: Sequence[Call]) -> None:
     assert rig.robot.discarded == 0
 
 
+def steps(args: Sequence[object]) -> list[int]:
+    """Return speeds in rev/s as steps/s."""
+    return [round(1000 * float(cast("float", arg))) for arg in args]
+
+
 def check_act(once: Once, honest: HonestRig, outcome: Outcome) -> None:
     began, ended = outcome.called - honest.origin - 1e-9, outcome.ended - honest.origin + 1e-9
     match outcome.name:
         case "set_speed":
             # A newer speed, or a stop, may have taken its place: all of them get the outcome of the newest.
             later = [o for o in honest.outcomes if o.called >= outcome.called and o.name in ("set_speed", "stop")]
-            speeds = [tuple(round(1000 * float(cast("float", arg))) for arg in o.args) or (0, 0) for o in later]
+            speeds = [tuple(steps(o.args)) or (0, 0) for o in later]
             assert any(once.count("drive", speed, began, ended) for speed in speeds), f"{outcome}: nothing was driven"
         case "set_encoders":
             assert once.count("steps", outcome.args, began, ended) >= 1, outcome
@@ -230,3 +237,81 @@ async def test_a_robot_that_is_silent_for_a_while_is_found_again() -> None:
         honest = await play(rig, [("ambient_light", (), 2.0, 0.0, True)])
         honest.check(honest.outcomes[0])
         assert honest.outcomes[0].error is None
+
+
+# -- a robot that comes back -------------------------------------------------------------------------------------------
+
+breaks = st.lists(
+    st.tuples(st.sampled_from([0.01, 0.02, 0.05, 0.3, 1.0, 2.0]), st.sampled_from(["cut", "clear", "noise"])),
+    max_size=6,
+)
+"""What happens to the link: a pause, s, and the event after it."""
+
+
+@schedule
+@given(
+    st.lists(calls(), min_size=1, max_size=8),
+    st.lists(faults, max_size=6),
+    breaks,
+    st.sampled_from(["wait", "fail"]),
+)
+def test_a_link_that_breaks_and_comes_back_gives_the_right_value_or_an_error(
+    script: list[Call], faults: list[Fault], plan: list[tuple[float, str]], during_gap: str
+) -> None:
+    @simulated
+    async def story() -> None:
+        robot = WifiRobot()
+        airs: list[Air] = []
+        opened: list[float] = []
+        is_clear = True
+
+        async def start() -> Session:
+            if not is_clear:
+                raise LinkNotFound("out of range")
+            near, far = wifi_pair()
+            airs.append(Air(robot, far, 0.005))
+            opened.append(robot.clock)
+            return await Session.open(near)
+
+        async def break_link() -> None:
+            nonlocal is_clear
+            for pause, what in plan:
+                await asyncio.sleep(pause)
+                if what == "noise":
+                    airs[-1].far.send_nowait(b"\x00")
+                else:
+                    is_clear = what == "clear"
+                    if not is_clear:
+                        airs[-1].cut()
+            is_clear = True
+
+        policy = Policy(during_gap=during_gap, give_up_after=20.0)  # type: ignore[arg-type]
+        channel = await Reconnector("wifi://robot", start, policy).open()
+        airs[0].up_faults.extend(faults)
+        airs[0].down_faults.extend(faults)
+        rig = WifiRig(robot, airs[0], channel)  # type: ignore[arg-type]
+        breaking = asyncio.ensure_future(break_link())
+        try:
+            honest = await play(rig, script)
+        finally:
+            breaking.cancel()
+            await asyncio.gather(breaking, return_exceptions=True)
+            await channel.close()
+            for air in airs:
+                air.cut()
+            await robot.close()
+        assert len(honest.outcomes) == len(script)
+        for outcome in honest.outcomes:
+            honest.check(outcome)
+        for time, kind, speed in robot.acts:
+            if kind == "drive" and speed != (0, 0):
+                link = max(began for began in opened if began <= time)
+                assert any(
+                    outcome.ended - honest.origin >= link
+                    for outcome in honest.outcomes
+                    if outcome.name == "set_speed" and speed == tuple(steps(outcome.args))
+                ), f"driven at {speed} on a link on which no call asked for it"
+        assert robot.wrong == []
+        assert len(asyncio.all_tasks()) == 1, asyncio.all_tasks()
+
+    story()
