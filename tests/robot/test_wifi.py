@@ -362,6 +362,40 @@ def test_a_stream_that_stops_is_told_with_the_readings_that_there_were(patched: 
     story()
 
 
+def test_a_robot_that_is_switched_off_ends_the_watch_though_its_connection_stays(
+    patched: pytest.MonkeyPatch,
+) -> None:
+    @simulated
+    async def story() -> None:
+        async with place(patched) as there, elib.open("wifi://robot") as robot:
+            began = robot.time
+            with pytest.raises(LinkLost, match="sent nothing for"):
+                async for _ in robot.watch("image"):
+                    there.robot.is_silent = True
+            assert robot.time - began < 10
+
+    story()
+
+
+def test_a_late_packet_is_not_taken_for_a_late_answer_and_the_stream_is_not_kept(
+    patched: pytest.MonkeyPatch,
+) -> None:
+    @simulated
+    async def story() -> None:
+        async with place(patched) as there, elib.open("wifi://robot") as robot:
+            events = robot.events
+            there.robot.is_frozen = True
+            with pytest.raises(ReplyTimeout):
+                await robot.within(0.1).selector()
+            await asyncio.sleep(5)
+            assert not events._late_answers._heard
+            there.robot.is_frozen = False
+            await robot.selector()
+            assert events.recent == ()
+
+    story()
+
+
 def test_a_lost_link_ends_the_watch_with_its_reason(patched: pytest.MonkeyPatch) -> None:
     @simulated
     async def story() -> None:

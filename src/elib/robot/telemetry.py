@@ -168,10 +168,19 @@ class Telemetry:
                         await self._changed.wait()
                         continue
                 self._report_silence(robot)
+                if not self._came:
+                    await self._ask(robot)
         finally:
             with contextlib.suppress(ValueError):  # a hook that raised was removed
                 robot.session.hooks.remove(take)
             robot.session.stream(sensors=None, images=False)
+
+    async def _ask(self, robot: Robot) -> None:
+        """Ask a robot that has become silent for something: if it takes no command either, the session gives it up."""
+        try:
+            await robot.execute(SPECS["selector"].request(robot.context), POLL_TIMEOUT)
+        except ElibError as error:
+            _raise_if_over(robot, error)
 
     def _report_silence(self, robot: Robot) -> None:
         """Tell the readers what did not come for a while: with the readings that they had, and the error."""
