@@ -64,6 +64,7 @@ class WifiRobot:
         self.steps = (0, 0)
         self.speed = (0, 0)
         self.adopted: list[bytes] = []
+        self.adopted_at: list[float] = []
         self.discarded = 0
         self.wrong: list[bytes] = []
         self.sent_packets = 0
@@ -114,7 +115,7 @@ class WifiRobot:
 
     async def _cycle(self, command: bytes) -> bytes:
         await asyncio.sleep(SENSOR_CYCLE / 2)
-        if self.is_silent:
+        if self.is_silent or self._air is None or self._air.is_down:
             return command
         whole = len(self._waiting) // 21
         if whole >= 5:
@@ -125,6 +126,7 @@ class WifiRobot:
             new = bytes(self._waiting[:21])
             del self._waiting[:21]
             self.adopted.append(new)
+            self.adopted_at.append(self.clock)
             if new[0] != 0x80:
                 self.wrong.append(new)
             if new[0] == 0x80 or command:

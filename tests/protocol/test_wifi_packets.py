@@ -348,6 +348,7 @@ def test_readings_are_events_only_while_they_are_watched() -> None:
         (b"\x80", "unknown kind 0x80"),
         (b"v,Version", "unknown kind 0x76"),
         (b"\x03", "nothing asked for"),
+        (b"\x02" + bytes(37) + b"\x00\x10" + bytes(65), "infrared sensor at 4096 counts"),
         (b"\x02" + bytes(89) + b"\x10" + bytes(14), "selector 16"),
         (b"\x02" + bytes(102) + b"\x02\x00", "button 2"),
         (b"\x02" + bytes(103) + b"\x02", "spare byte 2"),

@@ -11,6 +11,8 @@ from itertools import pairwise
 import pytest
 
 import elib
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkLost, NotAnEpuck, ReplyTimeout, RobotSilent, Unsupported
 from elib.protocol.profiles import EPUCK2_WIFI
 from elib.robot import link as robot_link
@@ -454,6 +456,48 @@ def test_bytes_out_of_step_open_a_new_connection(patched: pytest.MonkeyPatch) ->
 # -- over TCP ----------------------------------------------------------------------------------------------------------
 
 
+@contextlib.asynccontextmanager
+async def served() -> AsyncIterator[tuple[str, list[object]]]:
+    """Serve a virtual robot over TCP; yield its URL and its motors."""
+    motors: list[object] = []
+
+    def meet(control: object) -> None:
+        motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # type: ignore[attr-defined]
+
+    settings = SimulationSettings.from_text("arena", {"firmware": "epuck2-wifi"})
+    async with serve(settings, wifi="127.0.0.1:0", control=meet) as robots:
+        yield robots[0].url, motors
+
+
+async def until_standing(motors: list[object]) -> None:
+    async with asyncio.timeout(20):
+        while not any(motor.speed for motor in motors):  # type: ignore[attr-defined]  # noqa: ASYNC110
+            await asyncio.sleep(0.001)  # the empty packet leaves before the main processor has the speeds
+        while any(motor.speed for motor in motors):  # type: ignore[attr-defined]  # noqa: ASYNC110
+            await asyncio.sleep(0.01)
+
+
+@pytest.mark.slow
+def test_a_program_that_was_frozen_does_not_drive_on_with_its_next_lamp() -> None:
+    async def main() -> None:
+        async with served() as (url, motors):
+            outside = asyncio.get_running_loop()
+
+            async def drive(robot: elib.Epuck) -> None:
+                await robot.set_speed(0.4, 0.4)
+                asyncio.run_coroutine_threadsafe(until_standing(motors), outside).result(20)  # blocks this loop
+                await robot.set_body_led(1)
+                await robot.proximity()
+                assert not any(motor.speed for motor in motors)  # type: ignore[attr-defined]
+                await robot.set_speed(0.3, 0.3)
+                await robot.proximity()
+                assert any(motor.speed for motor in motors)  # type: ignore[attr-defined]
+
+            await asyncio.to_thread(elib.run, drive, robot=url, watchdog=True)
+
+    asyncio.run(main())
+
+
 PROGRAM = """
 import os, sys, elib
 robot = elib.connect(sys.argv[1], watchdog=True)
@@ -464,30 +508,21 @@ print("driving", flush=True)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("end", ["os._exit(3)", "import time; time.sleep(3); os._exit(0)"])
+@pytest.mark.parametrize("end", ["os._exit(3)", "os.kill(os.getpid(), 19)"])
 def test_the_watchdog_stops_a_robot_on_wifi(end: str) -> None:
-    from elib.emulator.server import serve
-    from elib.emulator.settings import SimulationSettings
-
     async def main() -> None:
-        motors: list[object] = []
-
-        def meet(control: object) -> None:
-            motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # type: ignore[attr-defined]
-
-        settings = SimulationSettings.from_text("arena", {"firmware": "epuck2-wifi"})
-        async with serve(settings, wifi="127.0.0.1:0", control=meet) as served:
+        async with served() as (url, motors):
             process = await asyncio.create_subprocess_exec(
-                sys.executable, "-c", PROGRAM.format(end=end), served[0].url, stdout=subprocess.PIPE
+                sys.executable, "-c", PROGRAM.format(end=end), url, stdout=subprocess.PIPE
             )
             assert process.stdout is not None
             assert await process.stdout.readline() == b"driving\n"
-            async with asyncio.timeout(2.0 if "_exit(0)" in end else 20.0):
-                while any(motor.speed for motor in motors):  # type: ignore[attr-defined]  # noqa: ASYNC110
-                    await asyncio.sleep(0.01)
+            await until_standing(motors)
+            if "kill" in end:
+                assert process.returncode is None, "it is suspended"
+                process.kill()
             await process.wait()
-            async with asyncio.timeout(20):
-                async with elib.open(served[0].url) as robot:
-                    assert (await robot.selector()).position == 15
+            async with asyncio.timeout(20), elib.open(url) as robot:
+                assert (await robot.selector()).position == 15
 
     asyncio.run(main())

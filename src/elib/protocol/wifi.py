@@ -77,6 +77,10 @@ PAYLOAD = {IMAGE: COLUMNS * ROWS * 2, SENSORS: SENSORS_PACKET.size, EMPTY: 0}
 """Bytes behind the first one, by the kind of the packet."""
 SELECTOR_AT, BUTTON_AT, SPARE_AT = 89, 102, 103
 """Where these bytes are in the payload of a sensor packet."""
+_INFRARED, INFRARED_AT = struct.Struct("<16H"), 37
+"""The proximity and the ambient light, and where they are."""
+MOST_COUNTS = 4095
+"""The converter has 12 bits."""
 
 
 def check_sensors(payload: bytes | bytearray, start: int = 0) -> None:
@@ -90,6 +94,9 @@ def check_sensors(payload: bytes | bytearray, start: int = 0) -> None:
         raise RemoteProtocolError(
             f"a sensor packet has selector {selector}, button {button} and spare byte {spare}: it is out of step"
         )
+    highest = max(_INFRARED.unpack_from(payload, start + INFRARED_AT))
+    if highest > MOST_COUNTS:
+        raise RemoteProtocolError(f"a sensor packet has an infrared sensor at {highest} counts: it is out of step")
 
 
 def sensors_of(payload: bytes | bytearray, start: int, context: Context) -> v.Sensors:

@@ -9,7 +9,7 @@ was applied, and what comes behind the run was made after it.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from elib.errors import LocalProtocolError, RemoteProtocolError
@@ -90,9 +90,6 @@ class WifiConnection:
 
     is_stream = True
     """Whether bytes come all the time, so that silence says that the link is stuck."""
-    needs_silence = False
-    is_overtaken = False
-    probe_answer_bytes = 0
 
     def __init__(self, context: Context) -> None:
         self.context = context
@@ -177,10 +174,6 @@ class WifiConnection:
         self._note_sent(data, None)
         self.is_tidying = True
         return data
-
-    def resync(self, avoid: Collection[str] = ()) -> bytes:
-        """Return nothing: the markers return by themselves."""
-        return b""
 
     def close(self) -> None:
         """End the connection; bytes that come are ignored."""

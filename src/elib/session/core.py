@@ -402,9 +402,9 @@ class Session:
         await self._resync.run(lambda: self._queue.next_name)
         if is_tidying:
             return  # nothing was out of sync: the robot took a change of its stream
-        dropped = self._connection.received_bytes - self._received_out_of_sync - self._connection.probe_answer_bytes
-        if self._connection.is_stream:
-            dropped = 0  # the stream goes on, and its packets are right
+        dropped = 0  # of a stream: it goes on, and its packets are right
+        if isinstance(self._connection, HostConnection):
+            dropped = self._connection.received_bytes - self._received_out_of_sync - self._connection.probe_answer_bytes
         self._received_out_of_sync = self._connection.received_bytes
         self.counter.resyncs += 1
         if self.hooks:
