@@ -221,11 +221,12 @@ class Epuck(Linked, Actions, AsyncStyle):
         """Return snapshots of the readings, as they come: ``async for snapshot in robot.watch("proximity"): ...``.
 
         All watchers of a robot share one poller, which has one request on the wire at most. A slow watcher misses
-        snapshots, and a slow link makes them rarer; neither delays anything else.
+        snapshots, and a slow link makes them rarer; neither delays anything else. Over Wi-Fi nothing is asked: the
+        robot streams its sensors, and pictures while they are watched.
 
         Args:
             names: Readings of ``sensors()``, and ``image``; without names, all that the firmware has except ``image``.
-            rate: Snapshots a second, 0.001 to 1000 Hz.
+            rate: Snapshots a second, 0.001 to 1000 Hz; over Wi-Fi the most of them, and every picture makes one.
 
         Raises:
             ArgumentError: There is no such reading, or the rate is out of its range.
