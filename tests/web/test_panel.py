@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.errors import ArgumentError
+from elib.errors import ArgumentError, LinkClosed
 from elib.testing import simulated
 from elib.web.panel import LONGEST_NAME, LONGEST_URL, MOST_ROBOTS, Panel
 from elib.web.recents import Recents
@@ -283,6 +283,18 @@ async def test_leds_that_blink_show_what_they_showed_also_when_the_page_is_close
     await asyncio.sleep(4)
     assert slot.context is not None
     assert slot.context.last_set.lamps[:8] == [0, 0, 0, 1, 0, 0, 0, 0]
+    await panel.close()
+
+
+@simulated
+async def test_a_robot_that_is_disconnected_while_it_blinks_says_so_to_who_waits_for_it() -> None:
+    panel = Panel()
+    (slot,) = await connected(panel, SIM)
+    blinking = asyncio.ensure_future(slot.blink())
+    await asyncio.sleep(0.2)
+    await slot.disconnect()
+    with pytest.raises(LinkClosed, match="disconnected"):
+        await blinking
     await panel.close()
 
 

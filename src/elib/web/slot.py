@@ -402,18 +402,21 @@ class Slot:
             for name, arguments in restoring_calls(before):
                 await self.command(name, *arguments)
 
-    def blink(self) -> asyncio.Future[object]:
+    async def blink(self) -> None:
         """Let all LEDs blink for about two seconds, then show what they showed before.
 
-        It goes on when the task that waits for the returned future is cancelled, as when a page was closed.
+        It goes on when the task that waits here is cancelled, as when a page was closed.
 
         Raises:
-            ElibError: The robot did not confirm a command.
+            ElibError: The robot did not confirm a command, or was disconnected meanwhile.
         """
         blinking = self._begin(self._blink())
         # A page that was closed meanwhile does not ask any more how it ended.
         blinking.add_done_callback(lambda task: task.cancelled() or task.exception())
-        return asyncio.shield(blinking)
+        await asyncio.wait([blinking])
+        if blinking.cancelled():
+            raise LinkClosed(f"{self.name} was disconnected while it was to blink")
+        blinking.result()
 
     async def _blink(self) -> None:
         before = copy.deepcopy(self.robot.context.last_set)
