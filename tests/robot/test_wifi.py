@@ -18,7 +18,7 @@ from elib.protocol.profiles import EPUCK2_WIFI
 from elib.robot import link as robot_link
 from elib.robot.link import stop_bytes
 from elib.robot.snapshot import SENSORS
-from elib.testing import simulated
+from elib.testing import simulated, simulation_of
 from elib.transport.base import Transport
 from elib.transport.memory import MemoryTransport
 from wifi_robot import Air, Fault, WifiRobot, wifi_pair
@@ -524,5 +524,26 @@ def test_the_watchdog_stops_a_robot_on_wifi(end: str) -> None:
             await process.wait()
             async with asyncio.timeout(20), elib.open(url) as robot:
                 assert (await robot.selector()).position == 15
+
+    asyncio.run(main())
+
+
+@pytest.mark.slow
+def test_a_watch_waits_with_a_paused_world() -> None:
+    async def main() -> None:
+        async with elib.open("sim://arena?firmware=epuck2-wifi") as robot, robot.watch("proximity") as snapshots:
+            assert await snapshots.take() is not None
+            simulation = simulation_of(robot)
+            simulation.pause()
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(0.1):
+                    await snapshots.take()
+            with pytest.raises(TimeoutError):
+                async with asyncio.timeout(2.5):
+                    await snapshots.take()
+            simulation.resume()
+            snapshot = await snapshots.take()
+            assert snapshot is not None
+            assert snapshot.error is None
 
     asyncio.run(main())

@@ -167,6 +167,8 @@ class Telemetry:
                     async with asyncio.timeout(POLL_TIMEOUT):
                         await self._changed.wait()
                         continue
+                if getattr(robot.session.transport, "is_paused", False):
+                    continue  # the world of a virtual robot stands still
                 self._report_silence(robot)
                 if not self._came:
                     await self._ask(robot)
