@@ -4,11 +4,12 @@ import struct
 
 import pytest
 
-from elib.emulator.firmware import FIRMWARES
+from elib.emulator.firmware import FIRMWARES, WIFI_FIRMWARES
 from elib.emulator.firmware.bootloader import ProgramMemory
 from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.timing import LINE_ONLY
 from elib.errors import ArgumentError
+from elib.protocol import profiles
 from elib.protocol.profiles import profile_named
 from elib.protocol.robot_connection import RobotConnection
 from elib.testing import EmulatedRobot
@@ -205,3 +206,7 @@ def test_a_connection_is_told_every_length() -> None:
     lengths = FIRMWARES["epuck2"](FixedHardware(firmware="epuck2"), LINE_ONLY).LENGTHS
     assert (lengths[0xF7], lengths[0xF6], lengths[0xA7], lengths[0x89], lengths[0xB2]) == (19, 12, 2, 35, 0)
     assert RobotConnection(lengths).is_between_commands
+
+
+def test_every_firmware_that_the_host_knows_is_emulated() -> None:
+    assert {*FIRMWARES, *WIFI_FIRMWARES} == set(profiles.FIRMWARES)

@@ -324,3 +324,22 @@ def test_a_paused_world_sends_nothing_and_goes_on_after_the_pause() -> None:
         await transport.close()
 
     asyncio.run(story())
+
+
+@simulated
+async def test_led2_can_be_seen_in_the_world() -> None:
+    transport = await opened()
+    world = transport.simulation.world
+    assert world is not None
+
+    def led2() -> str:
+        return str(world.snapshot().robots[0].lamps.ring[1])
+
+    assert led2() == "#00ff00"
+    await transport.write(command(2))
+    seen = set()
+    for _ in range(50):
+        await arrivals(transport, 0.003)
+        seen.add(led2())
+    assert seen == {"#00ff00", "#0000ff", "#000000"}
+    await transport.close()

@@ -159,13 +159,13 @@ class WifiEmulator(Emulator):
 
     def connect(self, time: float) -> None:
         """Let a client connect at *time*, s; what the robot sends from now on is for this one."""
-        self._now = max(self._now, time)
+        self._touch(time)
         self._newest = Connection()
         self._waiting.append(self._newest)
 
     def end_of_input(self, time: float) -> None:
         """Let the client send nothing more, at *time*, s; it still reads."""
-        self._now = max(self._now, time)
+        self._touch(time)
         self._newest.is_ended = True
 
     def disconnect(self, time: float, *, reset: bool = False) -> None:
@@ -176,7 +176,7 @@ class WifiEmulator(Emulator):
             reset: Whether the connection breaks at once. Otherwise it is closed in good order, and the robot notices
                 when it sends.
         """
-        self._now = max(self._now, time)
+        self._touch(time)
         self._newest.is_ended = self._newest.is_closed = True
         if reset:
             self._newest.is_reset = True
@@ -184,13 +184,13 @@ class WifiEmulator(Emulator):
         self._newest.unacknowledged = 0
 
     def acknowledge(self, count: int, time: float) -> None:
-        """Free *count* bytes of the send buffer at *time*, s: the client has them."""
-        self._now = max(self._now, time)
+        """Free *count* bytes of the send buffer, at least one, at *time*, s: the client has them."""
+        self._touch(time)
         self._newest.unacknowledged = max(0, self._newest.unacknowledged - count)
 
     def receive(self, data: bytes, time: float) -> None:
         """Hand *data* from the client to the robot at *time*, s."""
-        self._now = max(self._now, time)
+        self._touch(time)
         if not self._is_hung:
             self._newest.received += data
 
@@ -200,7 +200,8 @@ class WifiEmulator(Emulator):
         Returns:
             What the robot has sent to the newest client up to then, in order.
         """
-        self._run_tasks()
+        if self._is_touched:
+            self._run_tasks()
         event = self._next_task()
         while event <= time:
             self._now = max(self._now, event)
@@ -215,7 +216,7 @@ class WifiEmulator(Emulator):
     @property
     def due(self) -> float | None:
         """When :meth:`advance` has something to do next, s; None while only a client can change that."""
-        if self._packets or any(task.condition is not None and task.condition() for task in self._tasks):
+        if (self._packets or self._is_touched) and not self._is_hung:
             return self._now
         event = self._next_task()
         return None if event == inf else event
@@ -253,6 +254,7 @@ class WifiEmulator(Emulator):
         self._picture: bytes | None = None
         self._films = False
         self.is_stuck = False
+        self._is_touched = True
         self._count = 0
         self._show(DARK)
         self._tasks = (
@@ -282,10 +284,17 @@ class WifiEmulator(Emulator):
         self._hear(super().advance(self._now))
         while any(task.run(self._now) for task in self._tasks):
             pass
+        self._is_touched = False
 
     def _hear(self, chunks: list[Chunk]) -> None:
         for chunk in chunks:
             self._heard += chunk.data
+            self._is_touched = True
+
+    def _touch(self, time: float) -> None:
+        """Let the tasks look at *time*, s, whether they can go on: something has come from outside."""
+        self._now = max(self._now, time)
+        self._is_touched = True
 
     def _sleep(self, seconds: float) -> Wait:
         return self._now + seconds, None

@@ -118,6 +118,6 @@ class EmulatedRobot:
     def _advance(self, time: float) -> bytes:
         self._now = max(self._now, time)
         data = b"".join(chunk.data for chunk in self._emulator.advance(self._now))
-        if isinstance(self._emulator, WifiEmulator):
+        if data and isinstance(self._emulator, WifiEmulator):
             self._emulator.acknowledge(len(data), self._now)
         return data
