@@ -44,7 +44,7 @@ MOST_ADDRESSES = 1024
 AT_ONCE = 64
 """Addresses that are asked at the same time: a home router loses packets if there are many more."""
 CONNECTING = 1.0
-"""s for an address of the network: most of them belong to no device, and a robot in the same network answers in 0.1 s."""
+"""s for an address of the network. Most belong to no device, and a robot in the same network answers in 0.1 s."""
 _FAR_AWAY = "192.0.2.1"
 """An address that no computer has (RFC 5737); the system says which of its own it would use to get there."""
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import signal
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator
@@ -524,6 +525,72 @@ def test_the_watchdog_stops_a_robot_on_wifi(end: str) -> None:
             await process.wait()
             async with asyncio.timeout(20), elib.open(url) as robot:
                 assert (await robot.selector()).position == 15
+
+    asyncio.run(main())
+
+
+BUSY = """
+import asyncio, os, sys, time, elib
+
+async def main():
+    async with elib.open(sys.argv[1], watchdog="watchdog" in sys.argv) as robot:
+        await robot.set_speed(0.4, 0.4)
+
+        async def look():
+            async for snapshot in robot.watch("image"):
+                pass
+
+        looking = asyncio.create_task(look()) if "pictures" in sys.argv else None
+        await asyncio.sleep(0.5)
+        print("driving", flush=True)
+        if "blocks" in sys.argv:
+            time.sleep(20)
+        await asyncio.sleep(20)
+
+asyncio.run(main())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("words", "number"),
+    [
+        ("blocks", signal.SIGINT),
+        ("blocks", signal.SIGTERM),
+        ("pictures", signal.SIGINT),
+        ("pictures", signal.SIGQUIT),
+        ("pictures", signal.SIGTSTP),
+        ("pictures blocks", signal.SIGINT),
+        ("pictures blocks", signal.SIGTSTP),
+        ("pictures blocks", signal.SIGQUIT),
+        ("pictures watchdog", signal.SIGSTOP),
+        ("pictures watchdog", signal.SIGKILL),
+        ("pictures blocks watchdog", 0),
+    ],
+)
+def test_a_program_on_wifi_that_is_ended_suspended_or_frozen_leaves_a_robot_that_stands(
+    words: str, number: int
+) -> None:
+    async def main() -> None:
+        async with served() as (url, motors):
+            process = await asyncio.create_subprocess_exec(
+                sys.executable, "-c", BUSY, url, *words.split(), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+            )
+            assert process.stdout is not None
+            assert await process.stdout.readline() == b"driving\n"
+            assert any(motor.speed for motor in motors)  # type: ignore[attr-defined]
+            if "blocks" in words:
+                await asyncio.sleep(2)  # what it does not read fills the connection
+            if number:
+                process.send_signal(number)
+            async with asyncio.timeout(4):
+                while any(motor.speed for motor in motors):  # type: ignore[attr-defined]  # noqa: ASYNC110
+                    await asyncio.sleep(0.01)
+            await asyncio.sleep(0.5)
+            assert not any(motor.speed for motor in motors)  # type: ignore[attr-defined]
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
+            await process.communicate()
 
     asyncio.run(main())
 

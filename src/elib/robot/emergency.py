@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import signal
+import socket
 from collections.abc import Callable
 
 from elib.errors import Unsupported
 from elib.robot.watchdog import BEAT_EVERY, WATCHDOG, is_supported
-from elib.robot.watchdog_process import SILENCE, write_now
-from elib.session import Channel, Ending, SessionOpened, TraceEvent
+from elib.robot.watchdog_process import SILENCE, end_streams, write_now
+from elib.session import Channel, Ending, Received, SessionOpened, TraceEvent
+
+ESTABLISHED = 1
+"""The state of an open connection, first byte of ``TCP_INFO`` (Linux: tcp(7))."""
 
 
 class EmergencyStop:
@@ -30,6 +35,9 @@ class EmergencyStop:
         self._key: int | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._last_beat = 0.0
+        self._has_ended_stream = False
+        if self._streams and not is_watched:
+            channel.hooks.append(self._check_stream)
         if is_watched:
             self._guard()
             channel.hooks.append(self._follow)
@@ -40,12 +48,19 @@ class EmergencyStop:
             channel.hooks.append(self._follow)
         OPEN_STOPS.add(self)
 
-    def stop(self) -> None:
-        """Tell the robot to stop. Any thread, and a signal handler, may call this."""
+    def stop(self) -> int | None:
+        """Tell the robot to stop. Any thread, and a signal handler, may call this.
+
+        Returns:
+            The descriptor of a robot on Wi-Fi, whose connection the caller has to end by :func:`end_streams`.
+        """
         number = self._number
-        if number is not None:
-            write_now(number, self._data())
-            self._note_stop()
+        if number is None:
+            return None
+        write_now(number, self._data())
+        self._note_stop()
+        self._has_ended_stream = self._streams
+        return number if self._streams else None
 
     def stop_in_loop(self) -> None:
         """Tell the robot to stop, in its event loop: there no call takes the stop's answer for its own."""
@@ -67,12 +82,32 @@ class EmergencyStop:
             context.sent = self._stop()
 
     @property
+    def _streams(self) -> bool:
+        return self._channel.context.profile.codec == "wifi"
+
+    def _check_stream(self, time: float, event: TraceEvent) -> None:
+        """Give a connection up from which :meth:`stop`, or the watchdog of a frozen program, has read."""
+        if isinstance(event, SessionOpened):
+            self._has_ended_stream = False
+        elif isinstance(event, Received) and self._streams:
+            number, was_frozen = self._number, self._beats and time - self._last_beat >= SILENCE
+            if self._has_ended_stream or (was_frozen and number is not None and is_ended(number)):
+                lose = getattr(self._channel.transport, "lose", None)
+                if lose is not None:
+                    lose(
+                        f"{self._channel.transport.url}: the robot was stopped past this program, which was busy or "
+                        "frozen, and what it sent meanwhile is lost",
+                        hint="open it again, or use elib.reconnecting()",
+                    )
+
+    @property
     def _number(self) -> int | None:
         fileno = getattr(self._channel.transport, "fileno", None)
         return None if fileno is None else fileno()
 
     def _follow(self, time: float, event: TraceEvent) -> None:
         """Release a line before it is closed, and guard the next one."""
+        self._check_stream(time, event)
         if isinstance(event, Ending):
             self._release()
         elif isinstance(event, SessionOpened):
@@ -82,7 +117,7 @@ class EmergencyStop:
     def _guard(self) -> None:
         number = self._number
         if number is not None:
-            self._key = WATCHDOG.guard(number, self._data(), beats=self._beats)
+            self._key = WATCHDOG.guard(number, self._data(), beats=self._beats, streams=self._streams)
             if self._beats:
                 self._last_beat = self.loop.time()
                 self._beat()
@@ -110,6 +145,14 @@ OPEN_STOPS: set[EmergencyStop] = set()
 
 def stop_at_once(loop: asyncio.AbstractEventLoop | None = None) -> None:
     """Tell the robots of *loop*, or all robots, to stop, past their queues and without their event loops."""
-    for each in tuple(OPEN_STOPS):
-        if loop is None or each.loop is loop:
-            each.stop()
+    streams = [each.stop() for each in tuple(OPEN_STOPS) if loop is None or each.loop is loop]
+    end_streams([number for number in streams if number is not None])
+
+
+def is_ended(number: int) -> bool:
+    """Return whether a TCP connection was ended on this side; True if the system does not tell."""
+    try:
+        with socket.socket(fileno=os.dup(number)) as line:
+            return line.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 1)[0] != ESTABLISHED
+    except (AttributeError, OSError):
+        return True

@@ -112,7 +112,10 @@ class Signals:
     def _suspend_in(self, loop: asyncio.AbstractEventLoop, number: int) -> None:
         if self._is_suspending and threading.current_thread() is threading.main_thread():
             for each in tuple(OPEN_STOPS):
-                each.stop_in_loop() if each.loop is loop else each.stop()
+                if each.loop is loop:
+                    each.stop_in_loop()
+            for other in {each.loop for each in OPEN_STOPS} - {loop}:
+                stop_at_once(other)
             self._stand_still(number)
 
     def _suspend_anyway(self, number: int) -> None:

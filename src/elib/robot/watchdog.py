@@ -47,13 +47,14 @@ class Watchdog:
         self._watched: set[int] = set()
         self._line: socket.socket | None = None
 
-    def guard(self, number: int, data: bytes, *, beats: bool) -> int:
+    def guard(self, number: int, data: bytes, *, beats: bool, streams: bool = False) -> int:
         """Stop the robot at the other end of a line when the program dies.
 
         Args:
             number: The descriptor of the line.
             data: The bytes that stop the robot.
             beats: Also stop it when :meth:`beat` was not called for half a second.
+            streams: The robot streams packets, over Wi-Fi. Its connection is ended if it may be stuck.
 
         Returns:
             The key of the robot.
@@ -66,7 +67,7 @@ class Watchdog:
                 self._line = _start()
             key = next(self._keys)
             self._watched.add(key)
-            message = MESSAGE.pack(GUARD if beats else GUARD_DEATH, len(data), key) + data
+            message = MESSAGE.pack(GUARD if beats else GUARD_DEATH, streams, len(data), key) + data
             with contextlib.suppress(OSError):
                 socket.send_fds(self._line, [message], [number])
             return key
@@ -76,7 +77,7 @@ class Watchdog:
         line = self._line
         if line is not None:
             with contextlib.suppress(OSError):
-                line.send(MESSAGE.pack(BEAT, 0, key))
+                line.send(MESSAGE.pack(BEAT, False, 0, key))
 
     def release(self, key: int) -> None:
         """Let the watchdog release a robot's line, so that closing it frees the port."""
@@ -85,7 +86,7 @@ class Watchdog:
                 return
             self._watched.discard(key)
             with contextlib.suppress(OSError):
-                self._line.send(MESSAGE.pack(RELEASE, 0, key))
+                self._line.send(MESSAGE.pack(RELEASE, False, 0, key))
                 if select.select([self._line], [], [], RELEASE_TIME)[0]:
                     self._line.recv(1)
             if not self._watched:

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
+import socket
+import threading
+import time
 
 from elib.errors import ArgumentError
 from elib.transport.stream import StreamTransport
@@ -11,13 +16,35 @@ from elib.transport.url import Scheme, Url
 
 PORT = 1000
 """The port on which the robot serves (wire-protocol.md, 4.1)."""
+TAKING_TIME = 0.3
+"""s in which the robot takes a command: two of its cycles with a picture (wire-protocol.md, 4.4)."""
 _HOST = re.compile(r"\[[0-9a-fA-F:.]+\]|[\w.-]+")
 
 
 class WifiTransport(StreamTransport):
-    """A TCP connection that carries the packets of the e-puck2's Wi-Fi."""
+    """A TCP connection that carries the packets of the e-puck2's Wi-Fi.
+
+    A connection that is closed while packets wait in it is reset, and the robot forgets the commands that it has not
+    taken yet. So the connection outlives its transport for :data:`TAKING_TIME`, read by a thread of its own.
+    """
 
     codec = "wifi"
+
+    def _mark_closed(self) -> None:
+        super()._mark_closed()
+        number = -1 if self._channel is None else self._channel.get_extra_info("socket").fileno()
+        if number >= 0:
+            threading.Thread(target=_outlive, args=(os.dup(number),), name="elib closes Wi-Fi").start()
+
+
+def _outlive(number: int) -> None:
+    """Read and drop what a robot sends for a while, then close the connection."""
+    end = time.monotonic() + TAKING_TIME  # noqa: TID251  # this thread has no event loop
+    with socket.socket(fileno=number) as line, contextlib.suppress(OSError):
+        while (left := end - time.monotonic()) > 0:  # noqa: TID251
+            line.settimeout(left)
+            if not line.recv(65536):
+                return
 
 
 def _check(url: Url) -> Url:
