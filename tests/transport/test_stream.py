@@ -1,4 +1,6 @@
 import asyncio
+import contextlib
+import socket
 from typing import Any
 
 import pytest
@@ -147,3 +149,32 @@ async def test_a_connection_that_comes_after_closing_is_dropped() -> None:
     transport = StreamTransport("serial:///dev/rfcomm0")
     await transport.close()
     assert Channel(transport, rate=10).aborted
+
+
+async def test_a_client_that_leaves_while_more_is_sent_to_it_ends_its_connection_once() -> None:
+    loop = asyncio.get_running_loop()
+    problems: list[dict[str, Any]] = []
+    loop.set_exception_handler(lambda loop, context: problems.append(context))
+    here, there = socket.socketpair()
+    here.setblocking(False)
+    transport = StreamTransport("tcp://client")
+    await loop.connect_accepted_socket(lambda: transport, here)
+    while transport.send_nowait(bytes(BUFFER_LIMIT)):
+        pass
+    left = asyncio.Event()
+
+    def send_more() -> None:
+        there.close()
+        transport.send_nowait(b"more")
+        left.set()
+
+    transport.on_room = send_more
+    there.setblocking(False)
+    while transport.unsent:
+        with contextlib.suppress(BlockingIOError):
+            there.recv(BUFFER_LIMIT)
+        await asyncio.sleep(0)
+    await left.wait()
+    await transport.close()
+    await asyncio.sleep(0.01)
+    assert not problems

@@ -72,8 +72,12 @@ class StreamTransport(BufferedTransport, asyncio.Protocol):
         self.lose(f"{self._url}: {_reason(exc)}", hint="is the robot switched on and in range?")
 
     def resume_writing(self) -> None:
-        """Let writers go on: the system has every byte."""
-        self.wake_writer()
+        """Let writers go on, soon: the system has every byte.
+
+        asyncio must not be in the middle of its own write then. A byte that is sent from here to a client that has just
+        left would end the connection a second time.
+        """
+        asyncio.get_running_loop().call_soon(self.wake_writer)
 
     def _push(self, data: bytes) -> None:
         assert self._channel is not None
