@@ -8,6 +8,7 @@ from elib.errors import LinkError, LinkNotFound, SimulationError
 from elib.timebase import SimulatedLoop
 from elib.transport import open_transport, parse_url, tcp
 from elib.transport.tcp import open_tcp
+from elib.transport.wifi import open_wifi
 
 
 async def test_a_server_is_reached_without_waiting_for_full_packets() -> None:
@@ -52,6 +53,18 @@ async def test_a_host_that_does_not_answer_is_given_up(monkeypatch: pytest.Monke
     monkeypatch.setattr(tcp, "OPEN_TIMEOUT", 0.01)
     with pytest.raises(LinkNotFound, match=r"no answer within 0\.01 s"):
         await open_tcp(parse_url("tcp://epuck.invalid:4000"))
+
+
+async def test_a_robot_on_wifi_that_does_not_answer_may_be_in_use(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def resolve(*_: object, **__: object) -> None:
+        await asyncio.Event().wait()
+
+    monkeypatch.setattr(asyncio.get_running_loop(), "getaddrinfo", resolve)
+    monkeypatch.setattr(tcp, "OPEN_TIMEOUT", 0.01)
+    with pytest.raises(LinkNotFound, match="no answer within") as caught:
+        await open_wifi(parse_url("wifi://epuck.invalid"))
+    assert "is the robot on" in caught.value.hint
+    assert "other programs may hold it; it serves one program at a time" in caught.value.hint.lower()
 
 
 async def test_a_network_that_cannot_be_reached_is_a_link_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ import time
 
 from elib.errors import ArgumentError
 from elib.transport.stream import StreamTransport
-from elib.transport.tcp import Advice, connect_tcp, host_and_port
+from elib.transport.tcp import ONE_AT_A_TIME, Advice, connect_tcp, host_and_port
 from elib.transport.url import Scheme, Url
 
 PORT = 1000
@@ -71,7 +71,8 @@ async def open_wifi(url: Url) -> StreamTransport:
     """
     host, port = host_and_port(Url(url.scheme, f"{url.target}:{PORT}" if _HOST.fullmatch(url.target) else url.target))
     advice = Advice(
-        silent="is the robot on, and on the same network as this computer?",
+        silent="is the robot on, and on the same network as this computer? Other programs may hold it; "
+        + ONE_AT_A_TIME,
         refused="is it the address of the robot? Its selector must be at 15, and its Wi-Fi firmware connected to the "
         "network: ring LED 1 is then green",
     )
