@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import sys
 from pathlib import Path
@@ -211,6 +212,17 @@ def test_a_huge_file_is_refused_unread(tmp_path: Path) -> None:
         file.truncate(1 << 40)
     with pytest.raises(ArgumentError, match="larger than"):
         read_image(path)
+
+
+def test_a_device_is_refused_unread() -> None:
+    with pytest.raises(ArgumentError, match=r"/dev/zero cannot be read: it is not a regular file"):
+        read_image("/dev/zero")
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.hex")
+    with pytest.raises(ArgumentError, match=r"pipe\.hex cannot be read: it is not a regular file"):
+        read_image(tmp_path / "pipe.hex")
 
 
 def test_without_intelhex_the_install_line_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from elib.errors import ArgumentError, Unsupported, install
+from elib.files import read_file
 
 ROW = 0x40
 """Addresses in a row. The chip counts half instructions, and a row has 32 instructions."""
@@ -93,12 +94,11 @@ def read_image(path: str | Path) -> Image:
         Unsupported: The package intelhex is not installed.
     """
     name = Path(path).name
+    content = read_file(path, "the program", largest=LARGEST_FILE)
+    if len(content) > LARGEST_FILE:
+        raise ArgumentError(f"{name} is larger than any Intel HEX file of a program for the e-puck1")
     try:
-        if Path(path).stat().st_size > LARGEST_FILE:
-            raise ArgumentError(f"{name} is larger than any Intel HEX file of a program for the e-puck1")
-        text = Path(path).read_text(encoding="ascii")
-    except OSError as error:
-        raise ArgumentError(f"{path} cannot be read: {error.strerror or error}") from None
+        text = content.decode("ascii")
     except UnicodeDecodeError:
         raise ArgumentError(f"{name} is not an Intel HEX file: it holds bytes that are not text") from None
     return image_of(text, name)
