@@ -81,7 +81,7 @@ async def test_a_robot_that_does_not_confirm_that_it_stands_is_not_reset() -> No
     rig.robot.firmware.TEXT = {**rig.robot.firmware.TEXT, ord("S"): lambda firmware, line: b""}
     with pytest.raises(RemoteProtocolError, match="did not confirm that it stands still") as caught:
         await rig.upload(image())
-    assert "Nothing was written" in caught.value.hint
+    assert "Nothing was written: the robot keeps the program that it had." in caught.value.hint
     assert rig.robot.firmware.resets == resets
 
 
@@ -334,6 +334,24 @@ async def test_a_robot_whose_upload_was_interrupted_starts_nothing_and_is_found_
     assert listener.unread == 0, "no program starts"
     await rig.upload(image(OTHER))
     assert rig.holds(expected(OTHER, 1234))
+
+
+@simulated
+async def test_after_an_interrupted_upload_it_is_not_said_that_the_robot_keeps_a_program() -> None:
+    rig = Rig()
+    _, upload = await rig.begin(image(), rows=10)
+    rig.link.cut()
+    with pytest.raises(LinkLost):
+        await upload
+    rig.mend()
+    uploader = rig.uploader(image())
+    upload = asyncio.ensure_future(uploader.run())
+    await asyncio.sleep(0.1)
+    upload.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await upload
+    assert "no program has answered: the robot holds what it held before" in uploader.state
+    assert "only a part of a program" in uploader.state
 
 
 @simulated

@@ -58,6 +58,7 @@ class Uploader:
         on_row: Callable[[int, int], None] = lambda written, rows: None,
     ) -> None:
         self.upload: Upload | None = None
+        self._runs = False  # whether it has said which program it has
         self._transport = transport
         self._rows = image.rows_in_order(number)
         self._say = say
@@ -87,7 +88,12 @@ class Uploader:
         """What the robot holds now and what to do, in words."""
         upload = self.upload
         if upload is None or not upload.has_begun:
-            return "Nothing was written: the robot keeps the program that it had."
+            if self._runs:
+                return "Nothing was written: the robot keeps the program that it had."
+            return (
+                "Nothing was written, and no program has answered: the robot holds what it held before. After an "
+                "upload that was interrupted, that is only a part of a program."
+            )
         if upload.phase in (Phase.SETTLING, Phase.DONE):
             return (
                 f"All {len(self._rows)} rows are written: the robot starts the new program by itself, or after a reset."
@@ -107,6 +113,7 @@ class Uploader:
         version = await self._version()
         if version is None:
             return
+        self._runs = True
         if PROFILES[version.firmware].absent.get("reset"):
             raise Unsupported(f"this is not an e-puck1 ({version.text}): {NOT_THIS_ROBOT}", hint=EPUCK2_HINT)
         self._say(f"The robot runs {version.firmware}: {version.text}. It is stopped and reset.")
