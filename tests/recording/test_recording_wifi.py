@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 import elib
+from elib.emulator.sim_transport import SimTransport
 from elib.errors import ReplayDiffers
 from elib.recording.reader import load
 
@@ -67,6 +68,49 @@ def test_a_recording_goes_on_in_the_simulator(recorded: tuple[Path, list[object]
     with elib.connect(f"replay://{path}?speed=max&fork=0.3") as robot:
         assert robot.firmware == "epuck2-wifi"
         assert robot.sensors().proximity is not None
+
+
+def drive_away(robot: elib.BlockingEpuck) -> None:
+    """Drive a bow with two lamps on."""
+    robot.set_led(2, 1)
+    robot.set_rgb_led(3, 0.5, 0.0, 1.0)
+    robot.set_speed(0.5, 0.4)
+    robot.sleep(2.0)
+
+
+def test_a_fork_drives_on_with_the_recorded_speeds_and_lamps(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with elib.connect(SIM) as robot:
+        robot.record(path)
+        drive_away(robot)
+    with elib.connect(f"replay://{path}?speed=max&fork=1.5", keep_moving=True) as robot:
+        before = robot.encoders()
+        assert (before.left, before.right) == pytest.approx((720, 576), abs=60)
+        robot.sleep(1.0)
+        after = robot.encoders()
+        assert (after.left - before.left, after.right - before.right) == pytest.approx((500, 400), abs=40)
+        robot.set_led(0, 1)  # a command has all actuators: the wheels go on
+        robot.sleep(1.0)
+        assert robot.encoders().left - after.left == pytest.approx(500, abs=40)
+        transport = robot._link.session.transport
+        assert isinstance(transport, SimTransport)
+        lights = transport.robot.emulator.firmware.lights
+        assert (lights.ring[0], lights.ring[2], list(lights.rgb[3:6])) == (1, 1, [50, 0, 100])
+
+
+def test_the_recording_of_a_fork_is_replayed(tmp_path: Path) -> None:
+    path, again = tmp_path / "run.mcap", tmp_path / "again.mcap"
+    with elib.connect(SIM) as robot:
+        robot.record(path)
+        drive_away(robot)
+    found = []
+    for url in (f"replay://{path}?speed=max&fork=1.5", f"replay://{again}?speed=max"):
+        with elib.connect(url) as robot:
+            if not again.exists():
+                robot.record(again)
+            found.append((robot.encoders(), robot.set_body_led(1), robot.sensors().encoders))
+    steps = [tuple((each.left, each.right) for each in row if each is not None) for row in found]
+    assert steps[0] == steps[1]
 
 
 def test_a_log_has_a_line_for_each_call_and_none_for_packets(tmp_path: Path) -> None:

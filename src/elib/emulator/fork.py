@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from elib.body import STEPS_PER_REVOLUTION
 from elib.emulator.firmware import step_rate
 from elib.emulator.sim_transport import SimTransport, open_sim
 from elib.errors import ArgumentError, LinkNotFound
@@ -22,6 +23,7 @@ from elib.protocol.actuators import restoring_calls
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.profiles import profile_named
+from elib.protocol.wifi import STREAM_SENSORS, command_of
 from elib.recording.reader import Recording
 from elib.recording.replay import open_recording
 from elib.recording.state import RobotState, state_at
@@ -41,6 +43,8 @@ LEAST_SHIFT = 0.02
 """m by which a robot may stand beside its recorded place without a warning."""
 LINK_KEYS = ("latency", "jitter", "loss", "baud")
 """Keys of a recorded ``sim://`` URL that describe its link."""
+MOST_SPEED = STEPS_PER_REVOLUTION
+"""steps/s that a command may ask of a wheel: one revolution a second."""
 LONGEST_SETTING = 5.0
 """s that setting lamps and camera may take."""
 
@@ -101,7 +105,13 @@ async def fork(recording: Recording, state: RobotState, *, world: str | None = N
         keys += _likeness(recording, Path(folder))
         transport = await open_sim(Url("sim", name, tuple(keys)))
     try:
-        await _set(transport, state, about["firmware"])
+        if transport.codec == "wifi":
+            # Every command has all actuators, so the first one of the new connection sets them.
+            left, right = (max(-MOST_SPEED, min(MOST_SPEED, speed)) for speed in state.speed)  # the file may be damaged
+            memory = dataclasses.replace(state.memory, speed=(left, right))
+            transport.last_command = command_of(memory, STREAM_SENSORS)
+        else:
+            await _set(transport, state, about["firmware"])
         place(transport, state, is_same_world=world is None)
     except BaseException:
         transport.abort()

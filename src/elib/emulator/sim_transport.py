@@ -27,6 +27,7 @@ class SimTransport(MemoryTransport):
     Attributes:
         simulation: World, emulators and links behind it, for demos and tests.
         robot: The one it leads to.
+        last_command: The last command of the program that a fork goes on with, over Wi-Fi; otherwise empty.
     """
 
     def __init__(self, url: str, simulation: Simulation, robot: VirtualRobot) -> None:
@@ -34,6 +35,7 @@ class SimTransport(MemoryTransport):
         self.simulation = simulation
         self.robot = robot
         self.codec = profile_named(robot.firmware).codec
+        self.last_command = b""
 
     def describe(self) -> dict[str, str]:
         """Return what a recording keeps of the simulation: world by name and as TOML, seed, robot, profile."""

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from elib.errors import LinkBusy, LinkNotFound, ReplayDiffers
 from elib.protocol.profiles import FIRMWARES
+from elib.protocol.wifi import COMMAND
 from elib.recording.reader import Recording, Transfer
 from elib.recording.topics import BYTES, CALLS, NOTES, OUTCOMES
 from elib.transport.buffered import BufferedTransport
@@ -156,6 +157,9 @@ class ReplayTransport(BufferedTransport):
         self._loop = replay.loop
         self._items = deque(stretch.items)
         self._stretch = stretch
+        first = next((item.data for item in stretch.items if item.to_robot), b"")
+        # The first pair on Wi-Fi stops the robot, except that of a fork, which can be recorded too.
+        self.last_command = first[COMMAND.size :] if len(first) == 2 * COMMAND.size else b""
         self._expected = memoryview(b"")
         self._request = Transfer(0.0, True, b"")
         self._before = bytearray()

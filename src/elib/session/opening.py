@@ -17,7 +17,7 @@ from elib.protocol.values import Version
 from elib.protocol.wifi import ALL_SENSORS, pair
 from elib.protocol.wifi_connection import OutOfStep, WifiConnection
 from elib.session.trace import Received, Transcript, Wrote
-from elib.transport.base import Transport, codec_of
+from elib.transport.base import Transport, codec_of, last_command_of
 from elib.transport.rfcomm import EPUCK2_CHANNEL, bluetooth_address
 from elib.transport.tcp import ONE_AT_A_TIME
 from elib.transport.url import parse_url
@@ -50,6 +50,7 @@ class RecordingTransport:
         self.url = inner.url
         self.codec = codec_of(inner)
         self.origin = inner.origin
+        self.last_command = last_command_of(inner)
         self._inner = inner
         self._clock = asyncio.get_running_loop().time
         self._events: list[tuple[float, Wrote | Received]] = []
@@ -131,6 +132,8 @@ def _firmwares_of(codec: str) -> list[str]:
 async def begin_stream(transport: RecordingTransport, profile: Profile) -> tuple[WifiConnection, Version]:
     """Send a robot on Wi-Fi its first command at once, which stops it, and wait until it has taken that.
 
+    If the transport goes on with a recorded program, the command has the actuators which that one set last.
+
     Raises:
         RobotSilent: Nothing was received.
         NotAnEpuck: What was received are not the packets of an e-puck2.
@@ -138,6 +141,7 @@ async def begin_stream(transport: RecordingTransport, profile: Profile) -> tuple
     """
     loop = asyncio.get_running_loop()
     context = Context(profile, transport.origin)
+    context.sent = transport.last_command or context.sent
     connection = WifiConnection(context)
     request: Request[object] = Request("open", "open", pair(context), ALL_SENSORS)
     await transport.write(connection.send(request))

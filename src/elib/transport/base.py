@@ -11,6 +11,7 @@ class Transport(Protocol):
     One task reads and one writes. Every error is a :class:`~elib.errors.LinkError`, never one of the system. A
     transport is used once: after :meth:`close` or a lost link it stays dead. Its attribute ``codec`` says what
     the bytes are, if they are not those of a serial line (:func:`codec_of`).
+    Its attribute ``last_command`` is there if it goes on with an earlier program (:func:`last_command_of`).
     :func:`elib.testing.check_transport` checks these rules.
     """
 
@@ -56,3 +57,13 @@ def codec_of(transport: Transport) -> str:
         ``"serial"``, the usual one, for text and binary commands; ``"wifi"`` for the packets of the e-puck2's Wi-Fi.
     """
     return str(getattr(transport, "codec", "serial"))
+
+
+def last_command_of(transport: Transport) -> bytes:
+    """Return the command over Wi-Fi with which an earlier program was left, the attribute ``last_command``.
+
+    Returns:
+        The command from which the first one is made, if the transport goes on with a recorded program. Nothing if it
+        does not: the first command then stops the robot.
+    """
+    return bytes(getattr(transport, "last_command", b""))
