@@ -8,6 +8,7 @@ import elib
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ReplayDiffers
 from elib.recording.reader import load
+from elib.recording.state import state_at
 
 pytest.importorskip("mcap")
 
@@ -111,6 +112,23 @@ def test_the_recording_of_a_fork_is_replayed(tmp_path: Path) -> None:
             found.append((robot.encoders(), robot.set_body_led(1), robot.sensors().encoders))
     steps = [tuple((each.left, each.right) for each in row if each is not None) for row in found]
     assert steps[0] == steps[1]
+
+
+def test_what_only_streams_has_its_poses_and_its_world(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with elib.connect(SIM) as robot:
+        robot.set_speed(0.5, 0.5)
+        with robot.record(path):
+            for count, _ in enumerate(robot.watch("encoders", rate=10)):
+                if count == 20:
+                    break
+    recording = load(str(path))
+    measured, counted = recording.path(measured=True), recording.path(measured=False)
+    assert len(measured) >= 15
+    assert len(counted) >= 20
+    assert len(list(recording.entries("/world"))) == len(measured)
+    assert counted[-1].x == pytest.approx(2.0 * 0.5 * 0.129, abs=0.02)
+    assert state_at(recording, 1.5).pose.time == pytest.approx(recording.began + 1.5)
 
 
 def test_a_log_has_a_line_for_each_call_and_none_for_packets(tmp_path: Path) -> None:

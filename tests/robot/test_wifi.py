@@ -45,6 +45,40 @@ def test_the_blocking_style() -> None:
         assert robot.statistics.lost == robot.statistics.resyncs == 0
 
 
+@pytest.mark.parametrize("latency", [0, 0.1, 0.2])
+def test_odometry_follows_what_is_watched(latency: float) -> None:
+    @simulated
+    async def main() -> None:
+        async with elib.open(f"{SIM}&latency={latency}") as robot, robot.watch("encoders", rate=10) as watched:
+
+            async def look() -> None:
+                async for _ in watched:
+                    pass
+
+            looking = asyncio.create_task(look())
+            odometry = robot.motion.odometry
+            for speed in (0.9, -0.9, 0.9, 0.5):  # packets that come before a command is taken are not strange
+                await robot.set_speed(speed, speed)
+                await asyncio.sleep(0.5)
+            before = await robot.encoders()
+            counted = odometry.left
+            assert counted == before.left
+            await robot.set_encoders(5000, -3000)  # the next packet may have the old counters
+            await asyncio.sleep(1.0)
+            after = await robot.encoders()
+            assert (odometry.left - counted, odometry.right - counted) == pytest.approx(
+                (after.left - 5000, after.right + 3000), abs=300
+            )
+            await robot.stop()
+            begin = odometry.left
+            await robot.drive(0.05)
+            assert odometry.left - begin == pytest.approx(0.05 / 0.0001288, abs=160)
+            assert odometry.restarts == 0
+            looking.cancel()
+
+    main()
+
+
 def test_the_styles_of_begin_and_end_and_of_callbacks() -> None:
     found: list[object] = []
     with elib.connect(SIM) as robot:

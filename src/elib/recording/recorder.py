@@ -19,7 +19,7 @@ from elib.recording.background import CLOSING_TIME, Background
 from elib.recording.mcapfile import Parts, check_mcap, exists, versions
 from elib.recording.messages import Event, Located, Noted, Observed
 from elib.recording.topics import FORMAT
-from elib.session import Ended, Ending, Reconnected, Robot, SessionOpened, TraceEvent
+from elib.session import Ended, Ending, Pushed, Reconnected, Robot, SessionOpened, TraceEvent
 
 ROBOT_CLOSING_TIME = 0.2
 """s of real time for which closing a robot waits for its recording: closing must be quick, however slow the disk is."""
@@ -190,7 +190,7 @@ class Recorder:
 
     def _see(self, time: float, event: TraceEvent) -> None:
         self._put((time, event))
-        if type(event) is Ended:
+        if isinstance(event, Ended | Pushed):
             if event.value is not None and (pose := self._robot.odometry_pose) is not self._pose:
                 self._pose = pose
                 self._put((time, Located(pose, is_measured=False)))

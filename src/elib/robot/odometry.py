@@ -6,7 +6,7 @@ from elib.body import wrapped
 from elib.pose import Pose, advanced
 from elib.protocol.table import Request
 from elib.protocol.values import Sensors, Steps
-from elib.session import Called, Ended, Greeted, TraceEvent
+from elib.session import Called, Ended, Greeted, Pushed, TraceEvent
 
 FASTEST = 1200
 """steps/s that no wheel exceeds (e-puck.md, 1): counters that change faster were reset."""
@@ -14,6 +14,9 @@ SLACK = 100
 """Steps by which the counters may differ from the model without a restart being suspected."""
 TOLERANCE = 60
 """Steps by which a counter may differ from its wheel's commands: 60 ms of a late command at full speed."""
+
+WHEELS = ("set_speed", "stop", "set_encoders", "reset")
+"""Calls that change what the next reading of the counters may be."""
 
 
 class Odometry:
@@ -38,9 +41,15 @@ class Odometry:
         self._pending: Steps | None = None
         self._commanded = (0, 0)
         self._slowest = self._fastest = (0, 0)
+        self._under_way = 0
+        """Calls of WHEELS that have not ended."""
+        self._was_set = False
+        """Whether the counters were just set: the next packet of a stream may have been read before that."""
 
     def observe(self, time: float, event: TraceEvent) -> None:
         """Take an event of the link into account; a trace hook."""
+        if isinstance(event, Called | Ended) and event.request.name in WHEELS:
+            self._under_way = max(0, self._under_way + (1 if isinstance(event, Called) else -1))
         match event:
             case Greeted():
                 self.restarts += 1
@@ -58,19 +67,26 @@ class Odometry:
                 self._set(int(left), int(right), time)
             case Ended(value=value) if (steps := steps_in(value)) is not None:
                 self.count(steps)
+                self._pending = None
+            case Pushed(value=value) if (steps := steps_in(value)) is not None:
+                if self._was_set:
+                    self._was_set = False
+                else:
+                    self.count(steps)
             case _:
                 pass
 
     def count(self, steps: Steps) -> None:
         """Take a reading of the counters into account."""
         before, self._before = self._before, steps
-        pending, self._pending = self._pending, None
+        pending, self._was_set = self._pending, False
         if before is None:
             left = right = 0
         elif not self._is_strange(before, steps):
             left, right = wrapped(steps.left - before.left), wrapped(steps.right - before.right)
         elif pending is not None and not self._is_strange(pending, steps):
             left, right = wrapped(steps.left - pending.left), wrapped(steps.right - pending.right)
+            self._pending = None
         elif fell_back(before, steps) or all(abs(wrapped(count)) <= TOLERANCE for count in steps):
             self.restarts += 1
             left, right = steps.left, steps.right
@@ -79,7 +95,8 @@ class Odometry:
         self.left += left
         self.right += right
         self.pose = advanced(self.pose, left, right, steps.time)
-        self._slowest = self._fastest = self._commanded
+        if not self._under_way:  # otherwise the robot may not have taken the command yet
+            self._slowest = self._fastest = self._commanded
 
     def _is_strange(self, before: Steps, now: Steps) -> bool:
         """Return whether the wheels cannot have turned from one reading to the other by their commands."""
@@ -97,6 +114,7 @@ class Odometry:
 
     def _set(self, left: int, right: int, time: float) -> None:
         self._before, self._pending = Steps(left, right, time=time), None
+        self._was_set = True
 
 
 def steps_in(value: object) -> Steps | None:
