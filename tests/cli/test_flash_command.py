@@ -77,7 +77,7 @@ def test_a_dry_run_shows_rows_and_what_is_protected_and_opens_no_robot(
     assert "reset vector 0x000000 leads to the bootloader at 0x017F40; in the file: 0x000100" in text
     assert "start 0x017F38 leads to the program at 0x000100" in text
     assert "robot's number 77, at 0x017F36" in text
-    assert "never sent 0x017F40..0x017FFE, the bootloader; the file holds 1 rows there" in text
+    assert "never sent 0x017F40..0x017FFE, the bootloader; the file holds 1 row there" in text
     assert "not sent configuration words: 16 bytes, out of the bootloader's reach" in text
 
 

@@ -48,7 +48,9 @@ def find(
     check_timeout(within)
 
     async def main() -> Survey:
-        return await survey(timeout=within, all_ports=all_ports, network=network or (LOCAL if wifi else None))
+        return await survey(
+            timeout=within, all_ports=all_ports, network=(LOCAL if wifi else None) if network is None else network
+        )
 
     found = run_coroutine(main)
     if json:

@@ -123,7 +123,8 @@ def described(image: Image, name: str, number: int | None) -> str:
 
 
 def _held(image: Image) -> str:
-    return f"; the file holds {len(image.protected)} rows there" if image.protected else ""
+    held = len(image.protected)
+    return f"; the file holds {held} row{'' if held == 1 else 's'} there" if held else ""
 
 
 def _span(first: int, last: int) -> str:

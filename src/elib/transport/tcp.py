@@ -28,7 +28,7 @@ def host_and_port(url: Url) -> tuple[str, int]:
     match = HOST_PORT.fullmatch(url.target.rstrip("/"))
     if match is None:
         raise ArgumentError(
-            f"{url.target!r} is not HOST:PORT", hint="a URL of this kind looks like tcp://192.168.1.5:4000"
+            f"{url.target!r} is not HOST:PORT", hint=f"a URL of this kind looks like {url.scheme}://192.168.1.5:4000"
         )
     port = int(match[2])
     if not 1 <= port <= 65535:
