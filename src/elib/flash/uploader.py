@@ -173,7 +173,7 @@ class Uploader:
             raise RemoteProtocolError(f"{url}: the upload was given up: {reason}")
         raise RobotSilent(
             f"{url}: {reason}",
-            hint="Press the reset button while the command waits. The robot must be an e-puck1 with Tiny Bootloader; "
+            hint="Press the reset button while the command waits. The robot must be an e-puck1 with Tiny Bootloader. "
             + EPUCK2_HINT,
         )
 
