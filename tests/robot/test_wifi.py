@@ -488,6 +488,24 @@ def test_bytes_out_of_step_open_a_new_connection(patched: pytest.MonkeyPatch) ->
     story()
 
 
+def test_pictures_do_not_keep_the_sensors_of_the_same_watch_from_their_turn() -> None:
+    @simulated
+    async def story() -> None:
+        async with elib.open("sim://arena?firmware=epuck2-wifi&speed=max") as robot:
+            times: dict[str, set[float]] = {"proximity": set(), "image": set()}
+            async with robot.watch("proximity", "image", rate=5) as snapshots:
+                began = asyncio.get_running_loop().time()
+                async for snapshot in snapshots:
+                    for name, reading in snapshot.readings.items():
+                        times[name].add(reading.time)
+                    if asyncio.get_running_loop().time() - began > 4:
+                        break
+            assert len(times["image"]) > 30
+            assert 18 <= len(times["proximity"]) <= 22
+
+    story()
+
+
 # -- over TCP ----------------------------------------------------------------------------------------------------------
 
 

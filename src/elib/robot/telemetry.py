@@ -216,7 +216,7 @@ class Telemetry:
         self._came |= came
         for name in came:
             self._failures.pop(name, None)
-        self._deliver(due, origin)
+        self._deliver(due, origin, is_turn=not isinstance(value, Image))
 
     async def _tick(self) -> bool:
         """Wait for the next tick at which a reader is due; return False when no reader is left."""
@@ -298,10 +298,12 @@ class Telemetry:
         if isinstance(image, Image):
             self._latest[IMAGE] = image
 
-    def _deliver(self, readers: Collection[Reader], origin: str) -> None:
+    def _deliver(self, readers: Collection[Reader], origin: str, *, is_turn: bool = True) -> None:
+        """Give readers a snapshot. A picture that comes by itself is not a reader's turn: its sensors stay due."""
         now = asyncio.get_running_loop().time()
         for reader in readers:
-            reader.skip_to(now)
+            if is_turn:
+                reader.skip_to(now)
             error = next((self._failures[name] for name in reader.names if name in self._failures), None)
             readings = {name: self._latest[name] for name in reader.names if name in self._latest}
             if len(readings) == len(reader.names):
