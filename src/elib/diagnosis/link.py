@@ -34,6 +34,7 @@ from elib.errors import (
     SimulationError,
     Unsupported,
 )
+from elib.protocol.wifi import EMPTY
 from elib.session import Session
 from elib.transport import Transport, Url
 from elib.transport.base import codec_of
@@ -43,8 +44,6 @@ from elib.transport.tcp import ONE_AT_A_TIME
 
 ADAPTERS = Path("/sys/class/bluetooth")
 """Where Linux lists its Bluetooth adapters."""
-EMPTY_PACKET = b"\x03"
-"""The e-puck2's packet without a payload (wire-protocol.md, 4.3)."""
 SHOWN = 16
 """Bytes of what was received that are shown."""
 SLOW_ANSWER = 0.5
@@ -203,7 +202,7 @@ async def _packets(examination: Examination, transport: Transport) -> CheckResul
         raise CheckFailed(examination.plain(error), joined(ONE_AT_A_TIME, error.hint)) from error
     if not unasked:
         return CheckResult("silent until it gets a command")
-    if not unasked.strip(EMPTY_PACKET):
+    if not unasked.strip(bytes((EMPTY,))):
         raise CheckFailed("empty packets come before any command, as from builds before February 2019", OLD_WIFI)
     raise CheckFailed(f"what comes is not an e-puck2's Wi-Fi: {_shown(unasked)}", NO_WIFI)
 

@@ -36,8 +36,6 @@ class EmergencyStop:
         self._timer: asyncio.TimerHandle | None = None
         self._last_beat = 0.0
         self._has_ended_stream = False
-        if self._streams and not is_watched:
-            channel.hooks.append(self._check_stream)
         if is_watched:
             self._guard()
             channel.hooks.append(self._follow)
@@ -46,6 +44,8 @@ class EmergencyStop:
             with contextlib.suppress(Unsupported):  # the user did not ask for a watchdog
                 self._guard()
             channel.hooks.append(self._follow)
+        elif self._streams:
+            channel.hooks.append(self._check_stream)
         OPEN_STOPS.add(self)
 
     def stop(self) -> int | None:
@@ -90,8 +90,9 @@ class EmergencyStop:
         if isinstance(event, SessionOpened):
             self._has_ended_stream = False
         elif isinstance(event, Received) and self._streams:
-            number, was_frozen = self._number, self._beats and time - self._last_beat >= SILENCE
-            if self._has_ended_stream or (was_frozen and number is not None and is_ended(number)):
+            was_frozen = self._beats and time - self._last_beat >= SILENCE
+            number = self._number if was_frozen else None
+            if self._has_ended_stream or (number is not None and is_ended(number)):
                 lose = getattr(self._channel.transport, "lose", None)
                 if lose is not None:
                     lose(
