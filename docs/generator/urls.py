@@ -16,6 +16,21 @@ INTRODUCTION = """# URLs
 A URL says which robot is meant. `elib.connect`, `elib.open`, `elib.run` and the option `--robot` of every command take
 the same ones. What is wrong with a URL is said before anything is opened, as an `ArgumentError`.
 """
+WHICH = """## Which robot a program drives
+
+The first of these that there is:
+
+1. what `elib run FILE.py --robot URL` puts in the place of the robot. It takes the place of every URL in the program
+2. the URL that the program names: the argument of `elib.connect(URL)` and of the other functions, or for `elib.run`,
+   `elib.robot_url` and `elib.robot_urls` the command line of the program
+3. the environment variable `ELIB_ROBOT`
+4. the default of the program, such as `elib.robot_url("sim://maze")`
+5. `sim://`
+
+`elib run` and `ELIB_ROBOT` can name several robots: `ELIB_ROBOT="serial:///dev/rfcomm0 serial:///dev/rfcomm1"`. The
+first robot that the program opens gets the first URL, the next one the second. A robot that the program opens again
+gets its URL again, and `elib.swarm` gets all. A program that opens more robots than there are ends with an error.
+"""
 TARGETS = {
     "sim": ("`sim://[WORLD]`", "a virtual robot inside your program"),
     "serial": (
@@ -43,7 +58,7 @@ TARGETS = {
 
 def page() -> str:
     """Return the page."""
-    return "\n\n".join(part.strip() for part in (INTRODUCTION, schemes(), simulation()))
+    return "\n\n".join(part.strip() for part in (INTRODUCTION, schemes(), simulation(), WHICH))
 
 
 def schemes() -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import os
 import sys
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
@@ -17,11 +18,10 @@ from elib.recording.recorder import Recorder, check_new
 from elib.robot.aio import Epuck
 from elib.robot.link import Link, LinkSettings
 from elib.robot.running import run_coroutine
+from elib.robot.substitute import DEFAULT_URL, VARIABLE, choose_robot, choose_robots
 from elib.transport import parse_url, speed_of
 
 T = TypeVar("T")
-
-DEFAULT_URL = "sim://"
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ def run(
     Args:
         main: A coroutine function that takes the open robot.
         robot: URL of the robot; the command line is not read.
-        default: URL of the robot if the command line does not name one, and in a notebook.
+        default: URL of the robot if neither the command line nor the environment variable ``ELIB_ROBOT`` names one.
         argv: Command line to read; the program's own unless given.
         watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
 
@@ -106,9 +106,10 @@ def run(
     if not (inspect.iscoroutinefunction(main) or inspect.iscoroutinefunction(type(main).__call__)):
         raise ArgumentError("elib.run() takes a coroutine function", hint="async def main(robot): ...")
     if robot is not None:
-        return run_on(robot, main, watchdog=watchdog)
+        return run_on(choose_robot(robot), main, watchdog=watchdog)
     try:
-        [url], records = _options(argv, [default])
+        urls, records = _options(argv, [default])
+        url = choose_robot(urls[0] if urls else None, default)
         return run_on(url, main, records=records, watchdog=watchdog)
     except ElibError as error:
         raise SystemExit(complain(error)) from error
@@ -123,14 +124,14 @@ def robot_url(default: str = DEFAULT_URL, *, argv: Sequence[str] | None = None) 
     itself.
 
     Args:
-        default: URL if the command line does not name one, and in a notebook.
+        default: URL if neither the command line nor the environment variable ``ELIB_ROBOT`` names one.
         argv: Command line to read; the program's own unless given.
 
     Raises:
         SystemExit: The command line holds other arguments (2); the reason is on stderr.
     """
-    [url], _ = _options(argv, [default], keeps_records=False)
-    return url
+    urls, _ = _options(argv, [default], keeps_records=False)
+    return _chosen(urls, [default])[0]
 
 
 def robot_urls(*defaults: str, argv: Sequence[str] | None = None) -> list[str]:
@@ -139,14 +140,21 @@ def robot_urls(*defaults: str, argv: Sequence[str] | None = None) -> list[str]:
     For programs that drive several: ``elib.swarm(elib.robot_urls("sim://crowd?robots=8"))``.
 
     Args:
-        defaults: URLs if the command line does not name any, and in a notebook.
+        defaults: URLs if neither the command line nor the environment variable ``ELIB_ROBOT`` names any.
         argv: Command line to read; the program's own unless given.
 
     Raises:
         SystemExit: The command line holds other arguments (2); the reason is on stderr.
     """
     urls, _ = _options(argv, defaults, keeps_records=False, several=True)
-    return urls
+    return _chosen(urls, defaults)
+
+
+def _chosen(urls: Sequence[str], defaults: Sequence[str]) -> list[str]:
+    try:
+        return choose_robots(urls, defaults)
+    except ElibError as error:
+        raise SystemExit(complain(error)) from error
 
 
 def run_on(
@@ -191,13 +199,14 @@ def run_on(
 def _options(
     argv: Sequence[str] | None, defaults: Sequence[str], *, keeps_records: bool = True, several: bool = False
 ) -> tuple[list[str], Records]:
-    """Return the URLs and records on the command line; an unknown argument ends the program, with the reason."""
+    """Return what the command line names: URLs and records; an unknown argument ends the program, with the reason."""
     import argparse
 
     if argv is None:
         argv = [] if _is_in_ipython() else sys.argv[1:]
     parser = argparse.ArgumentParser(description=inspect.getdoc(sys.modules.get("__main__")))
-    what = f"{'the robots' if several else 'the robot'} to drive (default: {' '.join(defaults)})"
+    default = os.environ.get(VARIABLE) or " ".join(defaults)
+    what = f"{'the robots' if several else 'the robot'} to drive (default: {default})"
     parser.add_argument("urls", metavar="URL", nargs="*" if several else "?", help=what.replace("%", "%%"))
     parser.add_argument("--robot", metavar="URL", action="append", default=[], help="the same")
     options = ["--robot", "--help"]
@@ -213,7 +222,7 @@ def _options(
         meant = f"; did you mean {near[0]}?" if near else ""
         parser.error(f"{unknown[0]} is not an argument of this program{meant}")
     alone = [found.urls] if isinstance(found.urls, str) else found.urls or []
-    urls = [*alone, *found.robot] or list(defaults)
+    urls = [*alone, *found.robot]
     if len(urls) > 1 and not several:
         parser.error(f"this program drives one robot, not {' and '.join(urls)}")
     try:

@@ -23,7 +23,8 @@ from elib.recording import Recorder, Summary, load, summary_of
 from elib.recording.recorder import check_new
 from elib.recording.repair import repair
 from elib.robot.aio import Epuck
-from elib.runner import DEFAULT_URL, run_on, unwritable
+from elib.robot.substitute import DEFAULT_URL
+from elib.runner import run_on, unwritable
 from elib.transport import speed_of
 
 SHOWN_NOTES = 20

@@ -18,8 +18,9 @@ from elib.cli.terminal import DIM, has_colour, is_live
 from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import Snapshot
+from elib.robot.substitute import DEFAULT_URL
 from elib.robot.telemetry import Watch
-from elib.runner import DEFAULT_URL, run_on
+from elib.runner import run_on
 from elib.transport import speed_of
 
 if TYPE_CHECKING:

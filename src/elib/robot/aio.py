@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import copy
 import logging
 import math
 import os
-from collections.abc import Coroutine, Generator
+from collections.abc import Callable, Coroutine, Generator, Iterator
 from typing import Any, Self, TypeVar
 
 from elib.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
@@ -25,6 +26,7 @@ from elib.robot.link import Link, Linked, LinkSettings, stop_bytes
 from elib.robot.motion import Motion
 from elib.robot.signals import TerminationHandler
 from elib.robot.snapshot import period_of, watched_names
+from elib.robot.substitute import link_to
 from elib.robot.telemetry import RATE, Watch
 from elib.session import Channel, check_timeout
 
@@ -58,17 +60,20 @@ class Epuck(Linked, Actions, AsyncStyle):
         try:
             link.session = await link.open()
         except BaseException:
+            link.is_over = True
             await link.termination.leave()
             raise
         link.loop = asyncio.get_running_loop()
         link.motion.follow(link.session)
-        if not link.keep_moving:
-            session = link.session
-            try:
+        session = link.session
+        try:
+            if not link.keep_moving:
                 link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.settings.watchdog)
-            except BaseException:
-                await self.close()
-                raise
+            for hook in tuple(_hooks):
+                hook(self)
+        except BaseException:
+            await self.close()
+            raise
         return self
 
     def __await__(self) -> Generator[Any, None, Self]:
@@ -114,6 +119,7 @@ class Epuck(Linked, Actions, AsyncStyle):
             link.is_stopped = True
             return await self._stop_for_good(session)
         finally:
+            link.is_over = True
             await session.close()
             link.stay.close()
             await link.telemetry.close()
@@ -368,6 +374,22 @@ class Epuck(Linked, Actions, AsyncStyle):
         return f"<{type(self).__name__} {self.name} {state}>"
 
 
+_hooks: list[Callable[[Epuck], object]] = []
+
+
+@contextlib.contextmanager
+def on_open(hook: Callable[[Epuck], object]) -> Iterator[None]:
+    """Call *hook* in its event loop for every robot that this process opens while the block lasts, before its program.
+
+    An error of the hook closes the robot and ends its opening.
+    """
+    _hooks.append(hook)
+    try:
+        yield
+    finally:
+        _hooks.remove(hook)
+
+
 class Deadline:
     """The time shared by all requests of one action, from the first one on."""
 
@@ -403,7 +425,7 @@ async def _ask_again(session: Channel, request: Request[T], timeout: float, trie
 
 
 def open(  # noqa: A001  # elib.open is the name users read
-    url: str,
+    url: str | None = None,
     *,
     name: str | None = None,
     keep_moving: bool = False,
@@ -414,7 +436,8 @@ def open(  # noqa: A001  # elib.open is the name users read
     """Return an async robot: ``async with elib.open(url) as robot: ...``. ``elib.connect_async`` is the same function.
 
     Args:
-        url: For example ``sim://``, ``serial:///dev/rfcomm0`` or ``tcp://host:port``.
+        url: For example ``sim://``, ``serial:///dev/rfcomm0`` or ``tcp://host:port``. Without one, the environment
+            variable ``ELIB_ROBOT`` names the robot; without that it is ``sim://``.
         name: A name for logs; the URL unless given.
         keep_moving: Do not stop the wheels when the block ends.
         firmware: Name of the firmware profile to use, whatever the robot answers.
@@ -426,7 +449,7 @@ def open(  # noqa: A001  # elib.open is the name users read
         Unsupported: This system does not support the watchdog.
     """
     settings = LinkSettings(keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)
-    return Epuck(Link(url, name, settings))
+    return Epuck(link_to(url, name, settings))
 
 
 connect_async = open

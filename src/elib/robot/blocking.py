@@ -208,7 +208,7 @@ class CallbackEpuck(_OverPortal, CallbackStyle[V_contra]):
 
 
 def connect(
-    url: str,
+    url: str | None = None,
     *,
     name: str | None = None,
     keep_moving: bool = False,
@@ -220,7 +220,8 @@ def connect(
 
     Args:
         url: For example ``sim://``, ``serial:///dev/rfcomm0`` or ``tcp://host:port``. With ``sim://?speed=max`` time
-            runs as fast as this computer can.
+            runs as fast as this computer can. Without a URL, the environment variable ``ELIB_ROBOT`` names the robot;
+            without that it is ``sim://``.
         name: A name for logs; the URL unless given.
         keep_moving: Do not stop the wheels at the end.
         firmware: Name of the firmware profile to use, whatever the robot answers.

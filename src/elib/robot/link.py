@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
+import weakref
 from dataclasses import dataclass
 
 from elib.errors import LinkClosed
@@ -79,8 +80,11 @@ class Link:
         self.is_stopped = False
         self.has_reported = False
         """Whether the program knows by an error that its last stop was not confirmed."""
+        self.is_over = False
+        """Whether it was closed, or could not be opened."""
         self.stay = contextlib.ExitStack()
         self.records: list[Log | Recorder] = []
+        _LINKS.add(self)
 
     @property
     def channel(self) -> Channel:
@@ -114,6 +118,14 @@ class Link:
         may_move = self.keep_moving or (settings.policy is not None and settings.policy.keep_speed)
         session.final_command = b"" if may_move else stop_bytes(session)
         return session
+
+
+_LINKS: weakref.WeakSet[Link] = weakref.WeakSet()
+
+
+def open_urls() -> list[str]:
+    """Return the URL of each robot that this program has open, or has made and not yet opened."""
+    return [link.url for link in _LINKS.copy() if not link.is_over]
 
 
 class Linked:

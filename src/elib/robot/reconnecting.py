@@ -9,8 +9,9 @@ from elib.errors import ArgumentError, LinkClosed
 from elib.protocol.image import Mounting
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck, connect_robot
-from elib.robot.link import Link, LinkSettings
+from elib.robot.link import LinkSettings
 from elib.robot.reconnect import Policy
+from elib.robot.substitute import link_to
 from elib.session import check_timeout
 
 
@@ -50,7 +51,7 @@ class Reconnecting:
 
 
 def reconnecting(
-    url: str,
+    url: str | None = None,
     *,
     during_gap: Literal["wait", "fail"] = "wait",
     keep_speed: bool = False,
@@ -73,7 +74,8 @@ def reconnecting(
     it is unknown. A call that only reads is sent again, and so is ``stop``.
 
     Args:
-        url: URL of the robot. The first opening is tried only once, and its errors are raised.
+        url: URL of the robot; without one it is chosen as by :func:`elib.connect`. The first opening is tried only
+            once, and its errors are raised.
         during_gap: ``wait``: calls wait for the link within their own deadline. ``fail``: they fail at once.
         keep_speed: Drive on with the last wheel speeds after a gap.
         first_delay: Time before the second attempt to reopen, s; it doubles with each attempt.
@@ -97,4 +99,4 @@ def reconnecting(
     settings = LinkSettings(
         keep_moving=keep_moving, firmware=firmware, mounting=mounting, policy=policy, watchdog=watchdog
     )
-    return Reconnecting(Epuck(Link(url, name, settings)))
+    return Reconnecting(Epuck(link_to(url, name, settings)))

@@ -14,6 +14,7 @@ from elib.robot.link import Link, LinkSettings
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
 from elib.robot.signals import TerminationHandler
+from elib.robot.substitute import choose_robots
 from elib.swarms.fanout import in_parallel, raise_first
 from elib.swarms.group import Group
 from elib.transport import Url, parse_url, robots_of, speed_of
@@ -126,7 +127,7 @@ class Swarm(Group):
 
 
 def swarm(
-    urls: str | Iterable[str],
+    urls: str | Iterable[str] | None = None,
     *,
     names: Iterable[str] | None = None,
     keep_moving: bool = False,
@@ -141,6 +142,7 @@ def swarm(
 
     Args:
         urls: One URL or several. The URL of a world with several robots opens all of them, in the same world and time.
+            Without a URL, the environment variable ``ELIB_ROBOT`` names the robots.
         names: Names of the robots, in order. By default virtual robots are ``epuck-1``, ``epuck-2``, ..., and others
             are named by their port or address.
         keep_moving: Leave the wheels turning when the block ends.
@@ -153,8 +155,8 @@ def swarm(
         ArgumentError: A URL or the names are wrong, or the firmware does not exist.
         Unsupported: This system does not support the watchdog.
     """
-    given = [urls] if isinstance(urls, str) else list(urls)
-    if not given:
+    given = [urls] if isinstance(urls, str) else None if urls is None else list(urls)
+    if given == []:
         raise ArgumentError("a swarm needs a robot", hint='try elib.swarm("sim://arena?robots=3"), or a list of URLs')
     chosen = None if names is None else tuple(names)
     if chosen is not None and len(set(chosen)) < len(chosen):
@@ -166,7 +168,7 @@ def swarm(
         policy=Policy() if reconnecting else None,
         watchdog=watchdog,
     )
-    return Swarm(tuple(map(parse_url, given)), chosen, settings)
+    return Swarm(tuple(map(parse_url, choose_robots(given or ()))), chosen, settings)
 
 
 def default_names(urls: Sequence[Url]) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from elib.robot.blocking import BlockingEpuck, connect_robot
 from elib.robot.link import Link, LinkSettings
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
+from elib.robot.substitute import choose_robot, choose_robots
 from elib.session.statistics import LinkStats, merged
 from elib.swarms.swarm import Swarm, swarm
 from elib.transport import Transport, open_transport, speed_of
@@ -66,7 +67,8 @@ def play(
 
     Args:
         what: The behaviour.
-        url: URL of the robot; None, or a ``sim://`` without a world, is a virtual one in the behaviour's own world.
+        url: URL of the robot; a ``sim://`` without a world is a virtual one in the behaviour's own world, and so is
+            None, unless the environment variable ``ELIB_ROBOT`` names the robot.
         seconds: Robot time after which the run ends; None for no limit.
         options: Values for the behaviour's options.
         seed: Seed of ``run.random``.
@@ -80,7 +82,10 @@ def play(
     """
     what.check(options or {})
     check_duration(seconds)
-    url = what.resolve_url(url)
+    is_swarm = what.style is BehaviourStyle.SWARM
+    urls = choose_robots([url] if url else [], [what.url]) if is_swarm else [choose_robot(url, what.url)]
+    urls = [what.resolve_url(each) for each in urls]
+    url = urls[0]
 
     def one_robot() -> Epuck:
         settings = LinkSettings(policy=Policy() if what.reconnects else None, watchdog=watchdog)
@@ -101,7 +106,7 @@ def play(
         clock = asyncio.get_running_loop().time
         match what.style:
             case BehaviourStyle.SWARM:
-                async with swarm(url, reconnecting=what.reconnects, watchdog=watchdog) as robots:
+                async with swarm(urls, reconnecting=what.reconnects, watchdog=watchdog) as robots:
                     return await run_behaviour(what, robots, run=context(clock, tuple(robots)), options=options)
             case BehaviourStyle.BYTES:
                 transport = await open_transport(url)

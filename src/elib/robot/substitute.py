@@ -1,0 +1,157 @@
+"""Which robot a program opens: a substitute, the one that it names, that of ``ELIB_ROBOT``, or a virtual one."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+from collections.abc import Iterator, Sequence
+
+from elib.errors import ArgumentError, about
+from elib.robot.link import Link, LinkSettings, open_urls
+from elib.transport import parse_url
+
+VARIABLE = "ELIB_ROBOT"
+"""The environment variable with the URL of the robot, or several with spaces between them."""
+DEFAULT_URL = "sim://"
+
+_lock = threading.RLock()
+_inserted: Substitutes | None = None
+_environment: Substitutes | None = None
+
+
+class Substitutes:
+    """Robots that a program gets in the order in which it opens them.
+
+    Args:
+        urls: Their URLs.
+        source: What named them, for messages.
+
+    Attributes:
+        urls: Their URLs in the usual form.
+        given: Their URLs as they were given.
+
+    Raises:
+        ArgumentError: A URL is wrong, or there is none.
+    """
+
+    def __init__(self, urls: Sequence[str], source: str) -> None:
+        try:
+            self.urls = tuple(str(parse_url(url)) for url in urls)
+        except ArgumentError as error:
+            raise about(source, error) from None
+        if not urls:
+            raise ArgumentError(f"{source} does not name a robot")
+        self.source, self.given = source, list(urls)
+        self._names: list[str | None] = [None] * len(urls)
+
+    def take(self, name: str) -> str:
+        """Return the URL that the program gets for the robot that it calls *name*.
+
+        A name gets the same URL again. While its robot is open, the same name means one more robot.
+
+        Raises:
+            ArgumentError: The program opens more robots than there are.
+        """
+        if name in self.urls:  # the program was told the URL before, by robot_url()
+            self._names[self.urls.index(name)] = name
+            return name
+        taken = open_urls()
+        free = []
+        for place, url in enumerate(self.urls):
+            if url in taken:
+                taken.remove(url)
+            else:
+                free.append(place)
+        for wanted in (name, None):
+            for place in free:
+                if self._names[place] == wanted:
+                    self._names[place] = name
+                    return self.urls[place]
+        count = len(self.urls)
+        raise ArgumentError(
+            f"the program opens one more robot{f', {name},' if name else ''} but {self.source} names "
+            f"{'only one' if count == 1 else f'only {count}'}: {' '.join(self.urls)}",
+            hint="name a URL for each robot of the program",
+        )
+
+
+@contextlib.contextmanager
+def substituted(urls: Sequence[str], *, source: str = "the caller of the program") -> Iterator[None]:
+    """Put robots in the place of those that a program names, while the block lasts, in the whole process.
+
+    Every way to open a robot obeys: ``connect``, ``open``, ``reconnecting``, ``run``, ``play``, ``swarm`` and
+    ``robot_url``. The first robot that the program opens gets the first URL, the next one the second; a swarm gets all.
+
+    Args:
+        urls: URLs of the robots.
+        source: What named them, for the message when the program opens more.
+
+    Raises:
+        ArgumentError: A URL is wrong, or there is none.
+    """
+    global _inserted
+    before, _inserted = _inserted, Substitutes(urls, source)
+    try:
+        yield
+    finally:
+        _inserted = before
+
+
+def choose_robot(url: str | None = None, default: str = DEFAULT_URL) -> str:
+    """Return the URL of the robot that a program opens next.
+
+    Args:
+        url: What the program names in its code or on its command line, if anything.
+        default: The robot if nothing else names one.
+
+    Raises:
+        ArgumentError: ``ELIB_ROBOT`` is wrong, or the program opens more robots than were named.
+    """
+    with _lock:
+        others = _others(is_named=url is not None)
+        if others is None:
+            return default if url is None else url
+        return others.take("" if url is None else _usual(url))
+
+
+def choose_robots(urls: Sequence[str], defaults: Sequence[str] = (DEFAULT_URL,)) -> list[str]:
+    """Return the URLs of all robots of a program.
+
+    Args:
+        urls: What the program names in its code or on its command line; empty if it names none.
+        defaults: The robots if nothing else names one.
+
+    Raises:
+        ArgumentError: ``ELIB_ROBOT`` is wrong.
+    """
+    with _lock:
+        others = _others(is_named=bool(urls))
+        return list(urls or defaults) if others is None else list(others.urls)
+
+
+def link_to(url: str | None, name: str | None, settings: LinkSettings) -> Link:
+    """Return the link of the robot that :func:`choose_robot` chooses.
+
+    Raises:
+        ArgumentError: The URL is wrong, or the program opens more robots than were named.
+    """
+    with _lock:  # two threads do not get the same robot
+        return Link(choose_robot(url), name, settings)
+
+
+def _others(*, is_named: bool) -> Substitutes | None:
+    """Return the robots that a program gets, if neither its own word nor its default counts."""
+    global _environment
+    if _inserted is not None or is_named:
+        return _inserted
+    urls = os.environ.get(VARIABLE, "").split()
+    if not urls:
+        return None
+    if _environment is None or _environment.given != urls:
+        _environment = Substitutes(urls, f"the variable {VARIABLE}")
+    return _environment
+
+
+def _usual(url: str) -> str:
+    return str(parse_url(url))
