@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import shlex
 import shutil
+import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -138,7 +140,14 @@ def command_name() -> str:
     """Return what to type to call this elib again: its path, if the shell finds another elib or none."""
     typed, known = Path(sys.argv[0]), shutil.which("elib")
     is_known = known is not None and typed.exists() and typed.samefile(known)
-    return "elib" if is_known or typed.stem != "elib" else sys.argv[0]
+    if typed.name == "__main__.py":
+        return f"{_quoted(sys.executable)} -m elib"
+    return "elib" if is_known or typed.stem != "elib" else _quoted(sys.argv[0])
+
+
+def _quoted(path: str) -> str:
+    """Return a path as a shell reads it."""
+    return subprocess.list2cmdline([path]) if sys.platform == "win32" else shlex.quote(path)
 
 
 def _closest(track: Track, watcher: Watcher) -> str:
