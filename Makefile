@@ -9,22 +9,31 @@ JS_READY := node_modules/.package-lock.json
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-# Find uv, or install it into .uv.
-FIND_UV = if command -v uv >/dev/null 2>&1; then UV=uv; else \
-	  [ -x .uv/bin/uv ] || { $(PYTHON) -m venv .uv && .uv/bin/pip install --quiet --disable-pip-version-check uv; } || exit 1; \
-	  UV=.uv/bin/uv; fi
+# Find uv, or install the one of requirements/uv.txt into .uv, and then remove what was only needed for that.
+FIND_UV = if command -v uv >/dev/null 2>&1; then UV=uv; else UV=.uv/bin/uv; \
+	  if [ ! .uv/.whole -nt requirements/uv.txt ]; then $(PYTHON) -m venv --clear .uv && \
+	  .uv/bin/pip install --quiet --disable-pip-version-check --require-hashes --no-compile -r requirements/uv.txt && \
+	  .uv/bin/pip uninstall --quiet --yes setuptools pip && touch .uv/.whole || exit 1; fi; fi
 
-$(READY): pyproject.toml
-	@$(FIND_UV); $$UV sync --quiet --all-extras --python $(PYTHON) && touch $(CORE) $@
+# Install into .venv what a file names, and this folder. .venv/.whole is missing after an install that was cut short;
+# the next one then installs every package again.
+INSTALL = $(FIND_UV); if [ -f .venv/.whole ]; then AGAIN=; else AGAIN=--reinstall; $(PYTHON) -m venv .venv || exit 1; fi; \
+	  rm -f .venv/.whole; $$UV pip install --quiet --python .venv --no-deps --build-constraints requirements/dev.txt $$AGAIN -e . -r
 
-# The demo needs neither extras nor tools; --inexact leaves them in place where they are installed already.
-$(CORE): pyproject.toml
-	@$(FIND_UV); $$UV sync --quiet --inexact --no-default-groups --python $(PYTHON) && touch $@
+$(READY): pyproject.toml requirements/dev.txt
+	@$(INSTALL) requirements/dev.txt --exact --compile-bytecode && touch .venv/.whole $(CORE) $@
+
+# The demo needs neither extras nor tools; where they are installed already, they stay.
+$(CORE): pyproject.toml requirements/core.txt
+	@$(INSTALL) requirements/core.txt --no-compile-bytecode && touch .venv/.whole $@
 
 setup: $(READY) ## Make the virtual environment in .venv
 
+# The demo prints what to type next. Its path has to hold in the folder in which make was called, which -C can change.
+HERE = $(if $(subst $(CURDIR),,$(PWD)),$(CURDIR)/)
+
 demo: $(CORE) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
-	@$(BIN)/elib demo
+	@"$(HERE)$(BIN)/elib" demo
 
 test: $(READY) ## Run all tests
 	@$(BIN)/pytest -n auto
@@ -51,7 +60,13 @@ docs: $(READY) ## Renew the generated reference pages
 bench: $(READY) ## Measure ratios against floors and peers
 	@for script in benchmarks/bench_link.py benchmarks/simulation.py benchmarks/camera.py benchmarks/serving.py benchmarks/et.py benchmarks/recording.py benchmarks/web.py benchmarks/wifi.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
+lock: ## Renew the versions and hashes in requirements/
+	@$(FIND_UV); export UV_CUSTOM_COMPILE_COMMAND="make lock"; LOCK="$$UV pip compile --quiet --upgrade --universal --generate-hashes --annotation-style line"; \
+	  $$LOCK --all-extras --group dev pyproject.toml -o requirements/dev.txt && \
+	  $$LOCK --constraints requirements/dev.txt pyproject.toml -o requirements/core.txt && \
+	  echo uv | $$LOCK - -o requirements/uv.txt
+
 clean: ## Remove what the other commands made
 	rm -rf .venv .uv node_modules .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist elib-demo.png
 
-.PHONY: help setup demo test check check-js docs bench clean
+.PHONY: help setup demo test check check-js docs bench lock clean
