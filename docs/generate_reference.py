@@ -13,6 +13,7 @@ from pathlib import Path
 from generator import (
     cli,
     commands,
+    cookbook,
     drawings,
     epuck,
     epuck2,
@@ -50,6 +51,7 @@ PAGES = {
 }
 MARKED = {
     "architecture.md": {"layers": layers.layers, "rules": layers.rules},
+    "cookbook/README.md": {"programs": cookbook.programs},
     "concepts/link.md": {"transitions": link.transitions},
     "guides/epuck2.md": {"devices": epuck2.devices, "missing": epuck2.missing},
     "guides/link-faults.md": {"faults": faults.summary, "scripts": faults.gallery},

@@ -18,7 +18,8 @@ from elib.physics.worldfile import parse as parse_world
 from elib.robot.actions import catalogue
 from elib.transport import parse_url, serial
 
-WITH_PYTHON = [page for page in PAGES if blocks(page, "python")]
+WITH_PYTHON = [page for page in PAGES if blocks(page, "python") and page.parent != ROOT / "docs/cookbook"]
+"""The programs of the cookbook are whole, each for itself: ``test_cookbook.py``."""
 WITH_CONSOLE = [page for page in PAGES if blocks(page, "console")]
 DOCTORS_PAGES = [block for page in PAGES for block in blocks(page, "text") if re.search(r"\nlink: \S+\n\n", block.text)]
 SCRIPTS = [block for page in PAGES for block in blocks(page, "toml") if "[[fault]]" in block.text]

@@ -1,0 +1,66 @@
+"""The cookbook: every program is whole and small, has a sentence before it, and prints what is shown below it."""
+
+import contextlib
+import io
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from pages import ROOT, Block, all_blocks, links, name_of, programs
+
+PAGES = sorted(path for path in (ROOT / "docs/cookbook").glob("*.md") if path.name != "README.md")
+SMALLEST, LARGEST = 4, 15
+"""Lines of a program that are not empty."""
+SILENT = {"tests.md", "notebooks.md"}
+"""Their programs need not print: a test that passes says nothing, and a notebook shows its last value."""
+
+
+def sections(page: Path) -> list[str]:
+    return re.split(r"^## ", page.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+
+
+def size(block: Block) -> int:
+    return sum(bool(line.strip()) for line in block.text.splitlines())
+
+
+def test_there_are_more_than_sixty_programs() -> None:
+    assert sum(len(list(programs(page))) for page in PAGES) >= 60
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_each_program_has_a_heading_one_sentence_and_its_output(page: Path) -> None:
+    for section in sections(page):
+        heading, sentence, code = re.split(r"\n\n(?=\S)", section.strip(), maxsplit=2)
+        assert re.fullmatch(r"(?:`[^`]*`|[^.`])+\.", " ".join(sentence.split())), f"{heading}: not one sentence"
+        assert code.startswith("```python\n"), heading
+    blocks = list(programs(page))
+    assert len(blocks) == len(sections(page)) == sum(block.language == "python" for block in all_blocks(page))
+    for block, shown in blocks:
+        assert "import" in block.text
+        assert SMALLEST <= size(block) <= LARGEST, f"{name_of(page)}:{block.line}: {size(block)} lines"
+        assert max(map(len, block.text.splitlines())) <= 100, f"{name_of(page)}:{block.line}: too wide to read"
+        assert shown is not None or page.name in SILENT, f"{name_of(page)}:{block.line}: it prints nothing"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_each_program_runs_alone_and_prints_what_is_shown(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["a program"])
+    for block, shown in programs(page):
+        folder = tmp_path / str(block.line)
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        printed, complained = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(complained):
+            exec(compile("\n" * (block.line - 1) + block.text, str(page), "exec"), {"__name__": "__main__"})
+        assert printed.getvalue().rstrip() == (shown.text if shown else ""), f"{name_of(page)}:{block.line}"
+        assert complained.getvalue() == "", f"{name_of(page)}:{block.line}"
+
+
+def test_the_index_leads_to_every_program() -> None:
+    index = links(ROOT / "docs/cookbook/README.md")
+    for page in PAGES:
+        led_to = {link for link in index if link.startswith(f"{page.name}#")}
+        assert len(led_to) == len(sections(page)), name_of(page)
