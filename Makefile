@@ -9,16 +9,18 @@ JS_READY := node_modules/.package-lock.json
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-# Find uv, or install the one of requirements/uv.txt into .uv, and then remove what was only needed for that.
-FIND_UV = if command -v uv >/dev/null 2>&1; then UV=uv; else UV=.uv/bin/uv; \
-	  if [ ! .uv/.whole -nt requirements/uv.txt ]; then $(PYTHON) -m venv --clear .uv && \
-	  .uv/bin/pip install --quiet --disable-pip-version-check --require-hashes --no-compile -r requirements/uv.txt && \
-	  .uv/bin/pip uninstall --quiet --yes setuptools pip && touch .uv/.whole || exit 1; fi; fi
+# Make .venv, with the pip that Python brings. .venv/.whole is missing after an install that was cut short; the next one
+# then installs every package again.
+VENV = AGAIN=; [ -f .venv/.whole ] || { AGAIN=--reinstall; $(PYTHON) -m venv .venv; } || exit 1
 
-# Install into .venv what a file names, and this folder. .venv/.whole is missing after an install that was cut short;
-# the next one then installs every package again.
-INSTALL = $(FIND_UV); if [ -f .venv/.whole ]; then AGAIN=; else AGAIN=--reinstall; $(PYTHON) -m venv .venv || exit 1; fi; \
-	  rm -f .venv/.whole; $$UV pip install --quiet --python .venv --no-deps --build-constraints requirements/dev.txt $$AGAIN -e . -r
+# Find uv, or install the one of requirements/uv.txt into .uv.
+FIND_UV = UV=uv; command -v uv >/dev/null 2>&1 || { UV=.uv/bin/uv; [ .uv/.whole -nt requirements/uv.txt ]; } || { rm -rf .uv && \
+	  .venv/bin/pip install --quiet --disable-pip-version-check --require-hashes --no-compile --target .uv -r requirements/uv.txt && \
+	  touch .uv/.whole; } || exit 1
+
+# Install into .venv what a file names, and this folder.
+INSTALL = $(VENV); $(FIND_UV); rm -f .venv/.whole; \
+	  $$UV pip install --quiet --python .venv --no-deps --build-constraints requirements/dev.txt $$AGAIN -e . -r
 
 $(READY): pyproject.toml requirements/dev.txt
 	@$(INSTALL) requirements/dev.txt --exact --compile-bytecode && touch .venv/.whole $(CORE) $@
@@ -61,7 +63,7 @@ bench: $(READY) ## Measure ratios against floors and peers
 	@for script in benchmarks/bench_link.py benchmarks/simulation.py benchmarks/camera.py benchmarks/serving.py benchmarks/et.py benchmarks/recording.py benchmarks/web.py benchmarks/wifi.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
 lock: ## Renew the versions and hashes in requirements/
-	@$(FIND_UV); export UV_CUSTOM_COMPILE_COMMAND="make lock"; LOCK="$$UV pip compile --quiet --upgrade --universal --generate-hashes --annotation-style line"; \
+	@$(VENV); $(FIND_UV); export UV_CUSTOM_COMPILE_COMMAND="make lock"; LOCK="$$UV pip compile --quiet --upgrade --universal --generate-hashes --annotation-style line"; \
 	  $$LOCK --all-extras --group dev pyproject.toml -o requirements/dev.txt && \
 	  $$LOCK --constraints requirements/dev.txt pyproject.toml -o requirements/core.txt && \
 	  echo uv | $$LOCK - -o requirements/uv.txt
