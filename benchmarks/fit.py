@@ -14,7 +14,7 @@ from pathlib import Path
 
 from elib.calibration import fit_robot
 from elib.physics.profiles import profile
-from elib.recording import load
+from elib.recording import read_recording
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "calibration"))
 from parity_drives import hidden_robot, off
@@ -28,7 +28,7 @@ SPACING = 0.00025
 def errors(folder: Path, seed: int, jitter: float, duration: float) -> dict[str, float]:
     """Return by how much each value of one robot was missed."""
     hidden = hidden_robot(folder, seed, keys=f"&jitter={jitter:g}" if jitter else "", duration=duration)
-    found = fit_robot(load(hidden.file))
+    found = fit_robot(read_recording(hidden.file))
     hidden.file.unlink()
     if found.wheels is None or found.link is None or found.curve is None:
         raise SystemExit(f"robot {seed}: {found.missing}")

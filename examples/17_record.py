@@ -1,7 +1,6 @@
 """Record a run in a file, and read from the file what happened; it needs the extra ``record``."""
 
 import elib
-from elib.recording import load
 
 
 async def main(robot: elib.Epuck) -> None:
@@ -18,7 +17,7 @@ async def main(robot: elib.Epuck) -> None:
 
 elib.run(main, default="sim://?speed=max")
 
-recording = load("run.mcap")
+recording = elib.read_recording("run.mcap")
 print(f"{recording.about['firmware']} in the world {recording.about['world']}")
 print(f"{len(list(recording.entries('/calls')))} calls, {len(recording.exchange())} pieces of bytes")
 for entry in recording.entries("/notes"):

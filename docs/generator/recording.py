@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 import elib
-from elib.recording import load
+from elib.recording import read_recording
 from elib.recording.topics import TOPICS, Schema
 from generator.markdown import table
 
@@ -54,7 +54,7 @@ def about() -> str:
         path = Path(folder) / "run.mcap"
         with elib.connect("sim://?speed=max") as robot, robot.record(path):
             robot.selector()
-        found = load(path).about
+        found = read_recording(path).about
     unknown = found.keys() - EXPLAINED.keys()
     if unknown:
         raise RuntimeError(f"EXPLAINED does not explain {sorted(unknown)}")

@@ -16,17 +16,17 @@ import elib
 from elib.behaviours import find
 from elib.cli import main
 from elib.cli.run import own_name
-from elib.recording import load, summary_of
+from elib.recording import read_recording, summary_of
 
 FAST = "sim://?speed=max"
 
 
 def notes(path: Path) -> list[tuple[str, str]]:
-    return [(each.data["name"], each.data["message"]) for each in load(path).entries("/notes")]
+    return [(each.data["name"], each.data["message"]) for each in read_recording(path).entries("/notes")]
 
 
 def commands(path: Path) -> list[str]:
-    return [each.data["command"] for each in load(path).entries("/calls")]
+    return [each.data["command"] for each in read_recording(path).entries("/calls")]
 
 
 # -- elib record -----------------------------------------------------------------------------------------------------
@@ -39,7 +39,7 @@ def test_a_robot_is_recorded_while_its_sensors_are_read(tmp_path: Path, capsys: 
     assert out == ""
     assert err.splitlines()[0] == "robot time  5.0 s"
     assert re.search(r"^recording   \d+ messages, \d+ KB in ", err, re.MULTILINE)
-    summary = summary_of(load(path))
+    summary = summary_of(read_recording(path))
     assert summary.is_complete
     assert summary.messages["/readings/proximity"] in (50, 51)
     assert summary.messages["/readings/ambient_light"] in (50, 51)
@@ -66,7 +66,7 @@ def test_enter_ctrl_c_or_a_signal_ends_a_recording_that_is_then_whole(end: str, 
         else:
             assert running.end(number) == 128 + number
         assert "messages" in running.err.until("recording  ")
-    assert summary_of(load(path)).is_complete
+    assert summary_of(read_recording(path)).is_complete
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,7 @@ def test_a_cut_file_is_made_whole_beside_the_old_one(run: Path, capsys: pytest.C
     out, err = capsys.readouterr()
     assert out == ""
     assert re.match(r"lost: 0 damaged pieces inside and the last \d+ bytes of \d+\nwrote ", err)
-    assert summary_of(load(run.with_name("cut.repaired.mcap"))).is_complete
+    assert summary_of(read_recording(run.with_name("cut.repaired.mcap"))).is_complete
     assert main(["record", "repair", str(cut)]) == 2
     assert "exists; a recording never replaces a file" in capsys.readouterr().err
     assert main(["record", "repair", str(cut), "-o", str(run.with_name("new.mcap"))]) == 0
@@ -191,7 +191,7 @@ def test_every_program_logs_and_records(
     robot = [] if "--robot" in tokens else ["--robot", FAST]
     assert main([*tokens, *robot, "--log", "run.log", "--record", "run.mcap"]) == 0
     assert command in commands(tmp_path / "run.mcap")
-    assert summary_of(load(tmp_path / "run.mcap")).is_complete
+    assert summary_of(read_recording(tmp_path / "run.mcap")).is_complete
     lines = (tmp_path / "run.log").read_text().splitlines()
     assert sum(" call " in line for line in lines) == len(commands(tmp_path / "run.mcap"))
 
@@ -226,7 +226,7 @@ def test_the_states_and_messages_of_a_behaviour_are_notes(tmp_path: Path, capsys
     assert main(["run", "avoid", "--for", "20", "--robot", FAST, "--record", str(path)]) == 0
     assert ("state", "roaming") in notes(path)
     assert "recording" in capsys.readouterr().err
-    assert load(path).path(measured=True)[0].time <= load(path).began
+    assert read_recording(path).path(measured=True)[0].time <= read_recording(path).began
     spoken = tmp_path / "spoken.mcap"
     assert main(["run", "sensors-tour", "--for", "5", "--robot", FAST, "--record", str(spoken)]) == 0
     said = capsys.readouterr().err
@@ -241,7 +241,7 @@ def test_each_robot_of_a_swarm_has_a_file_of_its_own_and_all_share_a_log(tmp_pat
     assert main(["run", "aggregation", "--for", "2", "--robot", robot, *files]) == 0
     names = sorted(each.name for each in tmp_path.glob("*.mcap"))
     assert names == [f"run-epuck-{number}.mcap" for number in (1, 2, 3)]
-    assert [load(tmp_path / name).about["robot"] for name in names] == ["epuck-1", "epuck-2", "epuck-3"]
+    assert [read_recording(tmp_path / name).about["robot"] for name in names] == ["epuck-1", "epuck-2", "epuck-3"]
     rows = [line for line in (tmp_path / "run.log").read_text().splitlines() if not line.startswith("#")]
     assert {row.split()[1] for row in rows} == {
         "epuck-1",

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from elib.recording import Health, load
+from elib.recording import Health, read_recording
 
 SPEED = 20
 STALL = 0.1
@@ -82,7 +82,7 @@ def record_and_kill(path: Path, pause: Callable[[], object]) -> Killed:
         told += process.stdout.read()
         process.wait(PATIENCE)
     marks = [float(line.split()[1]) for line in told.decode().splitlines() if line.count(" ") == 1]
-    recording, health = load(path), Health()
+    recording, health = read_recording(path), Health()
     found = [each.data["message"] for each in recording.entries("/notes") if each.data["name"] == "mark"]
     calls = sum(1 for _ in recording.entries("/calls", health=health))
     numbers = [int(text.split()[0]) for text in found]

@@ -11,7 +11,7 @@ import pytest
 from killing import record_and_kill
 from recordings import read
 
-from elib.recording import load, summary_of
+from elib.recording import read_recording, summary_of
 from elib.recording.repair import repair
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
@@ -29,8 +29,8 @@ def test_what_is_older_than_a_second_outlives_a_killed_program(seconds: float, t
     assert found.health.damaged == 0
     assert not found.health.is_complete
     # The file as it was left is a recording like any other, and can be made a whole one.
-    summary = summary_of(load(path))
+    summary = summary_of(read_recording(path))
     assert summary.messages["/calls"] == found.calls >= 15 * found.kept
     done = repair(path)
-    assert summary_of(load(done.path)).is_complete
+    assert summary_of(read_recording(done.path)).is_complete
     assert sum(each.topic == "/calls" for each in read(done.path)) == found.calls

@@ -11,7 +11,7 @@ import elib
 from elib.calibration.comparison import compare, run_of
 from elib.cli import main
 from elib.et import main as et
-from elib.recording import Health, load
+from elib.recording import Health, read_recording
 from elib.recording.state import state_at
 from elib.recording.timeline import timeline
 
@@ -27,7 +27,7 @@ def test_a_log_with_the_names_of_2011(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_a_recording_is_read_in_every_way() -> None:
-    recording, health = load(FILES / "drive.mcap"), Health()
+    recording, health = read_recording(FILES / "drive.mcap"), Health()
     entries = list(recording.entries(health=health))
     assert (health.is_complete, health.damaged, len(entries)) == (True, 0, health.messages)
     assert recording.about["robot"] == "Ada Lovelace"
@@ -43,7 +43,7 @@ def test_a_recording_is_replayed() -> None:
     with elib.connect(f"replay://{FILES / 'drive.mcap'}?speed=max") as robot:
         robot.set_speed(0.3, 0.2)
         near = robot.proximity()
-    (first, *_) = load(FILES / "drive.mcap").entries("/readings/proximity")
+    (first, *_) = read_recording(FILES / "drive.mcap").entries("/readings/proximity")
     assert near == tuple(first.data.values())[1:-1]
 
 

@@ -20,7 +20,7 @@ from recordings import read, recorded
 
 import elib
 from elib.errors import ArgumentError, Unsupported
-from elib.recording import Entry, Health, Recorder, Recording, load, mcapfile, summary_of
+from elib.recording import Entry, Health, Recorder, Recording, mcapfile, read_recording, summary_of
 from elib.recording.mcapwriter import CHUNK, MAGIC, METADATA, McapWriter
 from elib.recording.repair import repair, repaired_name
 from elib.recording.state import state_at
@@ -67,7 +67,7 @@ def records(content: bytes) -> list[tuple[int, int, int]]:
 
 def entries(path: Path) -> tuple[list[Entry], Health]:
     health = Health()
-    return list(load(path).entries(health=health)), health
+    return list(read_recording(path).entries(health=health)), health
 
 
 # -- whole files -----------------------------------------------------------------------------------------------------
@@ -80,7 +80,7 @@ def test_what_was_written_is_read(whole: Path) -> None:
 
 
 def test_topics_are_chosen_by_name_and_readings_together(whole: Path) -> None:
-    recording = load(whole)
+    recording = read_recording(whole)
     assert {each.topic for each in recording.entries("/notes", "/calls")} == {"/notes", "/calls"}
     assert {each.topic for each in recording.entries("/readings/")} == {"/readings/proximity"}
     assert list(recording.entries("/note")) == []
@@ -91,7 +91,7 @@ def test_every_topic_stands_once_in_the_table_of_topics() -> None:
 
 
 def test_a_summary_counts_messages_notes_and_time(whole: Path) -> None:
-    summary = summary_of(load(whole))
+    summary = summary_of(read_recording(whole))
     assert summary.is_complete
     assert summary.messages["/calls"] == summary.messages["/readings/proximity"] == CALLS
     assert summary.rate("/calls") == pytest.approx(CALLS / summary.duration)
@@ -133,13 +133,13 @@ def test_a_file_that_is_not_a_recording_is_refused_in_words(tmp_path: Path) -> N
         (Path(""), "is a folder, not a recording"),
     ):
         with pytest.raises(ArgumentError, match=message):
-            load(path)
+            read_recording(path)
 
 
 def test_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.mcap")
     with pytest.raises(ArgumentError, match="it is not a regular file"):
-        load(tmp_path / "pipe.mcap")
+        read_recording(tmp_path / "pipe.mcap")
 
 
 # -- messages that are not what they should be ------------------------------------------------------------------------
@@ -195,9 +195,9 @@ def test_an_outcome_whose_call_is_lost_or_damaged_is_still_shown(
             writer.add_message(writer.register("/calls", "elib.Call", b"{}"), 0, json.dumps(call).encode())
         writer.add_message(writer.register("/outcomes", "elib.Outcome", b"{}"), 0, json.dumps(ended).encode())
         writer.finish()
-    (moment,) = timeline(load(path))
+    (moment,) = timeline(read_recording(path))
     assert moment.text.startswith(command)
-    assert state_at(load(path), 2.0).memory.lamps == [0] * 10
+    assert state_at(read_recording(path), 2.0).memory.lamps == [0] * 10
 
 
 # -- chunks ----------------------------------------------------------------------------------------------------------
@@ -243,7 +243,7 @@ def test_a_note_that_packs_very_well_is_not_taken_for_a_bomb(tmp_path: Path) -> 
 def test_without_the_package_mcap_the_hint_says_how_to_install_it(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mcapfile.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(Unsupported, match=r"pip install .\.\[record\]"):
-        load(whole)
+        read_recording(whole)
 
 
 # -- files that were cut ---------------------------------------------------------------------------------------------
@@ -262,7 +262,7 @@ def test_a_file_cut_anywhere_is_read_to_its_last_whole_chunk(whole: Path, conten
         path.write_bytes(content[:cut])
         if cut < beginning:
             with pytest.raises(ArgumentError):
-                load(path)
+                read_recording(path)
             continue
         found, health = entries(path)
         assert found == everything[: len(found)]
@@ -308,7 +308,7 @@ def test_a_damaged_file_raises_nothing_but_argument_errors(
     path.write_bytes(broken)
     everything = {(each.time, each.topic, str(each.data)) for each in entries(whole)[0]}
     try:
-        recording = load(path)
+        recording = read_recording(path)
         found = list(recording.entries())
         recording.exchange()
         recording.path(measured=True)
@@ -360,8 +360,8 @@ def test_a_cut_file_is_repaired_beside_the_old_one(content: bytes, tmp_path: Pat
     assert again == found
     assert health.is_complete
     assert [(each.topic, each.data) for each in read(done.path)] == [(each.topic, each.data) for each in found]
-    assert load(done.path).about["repaired"] == "cut.mcap"
-    assert load(done.path).scene == load(path).scene != ""
+    assert read_recording(done.path).about["repaired"] == "cut.mcap"
+    assert read_recording(done.path).scene == read_recording(path).scene != ""
 
 
 def test_a_damaged_file_is_repaired_without_what_is_damaged(content: bytes, tmp_path: Path) -> None:
@@ -398,7 +398,7 @@ def test_whatever_is_repaired_is_whole_afterwards(
     path.write_bytes(broken)
     try:
         done = repair(path)
-        repaired: Recording = load(done.path)
+        repaired: Recording = read_recording(done.path)
     except ArgumentError:
         return
     assert summary_of(repaired).is_complete

@@ -23,7 +23,7 @@ import elib
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkLost, ReplyTimeout, Unsupported
 from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES
-from elib.recording import Entry, load, mcapfile, summary_of
+from elib.recording import Entry, mcapfile, read_recording, summary_of
 from elib.recording.background import Background
 from elib.recording.messages import Message
 from elib.recording.recorder import Recorder, check_new
@@ -128,7 +128,7 @@ def test_the_bytes_are_exactly_those_on_the_wire_from_the_opening_on(tmp_path: P
             await robot.sensors()
 
     run_on(SIM, main)
-    found = [(each.to_robot, each.data) for each in load(tmp_path / "run.mcap").exchange()]
+    found = [(each.to_robot, each.data) for each in read_recording(tmp_path / "run.mcap").exchange()]
     assert found == heard
     assert found[1] == (True, b"V\r")
     assert found[2][1].startswith(b"v,Version")
@@ -204,7 +204,7 @@ def test_notes_and_measured_poses_stand_where_they_were_made(tmp_path: Path) -> 
         ("note", 'a "line", ä, \ud800 and \n another'),
         ("state", "searching"),
     ]
-    pose = load(tmp_path / "run.mcap").path(measured=True)[-1]
+    pose = read_recording(tmp_path / "run.mcap").path(measured=True)[-1]
     assert (pose.x, pose.y, pose.heading, pose.time) == (0.25, -0.5, 1.5, now)
 
 
@@ -225,7 +225,7 @@ def test_the_path_in_the_world_and_by_the_counters_is_the_same_but_for_its_begin
             await robot.encoders()
 
     recorded(tmp_path / "run.mcap", main)
-    found = load(tmp_path / "run.mcap")
+    found = read_recording(tmp_path / "run.mcap")
     lengths = [
         sum(((b.x - a.x) ** 2 + (b.y - a.y) ** 2) ** 0.5 for a, b in pairwise(found.path(measured=measured)))
         for measured in (True, False)
@@ -259,7 +259,7 @@ def test_a_reconnecting_robots_gap_and_its_second_opening_are_in_the_file(tmp_pa
     notes = [each["message"] for each in of_topic(tmp_path / "run.mcap", "/notes")]
     assert any(text.startswith("the link is down") for text in notes)
     assert any(text.startswith("the link is back after") for text in notes)
-    asked = [each.data for each in load(tmp_path / "run.mcap").exchange() if each.to_robot]
+    asked = [each.data for each in read_recording(tmp_path / "run.mcap").exchange() if each.to_robot]
     assert asked.count(b"V\r") == 2
 
 
@@ -273,7 +273,7 @@ def test_a_lost_link_ends_the_recording_and_says_why(tmp_path: Path) -> None:
         assert recorder.is_closed
 
     run_on(SIM, main)
-    assert load(tmp_path / "run.mcap").about["url"] == SIM
+    assert read_recording(tmp_path / "run.mcap").about["url"] == SIM
     assert "the session ended" in of_topic(tmp_path / "run.mcap", "/notes")[-1]["message"]
 
 
@@ -347,7 +347,7 @@ def test_a_name_is_taken_letter_by_letter(tmp_path: Path) -> None:
         await robot.proximity()
 
     recorded(tmp_path / "run[1].mcap", main)
-    assert load(tmp_path / "run[1].mcap").about["robot"] == SIM
+    assert read_recording(tmp_path / "run[1].mcap").about["robot"] == SIM
 
 
 def test_a_folder_that_is_not_there_is_an_os_error_at_once(tmp_path: Path) -> None:
@@ -398,7 +398,7 @@ def test_a_recording_ends_with_its_robot_and_has_its_last_stop(tmp_path: Path) -
     run_on(SIM, main)
     assert recorders[0].is_closed
     assert [each["command"] for each in of_topic(tmp_path / "run.mcap", "/outcomes")] == ["set_speed", "stop"]
-    assert summary_of(load(tmp_path / "run.mcap")).is_complete
+    assert summary_of(read_recording(tmp_path / "run.mcap")).is_complete
 
 
 def test_two_recorders_of_one_robot_do_not_know_of_each_other(tmp_path: Path) -> None:
@@ -411,7 +411,7 @@ def test_two_recorders_of_one_robot_do_not_know_of_each_other(tmp_path: Path) ->
     run_on(SIM, main)
     assert len(of_topic(tmp_path / "whole.mcap", "/outcomes")) == 2
     assert len(of_topic(tmp_path / "later.mcap", "/outcomes")) == 1
-    assert load(tmp_path / "later.mcap").about["calls_before"] == "1"
+    assert read_recording(tmp_path / "later.mcap").about["calls_before"] == "1"
 
 
 def test_a_robot_that_is_not_open_cannot_be_recorded(tmp_path: Path) -> None:
@@ -455,28 +455,28 @@ def test_a_part_begins_whenever_its_time_is_over_and_nothing_is_lost_between(tmp
         "run.part2.mcap",
         "run.part3.mcap",
     ]
-    parts, whole = load(tmp_path / "run.mcap"), load(tmp_path / "whole.mcap")
+    parts, whole = read_recording(tmp_path / "run.mcap"), read_recording(tmp_path / "whole.mcap")
     assert [without_stamp(each) for each in parts.entries()] == [without_stamp(each) for each in whole.entries()]
-    last = load(tmp_path / "run.part3.mcap")
+    last = read_recording(tmp_path / "run.part3.mcap")
     assert float(last.about["part_began"]) - last.began == pytest.approx(4, abs=0.2)
     assert last.scene == whole.scene != ""
 
 
 def test_a_part_begins_whenever_it_is_large_enough(tmp_path: Path) -> None:
     recorded(tmp_path / "run.mcap", drive, part_bytes=10_000)
-    sizes = [each.stat().st_size for each in load(tmp_path / "run.mcap").paths]
+    sizes = [each.stat().st_size for each in read_recording(tmp_path / "run.mcap").paths]
     assert len(sizes) > 2
     assert all(10_000 <= size < 40_000 for size in sizes[:-1])
     assert len(of_topic(tmp_path / "run.mcap", "/calls")) < 60
-    assert summary_of(load(tmp_path / "run.mcap")).messages["/calls"] == 60
+    assert summary_of(read_recording(tmp_path / "run.mcap")).messages["/calls"] == 60
 
 
 def test_only_the_newest_parts_are_kept_and_are_found_by_the_first_name(tmp_path: Path) -> None:
     recorded(tmp_path / "run.mcap", drive, part_seconds=1, keep=2)
     names = [each.name for each in sorted(tmp_path.iterdir())]
     assert len(names) == 2
-    assert [each.name for each in load(tmp_path / "run.mcap").paths] == names
-    assert [each.name for each in load(tmp_path / names[1]).paths] == names[1:]
+    assert [each.name for each in read_recording(tmp_path / "run.mcap").paths] == names
+    assert [each.name for each in read_recording(tmp_path / names[1]).paths] == names[1:]
 
 
 # -- a disk that does not take it ------------------------------------------------------------------------------------
@@ -518,7 +518,7 @@ def test_a_full_disk_costs_the_recording_and_not_the_robot(tmp_path: Path) -> No
     assert path.stat().st_size == 12000
     assert "could not be written" in done.stderr
     assert "Traceback" not in done.stderr
-    assert load(path).about["origin"] == "simulator"
+    assert read_recording(path).about["origin"] == "simulator"
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no device that is always full")

@@ -7,7 +7,7 @@ import pytest
 import elib
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ReplayDiffers
-from elib.recording.reader import load
+from elib.recording.reader import read_recording
 from elib.recording.state import state_at
 
 pytest.importorskip("mcap")
@@ -54,7 +54,7 @@ def test_a_program_that_does_something_else_is_told(recorded: tuple[Path, list[o
 
 def test_what_was_watched_is_in_the_recording_as_readings_and_pictures(recorded: tuple[Path, list[object]]) -> None:
     path, first = recorded
-    recording = load(str(path))
+    recording = read_recording(str(path))
     pictures = list(recording.entries("/pictures"))
     near = list(recording.entries("/readings/proximity"))
     watched = {each[1].time for each in first if isinstance(each, tuple)}
@@ -122,7 +122,7 @@ def test_what_only_streams_has_its_poses_and_its_world(tmp_path: Path) -> None:
             for count, _ in enumerate(robot.watch("encoders", rate=10)):
                 if count == 20:
                     break
-    recording = load(str(path))
+    recording = read_recording(str(path))
     measured, counted = recording.path(measured=True), recording.path(measured=False)
     assert len(measured) >= 15
     assert len(counted) >= 20

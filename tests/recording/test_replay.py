@@ -19,7 +19,7 @@ from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported
 from elib.physics import World
 from elib.protocol.profiles import PROFILES
-from elib.recording import load
+from elib.recording import read_recording
 from elib.recording.state import state_at
 from elib.robot.aio import Epuck
 from elib.runner import run_on
@@ -170,7 +170,7 @@ def test_a_link_that_was_lost_is_lost_and_comes_back_when_it_came_back(tmp_path:
     path = tmp_path / "run.mcap"
     live, calls = played("billiard", cut(tmp_path), 12, path)
     again, calls_again = played("billiard", replay(path), 12)
-    assert any(entry.data["event"] == "back" for entry in load(path).entries("/notes"))
+    assert any(entry.data["event"] == "back" for entry in read_recording(path).entries("/notes"))
     assert calls_again == calls
     assert (again.states, again.duration) == (live.states, live.duration)
 
@@ -292,7 +292,7 @@ def test_a_recording_whose_first_parts_are_gone_says_so(tmp_path: Path) -> None:
         run_on(replay(path), wander)
     assert "the first parts of this recording are missing" in caught.value.hint
     with pytest.raises(ArgumentError, match=r"has \d\.\d+ s to \d+\.\d+ s of its run; 0.5 s is not in it"):
-        state_at(load(path), 0.5)
+        state_at(read_recording(path), 0.5)
 
 
 def test_calls_at_the_same_time_are_told_apart(tmp_path: Path) -> None:
@@ -469,12 +469,16 @@ def test_a_fork_goes_on_smoothly_from_every_tenth_of_a_run(tmp_path: Path, tenth
 def test_a_fork_has_the_recorded_step_counters_and_camera(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     recorded(path, tour)
-    expected = state_at(load(path), 9.0).steps
+    expected = state_at(read_recording(path), 9.0).steps
 
     async def read(robot: Epuck) -> tuple[elib.Steps, elib.CameraSettings]:
         return await robot.encoders(), await robot.camera()
 
-    counted = [entry for entry in load(path).entries("/readings/encoders") if entry.time - load(path).began < 9.0]
+    counted = [
+        entry
+        for entry in read_recording(path).entries("/readings/encoders")
+        if entry.time - read_recording(path).began < 9.0
+    ]
     near = counted[-1].data
     for state, then in zip(expected, (near["left"], near["right"]), strict=True):
         assert abs(state - then) <= 0.2 * 520  # the last reading was 0.2 s before at most
@@ -504,7 +508,7 @@ def test_a_fork_has_what_was_pushed_where_it_lay(tmp_path: Path) -> None:
     x, y = recorded(path, push, f"sim://{scene}?speed=max")
     assert x > 0.4
     scene.unlink()  # the recording holds the world
-    length = load(path).path(measured=True)[-1].time - load(path).began
+    length = read_recording(path).path(measured=True)[-1].time - read_recording(path).began
 
     async def find_it(robot: Epuck) -> tuple[float, float]:
         post = world_of(robot).snapshot().cylinders[0]
@@ -524,8 +528,10 @@ def test_step_counters_that_were_seldom_read_go_on_at_the_firmwares_own_rate(tmp
         return await robot.encoders()
 
     left, right = recorded(path, spin)
-    length = [entry.time for entry in load(path).entries("/readings/encoders")][-1] - load(path).began
-    steps = state_at(load(path), length - 0.002, rate=lambda speed: step_rate("asercom-1.2.2", speed)).steps
+    length = [entry.time for entry in read_recording(path).entries("/readings/encoders")][-1] - read_recording(
+        path
+    ).began
+    steps = state_at(read_recording(path), length - 0.002, rate=lambda speed: step_rate("asercom-1.2.2", speed)).steps
     assert steps == pytest.approx((left, right), abs=3)
 
     async def read(robot: Epuck) -> elib.Steps:
@@ -545,9 +551,9 @@ def test_a_command_counts_from_when_the_robot_got_it(tmp_path: Path) -> None:
         await robot.encoders()
 
     recorded(path, turn_back, f"{SIM}&latency=0.15")
-    told = [entry.time - load(path).began for entry in load(path).entries("/outcomes")][1]
-    assert state_at(load(path), told - 0.2).speed == (500, 500)
-    assert state_at(load(path), told - 0.1).speed == (-500, -500)
+    told = [entry.time - read_recording(path).began for entry in read_recording(path).entries("/outcomes")][1]
+    assert state_at(read_recording(path), told - 0.2).speed == (500, 500)
+    assert state_at(read_recording(path), told - 0.1).speed == (-500, -500)
 
 
 def test_a_robot_that_restarts_stands_from_then_on(tmp_path: Path) -> None:
@@ -560,8 +566,8 @@ def test_a_robot_that_restarts_stands_from_then_on(tmp_path: Path) -> None:
         await robot.proximity()
 
     recorded(path, restart)
-    done = next(entry for entry in load(path).entries("/outcomes") if entry.data["command"] == "reset")
-    during = state_at(load(path), done.time - load(path).began - done.data["round_trip"] / 2)
+    done = next(entry for entry in read_recording(path).entries("/outcomes") if entry.data["command"] == "reset")
+    during = state_at(read_recording(path), done.time - read_recording(path).began - done.data["round_trip"] / 2)
     assert during.speed == (0, 0)
 
 
@@ -574,7 +580,7 @@ def test_of_speeds_that_were_replaced_before_they_were_sent_the_newest_counts(tm
         await robot.proximity()
 
     recorded(path, hurry)
-    assert state_at(load(path), 0.5).speed == (100, 100)
+    assert state_at(read_recording(path), 0.5).speed == (100, 100)
 
 
 @pytest.mark.parametrize("what", ["where the robot began", "beside it", "a wall", "a box less"])
@@ -619,9 +625,9 @@ def test_a_fork_without_measured_poses_goes_on_by_the_step_counters(tmp_path: Pa
     first, path = tmp_path / "first.mcap", tmp_path / "run.mcap"
     recorded(first, tour)
     recorded(path, tour, replay(first))  # a recording of a replay knows of no world
-    state = state_at(load(path), 5.0)
+    state = state_at(read_recording(path), 5.0)
     assert not state.is_measured
-    truth = state_at(load(first), 5.0).pose
+    truth = state_at(read_recording(first), 5.0).pose
 
     async def place(robot: Epuck) -> tuple[float, float, float]:
         pose = world_of(robot).pose(0)

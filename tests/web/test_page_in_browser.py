@@ -14,7 +14,7 @@ pytest.importorskip("websockets", reason="the extra web is not installed: pip in
 
 from panel_rig import TICK, Driver, far, needs_browser, panel, program
 
-from elib.recording.reader import load
+from elib.recording.reader import read_recording
 
 pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
 
@@ -297,7 +297,7 @@ async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_al
         await driver.click(f"{row} .primary")
     await driver.tab.until(f"{TICK}.log === null && {TICK}.recorder === null")
     assert "set_led" in (folder / "drive.log").read_text()
-    calls = [entry.data["command"] for entry in load(folder / "drive.mcap").entries("/calls")]
+    calls = [entry.data["command"] for entry in read_recording(folder / "drive.mcap").entries("/calls")]
     assert "set_led" in calls
     # The recording opens in the same page and is scrubbed.
     await driver.press("drive.mcap")

@@ -20,7 +20,7 @@ from elib.emulator.robotprofile import load as load_profile
 from elib.errors import ArgumentError
 from elib.physics import Scene, Snapshot, World
 from elib.physics.worldfile import parse
-from elib.recording import Recording, load
+from elib.recording import Recording, read_recording
 from elib.view.compared import draw_comparison
 from elib.view.report import check_report
 
@@ -61,7 +61,7 @@ def compare(
         )
     if plot is not None:
         check_report(plot)
-    recording = load(first)
+    recording = read_recording(first)
     parts: Parity | None = None
     if second is None:
         line = LiveLine()
@@ -72,7 +72,7 @@ def compare(
             line.clear()
         found = parts.comparison
     else:
-        found = comparison.compare(run_of(recording), run_of(load(second)))
+        found = comparison.compare(run_of(recording), run_of(read_recording(second)))
     labels = labels_of(first, second, profile)
     if json:
         print_json(to_json(found, parts, labels))

@@ -15,7 +15,7 @@ from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, LiveLine, columns, say, table
 from elib.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.errors import ArgumentError
-from elib.recording import load
+from elib.recording import read_recording
 
 Recorded = Annotated[Path, Cli(name="FILE", help="A recording of a drive, .mcap.")]
 Output = Annotated[
@@ -37,7 +37,9 @@ def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, js
         raise ArgumentError(f"the profile cannot be written to {str(output)!r}; its name must end in .toml")
     line = LiveLine()
     try:
-        found = fit_robot(load(file), world=world, progress=lambda text: line.show([(f"fitting: {text}", DIM)]))
+        found = fit_robot(
+            read_recording(file), world=world, progress=lambda text: line.show([(f"fitting: {text}", DIM)])
+        )
     finally:
         line.clear()
     if output is not None:

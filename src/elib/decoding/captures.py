@@ -53,11 +53,11 @@ def mcap(file: BufferedReader, direction: Direction, name: str) -> Iterator[Piec
         ArgumentError: The file is not a recording, or is a pipe.
         Unsupported: The package mcap is not installed.
     """
-    from elib.recording.reader import load  # the package mcap may not be installed, and other forms do not need it
+    from elib.recording.reader import read_recording  # mcap may not be installed, and other forms do not need it
 
     if name == "-":
         raise ArgumentError("a recording is read from a file, not from a pipe", hint="elib decode run.mcap")
-    for entry in load(name).entries(BYTES.name):
+    for entry in read_recording(name).entries(BYTES.name):
         transfer = entry.transfer
         yield transfer.time, "to robot" if transfer.to_robot else "to host", transfer.data
 
