@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from elib.errors import SimulationStalled as SimulationStalled
     from elib.errors import SwarmError as SwarmError
     from elib.errors import Unsupported as Unsupported
+    from elib.et.logtable import read_log as read_log
     from elib.physics.batch import Batch as Batch
     from elib.physics.body import EpuckModel as EpuckModel
     from elib.physics.controller import Controller as Controller
@@ -70,6 +71,7 @@ if TYPE_CHECKING:
     from elib.protocol.values import Temperature as Temperature
     from elib.protocol.values import Version as Version
     from elib.protocol.values import Wheels as Wheels
+    from elib.recording.reader import read_recording as read_recording
     from elib.robot.aio import Epuck as Epuck
     from elib.robot.aio import connect_async as connect_async
     from elib.robot.aio import open as open  # noqa: A004  # elib.open is the name users read

@@ -40,9 +40,14 @@ def name_of_2011(command: str) -> str:
 _COMMANDS = {name_of_2011(command): command for command in NAMES_OF_2011}
 
 
+def python_name(name: str) -> str:
+    """Return the Python name of a command that a log names in either way: ``proximity`` for ``GetIR(..)``."""
+    return _COMMANDS.get(name, name.removesuffix("(..)"))
+
+
 def synonyms(name: str) -> set[str]:
     """Return all names of a command in logs, given one of them; of any other word, only the word itself."""
-    command = _COMMANDS.get(name, name.removesuffix("(..)"))
+    command = python_name(name)
     names = {command, name_of_2011(command)}
     is_command = name in names and command.isidentifier() and command.islower()
     return names if is_command else {name}

@@ -43,7 +43,7 @@ def test_the_exported_names_are_these() -> None:
         RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent RunContext Scene SdCard Selector Sensors
         SimulationError SimulationStalled Snapshot LinkStats Steps Swarm SwarmError Temperature
         UnexpectedReset Unsupported Version Watch Wheels World __version__ behaviour connect
-        connect_async find play react reconnecting robot_url robot_urls swarm wait
+        connect_async find play react read_log read_recording reconnecting robot_url robot_urls swarm wait
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)

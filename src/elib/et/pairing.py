@@ -28,6 +28,7 @@ class Pair(NamedTuple):
         event: ``ok`` or ``ko``.
         command: The command, by the name it has in the log.
         latency: Time from the call to its outcome, s.
+        call: Which call of the log it is, from 0.
     """
 
     time: float
@@ -35,6 +36,7 @@ class Pair(NamedTuple):
     event: bytes
     command: bytes
     latency: float
+    call: int
 
 
 @dataclass(slots=True)
@@ -46,8 +48,9 @@ class Pairing:
     """
 
     orphans: int = 0
+    _calls: int = 0
     _given_up: Counter[tuple[bytes, bytes]] = field(default_factory=Counter)
-    _open: dict[tuple[bytes, bytes], deque[float]] = field(default_factory=dict)
+    _open: dict[tuple[bytes, bytes], deque[tuple[float, int]]] = field(default_factory=dict)
     _count: int = 0
     _last: dict[bytes, float] = field(default_factory=dict)
 
@@ -74,9 +77,9 @@ class Pairing:
             waiting = unended.get(key)
             if event == b"call":
                 if waiting is None:
-                    unended[key] = deque((now,))
-                else:
-                    waiting.append(now)
+                    waiting = unended[key] = deque()
+                waiting.append((now, self._calls))
+                self._calls += 1
                 self._count += 1
                 if self._count > MAX_OPEN:
                     raise block.error(place, f"more than {MAX_OPEN} calls have no ok or ko; this is not a log")
@@ -86,11 +89,11 @@ class Pairing:
             elif waiting is None:
                 self.orphans += 1
             else:
-                begun = waiting.popleft()
+                begun, number = waiting.popleft()
                 if not waiting:
                     del unended[key]
                 self._count -= 1
-                yield Pair(begun, robot, event, command, now - begun if now > begun else 0.0)
+                yield Pair(begun, robot, event, command, now - begun if now > begun else 0.0, number)
         if len(self._last) > MAX_ROBOTS:
             raise block.error(0, f"up to here there are more than {MAX_ROBOTS} robots; this is not a log")
 

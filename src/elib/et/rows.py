@@ -38,6 +38,7 @@ class Block:
         line: Number of the first line, from 1.
         count: How many lines there are, with comments and empty lines.
         size: How many bytes were read.
+        is_whole: Whether its last line has a line end; without one it may have been cut off.
     """
 
     def __init__(self, data: bytes, name: str = "stdin", line: int = 1) -> None:
@@ -49,6 +50,7 @@ class Block:
         self.line = line
         self.count = len(lines)
         self.size = len(data)
+        self.is_whole = data.endswith(b"\n")
         self._lines = lines
 
     def words(self, column: int) -> list[bytes]:

@@ -55,8 +55,7 @@ class Log:
     """
 
     def __init__(self, robot: Robot, target: Target, *, names: Vocabulary = "python") -> None:
-        if names not in get_args(Vocabulary):
-            raise ArgumentError(f"names is {names!r}; it must be {' or '.join(map(repr, get_args(Vocabulary)))}")
+        check_names(names)
         self._channel = robot.session
         self._name = escaped(robot.name)
         self._names: Vocabulary = names
@@ -162,6 +161,16 @@ class Log:
 
     def _remark(self, text: str) -> None:
         self._writer.put("".join(f"#{line}\n" for line in text.splitlines() or [""]))
+
+
+def check_names(names: str) -> None:
+    """Check that there is such a vocabulary.
+
+    Raises:
+        ArgumentError: There is no such vocabulary.
+    """
+    if names not in get_args(Vocabulary):
+        raise ArgumentError(f"names is {names!r}; it must be {' or '.join(map(repr, get_args(Vocabulary)))}")
 
 
 def logged_name(command: str, names: Vocabulary = "python") -> str:
