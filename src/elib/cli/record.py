@@ -1,4 +1,4 @@
-"""``elib record``: record a robot, show what a recording holds, repair a recording that was cut off."""
+"""``elib record``: record a robot, show what a recording holds, repair one that was cut off, export its tables."""
 
 from __future__ import annotations
 
@@ -12,16 +12,20 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import AsJson, RobotUrl, Seconds, check_duration
+from elib.cli.export import export
 from elib.cli.live import ENTER, Watcher, beside, period_of
 from elib.cli.readings import Json, print_json
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.watch import RATE, Names, Rate, chosen
+from elib.errors import ArgumentError
+from elib.et.formats import format_of
 from elib.plaintext import plain
 from elib.protocol.values import Proximity
-from elib.recording import Recorder, Summary, load, summary_of
+from elib.recording import Recorder, Summary, read_recording, summary_of
 from elib.recording.recorder import check_new
 from elib.recording.repair import repair
+from elib.recording.tables import FIXED
 from elib.robot.aio import Epuck
 from elib.robot.substitute import DEFAULT_URL
 from elib.runner import run_on, unwritable
@@ -41,6 +45,12 @@ Output = Annotated[
     str | None, Cli(name=("-o", "--output"), metavar="OUT", help="The new file; FILE.repaired.mcap by default.")
 ]
 
+Tables = Annotated[
+    str, Cli(name="TABLES", help=f"proximity or another reading, {', '.join(FIXED)}; all tables by default.")
+]
+Csv = Annotated[str | None, Cli(name="--csv", metavar="PATH", help="Write CSV: a folder, or a file for one table.")]
+Parquet = Annotated[str | None, Cli(name="--parquet", metavar="PATH", help="Write Parquet, in the same way.")]
+Replace = Annotated[bool, Cli(name="--replace", help="Replace files that exist.")]
 
 app = App(name="record")
 
@@ -64,7 +74,8 @@ def record(
     second is in the file, even if this program is killed; Foxglove (https://foxglove.dev) shows the file. `elib run
     BEHAVIOUR --record FILE` records a robot that does something.
 
-    `elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off.
+    `elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off, and
+    `elib record export FILE --csv FOLDER` makes tables of it.
     """
     check_duration(seconds)
     wanted = chosen(names, rate)
@@ -101,7 +112,7 @@ def record(
 @app.command(name="info")
 def info(file: Existing, /, *, json: AsJson = False) -> None:
     """Show what a recording holds, and whether it is complete."""
-    summary = summary_of(load(file))
+    summary = summary_of(read_recording(file))
     if json:
         print_json(to_json(summary))
     else:
@@ -122,6 +133,29 @@ def mend(file: Existing, /, *, output: Output = None) -> None:
         lost = f"{health.damaged} damaged pieces inside and the last {done.lost} bytes of {Path(file).stat().st_size}"
         say(f"lost: {lost}")
     say(f"wrote {done.path}: {done.messages} messages")
+
+
+@app.command(name="export")
+def export_tables(
+    file: Existing, /, *tables: Tables, csv: Csv = None, parquet: Parquet = None, replace: Replace = False
+) -> None:
+    """Write what was recorded as tables, a file for each: proximity.csv, encoders.csv, calls.csv and so on.
+
+    A row is a reading, a column is a number: time, proximity_front_right, ..., robot, origin. Times are in s on the
+    robot's clock. PATH is a folder; or a file, where one of TABLES is named. Parquet needs the extra `parquet`.
+    """
+    if (csv is None) == (parquet is None):
+        raise ArgumentError("elib record export needs --csv or --parquet, one of them", hint="try --csv tables")
+    format_name = format_of("csv" if parquet is None else "parquet", csv or parquet)
+    names = [name.replace("-", "_") for name in tables]
+    done = export(read_recording(file), Path(csv or parquet or ""), format_name, names, replace=replace)
+    print(table([("file", "rows"), *((str(path), str(count)) for path, count in done.rows.items())], indent=0))
+    if not done.is_complete:
+        say(f"{file} is not complete: {done.damaged} damaged pieces were left out; all that is whole was exported")
+    if done.misfits:
+        say(f"{done.misfits} readings were left out: they have other fields than the first one of their kind")
+    if done.pictures:
+        say(f"{done.pictures} pictures are not in the tables; in Python, recording.entries('/pictures') has them")
 
 
 async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float | None, watcher: Watcher) -> None:

@@ -43,7 +43,7 @@ PAIRS = (*LOG[:4], Header("latency"))
 JSON_NUMBER = re.compile(r"[+-]?[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?")
 NEEDS_QUOTES = re.compile(rb'[",\r]')
 """Characters that need quotes in CSV; a decimal comma is one of them."""
-TYPES = {"text": "VARCHAR", "whole": "BIGINT", "number": "DOUBLE", "any": "VARCHAR"}
+TYPES = {"text": "VARCHAR", "whole": "BIGINT", "number": "DOUBLE", "truth": "BOOLEAN", "any": "VARCHAR"}
 
 
 def format_of(name: str | None, destination: str | None) -> str:

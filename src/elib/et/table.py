@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Cell = str | int | float | None
-Kind = Literal["text", "whole", "number", "any"]
+Kind = Literal["text", "whole", "number", "truth", "any"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Logs and recordings of robots: write them, read recordings back, replay them."""
 
 from elib.recording.log import Log, Vocabulary
-from elib.recording.reader import Entry, Health, Recording, Summary, Transfer, load, summary_of
+from elib.recording.reader import Entry, Health, Recording, Summary, Transfer, read_recording, summary_of
 from elib.recording.recorder import Recorder
 
 __all__ = [
@@ -13,6 +13,6 @@ __all__ = [
     "Summary",
     "Transfer",
     "Vocabulary",
-    "load",
+    "read_recording",
     "summary_of",
 ]

@@ -19,6 +19,7 @@ from elib.pose import Pose
 from elib.recording.checking import LARGEST_NUMBER, Check, check_of
 from elib.recording.mcapfile import check_mcap, part_of
 from elib.recording.mcapwriter import CHANNEL, MAGIC, MESSAGE, MOST_PACKED, SCHEMA
+from elib.recording.tables import FIXED, Row, Table, Tabulator, arrays, names_of, topics_of
 from elib.recording.topics import ABOUT, BYTES, FORMAT, MEASURED, NOTES, ODOMETRY, WORLD_FILE
 
 LARGEST_CHUNK = 1 << 24
@@ -171,12 +172,42 @@ class Recording:
         """Return every byte that went over the line, in order."""
         return [entry.transfer for entry in self.entries(BYTES.name)]
 
+    def tables(self, *names: str) -> dict[str, Table]:
+        """Return tables of what was recorded: each is an array for each column, as ``pandas.DataFrame`` takes it.
+
+        Args:
+            names: ``proximity`` or another reading, ``calls``, ``notes``, ``odometry``, ``measured`` or ``world``; all
+                tables that have rows if none are given.
+        """
+        tabulator = Tabulator(self.about)
+        batches: dict[str, list[list[Row]]] = {}
+        for name, rows in tabulator.batches(self.entries(*topics_of(names or (*FIXED, "")))):
+            batches.setdefault(name, []).append(rows)
+        return {name: arrays(tabulator.columns[name], batches[name]) for name in names or batches if name in batches}
+
+    def __getitem__(self, name: str) -> Table:
+        """Return one table; see :meth:`tables`.
+
+        Raises:
+            ArgumentError: The recording does not have such a reading.
+        """
+        found = self.tables(name)
+        if name in found:
+            return found[name]
+        if name in FIXED:
+            return arrays(FIXED[name], [])
+        raise ArgumentError(f"{self.name} has no table {name!r}", hint=f"it has {', '.join(self.table_names())}")
+
+    def table_names(self) -> list[str]:
+        """Return the names of the tables that have rows."""
+        return names_of(summary_of(self).messages)
+
     def path(self, *, measured: bool) -> list[Pose]:
         """Return the poses of the robot: those measured from outside, or those by its step counters."""
         return [entry.pose for entry in self.entries(MEASURED.name if measured else ODOMETRY.name)]
 
 
-def load(path: str | os.PathLike[str]) -> Recording:
+def read_recording(path: str | os.PathLike[str]) -> Recording:
     """Open a recording; see :class:`Recording`."""
     return Recording(path)
 

@@ -1,0 +1,111 @@
+"""``elib record export``: the tables of a recording as CSV or Parquet, a file for each."""
+
+from __future__ import annotations
+
+import contextlib
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from elib.errors import ArgumentError
+from elib.et.formats import Writer, writing
+from elib.et.table import Header, Table
+from elib.files import reason_of
+from elib.recording.reader import Entry, Health, Recording
+from elib.recording.tables import FIXED, Tabulator, topics_of
+from elib.recording.topics import PICTURES, READINGS
+
+
+@dataclass(slots=True)
+class Exported:
+    """What was written.
+
+    Attributes:
+        rows: Number of rows by file.
+        pictures: Number of pictures, which are not in the tables.
+        misfits: Number of readings that were left out.
+        healths: State of each part of the recording.
+    """
+
+    rows: Counter[Path] = field(default_factory=Counter)
+    pictures: int = 0
+    misfits: int = 0
+    healths: list[Health] = field(default_factory=list)
+
+    @property
+    def damaged(self) -> int:
+        """Number of chunks and messages that could not be read."""
+        return sum(health.damaged for health in self.healths)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every part was closed properly and is not damaged."""
+        return not self.damaged and all(health.is_complete for health in self.healths)
+
+
+def export(
+    recording: Recording, target: Path, format_name: str, tables: Sequence[str] = (), *, replace: bool = False
+) -> Exported:
+    """Write tables of a recording, a file for each; all of them are written, or none.
+
+    Args:
+        recording: The recording; it is read once and never held in memory.
+        target: A folder, which is made if it does not exist; or a file if *tables* has one name.
+        format_name: ``csv`` or ``parquet``.
+        tables: Which tables; all that have rows if none are given.
+        replace: Replace files that exist.
+
+    Raises:
+        ArgumentError: A file exists, several tables were to go into one file, or there are no such tables.
+        ElibError: The disk is full.
+    """
+    ending = f".{format_name}"
+    is_file = target.suffix.lower() == ending
+    if is_file and len(tables) != 1:
+        raise ArgumentError(
+            f"{str(target)!r} is one file, and a recording has several tables",
+            hint="name a folder for all of them, or one table: elib record export FILE proximity ...",
+        )
+    done = Exported()
+    tabulator = Tabulator(recording.about)
+    writers: dict[str, Writer] = {}
+    with contextlib.ExitStack() as stack:
+        for name, rows in tabulator.batches(_messages(recording, tables, done)):
+            path = target if is_file else target / (name + ending)
+            if name not in writers:
+                _make_room(path, replace=replace)
+                writers[name] = stack.enter_context(writing(format_name, str(path)))
+            headers = [Header(column, kind) for column, kind in tabulator.columns[name].items()]
+            writers[name].write(Table(headers, rows))
+            done.rows[path] += len(rows)
+        done.misfits = tabulator.misfits
+        missing = [name for name in tables if name not in writers]
+        if missing or not writers:
+            there = recording.table_names()
+            raise ArgumentError(
+                f"{recording.name} has no table {missing[0]!r} with rows" if missing else f"{recording.name} is empty",
+                hint=f"it has {', '.join(there)}" if there else "",
+            )
+    return done
+
+
+def _messages(recording: Recording, tables: Sequence[str], done: Exported) -> Iterator[Entry]:
+    """Yield the messages that the tables are made of, and note in *done* what else there is."""
+    topics = topics_of(tables) if tables else [READINGS.name, PICTURES.name, *topics_of(FIXED)]
+    for path in recording.paths:
+        health = Health()
+        done.healths.append(health)
+        for entry in recording.entries_of(path, *topics, health=health):
+            done.pictures += entry.topic == PICTURES.name
+            yield entry
+
+
+def _make_room(path: Path, *, replace: bool) -> None:
+    try:
+        path.parent.mkdir(exist_ok=True)
+        exists = path.exists()
+    except OSError as error:
+        raise ArgumentError(f"{str(path.parent)!r} cannot be made: {reason_of(error)}") from None
+    if exists and not replace:
+        raise ArgumentError(f"{str(path)!r} exists", hint="choose another name, or add --replace")
