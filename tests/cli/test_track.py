@@ -6,13 +6,14 @@ import asyncio
 
 import pytest
 
-from elib.cli.track import Track, clearance, length, simulation_of
+from elib.cli.track import Track, clearance
 from elib.physics import Box, Cylinder, Pose, RobotView, Snapshot, Wall
 from elib.physics.body import RADIUS
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 from elib.testing import link_of
 from elib.testing import simulation_of as simulation_in
+from elib.view.drive import length, simulation_of
 
 
 def alone_at(x: float, y: float, **things: object) -> Snapshot:

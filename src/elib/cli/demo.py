@@ -19,7 +19,7 @@ from elib.cli.live import Watcher, beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
-from elib.cli.track import Track, length, simulation_of
+from elib.cli.track import Track
 from elib.errors import ArgumentError
 from elib.physics import Pose, Snapshot
 from elib.robot.aio import Epuck
@@ -27,6 +27,7 @@ from elib.robot.watchdog import is_supported
 from elib.runner import run_on
 from elib.transport import parse_url, speed_of
 from elib.view import draw_png
+from elib.view.drive import length, simulation_of
 
 PICTURE = Path("elib-demo.png")
 BEHAVIOUR = "avoid"

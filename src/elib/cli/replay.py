@@ -20,9 +20,7 @@ from elib.cli.arguments import Seconds, check_duration
 from elib.cli.live import SHOWN, bars
 from elib.cli.player import Player, keys_of
 from elib.cli.readings import Json, json_line
-from elib.cli.report import SENSES, charts_of
 from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, is_live, paint, say
-from elib.cli.track import floor_around
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError
 from elib.physics import Snapshot, World
@@ -35,6 +33,7 @@ from elib.robot.aio import Epuck
 from elib.robot.running import run_coroutine
 from elib.runner import run_on
 from elib.timebase import parse_speed
+from elib.view.drive import SENSES, charts_of, floor_around
 from elib.view.report import check_report, draw_report
 
 FRAME = 0.05

@@ -3,36 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import math
-from collections.abc import Sequence
-from itertools import pairwise
 
-from elib.emulator.sim_transport import SimTransport
 from elib.emulator.simulation import Simulation
 from elib.errors import ReplyTimeout
-from elib.physics import Pose, RobotView, Snapshot
+from elib.physics import Pose, Snapshot
 from elib.physics.body import RADIUS
 from elib.physics.geometry import Solid
 from elib.robot.aio import Epuck
-
-MARGIN = 0.10
-"""m of free floor around a path whose surroundings are unknown."""
-SMALLEST_FLOOR = 0.5
-"""m, so that a robot that hardly moved is not drawn as large as the picture."""
-
-
-def simulation_of(robot: Epuck) -> tuple[Simulation | None, int]:
-    """Return the simulation in this process that an open robot is in, and its index there; None without a world."""
-    transport = robot.session.transport
-    if isinstance(transport, SimTransport) and transport.simulation.world is not None:
-        return transport.simulation, transport.robot.index
-    return None, 0
-
-
-def length(poses: Sequence[Pose]) -> float:
-    """Return the length of a path, m."""
-    return math.fsum(math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairwise(poses))
+from elib.view.drive import floor_around
 
 
 class Track:
@@ -83,22 +62,6 @@ class Track:
         self._simulation.catch_up()
         assert self._simulation.world is not None
         return self._simulation.world.snapshot(), self.poses
-
-
-def floor_around(paths: Sequence[Sequence[Pose]], name: str) -> tuple[Snapshot, list[list[Pose]]]:
-    """Return a free floor around paths in unknown surroundings, with the robots at their ends, and the paths on it.
-
-    Args:
-        paths: The paths.
-        name: Name of the floor.
-    """
-    poses = [pose for path in paths for pose in path] or [Pose(0.0, 0.0)]
-    left, below = MARGIN - min(pose.x for pose in poses), MARGIN - min(pose.y for pose in poses)
-    moved = [[dataclasses.replace(pose, x=pose.x + left, y=pose.y + below) for pose in path] for path in paths]
-    width = max(left + MARGIN + max(pose.x for pose in poses), SMALLEST_FLOOR)
-    depth = max(below + MARGIN + max(pose.y for pose in poses), SMALLEST_FLOOR)
-    robots = tuple(RobotView(path[-1]) for path in moved if path)
-    return Snapshot(name, 0, 0.0, width, depth, robots=robots), moved
 
 
 def clearance(snapshot: Snapshot, robot: int = 0) -> float:

@@ -7,6 +7,7 @@ not at all, changes nothing.
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import math
 from collections.abc import Callable, Sequence
@@ -35,6 +36,16 @@ from elib.physics.worldreading import ReadableWorld, checked
 from elib.pose import Pose
 
 WANTED = Number(unit="steps/s")
+
+
+class _Followers(list[Callable[[], object]]):
+    """Functions that follow one world; a copy of the world has none."""
+
+    def __reduce__(self) -> tuple[type[_Followers], tuple[()]]:
+        return _Followers, ()
+
+    def __deepcopy__(self, memo: object) -> _Followers:
+        return _Followers()
 
 
 class World(ReadableWorld):
@@ -87,6 +98,7 @@ class World(ReadableWorld):
         self._lamps: dict[int, Lamps] = {}
         self._memory: Any = None
         self._memory_size = 0
+        self._followers = _Followers()
 
     @classmethod
     def load(
@@ -255,8 +267,27 @@ class World(ReadableWorld):
         ticks = max(int(time / step) - tick - 1, 0)
         while (tick + ticks + 1) * step <= time:
             ticks += 1
-        if ticks:
+        if self._followers:
+            for _ in range(ticks):
+                self._state.advance(1)
+                for follower in tuple(self._followers):
+                    follower()
+        elif ticks:
             self._state.advance(ticks)
+
+    def follow(self, function: Callable[[], object]) -> Callable[[], None]:
+        """Call *function* after every tick of :meth:`run_to`, which is how the virtual robots of programs go on.
+
+        Returns:
+            A function that ends it. It may be called again.
+        """
+        self._followers.append(function)
+
+        def leave() -> None:
+            with contextlib.suppress(ValueError):
+                self._followers.remove(function)
+
+        return leave
 
     def stepper(self) -> Callable[[float, float], Sequence[int]]:
         """Return a short way to steer the first robot from Python.

@@ -22,7 +22,7 @@ from elib.recording.recorder import Recorder
 from elib.recording.writer import Target
 from elib.robot.actions import Actions
 from elib.robot.events import Events
-from elib.robot.link import Link, Linked, LinkSettings, stop_bytes
+from elib.robot.link import Link, Linked, LinkSettings, Plot, Record, stop_bytes
 from elib.robot.motion import Motion
 from elib.robot.signals import TerminationHandler
 from elib.robot.snapshot import period_of, watched_names
@@ -96,6 +96,11 @@ class Epuck(Linked, Actions, AsyncStyle):
 
         A stop that is not confirmed is logged, not raised: that would hide the error that ended the block.
         """
+        await self._close()
+        if self._link.plots:
+            await asyncio.to_thread(self._link.draw_plots)  # other robots of the loop go on meanwhile
+
+    async def _close(self) -> None:
         session = self._link.session
         error = await self.stop_and_close()
         is_elsewhere = isinstance(error, LinkClosed) or (session is not None and session.transport.origin == "replay")
@@ -349,7 +354,37 @@ class Epuck(Linked, Actions, AsyncStyle):
         self._close_at_end(recorder)
         return recorder
 
-    def _close_at_end(self, record: Log | Recorder) -> None:
+    def plot(self, path: str | os.PathLike[str]) -> Plot:
+        """Draw what the robot does from now on: its path, the speeds of its wheels, and what it read.
+
+        ::
+
+            robot.plot("run.png")
+            robot.set_speed(0.3, 0.5)
+
+        The path is the true one in a simulation of this process; else it follows from the speeds told to the wheels.
+
+        Args:
+            path: File to write when the robot is closed: ``.png``, ``.svg`` or ``.pdf``. An existing one is replaced.
+
+        Returns:
+            The plot. Its ``close()`` draws it earlier, and so does ``with robot.plot(...):``.
+
+        Raises:
+            ArgumentError: The name ends otherwise, or there is no such folder.
+            Unsupported: Matplotlib is not installed (extra ``plot``).
+            LinkClosed: The robot is not open, or was closed.
+        """
+        from importlib.metadata import entry_points  # what draws is above the robot, and found by name
+
+        self._check_open()
+        (drawing,) = entry_points(group="elib.drawings", name="plot")
+        plot: Plot = drawing.load()(self, path)
+        self._close_at_end(plot.report)
+        self._link.plots.append(plot)
+        return plot
+
+    def _close_at_end(self, record: Record) -> None:
         """Close *record* with the robot, at the latest; forget those that were closed before."""
         self._link.records = [each for each in self._link.records if not each.is_closed] + [record]
 

@@ -20,7 +20,7 @@ from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async
 from elib.robot.events import BlockingEvents
-from elib.robot.link import Linked
+from elib.robot.link import Linked, Plot
 from elib.robot.portal import KeepAlive, Portal
 from elib.robot.telemetry import RATE, BlockingWatch
 from elib.transport import speed_of
@@ -137,6 +137,14 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
 
         return self._portal.call(record())
 
+    def plot(self, path: str | os.PathLike[str]) -> Plot:
+        """Draw what the robot does from now on, when it is closed: see :meth:`elib.Epuck.plot`."""
+
+        async def plot() -> Plot:
+            return self._robot.plot(path)
+
+        return self._portal.call(plot())
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name} {'closed' if self._portal.is_closed else 'open'}>"
 
@@ -246,5 +254,5 @@ def connect_robot(robot: Epuck) -> BlockingEpuck:
         with contextlib.suppress(ElibError):
             portal.close()
         raise
-    portal.before_close = robot.close
+    portal.before_close, portal.after_close = robot._close, robot._link.draw_plots
     return BlockingEpuck(robot, portal, portal.keep_alive())

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import math
 import weakref
 from dataclasses import dataclass
+from typing import Protocol, Self
 
-from elib.errors import LinkClosed
+from elib.errors import ElibError, LinkClosed
 from elib.protocol.context import Context
 from elib.protocol.image import Mounting, check_mounting
 from elib.protocol.profiles import profile_named
 from elib.protocol.wifi import stop_command
-from elib.recording.log import Log
-from elib.recording.recorder import Recorder
 from elib.robot.actions import Actions
 from elib.robot.events import Events
 from elib.robot.motion import Motion
@@ -25,6 +25,8 @@ from elib.robot.watchdog import check_supported
 from elib.session import Channel, LinkCounter, LinkStats, Session, TraceHook
 from elib.transport import open_transport, parse_url
 from elib.transport.lease import lease
+
+log = logging.getLogger("elib")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +59,35 @@ class LinkSettings:
         check_mounting(self.mounting)
 
 
+class Record(Protocol):
+    """What is kept of a robot's run, until the robot is closed: a log, a recording, what a plot shows."""
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it has ended."""
+
+    def close(self) -> None:
+        """End it. Safe to repeat."""
+
+
+class Plot(Record, Protocol):
+    """A plot of what a robot does, drawn when the robot is closed, or when this is.
+
+    Attributes:
+        path: The file that is written.
+    """
+
+    path: str
+
+    @property
+    def report(self) -> Record:
+        """What is drawn; it ends with the robot."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+
 class Link:
     """The link that all views of one robot share: how it is opened, and its session while it is open.
 
@@ -83,7 +114,8 @@ class Link:
         self.is_over = False
         """Whether it was closed, or could not be opened."""
         self.stay = contextlib.ExitStack()
-        self.records: list[Log | Recorder] = []
+        self.records: list[Record] = []
+        self.plots: list[Plot] = []
         _LINKS.add(self)
 
     @property
@@ -96,6 +128,15 @@ class Link:
         if self.session is None:
             raise LinkClosed(f"{self.url} is not open", hint="async with elib.open(...) as robot: ...")
         return self.session
+
+    def draw_plots(self) -> None:
+        """Draw what the program asked for by :meth:`elib.Epuck.plot`; this takes a second, or several."""
+        plots, self.plots = self.plots, []
+        for plot in plots:
+            try:
+                plot.close()
+            except ElibError as error:  # the program's own error says more
+                log.error("%s", error)
 
     async def open(self) -> Channel:
         """Open the link; with a policy, as one that is reopened when it is lost."""

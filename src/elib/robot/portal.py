@@ -94,6 +94,7 @@ class Portal:
         self._death: BaseException | None = None
         self._pool = CallbackPool(self._wake)
         self.before_close: Callable[[], Coroutine[Any, Any, None]] | None = None
+        self.after_close: Callable[[], None] | None = None
         if isinstance(self.loop, SimulatedLoop):
             self.loop.may_jump = self._may_jump
         if not self._is_simulated or running_loop() is not None:
@@ -451,7 +452,9 @@ class Portal:
                 return
 
     def leave(self, timeout: float | None = None) -> None:
-        """Run :attr:`before_close`, which stops the robot, then close. Safe to repeat; all threads wait for the end.
+        """Run :attr:`before_close`, which stops the robot, close, and run :attr:`after_close`. Safe to repeat.
+
+        All threads wait for the end.
 
         Args:
             timeout: Robot time that stopping may take, s; None for no limit.
@@ -467,6 +470,8 @@ class Portal:
                     self.call(_bounded(self.before_close, timeout))
             finally:
                 self.close()
+                if self.after_close is not None:
+                    self.after_close()
 
     def _leave_at_exit(self) -> None:
         self._program_ends = True
