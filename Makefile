@@ -59,6 +59,9 @@ $(JS_READY): package.json package-lock.json
 docs: $(READY) ## Renew the generated reference pages
 	@$(BIN)/python docs/generate_reference.py
 
+site: $(READY) ## Build the documentation as a site in site/, which works without the internet
+	@$(BIN)/python docs/make_site.py
+
 bench: $(READY) ## Measure ratios against floors and peers
 	@for script in benchmarks/bench_link.py benchmarks/simulation.py benchmarks/camera.py benchmarks/serving.py benchmarks/et.py benchmarks/recording.py benchmarks/web.py benchmarks/wifi.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
@@ -69,6 +72,6 @@ lock: ## Renew the versions and hashes in requirements/
 	  echo uv | $$LOCK - -o requirements/uv.txt
 
 clean: ## Remove what the other commands made
-	rm -rf .venv .uv node_modules .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist elib-demo.png
+	rm -rf .venv .uv node_modules .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
 
-.PHONY: help setup demo test check check-js docs bench lock clean
+.PHONY: help setup demo test check check-js docs site bench lock clean

@@ -14,6 +14,7 @@ from generator import (
     cli,
     commands,
     cookbook,
+    diagram,
     drawings,
     epuck,
     epuck2,
@@ -70,6 +71,7 @@ MARKED = {
 """Pages written by hand that hold generated tables between markers."""
 
 DRAWINGS = {
+    "architecture.svg": diagram.parts,
     "e-puck-infrared.svg": drawings.infrared,
     "e-puck-leds.svg": drawings.leds,
     "e-puck-response.svg": drawings.responses,

@@ -1,0 +1,91 @@
+"""The site is built without a complaint, every link in it leads somewhere, and nothing in it comes from elsewhere."""
+
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urldefrag
+
+import pytest
+from pages import ROOT
+
+sys.path.insert(0, str(ROOT / "docs"))
+import make_site
+
+pytestmark = pytest.mark.slow
+
+
+class Page(HTMLParser):
+    """What a page of the site links to, loads, and calls by a name."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.loads: list[str] = []
+        self.names: set[str] = set()
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = {name: value or "" for name, value in attrs}
+        self.names.add(values.get("id", ""))
+        match tag:
+            case "a" if "href" in values:
+                self.links.append(values["href"])
+            case "link":
+                self.loads.append(values["href"])
+            case _ if "src" in values:
+                self.loads.append(values["src"])
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("site") / "site"
+    script = ROOT / "docs/make_site.py"
+    done = subprocess.run([sys.executable, script, "--to", folder], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def pages(site: Path) -> dict[Path, Page]:
+    return {path: Page(path) for path in site.rglob("*.html") if path.name != "404.html"}
+
+
+def test_every_document_is_a_page(pages: dict[Path, Page], site: Path) -> None:
+    names = {path.relative_to(site).with_suffix(".md").as_posix() for path in pages}
+    documents = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
+    documents = {name.replace("README", "index") for name in documents}
+    assert documents - names == set()
+    assert names - documents == {name for name, make in make_site.OUTSIDE.values() if make}
+
+
+def test_every_link_and_every_picture_leads_somewhere(pages: dict[Path, Page]) -> None:
+    broken = []
+    for path, page in pages.items():
+        for link in page.links + page.loads:
+            target, anchor = urldefrag(unquote(link))
+            if "://" in target or target.startswith("data:"):
+                continue
+            there = path.parent / target if target else path
+            there = there.resolve()
+            if not there.is_file() or (anchor and there in pages and anchor not in pages[there].names):
+                broken.append(f"{path.name} leads to {link}")
+    assert broken == []
+
+
+def test_no_page_loads_anything_from_elsewhere(pages: dict[Path, Page]) -> None:
+    assert {load for page in pages.values() for load in page.loads if "//" in load} == set()
+
+
+def test_the_navigation_is_the_list_of_the_landing_page() -> None:
+    titles = [next(iter(section)) for section in make_site.navigation()]
+    text = (ROOT / "docs/README.md").read_text(encoding="utf-8")
+    headings = [line[3:] for line in text.splitlines() if line.startswith("## ")]
+    assert titles == [heading for heading in headings if heading in titles]
+    assert {"Tutorial", "Guides", "Reference"} <= set(titles)
+
+
+def test_a_page_that_no_list_names_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(make_site, "navigation", list)
+    with pytest.raises(SystemExit, match=r"docs/README.md does not list architecture.md"):
+        make_site.stage(tmp_path)
