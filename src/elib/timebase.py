@@ -12,6 +12,7 @@ import select
 import selectors
 import sys
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -31,9 +32,17 @@ class Paced:
     factor: float = 1.0
 
 
+class LoopMaker(ABC):
+    """A time of another kind, for which a URL's scheme brings the event loops itself."""
+
+    @abstractmethod
+    def make(self) -> asyncio.AbstractEventLoop:
+        """Return a new event loop that keeps this time."""
+
+
 Speed = Literal["real", "max"] | float
 """How fast time runs: with the wall clock, as fast as the processor allows, or this many times real time."""
-LoopSpeed = Speed | Paced
+LoopSpeed = Speed | Paced | LoopMaker
 """The speed for which a loop is made."""
 
 # Beyond 1000, one scheduling delay of the system (0.1 ms) would be 0.1 s of robot time.
@@ -47,7 +56,8 @@ def new_loop(speed: LoopSpeed) -> asyncio.AbstractEventLoop:
     """Make an event loop whose time runs at *speed*; the caller runs and closes it.
 
     Args:
-        speed: ``"real"``, ``"max"`` (simulated time that jumps), a factor from 0.001 to 1000, or ``Paced(factor)``.
+        speed: ``"real"``, ``"max"`` (simulated time that jumps), a factor from 0.001 to 1000, ``Paced(factor)``, or
+            what makes the loop.
 
     Raises:
         ArgumentError: *speed* is none of these.
@@ -61,6 +71,8 @@ def new_loop(speed: LoopSpeed) -> asyncio.AbstractEventLoop:
             return asyncio.SelectorEventLoop(_PreciseSelector())
         case Paced(factor):
             return PacedLoop(check_factor(factor))
+        case LoopMaker():
+            return speed.make()
         case _:
             return ScaledLoop(check_factor(speed))
 

@@ -19,7 +19,7 @@ from elib.protocol.values import Proximity
 from elib.robot.aio import Epuck
 from elib.session import Ended, TraceEvent
 from elib.session.statistics import LinkStats
-from elib.timebase import LoopSpeed, Paced
+from elib.timebase import LoopMaker, LoopSpeed, Paced
 
 if TYPE_CHECKING:
     from elib.behaviours._run.context import RunMessage, StateChanged
@@ -49,6 +49,8 @@ def period_of(speed: LoopSpeed) -> float:
             return SIMULATED_FRAME
         case Paced(factor):
             return FRAME * factor
+        case LoopMaker():
+            return SIMULATED_FRAME
     return FRAME * speed
 
 

@@ -24,6 +24,9 @@ T = TypeVar("T")
 OPENING_AT_ONCE = 7
 """Robots that are opened at the same time: the number of links of one Bluetooth radio (active slaves of a piconet)."""
 
+VIRTUAL = ("sim", "lockstep")
+"""The schemes whose robots have a number instead of a port."""
+
 
 class Swarm(Group):
     """Robots that are opened and closed together. Make a swarm by :func:`elib.swarm` and use it in ``async with``.
@@ -177,12 +180,12 @@ def default_names(urls: Sequence[Url]) -> tuple[str, ...]:
     Raises:
         ArgumentError: A URL is given twice.
     """
-    numbers = [url.keys.get("robot", "") for url in urls if url.scheme == "sim"]
+    numbers = [url.keys.get("robot", "") for url in urls if url.scheme in VIRTUAL]
     if "" in numbers or len(set(numbers)) < len(numbers):  # several worlds: number all robots
         numbers = [str(number) for number, _ in enumerate(numbers, 1)]
     left = iter(numbers)
     short = [
-        f"epuck-{next(left)}" if url.scheme == "sim" else url.target.rstrip("/").rpartition("/")[2] for url in urls
+        f"epuck-{next(left)}" if url.scheme in VIRTUAL else url.target.rstrip("/").rpartition("/")[2] for url in urls
     ]
     uses = Counter(short)
     names = tuple(str(url) if uses[name] > 1 else name for url, name in zip(urls, short, strict=True))
