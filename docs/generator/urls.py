@@ -53,6 +53,11 @@ TARGETS = {
         "a [recording](../guides/replay.md), which answers as the robot did; with `fork`, a simulation that goes on "
         "from one of its moments",
     ),
+    "lockstep": (
+        "`lockstep://FD`",
+        "a robot in a world that another process owns, over a socket with this file descriptor. Only the "
+        "[marker of a lab](../decisions/0023-the-marker-owns-the-simulator.md) gives such URLs",
+    ),
 }
 
 

@@ -15,10 +15,10 @@ import threading
 import weakref
 from dataclasses import dataclass, replace
 
-from elib.errors import ArgumentError, ElibError, LinkBusy, LinkLost, LinkNotFound, SimulationError
+from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
 from elib.fields import Whole
 from elib.protocol.values import Neighbour
-from elib.timebase import LoopMaker, SimulatedLoop
+from elib.timebase import LoopMaker, SimulatedLoop, running_loop
 from elib.transport.buffered import BufferedTransport
 from elib.transport.url import Scheme, Url
 
@@ -126,7 +126,8 @@ class LockstepLink:
                 loop.set_time(when if loop is asking and self.now == until else self.now - loop.began)
             place = PASSED.size
             if is_over:
-                return self._end(answer[place:].decode("utf-8", "replace"))
+                self._end(answer[place:].decode("utf-8", "replace"))
+                return
             while place < len(answer):
                 index, kept, is_lost, length = NEWS.unpack_from(answer, place)
                 place += NEWS.size + length
@@ -182,6 +183,9 @@ class LockstepTransport(BufferedTransport):
 
     def hand_over(self, data: bytes, kept: int, *, is_lost: bool) -> None:
         """Take news of the marker, on this transport's own loop as soon as it runs."""
+        if running_loop() is self.loop:
+            self.loop.call_soon(self._take_over, data, kept, is_lost)
+            return
         with contextlib.suppress(RuntimeError):  # that loop may be closed
             self.loop.call_soon_threadsafe(self._take_over, data, kept, is_lost)
 
@@ -340,5 +344,3 @@ SCHEME = Scheme(
     open_lockstep, keys=("robot",), check=_check, speed=lambda url: MarkersTime(int(url.target)), robots=robots_of
 )
 """``lockstep://FD``."""
-
-__all__ = ["SCHEME", "ElibError", "LockstepLink", "LockstepLoop", "link_of"]

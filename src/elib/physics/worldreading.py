@@ -131,6 +131,11 @@ class ReadableWorld:
         here = self._robot(robot)
         return _whole(here.left_steps), _whole(here.right_steps)
 
+    def wheel_speeds(self, robot: int) -> tuple[float, float]:
+        """Return how fast the wheels are asked to turn, left and right: speeds of a nominal wheel's rim, m/s."""
+        here = self._robot(robot)
+        return float(here.left_speed), float(here.right_speed)
+
     def proximity(self, robot: int) -> list[int]:
         """Return the reflected light of the eight infrared sensors, counts, 0..4095, higher is nearer."""
         return self._senses.reading("proximity", self._index(robot))

@@ -11,7 +11,7 @@ from elib.files import write_file
 from elib.physics import Snapshot
 from elib.view.png import draw_png
 from elib.view.svg import draw_svg
-from elib.view.top import Trail
+from elib.view.top import Trail, Zone
 
 
 def draw(
@@ -21,6 +21,7 @@ def draw(
     trails: Sequence[Trail] = (),
     caption: str | None = None,
     size: int = 900,
+    zones: Sequence[Zone] = (),
 ) -> str | None:
     """Draw *snapshot* from above: robots with their lamps, rays and trails, and all that is around them.
 
@@ -30,6 +31,7 @@ def draw(
         trails: Where each robot was, oldest first, in the order of the robots; pale is old.
         caption: Line below the picture; None makes one from the snapshot, "" leaves it empty.
         size: Pixels of the arena's longer side, 200..8000.
+        zones: Parts of the floor to be marked.
 
     Returns:
         The SVG document if there is no path.
@@ -39,13 +41,13 @@ def draw(
         ElibError: The disk is full.
     """
     if path is None:
-        return draw_svg(snapshot, trails=trails, caption=caption, size=size)
+        return draw_svg(snapshot, trails=trails, caption=caption, size=size, zones=zones)
     match Path(path).suffix.lower():
         case ".svg":
-            document = draw_svg(snapshot, trails=trails, caption=caption, size=size)
+            document = draw_svg(snapshot, trails=trails, caption=caption, size=size, zones=zones)
             write_file(path, document.encode())
         case ".png":
-            draw_png(snapshot, path, trails=trails, caption=caption, size=size)
+            draw_png(snapshot, path, trails=trails, caption=caption, size=size, zones=zones)
         case _:
             raise ArgumentError(
                 f"a drawing cannot become {fspath(path)!r}; its name must end in .svg or .png",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from elib.files import write_file
 from elib.physics import Snapshot
 from elib.view.shapes import Disc, Drawing, Picture, Point, Polygon, Stroke, Text
-from elib.view.top import Trail, top_view
+from elib.view.top import Trail, Zone, top_view
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -26,6 +26,7 @@ def draw_png(
     trails: Sequence[Trail] = (),
     caption: str | None = None,
     size: int = 900,
+    zones: Sequence[Zone] = (),
 ) -> None:
     """Write *snapshot* seen from above to a PNG file.
 
@@ -35,18 +36,26 @@ def draw_png(
         trails: Where each robot was, oldest first, in the order of the robots; pale is old.
         caption: Line below the picture; None makes one from the snapshot, "" leaves it empty.
         size: Pixels of the arena's longer side, 200..8000.
+        zones: Parts of the floor to be marked.
 
     Raises:
         ArgumentError: *size* is out of its range, or the file cannot be written.
         ElibError: The disk is full.
     """
-    write_file(path, png_of(snapshot, trails=trails, caption=caption, size=size))
+    write_file(path, png_of(snapshot, trails=trails, caption=caption, size=size, zones=zones))
 
 
-def png_of(snapshot: Snapshot, *, trails: Sequence[Trail] = (), caption: str | None = None, size: int = 900) -> bytes:
+def png_of(
+    snapshot: Snapshot,
+    *,
+    trails: Sequence[Trail] = (),
+    caption: str | None = None,
+    size: int = 900,
+    zones: Sequence[Zone] = (),
+) -> bytes:
     """Return what :func:`draw_png` writes."""
     out = io.BytesIO()
-    render(top_view(snapshot, trails, caption, size)).save(out, "PNG", optimize=True)
+    render(top_view(snapshot, trails, caption, size, zones)).save(out, "PNG", optimize=True)
     return out.getvalue()
 
 

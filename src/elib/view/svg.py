@@ -9,10 +9,17 @@ from io import BytesIO
 
 from elib.physics import Colour, Snapshot
 from elib.view.shapes import Disc, Picture, Point, Polygon, Shape, Stroke, Text
-from elib.view.top import Trail, top_view
+from elib.view.top import Trail, Zone, top_view
 
 
-def draw_svg(snapshot: Snapshot, *, trails: Sequence[Trail] = (), caption: str | None = None, size: int = 900) -> str:
+def draw_svg(
+    snapshot: Snapshot,
+    *,
+    trails: Sequence[Trail] = (),
+    caption: str | None = None,
+    size: int = 900,
+    zones: Sequence[Zone] = (),
+) -> str:
     """Return *snapshot* seen from above as an SVG document.
 
     Args:
@@ -20,11 +27,12 @@ def draw_svg(snapshot: Snapshot, *, trails: Sequence[Trail] = (), caption: str |
         trails: Where each robot was, oldest first, in the order of the robots; pale is old.
         caption: Line below the picture; None makes one from the snapshot, "" leaves it empty.
         size: Pixels of the arena's longer side, 200..8000.
+        zones: Parts of the floor to be marked.
 
     Raises:
         ArgumentError: *size* is out of its range.
     """
-    drawing = top_view(snapshot, trails, caption, size)
+    drawing = top_view(snapshot, trails, caption, size, zones)
     return "\n".join(
         [
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{drawing.width}" height="{drawing.height}"'

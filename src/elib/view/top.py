@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -25,6 +26,7 @@ SHADE = Colour(30, 28, 16)
 EDGE = Colour(52, 58, 70)
 INK = Colour(52, 58, 70)
 FAINT_INK = Colour(112, 117, 126)
+ZONE = Colour(38, 130, 98)
 
 TRAIL_HUES = (
     Colour(24, 90, 157),
@@ -42,7 +44,30 @@ NICE_LENGTHS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # m, for the sc
 SMALLEST, LARGEST = 200, 8000  # Pixels of the longer side.
 
 
-def top_view(snapshot: Snapshot, trails: Sequence[Trail], caption: str | None, size: int) -> Drawing:
+@dataclass(frozen=True, slots=True)
+class Zone:
+    """A part of the floor with a name.
+
+    Attributes:
+        name: Its name.
+        x: Its middle, m.
+        y: Its middle, m.
+        radius: Of a circle, m; 0 for a rectangle.
+        width: Of a rectangle, along x, m.
+        depth: Of a rectangle, along y, m.
+    """
+
+    name: str
+    x: float
+    y: float
+    radius: float = 0.0
+    width: float = 0.0
+    depth: float = 0.0
+
+
+def top_view(
+    snapshot: Snapshot, trails: Sequence[Trail], caption: str | None, size: int, zones: Sequence[Zone] = ()
+) -> Drawing:
     """Return the drawing of *snapshot* from above.
 
     Args:
@@ -50,6 +75,7 @@ def top_view(snapshot: Snapshot, trails: Sequence[Trail], caption: str | None, s
         trails: One a robot, in the order of its robots; fewer leave the others without.
         caption: Line below the picture; None makes one from the snapshot.
         size: Pixels of the arena's longer side, 200..8000.
+        zones: Parts of the floor to be marked.
 
     Raises:
         ArgumentError: *size* is out of its range.
@@ -59,6 +85,7 @@ def top_view(snapshot: Snapshot, trails: Sequence[Trail], caption: str | None, s
     frame = _Frame(snapshot, size)
     shapes = [
         *_floor(snapshot, frame),
+        *(shape for zone in zones for shape in _zone(zone, frame)),
         *_shadows(snapshot, frame),
         *(shape for i, trail in enumerate(trails) for shape in _trail(trail, hue(i), frame)),
         *_obstacles(snapshot, frame),
@@ -116,6 +143,18 @@ def _floor(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
         yield Stroke((frame.at(k * step, 0), frame.at(k * step, depth)), grid, frame.line)
     for k in range(1, math.ceil(depth / step)):
         yield Stroke((frame.at(0, k * step), frame.at(width, k * step)), grid, frame.line)
+
+
+def _zone(zone: Zone, frame: _Frame) -> Iterator[Shape]:
+    if zone.radius:
+        yield Disc(frame.at(zone.x, zone.y), zone.radius * frame.scale, None, ZONE, 2.4 * frame.line)
+    else:
+        left, right = zone.x - zone.width / 2, zone.x + zone.width / 2
+        low, high = zone.y - zone.depth / 2, zone.y + zone.depth / 2
+        corners = (left, low), (right, low), (right, high), (left, high), (left, low)
+        yield Stroke(tuple(frame.at(*corner) for corner in corners), ZONE, 2.4 * frame.line)
+    x, y = frame.at(zone.x, zone.y + (zone.radius or zone.depth / 2))
+    yield Text((x, y - 0.4 * frame.text), zone.name, 0.85 * frame.text, ZONE, "middle")
 
 
 def _margins(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:

@@ -1,0 +1,347 @@
+"""The marker's end of a lock-step link: it owns the world, keeps the time, and believes nothing that comes.
+
+docs/decisions/0023-the-marker-owns-the-simulator.md describes the frames; elib.emulator.lockstep is the other end.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+import struct
+import time
+from collections import Counter
+from collections.abc import Callable
+
+from elib.decoding.lines import Kind
+from elib.decoding.wifi import AnyDecoder, decoder_of
+from elib.emulator.lockstep import (
+    CLOSE,
+    GO,
+    GREETING,
+    HEAR,
+    HEARD,
+    HELLO,
+    KEPT,
+    LETTER,
+    LONGEST,
+    NEWS,
+    OPEN,
+    PASSED,
+    ROBOT,
+    SAY,
+    TIME,
+    VERSION,
+    WRITE,
+)
+from elib.emulator.simulation import Simulation, VirtualRobot
+from elib.errors import ArgumentError, LinkNotFound
+from elib.protocol.profiles import profile_named
+from elib.transport.memory import MemoryTransport
+
+LOOK = 0.1
+"""s of the wall clock between two looks at whether a silent program still runs."""
+MOST_KEPT = 1_000_000
+"""Bytes that wait for one robot. elib's own side waits long before, at 65,536."""
+
+
+class BrokenRule(Exception):
+    """The program sent what elib's own side never sends; the text says what."""
+
+
+class ProgramEnded(Exception):
+    """The program closed its end of the socket, or its process has ended."""
+
+
+class TimeOver(Exception):
+    """The lab's time is over."""
+
+
+class WallOver(Exception):
+    """The program was not done when its time by the wall clock was over."""
+
+
+class _End(MemoryTransport):
+    """The end of a robot's link that the program has, as long as it has it open."""
+
+    def __init__(self, index: int, robot: VirtualRobot, on_news: Callable[[], None]) -> None:
+        super().__init__("the robot")
+        self.index = index
+        self.arrived = bytearray()
+        self.is_reported = True
+        self._on_news = on_news
+        self._told = 0
+        robot_end = MemoryTransport("the robot")
+        self.join(robot_end)
+        robot.link.on_down = self._down
+        self._robot = robot
+        robot.link.attach(robot_end)
+        self.listen(self._arrive, self._note)
+
+    def take(self, data: bytes) -> None:
+        """Send what the program wrote."""
+        self._push(data)
+
+    def kept(self) -> int:
+        """Return how many bytes the robot's link has not taken, and note that the program knows."""
+        self._told = self.unsent
+        return self._told
+
+    def news(self) -> bytes:
+        """Return what the program does not know yet."""
+        found = b""
+        if self.arrived or self.unsent != self._told:
+            data = bytes(self.arrived)
+            self.arrived.clear()
+            found = NEWS.pack(self.index, self.kept(), False, len(data)) + data
+        if self.loss is not None:
+            text = f"{self.loss.message}\n{self.loss.hint}".encode()
+            found += NEWS.pack(self.index, 0, True, len(text)) + text
+        return found
+
+    def wake_writer(self) -> None:
+        """Note that the link has taken bytes."""
+        super().wake_writer()
+        if self.unsent != getattr(self, "_told", 0):
+            self._note()
+
+    def _arrive(self, data: bytes) -> None:
+        self.arrived += data
+        self._note()
+
+    def _note(self) -> None:
+        self._on_news()
+
+    def _down(self) -> None:
+        player = self._robot.player
+        if player is not None and player.is_cut:
+            self.lose(
+                f"the link was cut at {player.time:.3g} s, as the fault script says",
+                hint="open it again when that is over",
+            )
+
+
+class Marker:
+    """Serves one program on the running event loop, a simulated one.
+
+    Args:
+        simulation: The world with all its robots.
+        program: The marker's end of the socket.
+        until: The lab's time limit, s of the simulation.
+        deadline: When the run must be over by ``time.monotonic()``.
+        has_ended: Tells whether the program's process has ended.
+        counts_requests: Whether to count what the robots are asked.
+
+    Attributes:
+        requests: How often each command was sent, by its name in Python.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        program: socket.socket,
+        until: float,
+        deadline: float,
+        has_ended: Callable[[], bool],
+        counts_requests: bool = True,
+    ) -> None:
+        self.requests: Counter[str] = Counter()
+        self._simulation = simulation
+        self._socket = program
+        self._until = until
+        self._deadline = deadline
+        self._has_ended = has_ended
+        self._loop = asyncio.get_running_loop()
+        self._received = bytearray()
+        self._ends: dict[int, _End] = {}
+        self._waiter: asyncio.Future[None] | None = None
+        self._has_met = False
+        self._decoders: list[AnyDecoder] = []
+        if counts_requests:
+            self._decoders = [decoder_of(simulation.robots[index].firmware) for index in range(simulation.count)]
+
+    async def serve(self) -> None:
+        """Serve the program until something ends the run.
+
+        Raises:
+            ProgramEnded: The usual end.
+            BrokenRule: The program broke the link's rules.
+            TimeOver: The lab's time is over; the program was told.
+            WallOver: It took too long by the wall clock.
+        """
+        while True:
+            letter, body = self._frame()
+            if letter == GO:
+                await self._go(self._one(TIME, body))
+            else:
+                self._obey(letter, body)
+
+    def drain(self, seconds: float) -> None:
+        """Give the program a short time, s of the wall clock, to end after its time was over."""
+        self._deadline = min(self._deadline, time.monotonic() + seconds)
+        with contextlib.suppress(ProgramEnded, WallOver):
+            while True:
+                self._receive()
+                self._received.clear()
+
+    # -- the socket --
+
+    def _frame(self) -> tuple[int, bytes]:
+        """Return the next frame. The world's time stands still meanwhile."""
+        while len(self._received) < LETTER.size:
+            self._receive()
+        size, letter = LETTER.unpack_from(self._received)
+        if not 1 <= size <= LONGEST:
+            raise BrokenRule(f"a frame of {size} bytes")
+        end = LETTER.size - 1 + size
+        while len(self._received) < end:
+            self._receive()
+        body = bytes(self._received[LETTER.size : end])
+        del self._received[:end]
+        return letter, body
+
+    def _receive(self) -> None:
+        while True:
+            try:
+                self._socket.settimeout(min(self._left(), LOOK))
+                piece = self._socket.recv(LONGEST)
+            except TimeoutError:
+                if self._has_ended():
+                    raise ProgramEnded from None
+                continue
+            except OSError:
+                raise ProgramEnded from None
+            if not piece:
+                raise ProgramEnded
+            self._received += piece
+            return
+
+    def _answer(self, letter: int, body: bytes) -> None:
+        try:
+            self._socket.settimeout(self._left())
+            self._socket.sendall(LETTER.pack(1 + len(body), letter) + body)
+        except TimeoutError:
+            raise WallOver from None
+        except OSError:
+            raise ProgramEnded from None
+
+    def _left(self) -> float:
+        """Return the time that is left by the wall clock, s."""
+        left = self._deadline - time.monotonic()
+        if left <= 0:
+            raise WallOver
+        return left
+
+    # -- the frames --
+
+    def _obey(self, letter: int, body: bytes) -> None:
+        if letter == HELLO:
+            if self._has_met or body != bytes((VERSION,)):
+                raise BrokenRule("a hello that is wrong, or a second one")
+            self._has_met = True
+            firmwares = [self._simulation.robots[index].firmware for index in range(self._simulation.count)]
+            codecs = "".join(profile_named(each).codec[0] for each in firmwares).encode()
+            self._answer(HELLO, GREETING.pack(VERSION, self._loop.time(), len(codecs)) + codecs)
+            return
+        if not self._has_met:
+            raise BrokenRule("something before its hello")
+        if letter not in (OPEN, CLOSE, WRITE, SAY, HEAR):
+            raise BrokenRule(f"the unknown letter {bytes((letter,))!r}")
+        index = self._one(ROBOT, body[: ROBOT.size])
+        rest = body[ROBOT.size :]
+        if rest and letter not in (WRITE, SAY):
+            raise BrokenRule(f"a frame {bytes((letter,))!r} that is too long")
+        if letter == OPEN:
+            self._open(index)
+            return
+        end = self._ends.get(index)
+        if end is None:
+            raise BrokenRule(f"something for robot {index + 1}, which is not open")
+        if letter == CLOSE:
+            del self._ends[index]
+            end.abort()
+        elif letter == WRITE:
+            self._write(end, rest)
+        elif letter == SAY:
+            self._say(index, rest)
+        else:
+            self._hear(index)
+
+    def _one(self, form: struct.Struct, body: bytes) -> int:
+        if len(body) != form.size:
+            raise BrokenRule(f"{len(body)} bytes in the place of {form.size}")
+        [value] = form.unpack(body)
+        return value  # type: ignore[no-any-return]  # struct's answer has no type
+
+    def _open(self, index: int) -> None:
+        if not 0 <= index < self._simulation.count or index in self._ends:
+            raise BrokenRule(f"robot {index + 1}, which does not exist or is open already")
+        robot = self._simulation.robots[index]
+        try:
+            robot.check_link("")
+        except LinkNotFound as error:
+            self._answer(OPEN, f"{error.message.removeprefix(': ')}\n{error.hint}".encode())
+            return
+        self._ends[index] = _End(index, robot, self._wake)
+        self._answer(OPEN, b"")
+
+    def _write(self, end: _End, data: bytes) -> None:
+        if not data or end.unsent + len(data) > MOST_KEPT:
+            raise BrokenRule("no bytes, or more than a robot's link can keep")
+        if self._decoders:
+            for line in self._decoders[end.index].feed("to robot", None, data):
+                if line.kind is Kind.REQUEST:
+                    self.requests.update(call.name for call in line.calls)
+        if end.is_open:
+            end.take(data)
+        self._answer(WRITE, KEPT.pack(end.kept()))
+
+    def _say(self, index: int, message: bytes) -> None:
+        world = self._simulation.world
+        assert world is not None
+        try:
+            world.send_message(index, message, at=self._simulation.time)
+        except ArgumentError as error:
+            raise BrokenRule(f"a message that cannot be: {error}") from None
+
+    def _hear(self, index: int) -> None:
+        world, robot = self._simulation.world, self._simulation.robots[index]
+        assert world is not None
+        robot.link.catch_up()
+        robot.hardware.advance(robot.link.now)
+        heard = (
+            HEARD.pack(each.distance, each.bearing, each.time, len(each.message)) + each.message
+            for each in world.neighbours(index)
+        )
+        self._answer(HEAR, b"".join(heard))
+
+    # -- the time --
+
+    async def _go(self, until: float) -> None:
+        if not self._has_met or not until >= self._loop.time():  # not a number is not greater either
+            raise BrokenRule(f"a time that has passed, or is not a time: {until}")
+        news = self._news()
+        if not news:
+            self._waiter = self._loop.create_future()
+            timer = self._loop.call_at(min(until, self._until), self._wake)
+            await self._waiter
+            self._waiter = None
+            timer.cancel()
+            news = self._news()
+        now = self._loop.time()
+        if now >= self._until:
+            self._answer(GO, PASSED.pack(now, True) + f"the lab's time of {self._until:g} s is over".encode())
+            raise TimeOver
+        self._answer(GO, PASSED.pack(now, False) + news)
+
+    def _wake(self) -> None:
+        if self._waiter is not None and not self._waiter.done():
+            self._waiter.set_result(None)
+
+    def _news(self) -> bytes:
+        news = []
+        for index, end in tuple(self._ends.items()):
+            news.append(end.news())
+            if end.loss is not None:
+                del self._ends[index]
+        return b"".join(news)

@@ -1,0 +1,42 @@
+"""The process of a checked program: ``python -m elib.lab.program FD FILE.py`` runs the file on the marker's robots."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import runpy
+import sys
+
+from elib.emulator.lockstep import MarkersTime, link_of
+from elib.robot.substitute import substituted
+
+
+def main(number: int, file: str) -> None:
+    """Run a file as ``python FILE`` would, on the robots behind a file descriptor.
+
+    Args:
+        number: The file descriptor of the marker's socket.
+        file: Path of the program.
+    """
+    count = len(link_of(number).codecs)
+    urls = [f"lockstep://{number}" + (f"?robot={each}" if count > 1 else "") for each in range(1, count + 1)]
+    asyncio.set_event_loop_policy(_Policy(number))
+    sys.argv = [file]
+    sys.path[0] = os.path.dirname(os.path.abspath(file))
+    with substituted(urls, source="the lab"):
+        runpy.run_path(file, run_name="__main__")
+
+
+class _Policy(asyncio.DefaultEventLoopPolicy):
+    """Lets ``asyncio.run`` make event loops that keep the marker's time."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self._number = number
+
+    def new_event_loop(self) -> asyncio.AbstractEventLoop:
+        return MarkersTime(self._number).make()
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), sys.argv[2])

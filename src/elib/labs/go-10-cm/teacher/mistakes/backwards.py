@@ -1,0 +1,5 @@
+# fails: go-10-cm: the robot drives backwards
+import elib
+
+with elib.connect() as robot:
+    robot.drive(-0.10)
