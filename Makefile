@@ -65,6 +65,9 @@ site: $(READY) ## Build the documentation as a site in site/, which works withou
 bench: $(READY) ## Measure ratios against floors and peers
 	@for script in benchmarks/bench_link.py benchmarks/simulation.py benchmarks/camera.py benchmarks/serving.py benchmarks/et.py benchmarks/recording.py benchmarks/web.py benchmarks/wifi.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
+dist: $(READY) ## Build the source archive and the wheel into dist/, and try them
+	@$(BIN)/python release/dist.py
+
 lock: ## Renew the versions and hashes in requirements/
 	@$(VENV); $(FIND_UV); export UV_CUSTOM_COMPILE_COMMAND="make lock"; LOCK="$$UV pip compile --quiet --upgrade --universal --generate-hashes --annotation-style line"; \
 	  $$LOCK --all-extras --group dev pyproject.toml -o requirements/dev.txt && \
@@ -74,4 +77,4 @@ lock: ## Renew the versions and hashes in requirements/
 clean: ## Remove what the other commands made
 	rm -rf .venv .uv node_modules .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
 
-.PHONY: help setup demo test check check-js docs site bench lock clean
+.PHONY: help setup demo test check check-js docs site bench dist lock clean

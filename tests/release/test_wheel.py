@@ -1,0 +1,44 @@
+"""The wheel holds all that elib reads when it runs, and says the version that elib says."""
+
+import subprocess
+import sys
+import zipfile
+from email.parser import Parser
+from pathlib import Path
+
+import pytest
+
+import elib
+
+pytest.importorskip("hatchling", reason="the build tool is not installed: make setup")
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True, timeout=120)
+    return zipfile.ZipFile(next(folder.glob("*.whl")))
+
+
+def test_every_file_of_the_package_is_in_the_wheel(wheel: zipfile.ZipFile) -> None:
+    source = ROOT / "src"
+    files = {path.relative_to(source).as_posix() for path in (source / "elib").rglob("*") if path.is_file()}
+    packed = {name for name in wheel.namelist() if ".dist-info/" not in name}
+    assert packed == {name for name in files if "/__pycache__/" not in name}
+    assert packed >= {
+        "elib/py.typed",
+        "elib/worlds/arena.toml",
+        "elib/faults/flaky-bluetooth.toml",
+        "elib/web/static/index.html",
+    }
+
+
+def test_the_version_stands_in_one_place(wheel: zipfile.ZipFile) -> None:
+    (name,) = (name for name in wheel.namelist() if name.endswith(".dist-info/METADATA"))
+    metadata = Parser().parsestr(wheel.read(name).decode())
+    assert metadata["Version"] == elib.__version__
+    assert metadata["License-Expression"] == "MIT"
+    assert f'__version__ = "{elib.__version__}"' in (ROOT / "src/elib/__init__.py").read_text()
+    assert elib.__version__ not in (ROOT / "pyproject.toml").read_text()
