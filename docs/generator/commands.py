@@ -25,6 +25,16 @@ firmware does not have raises `Unsupported`. Each call waits at most as long as 
 
 *On the wire* shows the letter of the text command or the opcode of the binary one. A binary frame ends with `00`, and
 the text question `C` follows it as a guard ([why](../decisions/0002-a-text-question-behind-every-binary-frame.md)).
+
+The examples are typed at Python's prompt. Before each stands
+
+```pycon
+>>> import math
+>>> import elib
+>>> robot = elib.connect("sim://?speed=max")
+```
+
+with `sim://?firmware=epuck2&speed=max` for what only an e-puck2 has. `help(robot.set_led)` shows the same entry.
 """
 ACTIONS = tuple(name for kind in (Motions, Actions) for name, row in vars(kind).items() if isinstance(row, Action))
 """What needs several commands: the motions, then the others."""
@@ -67,6 +77,8 @@ def entry(spec: Spec[object]) -> str:
         parts.append(
             table(("Argument", "Unit and range"), ((f"`{each.name}`", rule(each.quantity)) for each in spec.parameters))
         )
+    if spec.example:
+        parts.append(f"```pycon\n{spec.example}\n```")
     facts = []
     if spec.signature.return_annotation != "None":
         facts.append(f"Returns {returns(spec.signature)}.")

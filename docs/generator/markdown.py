@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Iterable, Sequence
 
-SECTIONS = ("Args", "Attributes", "Returns", "Yields", "Raises")
+SECTIONS = ("Args", "Attributes", "Returns", "Yields", "Raises", "Example")
 
 
 def inline(text: str) -> str:
@@ -78,7 +78,8 @@ def section(text: str | None, title: str) -> dict[str, str]:
 
 
 def description(text: str | None) -> str:
-    """Return what stands before the first section of a docstring."""
+    """Return what stands before the first section of a docstring, without blocks of code."""
+    text = re.sub(r"\n\n::\n\n(?:[ ]+.*\n+)+", "\n\n", inspect.cleandoc(text or ""))
     return re.split(rf"^(?:{'|'.join(SECTIONS)}):\n", inspect.cleandoc(text or ""), maxsplit=1, flags=re.MULTILINE)[0]
 
 

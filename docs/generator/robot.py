@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import inspect
 import re
+import textwrap
 from collections.abc import Callable, Iterator
 
 import elib
 from elib.protocol.commands import SPECS
+from elib.protocol.table import example_of
 from elib.robot.actions import Actions
 from generator.markdown import description, docstring, inline
 
@@ -15,7 +17,7 @@ INTRODUCTION = """# Robots
 
 How to find and open a robot, and what it offers beside its [commands](commands.md).
 [API styles](../concepts/api-styles.md) compares the four ways to call; [Telemetry](telemetry.md) describes `watch` and
-`events`.
+`events`. The examples are typed at Python's prompt, after `robot = elib.connect("sim://?speed=max")`.
 """
 FUNCTIONS: tuple[Callable[..., object], ...] = (
     elib.connect,
@@ -86,6 +88,11 @@ def members(kind: type, is_left_out: Callable[[str], bool] = is_command) -> Iter
             yield f"- `{name}`: {inline(description(member.__doc__))}"
         elif inspect.isfunction(member):
             yield f"- `{name}{shown(member)}`: {inline(description(member.__doc__))}"
+        else:
+            continue
+        example = example_of(inspect.getdoc(member) or "")
+        if example and kind is elib.BlockingEpuck:
+            yield textwrap.indent(f"\n```pycon\n{example}\n```\n", "  ", lambda line: bool(line.strip()))
 
 
 def shown(what: Callable[..., object]) -> str:

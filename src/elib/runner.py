@@ -102,6 +102,13 @@ def run(
     Raises:
         SystemExit: The robot failed (1), the call was wrong (2), or Ctrl-C ended it (130); the reason is on stderr.
             Only if the command line was read: with *robot*, errors are raised as they are.
+
+    Example:
+        >>> async def main(robot):
+        ...     await robot.drive(0.1)
+        ...     return await robot.encoders()
+        >>> elib.run(main, robot="sim://square?speed=max")
+        Steps(left=776, right=776)
     """
     if not (inspect.iscoroutinefunction(main) or inspect.iscoroutinefunction(type(main).__call__)):
         raise ArgumentError("elib.run() takes a coroutine function", hint="async def main(robot): ...")
@@ -129,6 +136,12 @@ def robot_url(default: str = DEFAULT_URL, *, argv: Sequence[str] | None = None) 
 
     Raises:
         SystemExit: The command line holds other arguments (2); the reason is on stderr.
+
+    Example:
+        >>> elib.robot_url("sim://?speed=max", argv=["serial:///dev/rfcomm0"])
+        'serial:///dev/rfcomm0'
+        >>> elib.robot_url("sim://?speed=max", argv=[])
+        'sim://?speed=max'
     """
     urls, _ = _options(argv, [default], keeps_records=False)
     return _chosen(urls, [default])[0]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import enum
 import inspect
+import textwrap
 import types
 import typing
 from collections.abc import Callable, Sequence
@@ -25,6 +26,8 @@ from elib.protocol.wifi import WifiForm
 P = ParamSpec("P")
 T = TypeVar("T")
 WheelEffect = Literal["", "drive", "stop"]
+EXAMPLE = "\n\nExample:\n"
+"""Begins the last section of a docstring."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +54,8 @@ class Spec(Generic[T]):
         urgent: Whether it goes first among the waiting calls.
         replaces: Names of rows; a call takes the place of their calls that are not sent yet.
         remember: Called with a confirmed call, to note what it has set.
-        doc: Its docstring.
+        doc: Its docstring, without the example.
+        example: What is typed at Python's prompt, and what that prints.
         is_reading: Whether it returns a value and changes nothing.
         wheels: What it does to the wheels: after ``drive`` they may turn, after ``stop`` they stand; empty if nothing.
     """
@@ -67,6 +71,7 @@ class Spec(Generic[T]):
     replaces: frozenset[str]
     remember: Callable[[Sequence[int], Context], None] | None
     doc: str
+    example: str
     is_reading: bool
     wheels: WheelEffect
 
@@ -237,7 +242,19 @@ class Command(Bindable[P, T]):
     @property
     def __doc__(self) -> str:  # type: ignore[override]  # an instance's own docstring
         lines = [f"    {each.name}: {rule(each.quantity)}" for each in self.spec.parameters]
-        return "\n".join([self.spec.doc, *(["", "Args:"] if lines else []), *lines])
+        arguments = ["", "Args:", *lines] if lines else []
+        example = ["", "Example:", textwrap.indent(self.spec.example, "    ")] if self.spec.example else []
+        return "\n".join([self.spec.doc, *arguments, *example])
+
+
+def without_example(doc: str) -> str:
+    """Return a docstring without its example, which is its last section."""
+    return doc.partition(EXAMPLE)[0]
+
+
+def example_of(doc: str) -> str:
+    """Return the example of a docstring: lines of Python's prompt, and what they print."""
+    return textwrap.dedent(doc.partition(EXAMPLE)[2])
 
 
 def _argument_hints(function: Callable[..., object]) -> dict[str, Any]:
@@ -283,7 +300,8 @@ def command(
                 urgent=urgent,
                 replaces=frozenset(replaces),
                 remember=remember,
-                doc=inspect.getdoc(function) or "",
+                doc=without_example(inspect.getdoc(function) or ""),
+                example=example_of(inspect.getdoc(function) or ""),
                 is_reading=function.__annotations__["return"] not in (None, "None"),
                 wheels=wheels,
             )

@@ -16,7 +16,7 @@ from elib.protocol.profiles import FIRMWARES
 from elib.protocol.quantities import Quantity
 from elib.protocol.raw import text_request
 from elib.protocol.styles import action
-from elib.protocol.table import WheelEffect
+from elib.protocol.table import WheelEffect, without_example
 from elib.protocol.values import Neighbour, Sensors
 from elib.robot.motion import Motions
 from elib.robot.polling import sensor_polls
@@ -58,7 +58,13 @@ class Actions(Motions):
 
     @action
     async def sensors(self: Robot) -> Sensors:
-        """Read all sensors of the robot, in one request if the firmware can take it."""
+        """Read all sensors of the robot, in one request if the firmware can take it.
+
+        Example:
+            >>> everything = robot.sensors()
+            >>> everything.selector, everything.distance
+            (Selector(position=3), None)
+        """
         context = self.context
         found: dict[str, Any] = {}
         for poll in sensor_polls(context):
@@ -74,6 +80,13 @@ class Actions(Motions):
 
         Raises:
             Unsupported: The robot is not simulated in this process.
+
+        Example:
+            >>> robot = elib.connect("sim://crowd?robots=3&speed=max")
+            >>> for other in robot.neighbours():
+            ...     print(f"{other.distance:.2f} m, bearing {other.bearing:.1f}")
+            0.13 m, bearing 0.2
+            0.16 m, bearing -2.2
         """
         await asyncio.sleep(ASKING_TIME)
         return _messenger(self).neighbours()
@@ -85,6 +98,9 @@ class Actions(Motions):
         Raises:
             ArgumentError: The message is too long.
             Unsupported: The robot is not simulated in this process.
+
+        Example:
+            >>> robot.send_message(b"hi")
         """
         await asyncio.sleep(ASKING_TIME)
         _messenger(self).send_message(message)
@@ -94,6 +110,10 @@ class Actions(Motions):
         """Send any text command and return the lines of its answer, as they came.
 
         A command without an answer ends in a ReplyTimeout.
+
+        Example:
+            >>> robot.text("C")
+            'c,3'
         """
         request = text_request(self.context, command)
         return await self.execute(request, request.timeout)
@@ -104,6 +124,12 @@ class Actions(Motions):
 
         Raises:
             ArgumentError: *seconds* is not a finite number from 0 on.
+
+        Example:
+            >>> began = robot.time
+            >>> robot.sleep(2)
+            >>> round(robot.time - began, 3)
+            2.0
         """
         await asyncio.sleep(check_timeout(seconds, "the time to sleep"))
 
@@ -114,7 +140,7 @@ class CatalogueEntry:
 
     Attributes:
         name: The name of the method.
-        doc: Its docstring.
+        doc: Its docstring, without the example.
         signature: Its signature, without ``self``.
         parameters: Name, rule and default of each argument; the rule is None if any text is allowed.
         wheels: What it does to the wheels; see :class:`~elib.protocol.table.Spec`.
@@ -171,5 +197,7 @@ def catalogue() -> Mapping[str, CatalogueEntry]:
     for action_ in (Actions.sensors, Actions.text):
         signature = action_.__signature__
         parameters = tuple((each.name, None, each.default) for each in signature.parameters.values())
-        found[action_.name] = CatalogueEntry(action_.name, action_.__doc__ or "", signature, parameters)
+        found[action_.name] = CatalogueEntry(
+            action_.name, without_example(action_.__doc__ or ""), signature, parameters
+        )
     return found

@@ -37,7 +37,12 @@ class _OverPortal(Actions):
         self._keep_alive = keep_alive
 
     def within(self, seconds: float, *, tries: int = 1) -> Self:
-        """Return a view of the robot whose calls wait this long: see :meth:`elib.Epuck.within`."""
+        """Return a view of the robot whose calls wait this long: see :meth:`elib.Epuck.within`.
+
+        Example:
+            >>> robot.within(0.5, tries=3).selector()
+            Selector(position=3)
+        """
         view = copy.copy(self)
         view._robot = self._robot.within(seconds, tries=tries)
         return view
@@ -59,7 +64,13 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
 
     @property
     def begin(self) -> BeginEpuck:
-        """The begin style: ``pending = robot.begin.proximity()``, later ``pending.end()``."""
+        """The begin style: ``pending = robot.begin.proximity()``, later ``pending.end()``.
+
+        Example:
+            >>> pending = robot.begin.selector()
+            >>> pending.end().position
+            3
+        """
         return BeginEpuck(self._robot, self._portal, self._keep_alive)
 
     def callback(
@@ -75,6 +86,11 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
                 what the command returns.
             on_error: Called as ``on_error(error, state)``.
             state: Passed to the callback unchanged.
+
+        Example:
+            >>> robot.callback(lambda value, state: print(state, value.position), print, "selector:").selector()
+            >>> robot.sleep(0.5)
+            selector: 3
         """
         return CallbackEpuck(self._robot, self._portal, on_reply, on_error, state, self._keep_alive)
 
@@ -84,6 +100,13 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
         Args:
             names: Readings of ``sensors()``, and ``image``; see :meth:`elib.Epuck.watch`.
             rate: Snapshots a second, 0.001 to 1000 Hz.
+
+        Example:
+            >>> for snapshot in robot.watch("encoders", rate=10):
+            ...     if snapshot.sequence == 2:
+            ...         break
+            >>> snapshot.encoders
+            Steps(left=0, right=0)
         """
         return BlockingWatch(self._robot.watch(*names, rate=rate), self._portal, self._keep_alive)
 
@@ -98,7 +121,13 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
         self.close()
 
     def close(self) -> None:
-        """Stop the robot (unless ``keep_moving``), end the session and free the port. Safe to repeat."""
+        """Stop the robot (unless ``keep_moving``), end the session and free the port. Safe to repeat.
+
+        Example:
+            >>> robot.close()
+            >>> robot
+            <BlockingEpuck sim://?speed=max closed>
+        """
         self._portal.leave()
 
     # -- about the robot --
@@ -110,7 +139,13 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
 
     @property
     def events(self) -> BlockingEvents:
-        """Events of the link: resets, late answers, the link down and back. They are kept from the first use on."""
+        """Events of the link: resets, late answers, the link down and back. They are kept from the first use on.
+
+        Example:
+            >>> events = robot.events
+            >>> list(events.within(1))
+            []
+        """
         return BlockingEvents(self._robot.events, self._portal, self._keep_alive)
 
     @property
@@ -119,7 +154,14 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
         return self._portal.time()
 
     def log(self, target: Target, *, names: Vocabulary = "python") -> Log:
-        """Write a line for each call and each outcome: see :meth:`elib.Epuck.log`."""
+        """Write a line for each call and each outcome: see :meth:`elib.Epuck.log`.
+
+        Example:
+            >>> with robot.log("run.log") as log:
+            ...     log.comment("first round")
+            ...     robot.drive(0.05).x > 0
+            True
+        """
         return self._robot.log(target, names=names)
 
     def record(
@@ -130,7 +172,14 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
         part_seconds: float | None = None,
         keep: int | None = None,
     ) -> Recorder:
-        """Record everything that happens on the link: see :meth:`elib.Epuck.record`."""
+        """Record everything that happens on the link: see :meth:`elib.Epuck.record`.
+
+        Example:
+            >>> with robot.record("run.mcap") as recorder:
+            ...     recorder.note("first round")
+            ...     robot.drive(0.05).x > 0
+            True
+        """
 
         async def record() -> Recorder:
             return self._robot.record(path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
@@ -138,7 +187,13 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
         return self._portal.call(record())
 
     def plot(self, path: str | os.PathLike[str]) -> Plot:
-        """Draw what the robot does from now on, when it is closed: see :meth:`elib.Epuck.plot`."""
+        """Draw what the robot does from now on, when it is closed: see :meth:`elib.Epuck.plot`.
+
+        Example:
+            >>> with robot.plot("run.png"):
+            ...     robot.drive(0.05).x > 0
+            True
+        """
 
         async def plot() -> Plot:
             return self._robot.plot(path)
@@ -239,6 +294,11 @@ def connect(
     Raises:
         ArgumentError: The URL or an argument is wrong.
         LinkError: The robot cannot be opened; the subclass says why.
+
+    Example:
+        >>> with elib.connect("sim://square?speed=max") as robot:
+        ...     round(robot.drive(0.1).x, 2)
+        0.1
     """
     return connect_robot(
         open_async(url, name=name, keep_moving=keep_moving, firmware=firmware, mounting=mounting, watchdog=watchdog)

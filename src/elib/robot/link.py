@@ -191,14 +191,31 @@ class Linked:
 
     @property
     def statistics(self) -> LinkStats:
-        """How the link has been so far."""
+        """How the link has been so far.
+
+        Example:
+            >>> robot.selector().position
+            3
+            >>> robot.statistics.lost, robot.statistics.resyncs
+            (0, 0)
+        """
         loop, session = self._link.loop, self._link.session
         if loop is None or session is None:
             return self._link.counter.read(math.nan)
         return self._link.counter.read(loop.time(), session.waiting, session.unanswered)
 
     def trace(self, hook: TraceHook) -> None:
-        """Call ``hook(time, event)`` in the event loop for everything that happens on the link."""
+        """Call ``hook(time, event)`` in the event loop for everything that happens on the link.
+
+        Example:
+            >>> robot.trace(lambda time, event: print(type(event).__name__))
+            >>> robot.selector().position
+            Called
+            Wrote
+            Received
+            Ended
+            3
+        """
         self._link.channel.hooks.append(hook)
 
 

@@ -434,6 +434,11 @@ class Motions(Commands):
         Args:
             distance: The way, -100 to 100 m.
             speed: The fastest speed, m/s, up to 0.1288.
+
+        Example:
+            >>> pose = robot.drive(0.10)
+            >>> round(pose.x, 3)
+            0.1
         """
         way = _checked(Distance, "distance", distance)
         fastest = _checked(Speed, "speed", speed)
@@ -451,6 +456,11 @@ class Motions(Commands):
         Args:
             angle: -18.8 to 18.8 rad, three turns.
             turn_rate: The fastest turn rate, rad/s, up to 4.86.
+
+        Example:
+            >>> pose = robot.turn(math.pi / 2)
+            >>> round(math.degrees(pose.heading))
+            90
         """
         rotation = _checked_angle("angle", angle)
         fastest = _checked(TurnRate, "turn_rate", turn_rate)
@@ -479,6 +489,11 @@ class Motions(Commands):
             heading: Direction to look in at the end, rad; None for the direction of the drive.
             speed: The fastest speed of the drive, m/s, up to 0.1288.
             turn_rate: The fastest turn rate, rad/s, up to 4.86.
+
+        Example:
+            >>> pose = robot.go_to(0.1, 0.1, heading=0)
+            >>> round(pose.x, 2), round(pose.y, 2)
+            (0.1, 0.1)
         """
         if isinstance(x, Pose):
             if y is not None or heading is not None:
@@ -508,6 +523,11 @@ class Motions(Commands):
         Raises:
             ArgumentError: A wheel would have to turn faster than it can.
             MotionBusy: A motion has the wheels.
+
+        Example:
+            >>> robot.set_velocity(0.05, 0.5)
+            >>> robot.speed()
+            Wheels(left=0.285, right=0.491)
         """
         ahead, turning = _checked(SignedSpeed, "speed", speed), _checked(SignedTurnRate, "turn_rate", turn_rate)
         left, right = ((ahead + side * turning * AXLE / 2) / FASTEST for side in (-1, 1))
@@ -526,6 +546,13 @@ class Motions(Commands):
         """Read the step counters and return the pose that they give, with the time of the reading.
 
         Odometry begins at (0, 0), looking along x, with the first reading of the counters.
+
+        Example:
+            >>> robot.set_pose(0, 0)
+            >>> robot.set_speed(0.5, 0.5)
+            >>> robot.sleep(1)
+            >>> round(robot.pose().x, 3)
+            0.064
         """
         await self.motion.read_counters_for(self, "pose()")
         return self.motion.odometry.pose
@@ -538,6 +565,11 @@ class Motions(Commands):
             x: The first coordinate, m.
             y: The second coordinate, m.
             heading: The direction in which the robot looks, rad.
+
+        Example:
+            >>> robot.set_pose(0.5, 0.3, heading=math.pi / 2)
+            >>> round(robot.drive(0.1).y, 3)
+            0.4
         """
         place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
         direction = _checked_angle("heading", heading)

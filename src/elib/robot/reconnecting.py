@@ -89,6 +89,15 @@ def reconnecting(
 
     Raises:
         ArgumentError: An argument is wrong.
+
+    Example:
+        >>> with elib.reconnecting("sim://?speed=max&fault=walks-out-of-range") as robot:
+        ...     events = robot.events
+        ...     robot.sleep(30)  # the link is gone from 25 to 35 s
+        ...     robot.within(20).selector().position
+        ...     [type(event).__name__ for event in events.within(0)]
+        3
+        ['LinkDown', 'LinkBack']
     """
     if during_gap not in ("wait", "fail"):
         raise ArgumentError(f"during_gap is {during_gap!r}; it must be 'wait' or 'fail'")

@@ -38,6 +38,12 @@ def wait(calls: Iterable[P], *, first: bool = False, timeout: float | None = Non
 
     Raises:
         ArgumentError: *calls* holds something else than a begun call, or *timeout* is negative or not finite.
+
+    Example:
+        >>> calls = [robot.begin.image(), robot.begin.selector()]
+        >>> done, pending = elib.wait(calls)
+        >>> len(done), len(pending)
+        (2, 0)
     """
     every = list(calls)
     if timeout is not None:

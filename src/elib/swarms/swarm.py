@@ -157,6 +157,12 @@ def swarm(
     Raises:
         ArgumentError: A URL or the names are wrong, or the firmware does not exist.
         Unsupported: This system does not support the watchdog.
+
+    Example:
+        >>> async def main(robots):
+        ...     return await robots.all.selector()
+        >>> elib.swarm("sim://crowd?robots=2&speed=max").run(main)
+        {'epuck-1': Selector(position=3), 'epuck-2': Selector(position=3)}
     """
     given = [urls] if isinstance(urls, str) else None if urls is None else list(urls)
     if given == []:

@@ -130,6 +130,13 @@ def behaviour(
 
     Raises:
         TypeError: A parameter breaks these rules.
+
+    Example:
+        >>> @elib.behaviour(world="square")
+        ... async def dash(robot: elib.Epuck) -> None:
+        ...     await robot.drive(0.1)
+        >>> elib.play(dash, "sim://?speed=max").reason
+        'done'
     """
     if function is None:
         return lambda function: _made(function, world, reconnects, group)

@@ -84,6 +84,14 @@ async def react(
 
     Raises:
         LinkLost: The link was lost, and the robot does not reconnect, or did not succeed.
+
+    Example:
+        >>> async def main(robot):
+        ...     async def step(view):
+        ...         await view.set_speed(0.3, 0.3)
+        ...         return max(await view.proximity()) > 500  # a true value ends the loop
+        ...     await elib.react(robot, step)
+        >>> elib.run(main, robot="sim://square?speed=max")
     """
     timeout = AdaptiveTimeout(min_timeout, robot.statistics.median)
     due = robot.time

@@ -79,6 +79,11 @@ def play(
     Raises:
         ArgumentError: An argument or option is wrong; nothing was opened.
         ElibError: The robot could not be reached, was lost, or did not confirm that it stopped.
+
+    Example:
+        >>> from elib.behaviours.avoid import wander
+        >>> elib.play(wander, "sim://?speed=max", seconds=5).reason
+        'time'
     """
     what.check(options or {})
     check_duration(seconds)
