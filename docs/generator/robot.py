@@ -32,6 +32,8 @@ FUNCTIONS: tuple[Callable[..., object], ...] = (
     elib.behaviour,
     elib.react,
     elib.play,
+    elib.read_log,
+    elib.read_recording,
 )
 INNER = ("context", "execute", "motion", "robot", "session", "time_left")
 """Members for those who build on elib, not for those who drive a robot with it."""
