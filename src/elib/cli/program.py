@@ -37,6 +37,7 @@ COMMANDS = {
     "joystick": "Drive and watch robots in the browser.",
     "simulate": "Offer virtual robots on serial ports, TCP ports or Wi-Fi.",
     "world": "List the worlds that come with elib, show one, check your own.",
+    "lab": "Copy a lab, and check a program against its goals.",
     "find": "Look for robots: on ports, among paired ones, in simulations.",
     "flash": "Write a program into an e-puck1.",
     "et": "Copy, count and time the rows of a robot's log.",
@@ -45,7 +46,9 @@ COMMANDS = {
 }
 """The commands in the order of the help page. Each is a function in the module of its name, in elib.cli."""
 
-APPS = {name: f"elib.cli.{name}:app" for name in ("run", "send", "record", "world")} | {"et": "elib.et.subcommand:app"}
+APPS = {name: f"elib.cli.{name}:app" for name in ("run", "send", "record", "world", "lab")} | {
+    "et": "elib.et.subcommand:app"
+}
 """The commands that have sub-commands, or help pages of their own: where their parsers are."""
 
 PAGE_OPTIONS = ("--help", "-h", "--version")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import hashlib
 import socket
 import struct
 import time
@@ -134,6 +135,7 @@ class Marker:
 
     Attributes:
         requests: How often each command was sent, by its name in Python.
+        transcript: A digest of all that went over the socket: equal runs have equal digests.
     """
 
     def __init__(
@@ -146,6 +148,7 @@ class Marker:
         counts_requests: bool = True,
     ) -> None:
         self.requests: Counter[str] = Counter()
+        self.transcript = hashlib.blake2b(digest_size=16)
         self._simulation = simulation
         self._socket = program
         self._until = until
@@ -197,6 +200,7 @@ class Marker:
         while len(self._received) < end:
             self._receive()
         body = bytes(self._received[LETTER.size : end])
+        self.transcript.update(self._received[:end])
         del self._received[:end]
         return letter, body
 
@@ -217,9 +221,11 @@ class Marker:
             return
 
     def _answer(self, letter: int, body: bytes) -> None:
+        frame = LETTER.pack(1 + len(body), letter) + body
+        self.transcript.update(frame)
         try:
             self._socket.settimeout(self._left())
-            self._socket.sendall(LETTER.pack(1 + len(body), letter) + body)
+            self._socket.sendall(frame)
         except TimeoutError:
             raise WallOver from None
         except OSError:

@@ -6,7 +6,9 @@ import asyncio
 import os
 import runpy
 import sys
+from traceback import StackSummary, TracebackException
 
+import elib
 from elib.emulator.lockstep import MarkersTime, link_of
 from elib.robot.substitute import substituted
 
@@ -24,7 +26,22 @@ def main(number: int, file: str) -> None:
     sys.argv = [file]
     sys.path[0] = os.path.dirname(os.path.abspath(file))
     with substituted(urls, source="the lab"):
-        runpy.run_path(file, run_name="__main__")
+        try:
+            runpy.run_path(file, run_name="__main__")
+        except Exception as error:
+            print("".join(_own(TracebackException.from_exception(error)).format()), end="", file=sys.stderr)
+            sys.exit(1)
+
+
+def _own(error: TracebackException) -> TracebackException:
+    """Leave out what elib and Python did: the author of a program looks for a line of his own."""
+    folders = os.path.dirname(elib.__file__), os.path.dirname(asyncio.__file__), "<frozen"
+    kept = [frame for frame in error.stack if not frame.filename.startswith(folders)]
+    error.stack = StackSummary.from_list(kept)
+    for before in (error.__cause__, error.__context__):
+        if before is not None:
+            _own(before)
+    return error
 
 
 class _Policy(asyncio.DefaultEventLoopPolicy):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
 import subprocess
 import sys
@@ -86,6 +87,7 @@ class VariantResult:
         zones: The zones of the variant.
         requests: How often each command was sent, if a goal asks for that.
         output: What the program printed.
+        transcript: A digest of all that went over the link: equal runs have equal digests.
     """
 
     variant: Variant
@@ -99,6 +101,7 @@ class VariantResult:
     zones: tuple[Zone, ...]
     requests: Counter[str]
     output: str
+    transcript: str
 
     @property
     def passed(self) -> bool:
@@ -216,6 +219,7 @@ class _Run:
             tuple(zones.values()),
             marker.requests,
             running.output,
+            marker.transcript.hexdigest(),
         )
 
     async def _serve(self, marker: Marker, running: Running) -> tuple[Ending, str, int | None]:
@@ -291,6 +295,7 @@ class PlainProgram:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 cwd=Path(program).resolve().parent,
+                env={**os.environ, "PYTHONUNBUFFERED": "1"},
             )
         except OSError as error:
             raise ElibError(f"{program} cannot be started: {error}") from error

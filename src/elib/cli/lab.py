@@ -1,0 +1,177 @@
+"""``elib lab``: tasks with goals, and a program checked against them."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App
+from cyclopts import Parameter as Cli
+
+from elib.cli.arguments import AsJson
+from elib.cli.readings import print_json
+from elib.cli.terminal import GREEN, RED, paint, say, table
+from elib.errors import ArgumentError
+from elib.exits import FAILED
+from elib.fields import Number, nearest
+from elib.lab import Lab, VariantResult, find_lab, load_lab, run_variant
+from elib.lab.labfile import shipped_labs
+from elib.lab.running import WALL, PlainProgram
+from elib.plaintext import plain
+
+TEACHER = "teacher"
+
+app = App(
+    name="lab",
+    help="""List the labs that come with elib, copy one, and check a program against its goals.
+
+    A lab is a folder with instructions, worlds and goals. To make one of your own, copy one with --teacher.""",
+)
+
+LabFolder = Annotated[
+    str | None, Cli(name="--lab", metavar="FOLDER", help="The lab's folder, or its name (default: above the program).")
+]
+OneVariant = Annotated[str | None, Cli(name="--variant", metavar="NAME", help="Only this variant.")]
+Wall = Annotated[
+    float, Cli(name="--wall", metavar="S", help="Seconds by the clock on the wall that a variant may take.")
+]
+
+
+@app.command(name="list")
+def list_labs(*, json: AsJson = False) -> None:
+    """List the labs that come with elib."""
+    labs = [load_lab(name) for name in shipped_labs()]
+    if json:
+        print_json({"labs": [{"name": lab.name, "title": lab.title, "summary": lab.summary} for lab in labs]})
+        return
+    print(table([(lab.name, lab.summary) for lab in labs], indent=0))
+
+
+@app.command
+def new(
+    name: Annotated[str, Cli(help="A lab that comes with elib; elib lab list lists them.")],
+    folder: Annotated[str | None, Cli(help="Where to put it (default: its name).")] = None,
+    /,
+    *,
+    teacher: Annotated[
+        bool, Cli(name="--teacher", help="Copy the solution, the mistakes and the hidden variants as well.")
+    ] = False,
+) -> None:
+    """Copy a lab into a new folder, to work on."""
+    if name not in shipped_labs():
+        raise ArgumentError(f"there is no lab {name!r}", hint=nearest(name, shipped_labs()))
+    target = Path(folder or name)
+    if target.exists() and (not target.is_dir() or any(target.iterdir())):
+        raise ArgumentError(f"{target} is there already", hint="name another folder: elib lab new NAME FOLDER")
+    left_out = ["__pycache__"] if teacher else ["__pycache__", TEACHER]
+    shutil.copytree(load_lab(name).folder, target, ignore=shutil.ignore_patterns(*left_out), dirs_exist_ok=True)
+    print(f"{target} is ready. Read {target / 'README.md'}, change {target / 'start.py'}, and check it:")
+    print(f"elib lab check {target / 'start.py'}")
+
+
+@app.command
+def check(
+    program: Annotated[str, Cli(help="The program, a .py file.")],
+    /,
+    *,
+    lab: LabFolder = None,
+    variant: OneVariant = None,
+    wall: Wall = WALL,
+    json: AsJson = False,
+) -> None:
+    """Run a program in the worlds of its lab, and say which goals hold.
+
+    The path of the robot is drawn into a picture beside the program. The exit code is 0 if all goals hold.
+    """
+    path = Path(program)
+    if not path.is_file():
+        raise ArgumentError(f"there is no program {program}", hint="name a .py file, such as start.py")
+    Number(1, 3600, "s").require(wall, "--wall")
+    found = load_lab(lab or find_lab(path))
+    chosen = found.variants if variant is None else (found.variant(variant),)
+    shown = sys.stderr if json else sys.stdout
+    results, pictures = [], []
+    for each in chosen:
+        if not json:
+            print(f"{found.title}: {each.name}", flush=True)
+        results.append(
+            run_variant(
+                found, each, lambda link: PlainProgram(path, link, shows=lambda text: _show(text, shown)), wall=wall
+            )
+        )
+        ending = "" if len(found.variants) == 1 else "-" + re.sub(r"\W+", "-", each.name)
+        pictures.append(path.with_name(f"{path.stem}{ending}.png"))
+        results[-1].draw(pictures[-1])
+        if not json:
+            _print(results[-1], pictures[-1])
+    passed = all(result.passed for result in results)
+    points = points_of(found, results)
+    if json:
+        print_json(
+            {
+                "lab": found.name,
+                "program": str(path),
+                "passed": passed,
+                "points": sum(points.values()),
+                "of": found.points,
+                "variants": [
+                    {**summary(result), "picture": str(picture)}
+                    for result, picture in zip(results, pictures, strict=True)
+                ],
+            }
+        )
+    else:
+        print(f"{sum(points.values()):.3g} of {found.points:g} points" + (", all goals hold" if passed else ""))
+    if not passed:
+        raise SystemExit(FAILED)
+
+
+def points_of(lab: Lab, results: list[VariantResult]) -> dict[str, float]:
+    """Return the points of each goal: a part of them for each variant in which it holds."""
+    held = [{each.goal.name for each in result.goals if each.holds} for result in results]
+    return {
+        goal.name: goal.points * sum(goal.name in names for names in held) / max(1, len(results)) for goal in lab.goals
+    }
+
+
+def summary(result: VariantResult) -> dict[str, object]:
+    """Return a result in types that JSON has."""
+    return {
+        "variant": result.variant.name,
+        "passed": result.passed,
+        "ending": result.ending,
+        "why": result.why,
+        "exit_code": result.exit_code,
+        "time": result.time,
+        "goals": [
+            {
+                "name": each.goal.name,
+                "about": each.goal.sentence,
+                "points": each.goal.points,
+                "holds": each.holds,
+                "text": each.text,
+            }
+            for each in result.goals
+        ],
+    }
+
+
+def _print(result: VariantResult, picture: Path) -> None:
+    if result.why:
+        say(f"The program did not end well: {result.why}.")
+    for each in result.goals:
+        mark = paint("yes", GREEN, sys.stdout) if each.holds else paint("no ", RED, sys.stdout)
+        print(f"  {mark}  {each.goal.sentence}")
+        print(f"       {plain(each.text)} ({each.goal.points:g} {'point' if each.goal.points == 1 else 'points'})")
+    print(f"  path in {picture}\n", flush=True)
+
+
+def _show(text: bytes, stream: object) -> None:
+    """Show what the program printed."""
+    assert hasattr(stream, "write")
+    assert hasattr(stream, "flush")
+    stream.write(text.decode("utf-8", "replace"))
+    stream.flush()
