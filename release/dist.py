@@ -95,7 +95,8 @@ def install(wheel: Path, extra: str, folder: Path, version: str) -> None:
     """Install the wheel into a fresh environment, and run a program there."""
     shutil.rmtree(folder, ignore_errors=True)
     uv = shutil.which("uv") or str(ROOT / ".uv/bin/uv")
-    run(uv, "venv", "--quiet", "--python", sys.executable, str(folder), where=ROOT)
+    seed = () if extra else ("--seed",)  # with pip
+    run(uv, "venv", "--quiet", *seed, "--python", sys.executable, str(folder), where=ROOT)
     what = f"{wheel}[{extra}]" if extra else str(wheel)
     constraints = str(ROOT / "requirements/dev.txt")
     run(uv, "pip", "install", "--quiet", "--python", str(folder), "--constraints", constraints, what, where=ROOT)
@@ -127,6 +128,19 @@ def writes(file: str, *arguments: str) -> Callable[[Path, Path], None]:
     return trial
 
 
+def core(programs: Path, folder: Path) -> None:
+    """Run the demo; then ask for what needs an extra, and install it by the command that the hint gives."""
+    writes("elib-demo.png", "elib", "demo", "--for", "2")(programs, folder)
+    (folder / "empty.hex").write_text(EMPTY_HEX)
+    asked = [str(programs / "elib"), "flash", "--dry-run", "empty.hex"]
+    done = subprocess.run(asked, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    hint = done.stderr.partition("install the extra flash: ")[2].strip()
+    if not hint:
+        sys.exit(f"elib flash said, without its extra:\n{done.stdout}{done.stderr}")
+    subprocess.run(hint, cwd=folder, shell=True, check=True, capture_output=True, timeout=PATIENCE)
+    flash(programs, folder)
+
+
 def parquet(programs: Path, folder: Path) -> None:
     """Write the rows of a log as Parquet."""
     run(str(programs / "elib"), "run", "avoid", *FAST, "--log", "run.log", where=folder)
@@ -147,7 +161,7 @@ def web(programs: Path, folder: Path) -> None:
 
 def flash(programs: Path, folder: Path) -> None:
     """Read an Intel HEX file: the smallest one, of which elib says that it holds no program."""
-    (folder / "empty.hex").write_text(":00000001FF\n")
+    (folder / "empty.hex").write_text(EMPTY_HEX)
     command = [str(programs / "elib"), "flash", "--dry-run", "empty.hex"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
     if "empty.hex" not in done.stderr or "intelhex" in done.stderr:
@@ -167,9 +181,10 @@ def everything(programs: Path, folder: Path) -> None:
             trial(programs, folder)
 
 
+EMPTY_HEX = ":00000001FF\n"
 FAST: Sequence[str] = ("--robot", "sim://?speed=max", "--for", "2")
 TRIALS: dict[str, Callable[[Path, Path], None]] = {
-    "": writes("elib-demo.png", "elib", "demo", "--for", "2"),
+    "": core,
     "plot": writes("run.png", "elib", "run", "avoid", *FAST, "--plot", "run.png"),
     "record": writes("run.mcap", "elib", "record", "run.mcap", *FAST),
     "parquet": parquet,

@@ -98,7 +98,7 @@ def template(node: ast.expr) -> str:
     """Return a message as it stands in the code, what is put in by its name in italics."""
     match node:
         case ast.Call(func=ast.Name(id="install"), args=[ast.Constant(value=str(extra))]):
-            return errors.install(extra)
+            return f"install the extra {extra}: *the command for it*"
         case ast.Constant(value=str(text)):
             return text.strip().replace("<", "&lt;").replace("\n", " ")
         case ast.JoinedStr(values=parts):

@@ -35,11 +35,6 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def install(extra: str) -> str:
-    """Return the hint for an extra whose packages are not installed."""
-    return f'install its extra, in the folder of elib: pip install ".[{extra}]"'
-
-
 class ElibError(Exception):
     """The base of all errors that elib raises.
 

@@ -13,6 +13,7 @@ from elib_process import PATIENCE, started
 
 from elib.cli import main
 from elib.cli.simulate import with_optional_link
+from elib.extras import install
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -65,7 +66,7 @@ def test_a_view_without_its_extra_says_how_to_get_it(
     assert main(["simulate", "square", "--tcp", "0", "--view", "0"]) == 1
     out, err = capsys.readouterr()
     assert out == ""
-    assert 'pip install ".[web]"' in err
+    assert install("web") in err
 
 
 @pytest.mark.parametrize(

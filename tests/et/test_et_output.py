@@ -21,6 +21,7 @@ from elib.et.arguments import arguments_of
 from elib.et.commandline import summary
 from elib.et.formats import writing
 from elib.et.rows import Block
+from elib.extras import install
 
 ET = [sys.executable, "-c", "import sys; from elib.et import main; sys.exit(main())"]
 
@@ -211,7 +212,7 @@ def test_what_is_not_installed_is_told_with_its_extra(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == module else object())
     found = run(*arguments)
     assert found.code == 1
-    assert f'pip install ".[{extra}]"' in found.err
+    assert install(extra) in found.err
     assert [each.name for each in place.iterdir()] == ["run.log"]
 
 

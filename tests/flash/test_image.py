@@ -227,5 +227,5 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
 
 def test_without_intelhex_the_install_line_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "intelhex", None)
-    with pytest.raises(Unsupported, match=r'pip install "\.\[flash\]"'):
+    with pytest.raises(Unsupported, match=r'pip install .*\[flash\]"'):
         image(small())

@@ -242,7 +242,7 @@ def test_a_note_that_packs_very_well_is_not_taken_for_a_bomb(tmp_path: Path) -> 
 
 def test_without_the_package_mcap_the_hint_says_how_to_install_it(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mcapfile.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(Unsupported, match=r"pip install .\.\[record\]"):
+    with pytest.raises(Unsupported, match=r"pip install .*\[record\]"):
         read_recording(whole)
 
 

@@ -17,6 +17,7 @@ from elib.emulator.control import Control
 from elib.emulator.firmware import step_rate
 from elib.emulator.sim_transport import SimTransport
 from elib.errors import ArgumentError, LinkBusy, LinkLost, ReplayDiffers, SimulationError, Unsupported
+from elib.extras import install
 from elib.physics import World
 from elib.protocol.profiles import PROFILES
 from elib.recording import read_recording
@@ -708,4 +709,4 @@ def test_without_mcap_a_replay_says_how_to_install_it(tmp_path: Path, monkeypatc
     monkeypatch.setattr(importlib.util, "find_spec", lambda name, *more: None if name == "mcap" else real(name, *more))
     with pytest.raises(Unsupported, match="mcap") as caught:
         run_on(replay(tmp_path / "run.mcap"), wander)
-    assert 'pip install ".[record]"' in caught.value.hint
+    assert install("record") in caught.value.hint

@@ -14,6 +14,7 @@ import pytest
 
 import elib
 from elib.errors import ArgumentError, LinkClosed, Unsupported
+from elib.extras import install
 from elib.runner import run_on
 from elib.view.drive import RobotReport, length
 
@@ -82,7 +83,7 @@ def test_what_cannot_be_drawn_is_refused_at_the_call(tmp_path: Path, monkeypatch
         monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
         with pytest.raises(Unsupported, match="Matplotlib") as caught:
             robot.plot(tmp_path / "path.png")
-        assert 'pip install ".[plot]"' in caught.value.hint
+        assert install("plot") in caught.value.hint
     with pytest.raises(LinkClosed):
         robot.plot(tmp_path / "path.png")
 

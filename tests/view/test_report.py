@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from elib.errors import ArgumentError, Unsupported, install
+from elib.errors import ArgumentError, Unsupported
+from elib.extras import install
 from elib.physics import World
 from elib.view.report import Chart, _broken, check_report, draw_report
 

@@ -26,6 +26,7 @@ from elib.cli import main
 from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
+from elib.extras import install
 from elib.web.messages import MESSAGES, decode
 
 DRIVING = Path(__file__).parent / "driving_panel.py"
@@ -159,7 +160,7 @@ def test_without_the_extra_it_says_how_to_get_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
     assert main(["joystick"]) == 1
-    assert 'pip install ".[web]"' in capsys.readouterr().err
+    assert install("web") in capsys.readouterr().err
 
 
 # -- shared --

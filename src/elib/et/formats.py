@@ -19,9 +19,10 @@ from itertools import islice
 from pathlib import Path
 from typing import IO, Any
 
-from elib.errors import ArgumentError, ElibError, Unsupported, install
+from elib.errors import ArgumentError, ElibError, Unsupported
 from elib.et.rows import Block
 from elib.et.table import Cell, Header, Table, aligned
+from elib.extras import install
 from elib.files import named, replacing
 from elib.plaintext import plain
 

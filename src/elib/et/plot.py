@@ -8,8 +8,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from elib.errors import ArgumentError, Unsupported, install
+from elib.errors import ArgumentError, Unsupported
 from elib.et.action import Action, Plotted
+from elib.extras import install
 from elib.files import replacing
 
 SUFFIXES = (".png", ".svg", ".pdf")

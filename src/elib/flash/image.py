@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from elib.errors import ArgumentError, Unsupported, install
+from elib.errors import ArgumentError, Unsupported
+from elib.extras import install
 from elib.files import read_file
 
 ROW = 0x40

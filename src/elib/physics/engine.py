@@ -31,7 +31,8 @@ from types import CellType, CodeType, FunctionType, ModuleType
 from typing import Any, Final, Literal, Protocol, TypeAlias, TypeVar, cast
 
 from elib import body
-from elib.errors import SimulationError, install
+from elib.errors import SimulationError
+from elib.extras import install
 from elib.physics.records import SIZE
 
 F = TypeVar("F", bound=Callable[..., Any])

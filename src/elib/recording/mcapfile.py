@@ -15,7 +15,8 @@ from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
 from pathlib import Path
 
-from elib.errors import ArgumentError, Unsupported, install
+from elib.errors import ArgumentError, Unsupported
+from elib.extras import install
 from elib.recording.encoding import encoded, fields_of
 from elib.recording.mcapwriter import McapWriter
 from elib.recording.messages import WARNING, Event, Message, Noted, Translator

@@ -11,7 +11,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from elib.errors import ArgumentError, Unsupported, install
+from elib.errors import ArgumentError, Unsupported
+from elib.extras import install
 from elib.files import write_file
 from elib.physics import Snapshot
 from elib.view.png import png_of

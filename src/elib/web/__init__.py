@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from elib.errors import Unsupported, install
+from elib.errors import Unsupported
+from elib.extras import install
 
 
 def check_web() -> None:
