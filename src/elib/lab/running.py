@@ -38,13 +38,12 @@ Ending = Literal["ended", "failed", "time", "wall", "broke"]
 
 
 class Running(Protocol):
-    """A program that runs in a process of its own.
+    """A program that runs in a process of its own."""
 
-    Attributes:
-        output: What it printed so far.
-    """
-
-    output: str
+    @property
+    def output(self) -> str:
+        """What it printed so far."""
+        ...
 
     def poll(self) -> int | None:
         """Return its exit code, -N if signal N ended it, or None while it runs."""
