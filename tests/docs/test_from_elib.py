@@ -226,5 +226,7 @@ def result_of(called: object, text: str, world: dict[str, object]) -> object:
         "robot.begin": robot.begin,
         "robot.callback": robot.callback(),
         "robot.accelerometer": robot.accelerometer(),
+        "robot.gyroscope": robot.gyroscope(),
+        "robot.microphones": robot.microphones(),
     }
     return getattr(called, "__self__", None) if text.endswith(".within") else views.get(text)

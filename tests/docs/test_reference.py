@@ -26,7 +26,7 @@ from elib.transport.url import scheme_names
 from elib.transport.wifi import open_wifi
 
 REFERENCE = {page.name: page.read_text() for page in (ROOT / "docs/reference").glob("*.md")}
-for by_hand in ("from-elib.md", "e-puck.md", "wire-protocol.md"):
+for by_hand in ("from-elib.md", "from-unifr.md", "from-webots.md", "e-puck.md", "wire-protocol.md"):
     del REFERENCE[by_hand]
 
 
