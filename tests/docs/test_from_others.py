@@ -17,13 +17,14 @@ WEBOTS = """
     led9, camera, accelerometer, gyro, gs0, gs1, gs2, speaker, tof, emitter, receiver"""
 """The devices of Webots' e-puck, by its guide and its proto."""
 UNIFR = """
-    go_on sleep get_battery_level get_id set_id get_ip clean_up set_speed get_speed bounded_speed get_motors_steps
-    enable_led disable_led enable_all_led disable_all_led enable_body_led disable_body_led enable_front_led
-    disable_front_led init_sensors disable_sensors get_prox calibrate_prox get_calibrate_prox init_tof get_tof
-    disable_tof init_ground get_ground get_gyro_axes get_accelerometer_axes get_acceleration get_roll get_pitch
-    get_microphones get_temperature get_tv_remote init_camera disable_camera get_camera take_picture live_camera play_sound
-    play_mario play_underworld play_star_wars stop_sound init_client_communication send_msg receive_msg has_receive_msg clean_msg
-    get_connected_epucks initiate_model get_detection save_detection live_detection"""
+    go_on sleep get_battery_level get_id set_id get_ip clean_up set_speed get_speed bounded_speed
+    get_motors_steps enable_led disable_led enable_all_led disable_all_led enable_body_led disable_body_led
+    enable_front_led disable_front_led init_sensors disable_sensors get_prox calibrate_prox get_calibrate_prox
+    init_tof get_tof disable_tof init_ground get_ground get_gyro_axes get_accelerometer_axes get_acceleration
+    get_roll get_pitch get_microphones get_temperature get_tv_remote init_camera disable_camera get_camera
+    take_picture live_camera play_sound play_mario play_underworld play_star_wars stop_sound
+    init_client_communication send_msg receive_msg has_receive_msg clean_msg get_connected_epucks initiate_model
+    get_detection save_detection live_detection"""
 """The public methods of its robot over Wi-Fi."""
 
 
