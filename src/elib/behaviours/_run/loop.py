@@ -90,6 +90,7 @@ async def react(
         ...     async def step(view):
         ...         await view.set_speed(0.3, 0.3)
         ...         return max(await view.proximity()) > 500  # a true value ends the loop
+        ...
         ...     await elib.react(robot, step)
         >>> elib.run(main, robot="sim://square?speed=max")
     """
