@@ -1,0 +1,10 @@
+"""Drive over a bad link until the first answer is lost. What should the robot do then?"""
+
+import elib
+
+with elib.connect() as robot:
+    robot.set_speed(0.1, 0.1)
+    while True:
+        near = robot.proximity()
+        print(f"{robot.time:.1f} s: {max(near)}")
+        robot.sleep(0.1)

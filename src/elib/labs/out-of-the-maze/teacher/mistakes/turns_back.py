@@ -1,0 +1,13 @@
+# fails: out: it turns round at every wall, so it drives to and fro in one passage
+import math
+
+import elib
+
+with elib.connect() as robot:
+    while max(robot.ground()[:3]) > 400:
+        near = robot.proximity()
+        if max(near.front_right, near.front_left) > 200:
+            robot.turn(math.pi)
+        robot.set_speed(0.4, 0.4)
+        robot.sleep(0.05)
+    robot.stop()

@@ -1,0 +1,23 @@
+# fails: stand: each robot wanders for ever, also when nobody is near
+import elib
+
+
+async def scatter(robot: elib.Epuck) -> None:
+    while True:
+        near = await robot.proximity()
+        left = near.front_left + near.diagonal_left
+        right = near.front_right + near.diagonal_right
+        if left + right < 100:
+            await robot.set_speed(0.4, 0.4)
+        elif left > right:
+            await robot.set_speed(0.3, -0.3)
+        else:
+            await robot.set_speed(-0.3, 0.3)
+        await robot.sleep(0.1)
+
+
+async def main(robots: elib.Swarm) -> None:
+    await robots.all.run(scatter)
+
+
+elib.swarm().run(main)

@@ -1,0 +1,22 @@
+# fails: all-drive: in_turn waits until a robot has done before the next begins, and the time is over before the last
+import elib
+
+
+async def scatter(robot: elib.Epuck) -> None:
+    end = robot.time + 40
+    while robot.time < end:
+        near = await robot.proximity()
+        if max(near.front_left, near.front_right) > 30:
+            await robot.set_speed(0.3, -0.3)
+        elif max(near) > 30:
+            await robot.set_speed(0.4, 0.4)
+        else:
+            await robot.set_speed(0, 0)
+        await robot.sleep(0.1)
+
+
+async def main(robots: elib.Swarm) -> None:
+    await robots.in_turn.run(scatter)
+
+
+elib.swarm().run(main)

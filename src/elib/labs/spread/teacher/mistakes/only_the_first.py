@@ -1,0 +1,19 @@
+# fails: all-drive: it drives robots[0] only, and the other robots stay where they are
+import elib
+
+
+async def main(robots: elib.Swarm) -> None:
+    robot = robots[0]
+    end = robot.time + 40
+    while robot.time < end:
+        near = await robot.proximity()
+        if max(near.front_left, near.front_right) > 30:
+            await robot.set_speed(0.3, -0.3)
+        elif max(near) > 30:
+            await robot.set_speed(0.4, 0.4)
+        else:
+            await robot.stop()
+        await robot.sleep(0.1)
+
+
+elib.swarm().run(main)
