@@ -4,7 +4,10 @@ import elib
 
 with elib.connect() as robot:
     robot.set_speed(0.1, 0.1)
-    while True:
-        near = robot.proximity()
-        print(f"{robot.time:.1f} s: {max(near)}")
-        robot.sleep(0.1)
+    try:
+        while True:
+            near = robot.proximity()
+            print(f"{robot.time:.1f} s: {max(near)}")
+            robot.sleep(0.1)
+    except elib.ReplyTimeout as error:
+        print(error.message)

@@ -17,4 +17,4 @@ def avoid(near: elib.Proximity) -> tuple[float, float]:
 with elib.connect() as robot:
     while robot.time < 60:
         robot.set_speed(*avoid(robot.proximity()))
-        robot.sleep(0.05)
+        robot.sleep(0.1)

@@ -21,4 +21,4 @@ with elib.connect() as robot:
         else:
             side = 2 if side > 0 else -2  # lost: turn towards where it was last seen
         robot.set_speed(CRUISE * (1 - STEERING * side), CRUISE * (1 + STEERING * side))
-        robot.sleep(0.02)
+        robot.sleep(0.05)

@@ -20,4 +20,4 @@ def follow(near: elib.Proximity) -> tuple[float, float]:
 with elib.connect() as robot:
     while True:
         robot.set_speed(*follow(robot.proximity()))
-        robot.sleep(0.05)
+        robot.sleep(0.1)

@@ -8,7 +8,7 @@ import elib
 DIRECTIONS = (-17, -46, -90, -151, 151, 90, 46, 17)
 CRUISE = 0.4  # rev/s
 NEAR = 15  # counts of a mean of readings; less is noise
-SECONDS = 45  # time to spread
+SECONDS = 35  # time to spread
 
 
 def scatter(near: list[float]) -> tuple[float, float]:
@@ -29,9 +29,9 @@ async def spread(robot: elib.Epuck) -> None:
     end = robot.time + SECONDS
     while robot.time < end:
         near = await robot.proximity()
-        mean = [0.8 * before + 0.2 * now for before, now in zip(mean, near, strict=True)]
+        mean = [0.7 * before + 0.3 * now for before, now in zip(mean, near, strict=True)]
         await robot.set_speed(*scatter(mean))
-        await robot.sleep(0.1)
+        await robot.sleep(0.15)
 
 
 async def main(robots: elib.Swarm) -> None:

@@ -8,4 +8,4 @@ with elib.connect() as robot:
             robot.stop()
         else:
             robot.set_speed(0.4, 0.4)
-        robot.sleep(0.05)
+        robot.sleep(0.1)

@@ -7,4 +7,4 @@ with elib.connect() as robot:
         right = near.front_right + near.diagonal_right
         left = near.front_left + near.diagonal_left
         robot.set_speed(max(-0.4, 0.4 - left / 1000), max(-0.4, 0.4 - right / 1000))
-        robot.sleep(0.05)
+        robot.sleep(0.1)

@@ -10,4 +10,4 @@ with elib.connect() as robot:
             robot.set_speed(0.4, 0.1)
         else:
             robot.set_speed(0.3, 0.3)
-        robot.sleep(0.02)
+        robot.sleep(0.05)

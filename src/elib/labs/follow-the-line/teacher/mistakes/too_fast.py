@@ -1,4 +1,4 @@
-# fails: on-the-line: it looks five times a second at nearly full speed, and is off the line before it looks again
+# fails: on-the-line: it looks twice a second at nearly full speed, and is off the line before it looks again
 import elib
 
 with elib.connect() as robot:
@@ -10,4 +10,4 @@ with elib.connect() as robot:
             robot.set_speed(0.9, 0.3)
         else:
             robot.set_speed(0.9, 0.9)
-        robot.sleep(0.2)
+        robot.sleep(0.4)

@@ -1,9 +1,9 @@
-# fails: all-drive: in_turn waits until a robot has done before the next begins, and the time is over before the last
+# fails: apart: in_turn waits until a robot is done before the next one begins, and the time is over before the last
 import elib
 
 
 async def scatter(robot: elib.Epuck) -> None:
-    end = robot.time + 40
+    end = robot.time + 30
     while robot.time < end:
         near = await robot.proximity()
         if max(near.front_left, near.front_right) > 30:

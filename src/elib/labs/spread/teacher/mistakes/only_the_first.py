@@ -1,10 +1,10 @@
-# fails: all-drive: it drives robots[0] only, and the other robots stay where they are
+# fails: apart: it drives robots[0] only, and the other robots stay where they are
 import elib
 
 
 async def main(robots: elib.Swarm) -> None:
     robot = robots[0]
-    end = robot.time + 40
+    end = robot.time + 30
     while robot.time < end:
         near = await robot.proximity()
         if max(near.front_left, near.front_right) > 30:
