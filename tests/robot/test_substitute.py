@@ -207,7 +207,11 @@ def test_a_wrong_url_is_refused_with_the_one_who_named_it(
 @pytest.mark.parametrize("opened", WAYS)
 def test_a_hook_sees_every_robot_that_is_opened(opened: Callable[..., str]) -> None:
     seen: list[str] = []
-    with on_open(lambda robot: seen.append(f"{robot.name} {robot.firmware}")):
+
+    def note(robot: elib.Epuck) -> None:
+        seen.append(f"{robot.name} {robot.firmware}")
+
+    with on_open(note):
         opened(FAST)
     opened(FAST)
     assert len(seen) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
@@ -27,3 +28,8 @@ def check_duration(seconds: float | None) -> None:
     """
     if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
         raise ArgumentError(f"--for is {seconds:g} s; it must be a finite number above 0")
+
+
+def is_program(name: str) -> bool:
+    """Return whether the word after ``elib run`` names a file, and not a behaviour."""
+    return name.endswith(".py") or "/" in name or os.sep in name

@@ -13,6 +13,7 @@ from cyclopts import App, CycloptsError, MissingArgumentError, UnknownCommandErr
 from cyclopts import Parameter as Cli
 
 from elib import __version__
+from elib.cli.arguments import is_program
 from elib.cli.terminal import WIDEST, table
 from elib.errors import ArgumentError
 
@@ -26,7 +27,7 @@ Try `elib demo` first: it needs no robot."""
 
 COMMANDS = {
     "demo": "Drive a virtual robot through an arena and draw its path.",
-    "run": "Run a behaviour on a robot: avoid obstacles, and so on.",
+    "run": "Run a behaviour or your own program on a robot, and sum it up.",
     "send": "Send one command and print its answer.",
     "watch": "Show what the robot senses, live.",
     "record": "Record everything that happens on a robot's link.",
@@ -70,7 +71,10 @@ def execute(tokens: Sequence[str]) -> None:
     except UnknownCommandError as error:
         raise _unknown(app, error) from None
     except CycloptsError as error:
-        raise ArgumentError(_sentence(error), hint=f"{_called(error)} --help") from None
+        hint = f"{_called(error)} --help"
+        if tokens[0] == "run" and any(map(is_program, tokens)):
+            hint += "; what belongs to the program stands after --"
+        raise ArgumentError(_sentence(error), hint=hint) from None
     command(*bound.args, **bound.kwargs)
 
 
@@ -130,7 +134,9 @@ def _normal(words: list[str]) -> list[str]:
             return ["send", name.replace("-", "_"), *rest]
         case ["run"]:
             return ["run", "--help"]
-        case ["run", name, *rest] if not name.startswith("-"):
+        case ["run", "--robot" | "--log" | "--record" as option, value, name, *rest]:
+            return _normal(["run", name, f"{option}={value}", *rest])
+        case ["run", name, *rest] if not (name.startswith("-") or is_program(name)):
             return ["run", name.lower().replace("_", "-"), *rest]
         case ["decode", *rest]:
             return ["decode", *(word for word in rest if word != "-")]  # standard input is the default

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from elib.behaviours import RunResult
 from elib.behaviours._run.context import RunContext
@@ -36,11 +37,6 @@ class RunReport:
         """How far the robots went, all together, m; nan without a robot."""
         return math.fsum(robot.distance for robot in self.robots) if self.robots else math.nan
 
-    @property
-    def is_true(self) -> bool:
-        """Whether the paths are the world's own."""
-        return bool(self.robots) and all(robot.world is not None for robot in self.robots)
-
     def time_in_states(self) -> list[tuple[str, float, int]]:
         """Return each state's name, the time in it, s, and how often it was entered, in the order of first entry."""
         states = self.context.states
@@ -57,9 +53,7 @@ class RunReport:
         reason = self.context.reason if outcome is None else outcome.reason
         duration = self.context.time if outcome is None else outcome.duration
         rows = [("robot time", f"{duration:.1f} s, {ENDINGS.get(reason, reason)}")]
-        if self.robots:
-            source = "by the simulated world" if self.is_true else "as the wheels were told"
-            rows.append(("distance", f"{self.distance:.2f} m, {source}"))
+        rows += drive_rows(self.robots)
         spans = [
             f"{name} {seconds:.1f} s" + (f" in {count} times" if count > 1 else "")
             for name, seconds, count in self.time_in_states()
@@ -78,6 +72,20 @@ class RunReport:
             ElibError: The file cannot be written.
         """
         draw_drive(path, title, self.robots, seconds=self.context.time, states=self.context.states)
+
+
+def drive_rows(robots: Sequence[RobotReport]) -> list[tuple[str, str]]:
+    """Return how far robots went and what they touched, as label and text; nothing without a robot."""
+    if not robots:
+        return []
+    is_true = all(robot.world is not None for robot in robots)
+    source = "by the simulated world" if is_true else "as the wheels were told"
+    rows = [("distance", f"{math.fsum(robot.distance for robot in robots):.2f} m, {source}")]
+    contacts = sum(robot.contacts for robot in robots)
+    if contacts:
+        seconds = math.fsum(robot.contact_time for robot in robots)
+        rows.append(("contacts", f"{contacts}, for {seconds:.1f} s together"))
+    return rows
 
 
 def link_rows(statistics: LinkStats) -> list[tuple[str, str]]:

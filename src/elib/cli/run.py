@@ -1,4 +1,4 @@
-"""``elib run``: run one of the behaviours that come with elib, on any robot."""
+"""``elib run``: run one of the behaviours that come with elib, or a program of yours, on any robot."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from cyclopts import Parameter as Cli
 
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, RunMessage, StateChanged, behaviours, find, play
 from elib.behaviours._run.context import DEFAULT_SEED
-from elib.cli.arguments import RobotUrl, Seconds, check_duration
+from elib.cli.arguments import RobotUrl, Seconds, check_duration, is_program
 from elib.cli.live import RunDisplay
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import RunReport
+from elib.cli.script import run_program
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, ElibError
 from elib.protocol.profiles import rule
@@ -62,24 +63,58 @@ EachTime = Annotated[
 ]
 
 
+Program = Annotated[str | None, Cli(help="The file of your program, or the name of a behaviour.")]
+Arguments = Annotated[str, Cli(help="What follows -- : the command line of your program.")]
+Robots = Annotated[
+    list[str] | None,
+    Cli(
+        name="--robot",
+        metavar="URL",
+        negative="",
+        help="The robot to use, whatever the program names; once for each robot.",
+    ),
+]
+AsJson = Annotated[
+    bool, Cli(name="--json", help="Print the summary as one line of JSON; what the program prints goes to stderr.")
+]
+
 app = App(name="run")
 
 
 @app.default
 def choose(
-    behaviour: Annotated[str | None, Cli(show=False)] = None,
+    program: Program = None,
     /,
-    *,
+    *arguments: Arguments,
+    robot: Robots = None,
+    seconds: Seconds = None,
+    plot: Plot = None,
+    records: Kept = NOTHING_KEPT,
+    json: AsJson = False,
     listed: Annotated[bool, Cli(name="--list", help="List the behaviours.")] = False,
 ) -> None:
-    """Run a behaviour until it is done, its time is over, or you press Enter or Ctrl-C; then stop the robot.
+    """Run a behaviour, or a program of yours, until it ends, its time is over, or Ctrl-C; then stop the robot.
 
-    `elib run --list` lists the behaviours.
+    `elib run avoid` runs a behaviour that comes with elib; `elib run --list` lists them. `elib run avoid --help` shows
+    what one of them can be told.
+
+    `elib run my_robot.py` runs any program that uses elib, as `python my_robot.py` does. What follows `--` belongs to
+    the program. A summary is printed at the end.
     """
-    if behaviour is not None:
-        find(behaviour)  # raises, with a suggestion: a behaviour that exists has a command of its own
+    if program is not None and is_program(program):
+        code = run_program(
+            program, arguments, robots=robot or (), seconds=seconds, plot=plot, records=records, json=json
+        )
+        if code:
+            raise SystemExit(code)
+        return
+    if program is not None:
+        for stem in (program, program.replace("-", "_")):  # dashes are what the parser makes of underscores
+            if Path(f"{stem}.py").is_file():
+                raise ArgumentError(f"there is no behaviour {stem!r}", hint=f"to run the file: elib run {stem}.py")
+        find(program)  # raises, with a suggestion: a behaviour that exists has a command of its own
     if not listed:
-        raise ArgumentError("elib run needs the name of a behaviour", hint="elib run --list lists them")
+        raise ArgumentError("elib run needs the name of a behaviour, or a program", hint="elib run --list lists them")
     print(table([(each.name, each.summary) for each in behaviours().values()], indent=0))
 
 

@@ -8,7 +8,7 @@ import copy
 import logging
 import math
 import os
-from collections.abc import Callable, Coroutine, Generator, Iterator
+from collections.abc import Callable, Coroutine, Generator, Iterable, Iterator
 from typing import Any, Self, TypeVar
 
 from elib.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
@@ -70,7 +70,8 @@ class Epuck(Linked, Actions, AsyncStyle):
             if not link.keep_moving:
                 link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.settings.watchdog)
             for hook in tuple(_hooks):
-                hook(self)
+                for record in hook(self) or ():
+                    self._close_at_end(record)
         except BaseException:
             await self.close()
             raise
@@ -409,11 +410,13 @@ class Epuck(Linked, Actions, AsyncStyle):
         return f"<{type(self).__name__} {self.name} {state}>"
 
 
-_hooks: list[Callable[[Epuck], object]] = []
+Hook = Callable[["Epuck"], Iterable[Record] | None]
+"""A function that takes a robot that was opened just now; it may return what is to be closed with the robot."""
+_hooks: list[Hook] = []
 
 
 @contextlib.contextmanager
-def on_open(hook: Callable[[Epuck], object]) -> Iterator[None]:
+def on_open(hook: Hook) -> Iterator[None]:
     """Call *hook* in its event loop for every robot that this process opens while the block lasts, before its program.
 
     An error of the hook closes the robot and ends its opening.

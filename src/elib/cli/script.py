@@ -1,0 +1,366 @@
+"""``elib run FILE.py``: run a program of yours on the robot that you name, and keep, draw and sum up what it did."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import math
+import os
+import runpy
+import signal
+import sys
+import sysconfig
+import threading
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from difflib import get_close_matches
+from pathlib import Path
+
+from elib import runner
+from elib.behaviours import Behaviour, behaviours, play
+from elib.cli.arguments import check_duration
+from elib.cli.readings import print_json
+from elib.cli.report import ENDINGS, drive_rows, link_rows
+from elib.cli.terminal import say, table
+from elib.errors import ArgumentError, ElibError
+from elib.exits import DONE, FAILED, INTERRUPTED, complain
+from elib.recording.log import Log
+from elib.recording.recorder import Recorder
+from elib.robot.aio import Epuck, on_open
+from elib.robot.emergency import stop_at_once
+from elib.robot.link import Record
+from elib.robot.signals import SHUTDOWN_TIME, SIGNALS
+from elib.robot.substitute import substituted
+from elib.runner import NOTHING, Records
+from elib.session.statistics import LinkStats, merged
+from elib.view.drive import RobotReport, draw_drive
+from elib.view.report import check_report
+
+MOST_INTERRUPTS = 3
+"""Interrupts after which a program whose time is over, and which goes on, is ended by force."""
+LINK_FIGURES = ("count", "lost", "refused", "unsent", "median", "p99", "resyncs", "resets")
+"""What the summary says of a link: fields of its LinkStats."""
+_LIBRARY = sysconfig.get_path("stdlib") + os.sep
+OURS = (
+    str(Path(__file__).parents[1]) + os.sep,
+    "<frozen ",
+    *(_LIBRARY + name for name in ("asyncio", "concurrent", "contextlib", "runpy", "threading")),
+)
+"""Beginnings of the paths of files that a traceback leaves out: those of elib, and what it calls the program by."""
+
+
+def run_program(
+    file: str,
+    arguments: Sequence[str] = (),
+    *,
+    robots: Sequence[str] = (),
+    seconds: float | None = None,
+    plot: str | None = None,
+    records: Records = NOTHING,
+    json: bool = False,
+) -> int:
+    """Run a program and print a summary; return the exit code.
+
+    Args:
+        file: Path of the program.
+        arguments: Its command line.
+        robots: URLs of the robots that take the place of its own; empty leaves them.
+        seconds: Robot time after which it ends as by Ctrl-C; None for no limit.
+        plot: File for the plot, or None.
+        records: Log and recording. Each robot after the first has a recording of its own.
+        json: Print the summary as JSON on stdout, and what the program prints on stderr.
+
+    Raises:
+        ArgumentError: The command line is wrong; the program did not run.
+        ElibError: The plot, the log or the recording could not be written.
+    """
+    path = find_program(file)
+    check_duration(seconds)
+    records.check()
+    if plot is not None:
+        check_report(plot)
+    run = ProgramRun(records, seconds)
+    with contextlib.ExitStack() as stack:
+        if robots:
+            stack.enter_context(substituted(robots, source="elib run --robot"))
+        stack.enter_context(on_open(run.begin))
+        if json:
+            stack.enter_context(contextlib.redirect_stdout(sys.stderr))
+        code = run.end_with(lambda: execute(path, arguments, run))
+    unwritten = run.finish()
+    if plot is not None and run.robots:
+        draw_drive(plot, path.name, run.robots, seconds=run.time)
+    if json:
+        print_json(run.to_json(path, code, plot))
+    else:
+        rows = run.rows()
+        if plot is not None:
+            rows.append(("plot", plot if run.robots else "none: no robot was opened"))
+        say(table(rows, indent=0))
+    if unwritten is not None:
+        raise unwritten
+    return code
+
+
+def find_program(name: str) -> Path:
+    """Return the path of a program.
+
+    Raises:
+        ArgumentError: There is no such file; the message says where it was looked for, and which names are near.
+    """
+    path = Path(name)
+    if path.is_file():
+        return path
+    if path.is_dir():
+        raise ArgumentError(f"{name} is a folder", hint=f"name a program in it: elib run {path / 'my_robot.py'}")
+    folder = path.parent
+    if not folder.is_dir():
+        raise ArgumentError(f"there is no file {name}: there is no folder {folder}", hint="look for it with: ls")
+    there = sorted(each.name for each in folder.iterdir() if each.suffix == ".py")
+    near = get_close_matches(path.stem, [Path(each).stem for each in there], 1)
+    sample = path.stem.lower().replace("_", "-")
+    if near:
+        hint = f"did you mean {folder / near[0]}.py?"
+    elif sample in behaviours():
+        hint = f"elib run {sample} runs the behaviour that comes with elib"
+    elif there:
+        hint = f"the programs there are: {', '.join(there[:8])}{' ...' if len(there) > 8 else ''}"
+    else:
+        hint = f"there is no program in that folder; elib new avoid {name} makes one to start from"
+    raise ArgumentError(f"there is no file {path.name} in {folder.absolute()}", hint=hint)
+
+
+def execute(path: Path, arguments: Sequence[str], run: ProgramRun) -> None:
+    """Run a program as ``python FILE.py ARGUMENTS`` does. A file that only defines what drives a robot is run too."""
+    before = sys.argv[:], sys.path[:]
+    sys.argv = [str(path), *arguments]
+    sys.path[0:1] = [str(path.parent.absolute())]
+    try:
+        found = runpy.run_path(str(path), run_name="__main__")
+        if not run.robots:
+            _run_defined(found, arguments, run)
+        _join_threads()
+    finally:
+        sys.argv, sys.path[:] = before
+
+
+def _run_defined(found: Mapping[str, object], arguments: Sequence[str], run: ProgramRun) -> None:
+    """Run the behaviour that a file defines, or else its ``async def main(robot)``."""
+    own = [each for each in found.values() if isinstance(each, Behaviour) and each.function.__module__ == "__main__"]
+    main = found.get("main")
+    if len(own) == 1:
+        seconds, run.seconds = run.seconds, None  # a behaviour ends by itself when its time is over
+        run.reason = play(own[0], seconds=seconds).reason
+    elif own:
+        names = ", ".join(each.name for each in own)
+        raise ArgumentError(
+            f"the file defines {len(own)} behaviours, {names}, and runs none",
+            hint="end it with the line: elib.play(NAME)",
+        )
+    elif inspect.iscoroutinefunction(main) and len(inspect.signature(main).parameters) == 1:
+        runner.run(main, argv=arguments)
+
+
+def _join_threads() -> None:
+    """Wait for the program's threads, as Python does at its end."""
+    for thread in threading.enumerate():
+        if thread is not threading.current_thread() and not thread.daemon:
+            thread.join()
+
+
+class ProgramRun:
+    """One run of a program: the robots that it opens, and how it ends.
+
+    Args:
+        records: Log and recording.
+        seconds: Robot time after which it ends, or None.
+
+    Attributes:
+        robots: What each robot did, in the order of opening; a robot that was opened twice is there twice.
+        seconds: As given.
+        reason: Why it ended, as in the summary of a behaviour.
+    """
+
+    def __init__(self, records: Records, seconds: float | None) -> None:
+        self.robots: list[RobotReport] = []
+        self.seconds = seconds
+        self.reason = "done"
+        self._records = records
+        self._files: list[Log | Recorder] = []
+        self._statistics: list[LinkStats] = []
+        self._is_limited = False
+        self._has_ended = threading.Event()
+
+    @property
+    def time(self) -> float:
+        """Robot time from the opening of the first robot to the end of the last one, s."""
+        return max((robot.time for robot in self.robots), default=0.0)
+
+    def begin(self, robot: Epuck) -> list[Record]:
+        """Follow a robot that was opened just now; a hook of :func:`on_open`."""
+        number = len(self.robots) + 1
+        record = self._records.record
+        if record is not None and number > 1:
+            path = Path(record)
+            record = str(path.with_name(f"{path.stem}-{number}{path.suffix}"))
+        records = replace(self._records, record=record)
+        records.check()
+        self._files += records.begin(robot)
+        # A robot that is opened after the others were closed goes on at the time at which they ended.
+        offset = max((each.time for each in self.robots if not each.is_closed), default=self.time)
+        report = RobotReport(robot, robot.time - offset)
+        self.robots.append(report)
+        if self.seconds is not None and not self._is_limited:
+            asyncio.get_running_loop().call_later(max(0.0, self.seconds - offset), self._expire)
+        return [report]
+
+    def end_with(self, work: Callable[[], None]) -> int:
+        """Do the work of the program and stop its robots; return its exit code. Its errors are printed."""
+        code = DONE
+        with _interruptible():
+            try:
+                try:
+                    work()
+                finally:
+                    SIGNALS.close_all()  # before the summary, as Python does it at its end
+            except SystemExit as ending:
+                code = _code_of(ending)
+                self.reason = "interrupt" if code > 128 else "error" if code else "done"
+            except KeyboardInterrupt:
+                code, self.reason = INTERRUPTED, "interrupt"
+            except ElibError as error:
+                if isinstance(error, ArgumentError) and not _frames(error):
+                    code = complain(error)
+                else:
+                    code = _show_error(error)
+                self.reason = "error"
+            except BaseException as error:
+                code, self.reason = _show_error(error), "error"
+            self._has_ended.set()
+        if self._is_limited and self.reason == "interrupt":
+            code, self.reason = DONE, "time"
+        return code
+
+    def finish(self) -> ElibError | None:
+        """Finish the files, and return the error of the first that could not be written."""
+        failure: ElibError | None = None
+        for each in self._files:
+            try:
+                each.close()
+            except ElibError as error:
+                failure = failure or error
+        for robot in self.robots:
+            robot.close()
+        self._statistics = [robot.robot.statistics for robot in self.robots]
+        return failure
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return the summary as label and text."""
+        if not self.robots:
+            return [("robots", "none was opened")]
+        rows = [("robot time", f"{self.time:.1f} s, {ENDINGS.get(self.reason, self.reason)}")]
+        if len(self.robots) > 1:
+            rows.append(("robots", f"{len(self.robots)} opened"))
+        rows += drive_rows(self.robots)
+        rows += link_rows(merged(self._statistics))
+        if self._records.log is not None:
+            rows.append(("log", self._records.log))
+        rows += [("recording", str(each.path)) for each in self._files if isinstance(each, Recorder)]
+        return rows
+
+    def to_json(self, path: Path, code: int, plot: str | None) -> dict[str, object]:
+        """Return the summary for other programs."""
+        return {
+            "program": str(path),
+            "outcome": self.reason,
+            "exit_code": code,
+            "seconds": self.time,
+            "distance": math.fsum(robot.distance for robot in self.robots),
+            "robots": [
+                {
+                    "name": each.robot.name,
+                    "url": each.robot.url,
+                    "firmware": each.robot.firmware,
+                    "seconds": each.time,
+                    "distance": each.distance,
+                    "path": "world" if each.world is not None else "wheels",
+                    "contacts": None if each.world is None else each.contacts,
+                    "contact_seconds": None if each.world is None else each.contact_time,
+                    "link": {name: getattr(statistics, name) for name in LINK_FIGURES},
+                }
+                for each, statistics in zip(self.robots, self._statistics, strict=True)
+            ],
+            "log": self._records.log,
+            "recordings": [str(each.path) for each in self._files if isinstance(each, Recorder)],
+            "plot": plot if self.robots else None,
+        }
+
+    def _expire(self) -> None:
+        """End the program because its time is over, as Ctrl-C does."""
+        if not self._is_limited:
+            self._is_limited = True
+            threading.Thread(target=self._insist, name="elib run --for", daemon=True).start()
+
+    def _insist(self) -> None:
+        for _ in range(MOST_INTERRUPTS):
+            _interrupt_main_thread()
+            if self._has_ended.wait(SHUTDOWN_TIME + 0.5):
+                return
+        say("error: the program catches every Ctrl-C and goes on; it is ended now\nhint: write except Exception:")
+        stop_at_once()
+        os._exit(FAILED)
+
+
+@contextlib.contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let Ctrl-C end the block also where it runs in the background of a shell, which ignores it."""
+    is_ignored = (
+        threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+    )
+    if is_ignored:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        if is_ignored:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _interrupt_main_thread() -> None:
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    else:
+        signal.raise_signal(signal.SIGINT)
+
+
+def _code_of(ending: SystemExit) -> int:
+    """Return the exit code of ``sys.exit(...)``, and print its text as Python does."""
+    if ending.code is None or isinstance(ending.code, int):
+        return ending.code or DONE
+    say(str(ending.code))
+    return FAILED
+
+
+def _show_error(error: BaseException) -> int:
+    """Print the traceback of a program, without the frames of elib and of Python."""
+    shown = traceback.TracebackException.from_exception(error, compact=True)
+    _keep_own_frames(shown)
+    say("".join(shown.format()).rstrip())
+    return FAILED
+
+
+def _keep_own_frames(shown: traceback.TracebackException) -> bool:
+    """Leave the frames of the program in a traceback, and return whether there are any."""
+    own = [frame for frame in shown.stack if not frame.filename.startswith(OURS)]
+    shown.stack = traceback.StackSummary.from_list(own)
+    for name in ("__cause__", "__context__"):
+        other = getattr(shown, name)
+        if other is not None and not _keep_own_frames(other):
+            setattr(shown, name, None)
+    return bool(own)
+
+
+def _frames(error: BaseException) -> bool:
+    return _keep_own_frames(traceback.TracebackException.from_exception(error, compact=True))

@@ -1,0 +1,297 @@
+"""``elib run FILE.py``: a program of the user, in every style, however it ends."""
+
+from __future__ import annotations
+
+import json
+import signal
+import threading
+from pathlib import Path
+
+import pytest
+from elib_process import elib, started
+
+from elib.recording import read_recording
+
+FAST = "sim://square?speed=max"
+
+BLOCKING = f"""
+import elib
+with elib.connect({FAST!r}) as robot:
+    robot.set_speed(0.4, 0.4)
+    robot.sleep(2)
+"""
+WITHOUT_WITH = f"""
+import elib
+robot = elib.connect({FAST!r})
+robot.set_speed(0.4, 0.4)
+robot.sleep(2)
+"""
+ASYNC = f"""
+import asyncio, elib
+async def main(robot):
+    await robot.set_speed(0.4, 0.4)
+    await asyncio.sleep(2)
+if __name__ == "__main__":
+    elib.run(main, default={FAST!r})
+"""
+OWN_LOOP = """
+import asyncio, elib
+async def main():
+    async with elib.open("sim://square") as robot:
+        await robot.set_speed(1, 1)
+        await asyncio.sleep(0.5)
+asyncio.run(main())
+"""
+ONLY_MAIN = """
+import asyncio
+async def main(robot):
+    await robot.set_speed(0.4, 0.4)
+    await asyncio.sleep(2)
+"""
+BEHAVIOUR = """
+import asyncio, elib
+@elib.behaviour(world="square?speed=max")
+async def go(robot: elib.Epuck) -> None:
+    await robot.set_speed(0.4, 0.4)
+    await asyncio.sleep(2)
+"""
+PLAYED = BEHAVIOUR + "elib.play(go)\n"
+SWARM = """
+import asyncio, elib
+async def main(robots):
+    await robots.all.set_speed(0.4, 0.4)
+    await asyncio.sleep(2)
+elib.swarm("sim://crowd?robots=3&speed=max").run(main)
+"""
+CALLBACK = f"""
+import elib, threading
+robot = elib.connect({FAST!r})
+came = threading.Event()
+robot.callback(lambda value, state: came.set()).set_speed(0.4, 0.4)
+came.wait(5)
+robot.sleep(2)
+"""
+STYLES = {
+    "blocking": BLOCKING,
+    "without with": WITHOUT_WITH,
+    "async": ASYNC,
+    "own loop": OWN_LOOP,
+    "only main": ONLY_MAIN,
+    "behaviour": BEHAVIOUR,
+    "played": PLAYED,
+    "swarm": SWARM,
+    "callback": CALLBACK,
+}
+
+
+def written(folder: Path, text: str, name: str = "my_robot.py") -> Path:
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_a_program_of_any_style_runs_on_the_robot_that_is_named(style: str, tmp_path: Path) -> None:
+    written(tmp_path, STYLES[style])
+    robot = "sim://square" if style == "own loop" else "sim://arena?speed=max"
+    done = elib("run", "my_robot.py", "--robot", robot, "--json", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    summary = json.loads(done.stdout)
+    assert summary["outcome"] == "done"
+    assert [each["url"] for each in summary["robots"]] == [robot]
+    assert summary["robots"][0]["path"] == "world"
+    assert summary["distance"] == summary["robots"][0]["distance"] > 0.03
+    assert summary["seconds"] == pytest.approx(0.5 if style == "own loop" else 2, abs=0.4)
+    assert summary["robots"][0]["link"]["lost"] == 0
+    assert summary["robots"][0]["contacts"] == 0
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_its_time_ends_it_as_ctrl_c_does_and_the_robot_stands(style: str, tmp_path: Path) -> None:
+    text = STYLES[style].replace("sleep(2)", "sleep(60)").replace("sleep(0.5)", "sleep(60)")
+    written(tmp_path, text)
+    done = elib("run", "my_robot.py", "--for", "1", "--json", "--log", "run.log", cwd=tmp_path, ELIB_ROBOT=FAST)
+    assert (done.returncode, done.stderr) == (0, "")
+    summary = json.loads(done.stdout)
+    assert (summary["outcome"], summary["exit_code"]) == ("time", 0)
+    assert summary["seconds"] == pytest.approx(1, abs=0.3)
+    assert len(summary["robots"]) == (3 if style == "swarm" else 1)
+    assert " ok stop " in (tmp_path / "run.log").read_text()
+
+
+def test_the_summary_is_like_that_of_a_behaviour_and_the_files_are_there(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("mcap")
+    written(tmp_path, BLOCKING + "print('hello')\n")
+    files = ["--plot", "p.png", "--record", "r.mcap", "--log", "l.log"]
+    done = elib("run", "my_robot.py", *files, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "hello\n")
+    assert [line.split()[0] for line in done.stderr.splitlines()] == [
+        "robot",
+        "distance",
+        "commands",
+        "round",
+        "log",
+        "recording",
+        "plot",
+    ]
+    assert "by itself" in done.stderr
+    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "l.log").read_text().count("set_speed") == 2
+    assert read_recording(tmp_path / "r.mcap").about["url"] == FAST
+
+
+def test_robots_after_the_first_have_recordings_of_their_own(tmp_path: Path) -> None:
+    pytest.importorskip("mcap")
+    written(tmp_path, SWARM)
+    done = elib("run", "my_robot.py", "--record", "r.mcap", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    names = ["r-2.mcap", "r-3.mcap", "r.mcap"]
+    assert sorted(each.name for each in tmp_path.glob("*.mcap")) == names
+    assert sorted(json.loads(done.stdout)["recordings"]) == names
+
+
+def test_the_command_line_and_the_folder_are_those_of_the_program(tmp_path: Path) -> None:
+    (tmp_path / "lib").mkdir()
+    written(tmp_path / "lib", "X = 7\n", "helper.py")
+    program = """
+import argparse, sys, elib, helper
+parser = argparse.ArgumentParser()
+parser.add_argument("--speed", type=float)
+parser.add_argument("word")
+options = parser.parse_args()
+print(sys.argv, options.speed, options.word, helper.X, __name__)
+with elib.connect() as robot:
+    print(robot.url)
+"""
+    written(tmp_path / "lib", program)
+    done = elib("run", "lib/my_robot.py", "--robot", FAST, "--", "--speed", "3", "left", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == [
+        "['lib/my_robot.py', '--speed', '3', 'left'] 3.0 left 7 __main__",
+        FAST,
+    ]
+    done = elib("run", "lib/my_robot.py", "--json", "--", "left", cwd=tmp_path, ELIB_ROBOT=FAST)
+    assert "left 7 __main__" in done.stderr
+    assert json.loads(done.stdout)["outcome"] == "done"
+
+
+@pytest.mark.parametrize(
+    ("ending", "code", "said"),
+    [
+        ("sys.exit()", 0, "by itself"),
+        ("sys.exit(3)", 3, "by an error"),
+        ("sys.exit('no more')", 1, "no more\n"),
+        ("robot.set_speed(99, 0)", 1, "ArgumentError: left is 99 rev/s"),
+        ("1 / 0", 1, "ZeroDivisionError"),
+        ("raise KeyboardInterrupt", 130, "by Ctrl-C or a signal"),
+    ],
+)
+def test_a_program_may_end_as_it_likes(ending: str, code: int, said: str, tmp_path: Path) -> None:
+    written(tmp_path, f"import sys, elib\nrobot = elib.connect({FAST!r})\ndef go():\n    {ending}\ngo()\n")
+    done = elib("run", "my_robot.py", cwd=tmp_path)
+    assert done.returncode == code
+    assert said in done.stderr
+    assert "robot time" in done.stderr
+    if "Error" in said:
+        lines = [line for line in done.stderr.splitlines() if line.startswith("  File ")]
+        assert lines == [f'  File "my_robot.py", line {n}, in {name}' for n, name in ((5, "<module>"), (4, "go"))]
+
+
+def test_a_traceback_of_an_async_program_has_its_own_lines_only(tmp_path: Path) -> None:
+    written(tmp_path, "import elib\nasync def main(robot):\n    await robot.drive('far')\nelib.run(main)\n")
+    done = elib("run", "my_robot.py", cwd=tmp_path, ELIB_ROBOT=FAST)
+    assert done.returncode in (1, 2)
+    assert "src/elib" not in done.stderr
+    assert "asyncio" not in done.stderr
+    written(tmp_path, "import elib\nasync def main(robot):\n    {}['key']\nelib.run(main)\n")
+    done = elib("run", "my_robot.py", cwd=tmp_path, ELIB_ROBOT=FAST)
+    assert done.returncode == 1
+    assert [line for line in done.stderr.splitlines() if line.startswith("  File ")] == [
+        '  File "my_robot.py", line 4, in <module>',
+        '  File "my_robot.py", line 3, in main',
+    ]
+
+
+def test_a_mistake_in_the_syntax_is_shown_as_python_does(tmp_path: Path) -> None:
+    written(tmp_path, "import elib\nrobot = = 3\n")
+    done = elib("run", "my_robot.py", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "SyntaxError" in done.stderr
+    assert "src/elib" not in done.stderr
+
+
+@pytest.mark.parametrize("style", ["without with", "async", "own loop", "swarm", "behaviour"])
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_signals_stop_the_robot(style: str, number: signal.Signals, code: int, tmp_path: Path) -> None:
+    text = STYLES[style].replace("sleep(2)", "sleep(60)").replace("sleep(0.5)", "sleep(60)")
+    written(tmp_path, text.replace("?speed=max", "").replace("&speed=max", ""))
+    log = tmp_path / "run.log"
+    with started("run", "my_robot.py", "--log", str(log), cwd=tmp_path) as running:
+        pause = threading.Event()
+        while not (log.exists() and " ok set_speed " in log.read_text()):
+            pause.wait(0.05)
+            assert running.process.poll() is None
+        assert running.end(number) == code
+    assert "by Ctrl-C or a signal" in running.err.rest()
+    assert "Traceback" not in running.err.rest()
+    assert " ok stop " in log.read_text()
+
+
+def test_a_program_that_catches_everything_is_ended_by_force(tmp_path: Path) -> None:
+    written(
+        tmp_path,
+        f"import elib\nrobot = elib.connect({FAST!r})\nwhile True:\n"
+        "    try:\n        robot.sleep(1)\n    except BaseException:\n        pass\n",
+    )
+    done = elib("run", "my_robot.py", "--for", "2", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "it is ended now" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("tokens", "message"),
+    [
+        (["my_robt.py"], "hint: did you mean my_robot.py?"),
+        (["other/x.py"], "there is no folder other"),
+        (["avoid.py"], "hint: elib run avoid runs the behaviour that comes with elib"),
+        (["my_robot"], "there is no behaviour 'my_robot'\nhint: to run the file: elib run my_robot.py"),
+        (["./"], "is a folder"),
+        (["my_robot.py", "--bogus"], "what belongs to the program stands after --"),
+        (["my_robot.py", "--for", "0"], "--for is 0 s"),
+        (["my_robot.py", "--plot", "x.gif"], "its name must end in .png"),
+        (["my_robot.py", "--robot", "maze"], "hint: write sim://maze"),
+    ],
+)
+def test_a_wrong_call_says_what_is_meant_and_where_it_looked(tokens: list[str], message: str, tmp_path: Path) -> None:
+    written(tmp_path, "raise SystemExit('must not run')\n")
+    done = elib("run", *tokens, cwd=tmp_path)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert "must not run" not in done.stderr
+    if tokens[0].startswith("my_robt"):
+        assert f"there is no file my_robt.py in {tmp_path}" in done.stderr
+
+
+def test_more_robots_than_urls_is_an_error_that_says_so(tmp_path: Path) -> None:
+    written(tmp_path, "import elib\na = elib.connect('tcp://a:1')\nb = elib.connect('tcp://b:1')\n")
+    done = elib("run", "my_robot.py", "--robot", FAST, cwd=tmp_path)
+    assert done.returncode == 1
+    assert "opens one more robot, tcp://b:1, but elib run --robot names only one" in done.stderr
+    done = elib("run", "my_robot.py", "--robot", FAST, "--robot", FAST, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "robots      2 opened" in done.stderr
+
+
+def test_a_program_without_a_robot_is_told_so(tmp_path: Path) -> None:
+    written(tmp_path, "print('no robot here')\n")
+    done = elib("run", "my_robot.py", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "no robot here\n")
+    assert done.stderr == "robots  none was opened\n"
+
+
+def test_a_file_with_several_behaviours_that_runs_none_says_how(tmp_path: Path) -> None:
+    written(tmp_path, BEHAVIOUR + BEHAVIOUR.replace("go(", "come("))
+    done = elib("run", "my_robot.py", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "the file defines 2 behaviours, go, come, and runs none" in done.stderr
