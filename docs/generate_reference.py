@@ -21,6 +21,7 @@ from generator import (
     errors,
     faults,
     layers,
+    licences,
     link,
     profiles,
     recording,
@@ -49,6 +50,7 @@ PAGES = {
     "faults.md": faults.page,
     "profiles.md": profiles.page,
     "cli.md": cli.page,
+    "licences.md": licences.page,
 }
 MARKED = {
     "architecture.md": {"layers": layers.layers, "rules": layers.rules},

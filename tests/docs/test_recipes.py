@@ -20,6 +20,8 @@ from typing import NamedTuple
 import pytest
 from pages import ROOT
 
+import elib
+
 COPIED = ("src", "docs/generator", "docs/reference")
 FILES = ("docs/generate_reference.py", "pyproject.toml")
 INSTALLED = "src/elib_epuck.dist-info"
@@ -120,7 +122,7 @@ class Copy:
         )
         folder = self.root / INSTALLED
         folder.mkdir()
-        (folder / "METADATA").write_text(f"Name: {project['name']}\nVersion: {project['version']}\n")
+        (folder / "METADATA").write_text(f"Name: {project['name']}\nVersion: {elib.__version__}\n")
         (folder / "entry_points.txt").write_text(points)
 
     def ask(self, *lines: str, pages: tuple[str, ...] = (), code: str = "") -> Answers:

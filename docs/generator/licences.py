@@ -1,0 +1,107 @@
+"""The page of licences: what the core and each extra install, from requirements/dev.txt and the packages themselves."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from importlib.metadata import PackageNotFoundError, metadata
+from pathlib import Path
+
+from generator.markdown import table
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs/reference/licences.md"
+INTRODUCTION = """# Licences
+
+elib itself is under the [MIT licence](../../LICENSE). This page lists the packages that are installed with it, and the
+licence that each of them names. Versions are given where elib asks for the package directly; the versions that are
+tested are in the folder `requirements`. Some packages, such as NumPy and Pillow, contain further libraries; their
+licences are installed with the package. The tools for developing elib are not listed: they are not installed with it.
+"""
+WHY = {
+    "aiohttp": "the server of the pages in the browser",
+    "cyclopts": "the command line",
+    "duckdb": "writes Parquet files",
+    "intelhex": "reads Intel HEX files",
+    "matplotlib": "draws plots",
+    "mcap": "reads and writes recordings",
+    "msgspec": "the messages between server and page",
+    "numba": "compiles the simulator",
+    "numpy": "arrays: pictures, worlds, tables",
+    "pillow": "picture files",
+    "rich": "help pages and live lines in the terminal",
+    "serialx": "serial ports",
+}
+"""What elib needs a package for that it asks for directly; a new one needs its line here."""
+ELSEWHERE = {"pywin32": "PSF"}
+"""The licences of packages that only other systems install, as they name them."""
+Packages = dict[str, tuple[set[str], str]]
+"""Of each package: which packages need it, and its system if only one does."""
+SYSTEMS = {"win32": "Windows", "darwin": "macOS"}
+
+
+def page() -> str:
+    """Return the page."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    packages, known = _locked(), _known()
+    core = {_name(line): _versions(line) for line in project["dependencies"]}
+    in_core = _with_needs(set(core), packages)
+    parts = [INTRODUCTION, "## The core\n\n" + _table(in_core, core, packages, known)]
+    for extra, lines in project["optional-dependencies"].items():
+        direct = {_name(line): _versions(line) for line in lines}
+        if project["name"] not in direct:
+            rest = _with_needs(set(direct), packages) - in_core
+            parts.append(f"## The extra {extra}\n\n{_table(rest, direct, packages, known)}")
+    return "\n\n".join(part.strip() for part in parts)
+
+
+def _table(names: set[str], direct: dict[str, str], packages: Packages, known: dict[str, str]) -> str:
+    rows = []
+    for name in sorted(names):
+        users, system = packages[name]
+        why = WHY[name] if name in direct else f"for {', '.join(sorted(users & names))}"
+        licence = known.get(name) or _licence(name)
+        rows.append((name, direct.get(name, ""), licence, why + (f"; on {system}" if system else "")))
+    return table(("Package", "Versions", "Licence", "Why it is there"), rows)
+
+
+def _locked() -> Packages:
+    """Return the committed packages."""
+    found = {}
+    text = (ROOT / "requirements/dev.txt").read_text(encoding="utf-8")
+    for block in re.split(r"^(?=\w)", text, flags=re.MULTILINE)[1:]:
+        system = re.search(r"sys_platform == '(\w+)'", block)
+        users = set(re.findall(r"[\w.-]+", block.partition("# via ")[2]))
+        found[_name(block)] = users, SYSTEMS[system[1]] if system else ""
+    return found
+
+
+def _with_needs(names: set[str], packages: Packages) -> set[str]:
+    """Return *names* and all packages that these need."""
+    needed = {name for name, (users, _) in packages.items() if users & names} | names
+    return names if needed == names else _with_needs(needed, packages)
+
+
+def _known() -> dict[str, str]:
+    """Return the licences as the page has them: what is installed here and now does not change it."""
+    text = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+    return dict(re.findall(r"^\| ([\w.-]+) \| [^|]*(?:\\\|[^|]*)* \| (.+?) \|", text, re.MULTILINE))
+
+
+def _licence(name: str) -> str:
+    """Return the licence that an installed package names."""
+    try:
+        about = metadata(name)
+    except PackageNotFoundError:
+        return ELSEWHERE[name]
+    named = about["License-Expression"] or about["License"] or ""
+    of_class = [each.rpartition(" :: ")[2] for each in about.get_all("Classifier", []) if each.startswith("License ::")]
+    return named if named and "\n" not in named and len(named) < 80 else ", ".join(of_class) or named.splitlines()[0]
+
+
+def _name(line: str) -> str:
+    return re.split(r"[^\w.-]", line, maxsplit=1)[0].lower().replace("_", "-")
+
+
+def _versions(line: str) -> str:
+    return line[len(_name(line)) :].strip()
