@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
+import re
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -14,11 +15,13 @@ from cyclopts import Parameter as Cli
 from elib.cli.terminal import say
 from elib.emulator.control import Control
 from elib.emulator.faultscript import gallery as scripts
+from elib.emulator.loopback import EVERYWHERE, LOOPBACK
 from elib.emulator.registry import registered
 from elib.emulator.server import serve
 from elib.emulator.settings import DEFAULT_WORLD, SimulationSettings
 from elib.errors import ArgumentError
 from elib.fields import Number, rule_of
+from elib.files import write_file
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import EPUCK2_WIFI, FIRMWARES
 from elib.robot.running import ending, run_coroutine
@@ -27,6 +30,9 @@ from elib.web import check_web
 ANY_FREE = ""
 """The value of ``--pty`` without one: a port with the name that the system gives. That of ``--wifi`` without one: free
 ports. That of ``--view`` and ``--control`` without one: the first free port from the usual one on."""
+
+MOST_STUDENTS = 64
+"""Twenty robots that are driven, with twenty open pages, use a sixth of a processor core and 75 MB."""
 
 
 def _text(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parser's own word
@@ -101,6 +107,32 @@ Options = Annotated[SimulationOptions, Cli(name="*")]
 NO_OPTIONS = SimulationOptions()
 
 
+@dataclasses.dataclass(frozen=True)
+class ClassOptions:
+    """The options of a class."""
+
+    students: Annotated[
+        int | None,
+        _text(
+            "class",
+            "N",
+            f"A world with a robot, and a page to watch it, for each of N students, {MOST_STUDENTS} at most.",
+        ),
+    ] = None
+    host: Annotated[
+        str | None,
+        _text("host", "[ADDRESS]", "Let other computers reach the class: at one address of this computer, or at all."),
+    ] = None
+    shared: Annotated[bool, Cli(name="--shared", help="One world with all robots of the class.")] = False
+    sheet: Annotated[
+        str | None, _text("sheet", "FILE.html", "Write what each student needs, to print and cut out.")
+    ] = None
+
+
+Classes = Annotated[ClassOptions, Cli(name="*")]
+NO_CLASS = ClassOptions()
+
+
 def simulate(
     world: World = None,
     /,
@@ -113,11 +145,15 @@ def simulate(
     view: View = None,
     control: ControlAt = None,
     verbose: Verbose = False,
+    classes: Classes = NO_CLASS,
 ) -> None:
     """Offer virtual robots on serial ports, TCP ports or Wi-Fi, until Ctrl-C.
 
     One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the
     robot stays as it is. Without --pty and --tcp every robot gets a pty, one with Wi-Fi a port of its own.
+
+    With --class every student gets a robot in a world of his own and a page to watch it; --tcp and --view then name
+    the ports of the first student, 4001 and 8601 by default, and --host lets other computers in.
     """
     keys = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
     if world is not None and named is not None and world != named:
@@ -130,6 +166,10 @@ def simulate(
             "--speed is 'max', but programs that open a port run in real time",
             hint="use --speed 10 for ten times; sim://?speed=max is for a robot inside your own program",
         )
+    if classes != NO_CLASS:
+        others = {"--pty": pty, "--wifi": wifi, "--control": control, "--verbose": verbose or None}
+        _teach(settings, classes, tcp, view, [name for name, value in others.items() if value is not None])
+        return
 
     async def main() -> None:
         stop = asyncio.Event()
@@ -176,11 +216,67 @@ def simulate(
         run_coroutine(main, settings.speed)
 
 
+def _teach(
+    settings: SimulationSettings, options: ClassOptions, tcp: str | None, view: str | None, others: Sequence[str]
+) -> None:
+    """Serve a class until Ctrl-C."""
+    if options.students is None:
+        raise ArgumentError(
+            "--host, --shared and --sheet belong to a class", hint="add --class 20, or use --tcp HOST:PORT"
+        )
+    if others:
+        raise ArgumentError(
+            f"--class does not go with {' and '.join(others)}", hint="start another elib simulate for that"
+        )
+    if not 1 <= options.students <= MOST_STUDENTS:
+        raise ArgumentError(f"--class is {options.students}; it must be from 1 to {MOST_STUDENTS}")
+    check_web()
+    from elib.cli.classroom import FIRST_PAGE, FIRST_ROBOT, Classroom, listed, sheet  # a simulation alone starts faster
+
+    classroom = Classroom(
+        options.students,
+        LOOPBACK if options.host is None else options.host or EVERYWHERE[0],
+        options.shared,
+        _port("--tcp", tcp, FIRST_ROBOT),
+        _port("--view", view, FIRST_PAGE),
+    )
+
+    async def main() -> None:
+        stop = asyncio.Event()
+        async with contextlib.AsyncExitStack() as stack:
+            students = await stack.enter_async_context(classroom.open(settings))
+            robots = [(f"student-{each.number}", robot.url) for each in students for robot in each.robots]
+            stack.enter_context(registered(robots, settings))
+            stack.enter_context(ending(stop))
+            if options.sheet is not None:
+                write_file(options.sheet, sheet(students, f"elib simulate {settings.world}").encode())
+            print(listed(students), end="", flush=True)
+            if any(each.token for each in students):
+                say("Every computer in this network can drive these robots; the pages ask for their token.")
+                say("Nothing is encrypted: use this in a network you trust. Ctrl-C ends it.")
+            await stop.wait()
+
+    with contextlib.suppress(KeyboardInterrupt):
+        run_coroutine(main, settings.speed)
+
+
+def _port(option: str, text: str | None, default: int) -> int:
+    """Return the first port of a class."""
+    if text is None or text == ANY_FREE:
+        return default
+    if not (text.isascii() and text.isdecimal() and int(text) <= 65535):
+        raise ArgumentError(
+            f"{option} is {text!r}; with --class it is the port of the first student",
+            hint="--host ADDRESS names the host",
+        )
+    return int(text)
+
+
 def with_optional_link(tokens: Sequence[str]) -> list[str]:
     """Return the command line with the options joined to their values that are optional.
 
     The word after ``--pty`` is a link, unless it is an option or names a world; the word after ``--wifi``, ``--view``
-    or ``--control`` is an address if it ends in a number.
+    or ``--control`` is an address if it ends in a number, and the one after ``--host`` if it has a point or a colon.
     """
     arranged: list[str] = []
     rest = list(tokens)
@@ -192,5 +288,8 @@ def with_optional_link(tokens: Sequence[str]) -> list[str]:
         elif token in ("--wifi", "--view", "--control"):
             is_place = bool(rest) and rest[0].rpartition(":")[2].isdecimal()
             token = f"{token}={rest.pop(0) if is_place else ANY_FREE}"
+        elif token == "--host":
+            is_host = bool(rest) and re.fullmatch(r"[\w.:-]*[.:][\w.:-]*|localhost", rest[0]) is not None
+            token = f"--host={rest.pop(0) if is_host and not rest[0].endswith('.toml') else ANY_FREE}"
         arranged.append(token)
     return arranged

@@ -1,7 +1,8 @@
-"""Ports that only programs on this computer can reach: those of the control server and the page of a simulation."""
+"""Ports of this computer: those that only its own programs can reach, and the addresses by which others reach it."""
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import ipaddress
 import re
@@ -12,6 +13,11 @@ from asyncio.trsock import TransportSocket
 from elib.errors import ArgumentError, LinkBusy, LinkDenied, LinkError
 
 LOOPBACK = "127.0.0.1"
+EVERYWHERE = ("0.0.0.0", "::")
+"""Hosts that stand for all addresses of this computer; a program can listen on them, and none can open them."""
+ELSEWHERE = ("192.0.2.1", 9)
+"""An address that no computer has (RFC 5737). The system is asked which of ours
+would speak to it; nothing is sent."""
 PORTS = 20
 """How many ports are tried where none is named."""
 
@@ -79,9 +85,27 @@ def split(text: str, example: int) -> tuple[str, int]:
 
 
 def named(sock: socket.socket | TransportSocket) -> str:
-    """Return ``HOST:PORT`` of a bound socket, as it stands in a URL."""
+    """Return ``HOST:PORT`` of a bound socket, as it stands in a URL that others can open."""
     host, port = sock.getsockname()[:2]
+    return joined(reachable(host), port)
+
+
+def joined(host: str, port: int) -> str:
+    """Return ``HOST:PORT``; an IPv6 address gets its brackets."""
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def reachable(host: str) -> str:
+    """Return the host by which others reach a port: of a port on all addresses, this computer's own address.
+
+    It is the address from which this computer would speak to the internet, or its name if it has no such address.
+    """
+    if host not in EVERYWHERE:
+        return host
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking, contextlib.suppress(OSError):
+        asking.connect(ELSEWHERE)
+        return str(asking.getsockname()[0])
+    return socket.gethostname()
 
 
 def bound(host: str, port: int, *, hint: str = "") -> socket.socket:

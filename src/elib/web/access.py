@@ -17,7 +17,7 @@ from hmac import compare_digest
 from aiohttp import web
 
 from elib.emulator.control_server import Bucket
-from elib.web.listening import EVERYWHERE
+from elib.emulator.loopback import EVERYWHERE
 
 TRIES, AGAIN = 5.0, 0.1
 """Wrong tokens that one address may show at once, and after that per second."""

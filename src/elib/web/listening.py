@@ -7,15 +7,11 @@ import ipaddress
 import socket
 from dataclasses import dataclass
 
-from elib.emulator.loopback import LOOPBACK, PORTS, bound
+from elib.emulator.loopback import LOOPBACK, PORTS, bound, joined, reachable
 from elib.errors import ArgumentError, LinkBusy, LinkError
 
 PORT = 8700
 """The first port to try where none is named; the next ones follow."""
-EVERYWHERE = ("0.0.0.0", "::")
-ELSEWHERE = ("192.0.2.1", 9)
-"""An address that no computer has (RFC 5737). The system is asked which of ours
-would speak to it; nothing is sent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +36,7 @@ class Address:
     @property
     def url(self) -> str:
         """The URL that a browser opens."""
-        host = self.host
-        if host in EVERYWHERE:
-            host = _own_address()
-        return f"http://[{host}]:{self.port}/" if ":" in host else f"http://{host}:{self.port}/"
+        return f"http://{joined(reachable(self.host), self.port)}/"
 
 
 def listen(host: str = LOOPBACK, port: int | None = None) -> Address:
@@ -74,10 +67,3 @@ def listen(host: str = LOOPBACK, port: int | None = None) -> Address:
             return Address(bound(str(where[0]), number, hint="0.0.0.0 means all of them"), host, is_shared)
     taken = f"port {port} of {host} is" if port is not None else f"the ports {PORT} to {PORT + PORTS - 1} are"
     raise LinkBusy(f"{taken} taken", hint="choose another with --port, or 0 for a free one")
-
-
-def _own_address() -> str:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking, contextlib.suppress(OSError):
-        asking.connect(ELSEWHERE)
-        return str(asking.getsockname()[0])
-    return socket.gethostname()

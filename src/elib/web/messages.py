@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable
-from typing import TYPE_CHECKING, Annotated, Any, Union
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Union
 
 from msgspec import Meta, Struct
 from msgspec.json import Decoder
@@ -51,6 +51,9 @@ class Message(Struct, tag_field="do", tag=_snake, forbid_unknown_fields=True, kw
         id: Number that the answer repeats; 0 if no answer is wanted.
     """
 
+    is_of_world: ClassVar[bool] = False
+    """Whether pages of a closed panel may say it: it concerns their world alone."""
+
     id: Annotated[int, Meta(ge=0, le=1 << 53)] = 0
 
     def carry_out(self, page: Page) -> Result:
@@ -68,6 +71,8 @@ class Message(Struct, tag_field="do", tag=_snake, forbid_unknown_fields=True, kw
 class Show(Message):
     """Show one robot, all robots (``overview``), or the start page (``start``)."""
 
+    is_of_world = True
+
     place: Key
 
     def carry_out(self, page: Page) -> None:
@@ -77,6 +82,8 @@ class Show(Message):
 class Drawn(Message):
     """The page has drawn an update."""
 
+    is_of_world = True
+
     number: Annotated[int, Meta(ge=0, le=1 << 53)]
 
     def carry_out(self, page: Page) -> None:
@@ -85,6 +92,8 @@ class Drawn(Message):
 
 class FrameDrawn(Message):
     """The page has drawn a frame of the world."""
+
+    is_of_world = True
 
     number: Annotated[int, Meta(ge=0, le=1 << 32)]
 
@@ -428,12 +437,16 @@ class PausePlayback(AboutRobot):
 class ChooseWorld(AboutRobot):
     """Show the world of one robot where the page shows all robots."""
 
+    is_of_world = True
+
     def carry_out(self, page: Page) -> None:
         page.world_of = self.robot
 
 
 class Rays(Message):
     """Show the rays of the infrared sensors, or not."""
+
+    is_of_world = True
 
     on: bool
 
@@ -444,6 +457,8 @@ class Rays(Message):
 class Watch(Message):
     """Tell what one robot of the world perceives, by its index there; null for none."""
 
+    is_of_world = True
+
     index: Annotated[int, Meta(ge=0, le=1 << 20)] | None
 
     def carry_out(self, page: Page) -> None:
@@ -452,6 +467,8 @@ class Watch(Message):
 
 class OpenRobot(Message):
     """Show the robot of the panel that has an index in the world that the page shows."""
+
+    is_of_world = True
 
     index: Annotated[int, Meta(ge=0, le=1 << 20)]
 
@@ -479,9 +496,13 @@ class SaveWorld(Message):
 class World(Message):
     """Control the world that the page shows: a message of the control server."""
 
+    is_of_world = True
+
     message: dict[str, Any]
 
     def carry_out(self, page: Page) -> Result:
+        if page.panel.is_closed and self.message.get("do") == "set_speed":
+            raise ArgumentError("this world keeps its speed: the computer that simulates it has others to simulate too")
         return answer(page.control, self.message)
 
 

@@ -9,7 +9,7 @@ import math
 import secrets
 from collections.abc import Awaitable, Callable
 from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import msgspec
 from aiohttp import WSCloseCode, web
@@ -45,6 +45,7 @@ class Request(Protocol):
     """One message of a page: ``elib.web.messages`` has them all."""
 
     id: int
+    is_of_world: ClassVar[bool]
 
     def carry_out(self, page: Page) -> Awaitable[object] | object:
         """Do it, and return the result, or an awaitable of it."""
@@ -105,6 +106,8 @@ class Page:
         if self._unsent >= MOST_TASKS:
             return "the page does not read its answers"
         try:
+            if self.panel.is_closed and not message.is_of_world:
+                raise ArgumentError("this page shows a world, and nothing else of the computer that simulates it")
             result = message.carry_out(self)
             if inspect.iscoroutine(result) and len(self._tasks) >= MOST_TASKS:
                 result.close()

@@ -36,12 +36,14 @@ class Panel:
 
     Args:
         is_shared: Whether other computers reach it. Then a page may not name files of this computer.
+        is_closed: Whether its pages show the world of *control* and nothing else: no robot or file can be opened.
         control: Control of a simulation that is shown with the robots; None shows the worlds of the robots alone.
         folder: Where logs, recordings and pictures go; the current folder if None.
         recents: The robots that were used before; those of this user if None.
 
     Attributes:
         is_shared: As given.
+        is_closed: As given.
         control: As given.
         folder: As given.
         recents: As given.
@@ -53,11 +55,13 @@ class Panel:
         self,
         *,
         is_shared: bool = False,
+        is_closed: bool = False,
         control: Control | None = None,
         folder: Path | None = None,
         recents: Recents | None = None,
     ) -> None:
         self.is_shared = is_shared
+        self.is_closed = is_closed
         self.control = control
         self.folder = Folder(Path.cwd() if folder is None else folder)
         self.recents = Recents() if recents is None else recents

@@ -149,16 +149,43 @@ async def view_of(control: Control, place: str = "") -> AsyncIterator[str]:
         LinkDenied: This user may not use the port.
         SimulationError: There is no world to be seen.
     """
-    control.snapshot()
     sock = bind(place, VIEW_PORT)
     address = Address(sock, sock.getsockname()[0], is_shared=False)
-    panel = Panel(control=control)
-    async with served(panel, address) as server:
-        try:
-            yield address.url
-        finally:
-            server.is_ending = True
-            await panel.close()
+    async with _shown(Panel(control=control), address) as url:
+        yield url
+
+
+@contextlib.asynccontextmanager
+async def closed_view_of(control: Control, address: Address, token: str | None) -> AsyncIterator[str]:
+    """Serve the page of a simulation to somebody who may use this world and nothing else of this computer.
+
+    Args:
+        control: Control of the simulation.
+        address: A bound port.
+        token: What a browser is asked for before it sees anything; None asks for nothing.
+
+    Yields:
+        The page's URL.
+
+    Raises:
+        SimulationError: There is no world to be seen.
+    """
+    panel = Panel(is_shared=True, is_closed=True, control=control)
+    async with _shown(panel, address, token) as url:
+        yield url
+
+
+@contextlib.asynccontextmanager
+async def _shown(panel: Panel, address: Address, token: str | None = None) -> AsyncIterator[str]:
+    with contextlib.closing(address.socket):
+        assert panel.control is not None
+        panel.control.snapshot()
+        async with served(panel, address, token) as server:
+            try:
+                yield address.url
+            finally:
+                server.is_ending = True
+                await panel.close()
 
 
 @contextlib.asynccontextmanager
@@ -490,4 +517,4 @@ def _static_files() -> dict[str, tuple[bytes, str]]:
     return found
 
 
-__all__ = ["Server", "serve", "served", "view_of"]
+__all__ = ["Server", "closed_view_of", "serve", "served", "view_of"]

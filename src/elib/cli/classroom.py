@@ -1,0 +1,154 @@
+"""``elib simulate --class``: a robot and a page to watch it for every student of a class."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import secrets
+from collections.abc import AsyncIterator, Sequence
+from dataclasses import dataclass
+from html import escape
+
+from elib.emulator.control import Control
+from elib.emulator.loopback import LOOPBACK, joined
+from elib.emulator.server import Served, serve
+from elib.emulator.settings import SimulationSettings
+from elib.errors import ArgumentError
+from elib.et.table import Header, Table, aligned
+from elib.protocol.profiles import EPUCK2_WIFI
+from elib.web.listening import listen
+from elib.web.server import closed_view_of
+
+FIRST_ROBOT, FIRST_PAGE = 4001, 8601
+"""The ports of student 1; those of the next ones count up, so that the number of a student is at their end."""
+LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
+"""What a token is made of: nothing that is easily mistaken on paper."""
+TOKEN_LENGTH = 8
+"""Half a million million tokens; after five wrong ones, an address may try one every ten seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Student:
+    """What one student gets.
+
+    Attributes:
+        number: Number of the student, from 1; 0 for the teacher.
+        robots: The robots' names and URLs; one, unless the world has more.
+        page: URL of the page to watch; empty where the page is not the student's.
+        token: What the page asks for once; empty if it asks for nothing.
+    """
+
+    number: int
+    robots: Sequence[Served]
+    page: str = ""
+    token: str = ""
+
+    @property
+    def urls(self) -> str:
+        """The URLs of the robots, as the variable ELIB_ROBOT takes them."""
+        return " ".join(robot.url for robot in self.robots)
+
+
+@dataclass(frozen=True, slots=True)
+class Classroom:
+    """A class.
+
+    Attributes:
+        students: How many.
+        host: Address at which the robots and pages are offered.
+        is_shared: Whether all robots are in one world; otherwise each student has one of his own.
+        robot_port: Port of the first robot; 0 takes free ones.
+        page_port: Port of the first page; 0 takes free ones.
+    """
+
+    students: int
+    host: str = LOOPBACK
+    is_shared: bool = False
+    robot_port: int = FIRST_ROBOT
+    page_port: int = FIRST_PAGE
+
+    @contextlib.asynccontextmanager
+    async def open(self, settings: SimulationSettings) -> AsyncIterator[list[Student]]:
+        """Offer robots and pages until the block is left.
+
+        Args:
+            settings: The world of each student, or the one of all.
+
+        Yields:
+            The students; in a shared world the page belongs to the teacher, who comes last and has the number 0.
+
+        Raises:
+            ArgumentError: A setting is wrong, or there are not enough ports.
+            LinkError: A port is taken, or cannot be had.
+        """
+        if self.is_shared and settings.robots is not None:
+            raise ArgumentError("--shared has a robot for each student", hint="leave --robots out")
+        async with contextlib.AsyncExitStack() as stack:
+            if self.is_shared:
+                settings = dataclasses.replace(settings, robots=self.students)
+                world = await self._open_world(stack, settings, 0, self.robot_port, self.page_port)
+                students = [Student(number, [robot]) for number, robot in enumerate(world.robots, 1)]
+                yield [*students, dataclasses.replace(world, robots=())]
+                return
+            students = []
+            robot_port, page_port = self.robot_port, self.page_port
+            for number in range(1, self.students + 1):
+                student = await self._open_world(stack, settings, number, robot_port, page_port)
+                students.append(student)
+                robot_port += len(student.robots) if robot_port else 0
+                page_port += 1 if page_port else 0
+            yield students
+
+    async def _open_world(
+        self,
+        stack: contextlib.AsyncExitStack,
+        settings: SimulationSettings,
+        number: int,
+        robot_port: int,
+        page_port: int,
+    ) -> Student:
+        """Open one world with its robots and its page."""
+        controls: list[Control] = []
+        place = joined(self.host, robot_port)
+        on_wifi = settings.firmware == EPUCK2_WIFI.name
+        tcp, wifi = (None, place) if on_wifi else (place, None)
+        serving = serve(settings, pty=False, tcp=tcp, wifi=wifi, control=controls.append)
+        robots = await stack.enter_async_context(serving)
+        address = listen(self.host, page_port)
+        token = "".join(secrets.choice(LETTERS) for _ in range(TOKEN_LENGTH)) if address.is_shared else ""
+        page = await stack.enter_async_context(closed_view_of(controls[0], address, token or None))
+        return Student(number, robots, page, token)
+
+
+def listed(students: Sequence[Student]) -> str:
+    """Return a table of what each student gets."""
+    rows = [(str(each.number), each.urls, each.page, each.token) for each in students]
+    headers = ("number", "robot", "page", "token")
+    used = [place for place in range(len(headers)) if any(row[place] for row in rows)]
+    return aligned(
+        Table([Header(headers[place], "text") for place in used], [[row[place] for place in used] for row in rows])
+    )
+
+
+def sheet(students: Sequence[Student], title: str) -> str:
+    """Return a web page to print: a piece for each student, to be cut out."""
+    pieces = "\n".join(
+        f"<section><h2>{student.number}</h2><p>Your robot</p><code>{escape(student.urls)}</code>"
+        + (f"<p>Watch it</p><code>{escape(student.page)}</code>" if student.page else "")
+        + (f"<p>Token of the page</p><code>{escape(student.token)}</code>" if student.token else "")
+        + "</section>"
+        for student in students
+        if student.number
+    )
+    return SHEET.format(title=escape(title), pieces=pieces)
+
+
+SHEET = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
+body {{ font: 11pt sans-serif; margin: 0; display: grid; grid-template-columns: 1fr 1fr }}
+section {{ border: 1px dashed #888; padding: 4mm 6mm; break-inside: avoid }}
+h2 {{ float: right; margin: 0; font-size: 24pt }} p {{ margin: 2mm 0 0; color: #555 }}
+</style></head><body>
+{pieces}
+</body></html>
+"""

@@ -1,0 +1,193 @@
+"""``elib simulate --class``: a robot and a page for every student."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from importlib.resources import files
+from pathlib import Path
+from urllib.request import ProxyHandler, build_opener
+
+import pytest
+from elib_process import PATIENCE, Running, started
+
+import elib
+from elib.cli import main
+from elib.cli.classroom import LETTERS, Student, sheet
+from elib.cli.simulate import with_optional_link
+from elib.emulator.loopback import reachable
+from elib.emulator.server import Served
+
+pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
+posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+
+ATTEMPTS = 20
+CLIENT = """
+import asyncio, sys, elib
+
+async def drive(url):
+    async with elib.open(url) as robot:
+        while True:
+            await robot.set_speed(0.2, -0.2)  # on the spot: nothing is in the way
+            await robot.proximity()
+            print("drives", url, flush=True)
+            await asyncio.sleep(0.2)
+
+async def main():
+    await asyncio.gather(*map(drive, sys.argv[1:]))
+
+asyncio.run(main())
+"""
+
+
+@contextmanager
+def a_class(number: int, *options: str) -> Iterator[tuple[Running, list[list[str]]]]:
+    """Start a class on free ports, and yield it with the rows of its table."""
+    with started("simulate", "--class", str(number), "--tcp", "0", "--view", "0", *options) as server:
+        server.out.until("number")
+        yield server, [server.out.line().split() for _ in range(number)]
+
+
+@contextmanager
+def client(urls: Sequence[str]) -> Iterator[Running]:
+    """Start a program that drives several robots, and wait until all of them drive."""
+    with started(*urls, command=[sys.executable, "-c", CLIENT]) as running:
+        waiting = {*urls}
+        while waiting:
+            waiting.discard(running.out.line().split()[1])
+        yield running
+
+
+def steps(url: str) -> tuple[int, ...]:
+    with elib.connect(url) as robot:
+        return robot.encoders().numbers
+
+
+@posix
+@pytest.mark.slow
+def test_twenty_students_drive_and_a_program_that_is_killed_leaves_its_robots_standing() -> None:
+    with ExitStack() as stack:
+        server, rows = stack.enter_context(a_class(20))
+        urls = [row[1] for row in rows]
+        assert [int(row[0]) for row in rows] == list(range(1, 21))
+        assert len({*urls, *(row[2] for row in rows)}) == 40
+        clients = [stack.enter_context(client(urls[first : first + 5])) for first in range(0, 20, 5)]
+        clients[1].process.kill()
+        clients[1].process.wait(PATIENCE)
+        for url in urls[5:10]:
+            readings = [steps(url)]  # its watchdog stops the robot within a moment
+            while len(readings) < ATTEMPTS and (len(readings) < 2 or readings[-1] != readings[-2]):
+                readings.append(steps(url))
+            assert readings[-1] == readings[-2], f"{url} still drives after its program was killed"
+            assert readings[-1] != (0, 0), "it has driven, and is the same robot for the next program"
+        for other in (clients[0], *clients[2:]):
+            assert other.process.poll() is None
+            other.out.seen.clear()
+            assert other.out.line().startswith("drives")
+        with pytest.raises(elib.LinkBusy):
+            elib.connect(urls[0])
+        for other in (clients[0], *clients[2:]):
+            other.end(signal.SIGINT)
+        assert all(steps(url) == steps(url) for url in urls[:3])
+        assert server.end() == 0
+
+
+@posix
+@pytest.mark.slow
+def test_each_student_has_a_world_of_his_own_or_all_share_one() -> None:
+    with a_class(2, str(files("elib.worlds") / "soccer.toml"), "--robots", "2") as (server, rows):
+        assert [len(row) for row in rows] == [4, 4], "number, two robots, page"
+        assert server.end() == 0
+    with started("simulate", "arena", "--class", "3", "--shared", "--tcp", "0", "--view", "0") as server:
+        server.out.until("number")
+        rows = [server.out.line().split() for _ in range(4)]
+        assert [row[0] for row in rows] == ["1", "2", "3", "0"]
+        assert [len(row) for row in rows] == [2, 2, 2, 2], "the page is the teacher's"
+        assert server.end() == 0
+
+
+@posix
+@pytest.mark.slow
+def test_with_a_host_other_computers_are_let_in_and_addresses_are_those_that_they_can_open(tmp_path: Path) -> None:
+    file = tmp_path / "class.html"
+    with a_class(2, "square", "--host", "--sheet", str(file)) as (server, rows):
+        assert server.err.line().startswith("Every computer in this network can drive these robots")
+        own = reachable("0.0.0.0")
+        for _, robot, page, token in rows:
+            assert robot.startswith(f"tcp://{own}:")
+            assert "0.0.0.0" not in page
+            assert re.fullmatch(f"[{LETTERS}]{{8}}", token)
+            assert all(text in file.read_text() for text in (robot, page, token))
+        assert rows[0][3] != rows[1][3]
+        with elib.connect(rows[0][1]) as robot:
+            robot.selector()
+        opener = build_opener(ProxyHandler({}))
+        with pytest.raises(OSError, match="401"):
+            opener.open(rows[0][2], timeout=PATIENCE)
+        assert server.end() == 0
+
+
+def test_without_a_host_nobody_else_is_let_in() -> None:
+    with a_class(1) as (server, rows):
+        ((_, robot, page),) = rows
+        assert robot.startswith("tcp://127.0.0.1:")
+        assert page.startswith("http://127.0.0.1:")
+        own = reachable("0.0.0.0")
+        if own != "127.0.0.1":
+            with pytest.raises(OSError), socket.create_connection((own, int(robot.rpartition(":")[2])), 2):
+                pass
+        server.process.terminate()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--class", "0"], "--class is 0; it must be from 1 to 64"),
+        (["--class", "65"], "--class is 65"),
+        (["--class", "2", "--pty"], "--class does not go with --pty"),
+        (["--class", "2", "--control", "-v"], "--class does not go with --control and --verbose"),
+        (["--class", "2", "--tcp", "127.0.0.1:4000"], "with --class it is the port of the first student"),
+        (["--class", "2", "--shared", "--robots", "3"], "--shared has a robot for each student"),
+        (["--host"], "--host, --shared and --sheet belong to a class"),
+        (["--class", "2", "--tcp", "65535", "--view", "0"], "65536"),
+        (["--class", "2", "nowhere"], "nowhere"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_the_reason(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["simulate", *words]) != 0
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert said in err
+
+
+@pytest.mark.parametrize(
+    ("words", "arranged"),
+    [
+        (["--host", "square"], ["--host=", "square"]),
+        (["--host", "192.168.1.5", "square"], ["--host=192.168.1.5", "square"]),
+        (["--host", "::"], ["--host=::"]),
+        (["--host", "mine.toml"], ["--host=", "mine.toml"]),
+        (["--host", "--shared"], ["--host=", "--shared"]),
+        (["--host=lab-3"], ["--host=lab-3"]),
+    ],
+)
+def test_the_address_may_be_left_out(words: list[str], arranged: list[str]) -> None:
+    assert with_optional_link(words) == arranged
+
+
+def test_a_sheet_has_a_piece_for_each_student_and_none_for_the_teacher() -> None:
+    students = [
+        Student(1, [Served("epuck-1", "tcp://10.0.0.1:4001")]),
+        Student(0, [], "http://10.0.0.1:8601/", "secret"),
+    ]
+    page = sheet(students, "<class>")
+    assert page.count("<section>") == 1
+    assert "tcp://10.0.0.1:4001" in page
+    assert "secret" not in page
+    assert "<title>&lt;class&gt;</title>" in page
