@@ -180,7 +180,8 @@ class _Run:
             self._touching.append(frozenset(robot for robot in range(world.robots) if world.touching(robot)))
             if self._wants_lamps:
                 self._lit.append([_bits(robot.lamps.ring) for robot in world.snapshot().robots])
-            loop.call_at((world.tick + 1) * world.scene.step, note)
+            # Between two ticks: on a tick itself a reading could come before or after it.
+            loop.call_at((world.tick + 1.5) * world.scene.step, note)
 
         note()
         counts = any(isinstance(goal, Requests) for goal in self._lab.goals)
