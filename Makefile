@@ -65,6 +65,9 @@ site: $(READY) ## Build the documentation as a site in site/, which works withou
 licences: $(READY) ## Ask the installed packages for their licences again, and renew the page of them
 	@rm -f docs/reference/licences.md; $(BIN)/python docs/generate_reference.py
 
+pictures: $(READY) ## Renew the pictures of the documents; those of the panel need chromium
+	@$(BIN)/python docs/make_pictures.py --panel
+
 bench: $(READY) ## Measure ratios against floors and peers
 	@for script in benchmarks/bench_link.py benchmarks/simulation.py benchmarks/camera.py benchmarks/serving.py benchmarks/et.py benchmarks/recording.py benchmarks/web.py benchmarks/wifi.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
@@ -80,4 +83,4 @@ lock: ## Renew the versions and hashes in requirements/
 clean: ## Remove what the other commands made
 	rm -rf .venv .uv node_modules .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
 
-.PHONY: help setup demo test check check-js docs licences site bench dist lock clean
+.PHONY: help setup demo test check check-js docs licences site pictures bench dist lock clean

@@ -75,6 +75,7 @@ MARKED = {
 DRAWINGS = {
     "architecture.svg": diagram.parts,
     "e-puck-infrared.svg": drawings.infrared,
+    "e-puck-overview.svg": drawings.overview,
     "e-puck-leds.svg": drawings.leds,
     "e-puck-response.svg": drawings.responses,
     "e-puck-sensors.svg": drawings.sensors,

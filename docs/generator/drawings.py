@@ -39,6 +39,12 @@ SCALE = 4200.0
 TYRE = 0.005
 """Width of a wheel in the drawing, m."""
 
+OUTSIDE = 1.13
+"""How much further out than they are the infrared sensors stand in the overview: at their places stand the LEDs."""
+
+VIEW = math.atan(40 * 8 / 2 / optics.FOCAL)
+"""Half of the angle that the camera sees at 40 x 40 and zoom 8, rad."""
+
 
 class Point(NamedTuple):
     """A place in a drawing, pixels from its upper left corner."""
@@ -185,15 +191,54 @@ def _sensor_label(picture: Picture, robot: Robot, name: str, place: tuple[float,
     picture.text(Point(x, spot.y + 18), f"{degrees:+.1f}°", colour=QUIET, size=14, anchor=anchor)
 
 
-def _axes(picture: Picture, robot: Robot) -> None:
+def _axes(picture: Picture, robot: Robot, ahead: float = 0.0215) -> None:
     picture.arrow([robot.centre, robot.at(0.0262, 0)], AXIS)
     picture.arrow([robot.centre, robot.at(0, 0.0212)], AXIS)
-    picture.text(robot.at(0.0215, -0.0022), "x forward", colour=AXIS, is_bold=True)
+    picture.text(robot.at(ahead, -0.0022), "x forward", colour=AXIS, is_bold=True)
     picture.text(robot.at(-0.0052, 0.0213), "y left", colour=AXIS, is_bold=True)
     turn = [robot.around(math.radians(angle), 0.0118) for angle in range(8, 80, 4)]
     picture.arrow(turn, AXIS, 2)
     picture.text(robot.at(0.0118, 0.0222), "heading +", colour=AXIS, size=13)
     picture.disc(robot.centre, 4, AXIS)
+
+
+def overview() -> str:
+    """Return the picture for beginners: sensors with names, LEDs with numbers, wheels, camera, axes and signs."""
+    picture = Picture(860, 700, "The e-puck from above: infrared sensors, LEDs, wheels, camera and axes")
+    robot = Robot(picture, Point(430, 330))
+    lens, reach = robot.at(optics.FORWARD, 0), 0.042
+    edges = [robot.at(optics.FORWARD + reach, side * reach * math.tan(VIEW)) for side in (1, -1)]
+    picture.area([lens, *edges], AXIS, opacity=0.13)
+    picture.text(Point(430, 46), "what the camera sees", colour=AXIS, anchor="middle")
+    names = [field.name for field in fields(Proximity) if not field.kw_only]
+    for name, (x, y), angle in zip(names, PLACES, SENSOR_DIRECTIONS, strict=True):
+        eye = robot.at(OUTSIDE * x, OUTSIDE * y)
+        ends = [angle + share * math.radians(APERTURE) for share in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+        beam = [eye, *(Point(eye.x - 62 * math.sin(end), eye.y - 62 * math.cos(end)) for end in ends)]
+        picture.area(beam, INFRARED, opacity=0.18)
+        picture.disc(eye, 7, INFRARED)
+        _sensor_label(picture, robot, name, (OUTSIDE * x, OUTSIDE * y), angle)
+    *ring, front = (robot.at(x / 1000, y / 1000) for x, y in brightness.LED_PLACES)
+    for number, spot in enumerate(ring):
+        picture.disc(spot, 12, RED, PAPER)
+        picture.text(Point(spot.x, spot.y + 5), str(number), colour="#ffffff", anchor="middle", is_bold=True)
+    picture.disc(front, 7, FRONT, PAPER)
+    picture.text(Point(front.x, front.y + 24), "front LED", colour=FRONT, size=13, anchor="middle")
+    picture.text(robot.at(-0.022, 0), "body LED: the whole body", colour=SOUND, size=13, anchor="middle")
+    picture.text(robot.at(-0.014, 0.0225), "left wheel", size=13)
+    picture.text(robot.at(-0.014, -0.0225), "right wheel", size=13, anchor="end")
+    _axes(picture, robot, ahead=0.0135)
+    for row, (colour, words) in enumerate(
+        (
+            (INFRARED, "infrared sensors: their names in robot.proximity(), their directions"),
+            (RED, "lamps, with the numbers for robot.set_led()"),
+            (AXIS, "axes: x is forward, y to the left; angles are positive to the left"),
+        )
+    ):
+        picture.disc(Point(70, 616 + 28 * row), 12 if colour == RED else 7, colour)
+        picture.text(Point(92, 621 + 28 * row), words)
+    picture.text(Point(70, 649), "0", colour="#ffffff", anchor="middle", is_bold=True)
+    return picture.svg()
 
 
 class Label(NamedTuple):
@@ -265,13 +310,12 @@ def leds() -> str:
 
 def _view(picture: Picture, robot: Robot) -> None:
     lens = robot.at(optics.FORWARD, 0)
-    half = math.atan(40 * 8 / 2 / optics.FOCAL)
-    edges = [robot.at(optics.FORWARD + 0.033, 0.033 * math.tan(turn)) for turn in (half, -half)]
+    edges = [robot.at(optics.FORWARD + 0.033, 0.033 * math.tan(turn)) for turn in (VIEW, -VIEW)]
     picture.area([lens, *edges], AXIS, opacity=0.13)
     for edge in edges:
         picture.line([lens, edge], AXIS, 1, is_dashed=True)
     picture.disc(lens, 6, AXIS)
-    words = f"camera: {math.degrees(2 * half):.0f}° at 40 x 40, zoom 8"
+    words = f"camera: {math.degrees(2 * VIEW):.0f}° at 40 x 40, zoom 8"
     picture.text(Point(robot.centre.x, 30), words, colour=AXIS, anchor="middle")
 
 

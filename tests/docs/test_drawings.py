@@ -26,8 +26,9 @@ def box(text: ElementTree.Element) -> tuple[float, float, float, float]:
     return left, y - 0.8 * size, left + width, y + 0.2 * size
 
 
-def test_there_are_four_drawings_of_the_robot() -> None:
-    assert [path.stem for path in DRAWINGS] == ["e-puck-infrared", "e-puck-leds", "e-puck-response", "e-puck-sensors"]
+def test_there_are_five_drawings_of_the_robot() -> None:
+    names = ["e-puck-infrared", "e-puck-leds", "e-puck-overview", "e-puck-response", "e-puck-sensors"]
+    assert [path.stem for path in DRAWINGS] == names
 
 
 @pytest.mark.parametrize("path", DRAWINGS, ids=lambda path: path.stem)
@@ -42,14 +43,16 @@ def test_no_text_leaves_the_drawing_or_covers_another(path: Path) -> None:
         assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1], f"{one!r} covers {other!r}"
 
 
-def test_the_infrared_sensors_have_the_names_of_the_reading() -> None:
-    shown = {text.text for text in texts(ROOT / "docs/images/e-puck-infrared.svg")}
+@pytest.mark.parametrize("name", ["infrared", "overview"])
+def test_the_infrared_sensors_have_the_names_of_the_reading(name: str) -> None:
+    shown = {text.text for text in texts(ROOT / f"docs/images/e-puck-{name}.svg")}
     assert {field.name for field in dataclasses.fields(Proximity) if not field.kw_only} <= shown
 
 
-def test_the_sensors_on_the_left_stand_on_the_left() -> None:
-    path = ROOT / "docs/images/e-puck-infrared.svg"
+@pytest.mark.parametrize("name", ["infrared", "overview"])
+def test_the_sensors_on_the_left_stand_on_the_left(name: str) -> None:
+    path = ROOT / f"docs/images/e-puck-{name}.svg"
     middle = float(ElementTree.parse(path).getroot().attrib["width"]) / 2
-    names = {text.text: float(text.attrib["x"]) for text in texts(path) if "_" in (text.text or "")}
+    names = {text.text: float(text.attrib["x"]) for text in texts(path) if "_" in (text.text or "").split()[0]}
     assert all((x < middle) == name.endswith("left") for name, x in names.items() if name)
     assert len(names) == 6

@@ -1,0 +1,279 @@
+"""Make the pictures of the tutorial and of the panel; ``make pictures`` runs it.
+
+The tutorial's pictures come from the programs of its pages, which are run here with an eye on their virtual world. They
+come out the same each time, and a test compares them. The pictures of the panel are taken with chromium and differ a
+little each time: ``--panel`` makes them too, and the film of the README.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import io
+import os
+import re
+import sys
+import tempfile
+from collections.abc import AsyncIterator, Callable, Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from generator.drawings import AXIS, INFRARED, INK, QUIET, RIM, Picture, Point
+from PIL import Image
+
+ROOT = Path(__file__).parent.parent
+IMAGES = ROOT / "docs/images"
+sys.path[:0] = [str(ROOT / "tests/docs"), str(ROOT / "tests/web")]
+
+from browser import Tab, browser  # noqa: E402
+from pages import programs  # noqa: E402  # the blocks of a page, as the tests read them
+
+import elib.cli  # noqa: E402
+from elib.physics import Pose, World  # noqa: E402
+from elib.view import draw  # noqa: E402
+
+STEP = 0.1
+"""s from one point of a path to the next."""
+SHOWN = 450
+"""Pixels of a world's longer side."""
+
+Followed = tuple[World, list[tuple[float, list[Pose]]]]
+"""A world, and where its robots were at which time."""
+
+
+@contextlib.contextmanager
+def followed() -> Iterator[list[Followed]]:
+    """Follow every world that is made meanwhile."""
+    worlds: list[Followed] = []
+    make = World.__init__
+
+    def made(world: World, *args: Any, **options: Any) -> None:
+        make(world, *args, **options)
+        moments: list[tuple[float, list[Pose]]] = []
+        worlds.append((world, moments))
+
+        def note() -> None:
+            if not moments or world.time > moments[-1][0] + STEP - 1e-9:
+                moments.append((world.time, [world.pose(robot) for robot in range(world.robots)]))
+
+        note()
+        world.follow(note)
+
+    World.__init__ = made  # type: ignore[method-assign]
+    try:
+        yield worlds
+    finally:
+        World.__init__ = make  # type: ignore[method-assign]
+
+
+def run_page(page: str, marker: str) -> list[Followed]:
+    """Run the programs of a page of the tutorial up to the one with *marker*; return the worlds of that one."""
+    path = ROOT / f"docs/tutorial/{page}.md"
+    names: dict[str, object] = {"__name__": page}
+    for block, _ in programs(path):
+        with followed() as worlds, contextlib.redirect_stdout(io.StringIO()):
+            exec(compile("\n" * (block.line - 1) + block.text, str(path), "exec", dont_inherit=True), names)
+        if marker in block.text:
+            return worlds
+    sys.exit(f"{path} has no program with {marker!r}")
+
+
+def world_picture(page: str, marker: str) -> str:
+    """Return the drawing of where the robots went in a program, seen from above."""
+    world, moments = run_page(page, marker)[-1]
+    trails = [[poses[robot] for _, poses in moments] for robot in range(world.robots)]
+    document = draw(world.snapshot(beams=True), trails=trails, size=SHOWN)
+    assert document is not None
+    return document
+
+
+def gap_picture() -> str:
+    """Return the chart of a drive whose link is cut for three seconds."""
+    _, moments = run_page("03-when-things-fail", "robot.drive(0.25)")[-1]
+    began = moments[0][1][0]
+    left, right, top, bottom, seconds, reach = 70.0, 700.0, 50.0, 280.0, 11.0, 0.5
+    picture = Picture(740, 340, "How far the robot went: it drives on while the link is cut, and then comes back")
+
+    def at(time: float, metres: float) -> Point:
+        return Point(left + (right - left) * time / seconds, bottom - (bottom - top) * metres / reach)
+
+    picture.area([at(3, 0), at(6, 0), at(6, reach), at(3, reach)], INFRARED, opacity=0.12)
+    picture.text(at(4.5, 0.46), "no link", colour=INFRARED, anchor="middle", is_bold=True)
+    for centimetres in range(0, 51, 10):
+        picture.line([at(0, centimetres / 100), at(seconds, centimetres / 100)], RIM, 1)
+        place = at(0, centimetres / 100)
+        picture.text(Point(left - 10, place.y + 5), str(centimetres), size=14, colour=QUIET, anchor="end")
+    for second in range(12):
+        place = at(second, 0)
+        picture.text(Point(place.x, place.y + 24), str(second), size=14, colour=QUIET, anchor="middle")
+    picture.line([at(0, 0.25), at(seconds, 0.25)], INK, 1, is_dashed=True)
+    picture.text(at(0.1, 0.265), "25 cm: where it was told to go", size=14)
+    ahead = [at(time, poses[0].x - began.x) for time, poses in moments if time <= seconds]
+    picture.line(ahead, AXIS, 3)
+    picture.text(Point(left - 10, 28), "cm", size=14, colour=QUIET, anchor="end")
+    picture.text(Point((left + right) / 2, bottom + 48), "seconds", anchor="middle")
+    return picture.svg()
+
+
+def camera_picture() -> Image.Image:
+    """Return what the program of page 1 saves."""
+    run_page("01-first-robot", "picture.save")
+    with Image.open("ahead.png") as image:
+        return image.convert("P", palette=Image.Palette.ADAPTIVE)
+
+
+def demo_picture() -> Image.Image:
+    """Return the picture that ``elib demo`` leaves, smaller."""
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        elib.cli.main(["demo"])
+    with Image.open("elib-demo.png") as image:
+        image.thumbnail((640, 640), Image.Resampling.LANCZOS)
+        return image.convert("P", palette=Image.Palette.ADAPTIVE, colors=256)
+
+
+PICTURES: dict[str, Callable[[], str | Image.Image]] = {
+    "tutorial-demo.png": demo_picture,
+    "tutorial-square.svg": lambda: world_picture("01-first-robot", "for side in range(4)"),
+    "tutorial-look.svg": lambda: world_picture("01-first-robot", "while max(robot.proximity())"),
+    "tutorial-camera.png": camera_picture,
+    "tutorial-roam.svg": lambda: world_picture("02-first-behaviour", "result.states[:5]"),
+    "tutorial-gap.svg": gap_picture,
+    "tutorial-swarm.svg": lambda: world_picture("04-first-swarm", "async def wander"),
+}
+"""The pictures that come out the same each time."""
+
+
+def make(folder: Path) -> None:
+    """Write the tutorial's pictures into a folder."""
+    here = Path.cwd()
+    with tempfile.TemporaryDirectory() as name:
+        os.chdir(name)  # the programs leave files
+        try:
+            for file, picture in PICTURES.items():
+                made = picture()
+                if isinstance(made, str):
+                    (folder / file).write_text(made.rstrip() + "\n", encoding="utf-8")
+                else:
+                    made.save(folder / file, optimize=True)
+        finally:
+            os.chdir(here)
+
+
+PANEL = (1440, 900)
+PHONE = (390, 844)
+FILM = (960, 600)
+"""Sizes of the pages, and of the film, pixels."""
+FILM_TIME = 9.0
+"""How much of the robot's time the film shows, s."""
+FRAME_PAUSE = 0.5
+"""s between two frames; the world goes on by a tenth of that."""
+SPEED = "document.querySelector('[aria-label=\"speed of the world\"]')"
+TICK = "[...elib.robots.values()].at(-1)?.tick"
+
+
+def press(words: str) -> str:
+    """Return the JavaScript that clicks on a button or a box by its words."""
+    return f"[...document.querySelectorAll('button, label')].find(e => e.textContent.includes({words!r})).click(), 0"
+
+
+@contextlib.asynccontextmanager
+async def page(*words: str) -> AsyncIterator[Tab]:
+    """Start a command of ``elib`` that serves a page, and open that."""
+    with tempfile.TemporaryDirectory() as folder:
+        process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "elib", *words),
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.STDOUT,
+            cwd=folder,
+            env={**os.environ, "XDG_STATE_HOME": folder},
+        )
+        assert process.stdout is not None
+        try:
+            address = None
+            while address is None:
+                address = re.search(r"http://\S+", (await process.stdout.readline()).decode())
+            async with browser() as opened:
+                tab = await opened(address[0])
+                await tab.size(*PANEL)
+                await tab.until("!!window.elib")
+                yield tab
+        finally:
+            process.terminate()
+            await process.wait()
+
+
+async def panel_pictures() -> None:
+    """Take the pictures of the panel and of the live view."""
+
+    async def take(tab: Tab, name: str, size: tuple[int, int] = PANEL, **options: bool) -> None:
+        await tab.size(*size, **options)
+        await asyncio.sleep(1.5)
+        (IMAGES / name).write_bytes(await tab.shot())
+
+    joystick = ("joystick", "--no-browser", "--port", "0")
+    async with page(*joystick, "sim://arena") as tab:
+        await start(tab)
+        await tab.run(press("Rays"))
+        await asyncio.sleep(6)
+        await take(tab, "joystick.png")
+        await take(tab, "joystick-dark.png", dark=True)
+        await take(tab, "joystick-phone.png", PHONE, phone=True)
+    async with page(*joystick, "sim://crowd?robots=20") as tab:
+        await asyncio.sleep(5)
+        await tab.run("app.ask('behave', {robots: app.robots.map(robot => robot.key), name: 'avoid'}).then(() => 0)")
+        await asyncio.sleep(5)
+        await take(tab, "joystick-overview.png")
+    async with page(*joystick) as tab:
+        await asyncio.sleep(6)
+        await take(tab, "joystick-start.png")
+    async with page("simulate", "soccer", "--robots", "4", "--tcp", "0", "--view", "0") as tab:
+        await asyncio.sleep(4)
+        await tab.run(press("Rays"))
+        await take(tab, "live-view.png", (1280, 800))
+        await take(tab, "live-view-phone.png", PHONE, phone=True, dark=True)
+
+
+async def start(tab: Tab) -> None:
+    """Let the first robot avoid obstacles."""
+    await tab.until(f"{TICK}?.phase === 'connected'")
+    await tab.run("app.ask('behave', {robots: ['1'], name: 'avoid'}).then(() => 0)")
+
+
+async def film() -> None:
+    """Film the panel of a robot that avoids obstacles; the world is slow, so that every picture is on time."""
+    frames, times = [], []
+    async with page("joystick", "--no-browser", "--port", "0", "sim://arena?seed=1") as tab:
+        await start(tab)
+        await tab.run(press("Rays"))
+        await asyncio.sleep(1)
+        await tab.run(f"{SPEED}.value = '0.1', {SPEED}.dispatchEvent(new Event('change')), 0")
+        while not times or times[-1] < times[0] + FILM_TIME:
+            times.append(float(str(await tab.run(f"parseFloat({SPEED}.nextElementSibling.textContent)"))))
+            with Image.open(io.BytesIO(await tab.shot())) as shot:
+                frames.append(shot.convert("RGB").resize(FILM, Image.Resampling.LANCZOS))
+            await asyncio.sleep(FRAME_PAUSE)
+    durations = [max(round(1000 * (b - a)), 20) for a, b in pairwise(times)] + [1500]
+    first, *others = frames
+    options = {"duration": durations, "loop": 0, "quality": 60, "method": 6}
+    first.save(IMAGES / "panel.webp", save_all=True, append_images=others, **options)
+
+
+def main() -> None:
+    """Read the command line and make the pictures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--panel", action="store_true", help="the pictures of the panel too; needs chromium")
+    parser.add_argument("--film", action="store_true", help="only the film of the README; needs chromium")
+    parser.add_argument("--to", type=Path, default=IMAGES, help="the folder to write to")
+    options = parser.parse_args()
+    if not options.film:
+        make(options.to.resolve())
+    if options.panel:
+        asyncio.run(panel_pictures())
+    if options.panel or options.film:
+        asyncio.run(film())
+
+
+if __name__ == "__main__":
+    main()

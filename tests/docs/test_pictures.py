@@ -1,0 +1,46 @@
+"""The pictures of the tutorial are what its programs do, and every picture is shown somewhere and is small."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from pages import PAGES, ROOT
+from PIL import Image, ImageChops, ImageStat
+
+IMAGES = ROOT / "docs/images"
+MADE = sorted(path.name for path in IMAGES.glob("tutorial-*"))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("pictures")
+    script = ROOT / "docs/make_pictures.py"
+    done = subprocess.run([sys.executable, script, "--to", folder], capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.slow
+def test_the_script_makes_all_pictures_of_the_tutorial(made: Path) -> None:
+    assert sorted(path.name for path in made.iterdir()) == MADE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MADE)
+def test_a_picture_is_what_the_script_makes(made: Path, name: str) -> None:
+    if name.endswith(".svg"):
+        assert (IMAGES / name).read_text() == (made / name).read_text(), "renew it with: make pictures"
+    else:
+        with Image.open(IMAGES / name) as one, Image.open(made / name) as other:
+            difference = ImageChops.difference(one.convert("RGB"), other.convert("RGB"))
+        # Another version of Pillow may choose other shades.
+        assert max(ImageStat.Stat(difference).mean) < 2, "renew it with: make pictures"
+
+
+def test_every_picture_is_shown_and_is_small() -> None:
+    shown = {name for page in PAGES for name in re.findall(r"images/([\w.-]+)\)", page.read_text(encoding="utf-8"))}
+    files = {path.name: path.stat().st_size for path in IMAGES.iterdir()}
+    assert set(files) - shown == {"favicon.svg"}
+    assert {name: size for name, size in files.items() if size > (1_500_000 if name == "panel.webp" else 300_000)} == {}
