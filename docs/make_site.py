@@ -102,8 +102,7 @@ def relinked(text: str, source: Path, page: str) -> str:
 def navigation() -> list[Any]:
     """Read the navigation from the lists of ``docs/README.md``.
 
-    A heading is a section. A line such as "Simulate:" above a list is a section within it. The README of a folder
-    stands for the pages of its folder, in the order in which it leads to them.
+    A heading is a section. A line such as "Simulate:" above a list is a section within it.
     """
     nav: list[Any] = []
     place = chapter = nav
@@ -119,16 +118,9 @@ def navigation() -> list[Any]:
                 place = []
                 chapter.append({before[:-1]: place})
             target, _, anchor = entry[2].partition("#")
-            path = (DOCS / target).resolve()
-            page, _ = page_of(path, f"#{anchor}" if anchor else "")
+            page, _ = page_of((DOCS / target).resolve(), f"#{anchor}" if anchor else "")
             title = entry[1].replace("`", "")
-            if path.name == "README.md" and path.is_relative_to(DOCS):
-                folder = path.parent.relative_to(DOCS).as_posix()
-                names = [target for _, target, _ in LINK.findall(path.read_text(encoding="utf-8"))]
-                pages = dict.fromkeys(f"{folder}/{name}" for name in names if name[:1].isalpha())
-                place.append({title: [page, *pages]})
-            else:
-                place.append(page if title.isdecimal() else {title: page})
+            place.append(page if title.isdecimal() else {title: page})
         if line:
             before = line
     return [entry for entry in nav if isinstance(entry, str) or any(entry.values())]
