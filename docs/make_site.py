@@ -54,11 +54,17 @@ def examples() -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def licence() -> str:
+    """Return the page with elib's licence."""
+    return f"# Licence\n\n```text\n{(ROOT / 'LICENSE').read_text(encoding='utf-8').rstrip()}\n```\n"
+
+
 OUTSIDE = {
     "README.md#install": ("install.md", install),
     "README.md": ("index.md", None),
     "examples": ("examples.md", examples),
     "CONTRIBUTING.md": ("contributing.md", lambda: (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")),
+    "LICENSE": ("licence.md", licence),
     "tests/golden/README.md": (
         "golden.md",
         lambda: (ROOT / "tests/golden/README.md").read_text(encoding="utf-8"),
