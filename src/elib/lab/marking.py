@@ -1,0 +1,177 @@
+"""Marks of submissions: each is run in every variant of a lab, several at once, and the same on every run."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import multiprocessing
+import signal
+import socket
+import sys
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+from elib.errors import ElibError
+from elib.lab import Lab, Variant, VariantResult, load_lab, run_variant
+from elib.lab.sandbox import LIMITS, Child, Limits, start
+from elib.lab.submissions import Submission
+
+WALL = 60.0
+"""s of the wall clock for one variant; a program that only sleeps is ended by this."""
+PICTURE_SIZE = 300
+"""Pixels of the longer side of a path's picture."""
+SHOWN_OUTPUT = 2_000
+"""Characters of a program's output in a report: the end, with the traceback."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One submission in one variant.
+
+    Attributes:
+        variant: Its name.
+        goals: Whether each goal holds, and what happened, by the goal's name.
+        remark: How it ended, or an empty string if it ended by itself.
+        picture: The robots' paths, SVG.
+    """
+
+    variant: str
+    goals: dict[str, tuple[bool, str]]
+    remark: str = ""
+    picture: str = ""
+
+
+@dataclass(slots=True)
+class Mark:
+    """What a submission is worth.
+
+    Attributes:
+        name: The submission's.
+        points: The sum over the goals: points times share of the variants in which the goal holds.
+        most: Points that can be reached.
+        goals: In how many variants each goal holds, by its name.
+        runs: Each variant; after a forbidden attempt or an exceeded limit the others are not run.
+        remarks: What the teacher should know, in words.
+        attempts: What it tried that is forbidden; it has no points then.
+        output: The end of what it printed in the last run.
+        alike: Other submissions that are much alike, with the share in percent.
+    """
+
+    name: str
+    points: float
+    most: float
+    goals: dict[str, int] = field(default_factory=dict)
+    runs: list[Run] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    attempts: list[str] = field(default_factory=list)
+    output: str = ""
+    alike: dict[str, int] = field(default_factory=dict)
+
+
+def mark_all(
+    folder: Path,
+    submissions: Sequence[Submission],
+    *,
+    jobs: int,
+    safe: bool = True,
+    limits: Limits = LIMITS,
+    done: Callable[[Mark], object] = lambda mark: None,
+) -> list[Mark]:
+    """Mark submissions, each in a process of its own, and return the marks in the same order.
+
+    Args:
+        folder: The lab, with its hidden variants.
+        submissions: What is marked.
+        jobs: How many run at once.
+        safe: Whether they run behind walls.
+        limits: What each may use in a variant.
+        done: Is told each mark as soon as it is known.
+    """
+    # A process for each job, because a simulation is busy with computing. A fresh one has no threads and no loop.
+    context = multiprocessing.get_context("spawn")
+    workers = ProcessPoolExecutor(jobs, context, initializer=_end_with_the_marker)
+    futures: dict[Future[Mark], int] = {
+        workers.submit(mark, folder, submission, safe, limits): index for index, submission in enumerate(submissions)
+    }
+    marks: dict[int, Mark] = {}
+    try:
+        for future in as_completed(futures):
+            marks[futures[future]] = future.result()
+            done(marks[futures[future]])
+    finally:
+        # After an error or Ctrl-C nobody waits for what still runs. bubblewrap ends with the process that started it.
+        if len(marks) < len(submissions):
+            for process in multiprocessing.active_children():
+                process.kill()
+        workers.shutdown(cancel_futures=True)
+    return [marks[index] for index in range(len(submissions))]
+
+
+def _end_with_the_marker() -> None:
+    """Let this process die with the one that started it, however that ends; Ctrl-C is for the marker."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+
+
+def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits = LIMITS) -> Mark:
+    """Run a submission in all variants, and return its mark."""
+    lab = _lab(folder)
+    result = Mark(submission.name, 0.0, lab.points, goals={goal.name: 0 for goal in lab.goals})
+    if submission.problem:
+        result.remarks.append(submission.problem)
+        return result
+    for variant in lab.variants:
+        children: list[Child] = []
+
+        def begin(link: socket.socket, children: list[Child] = children) -> Child:
+            hidden = (folder, submission.folder)
+            children.append(start(submission.files, submission.main, link, limits=limits, hidden=hidden, safe=safe))
+            return children[0]
+
+        found = run_variant(lab, variant, begin, wall=WALL)
+        (child,) = children
+        child.kill()
+        if not child.began and not child.exceeded:
+            raise ElibError(f"{submission.name} could not be started: {child.output.strip() or 'it says nothing'}")
+        if not _add(result, found, child):
+            break
+    missing = len(lab.variants) - len(result.runs)
+    if missing:
+        result.remarks.append(
+            f"{missing} more variants were not run" if missing > 1 else "one more variant was not run"
+        )
+    if not result.attempts:
+        result.points = sum(goal.points * result.goals[goal.name] / len(lab.variants) for goal in lab.goals)
+    return result
+
+
+def _add(result: Mark, found: VariantResult, child: Child) -> bool:
+    """Add what happened in a variant, and return whether the submission is run in the others too."""
+    remark = child.exceeded or found.why
+    attempts = [f"tried {attempt}" for attempt in child.attempts]
+    if found.ending == "broke" and not child.exceeded:
+        attempts.append(found.why)
+    name = found.variant.name
+    for text in (*attempts, *([remark] if remark and found.ending not in ("ended", "time", "broke") else [])):
+        if not any(text in known for known in result.remarks):
+            result.remarks.append(f"{text} ({name})")
+    result.attempts += [attempt for attempt in attempts if attempt not in result.attempts]
+    for goal in found.goals:
+        result.goals[goal.goal.name] += goal.holds
+    with contextlib.suppress(ValueError):
+        picture = found.draw(size=PICTURE_SIZE) or ""
+    result.runs.append(Run(name, {goal.goal.name: (goal.holds, goal.text) for goal in found.goals}, remark, picture))
+    result.output = child.output[-SHOWN_OUTPUT:]
+    return not (attempts or child.exceeded or found.ending == "wall")
+
+
+@cache
+def _lab(folder: Path) -> Lab:
+    return load_lab(folder, hidden=True)
+
+
+__all__ = ["Mark", "Run", "Variant", "mark", "mark_all"]

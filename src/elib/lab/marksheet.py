@@ -1,0 +1,153 @@
+"""Marks as a table for the terminal, as CSV, and as one HTML page with the pictures of the paths."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from html import escape
+
+from elib.lab import Lab
+from elib.lab.marking import Mark, Run
+from elib.plaintext import plain
+
+
+def to_rows(lab: Lab, marks: Sequence[Mark]) -> list[list[str]]:
+    """Return the heading and a row for each mark: name, points, each goal, remarks, and who is much alike."""
+    rows = [["submission", "points", "of", *(goal.name for goal in lab.goals), "remarks", "similar"]]
+    for mark in marks:
+        held = [f"{mark.goals[goal.name]}/{len(lab.variants)}" for goal in lab.goals]
+        alike = ", ".join(f"{name} ({share} %)" for name, share in mark.alike.items())
+        rows.append([mark.name, _number(mark.points), _number(mark.most), *held, "; ".join(mark.remarks), alike])
+    return [[plain(cell) for cell in row] for row in rows]
+
+
+def to_csv(lab: Lab, marks: Sequence[Mark]) -> str:
+    """Return the rows as CSV for a spreadsheet."""
+    out = io.StringIO()
+    # A spreadsheet calculates what begins like a formula, and names and remarks come from students.
+    csv.writer(out).writerows([[f"'{c}" if c[:1] in tuple("=+-@") else c for c in row] for row in to_rows(lab, marks)])
+    return out.getvalue()
+
+
+def to_html(lab: Lab, marks: Sequence[Mark]) -> str:
+    """Return a page that needs nothing beside it: the table, and each run with its picture and what happened."""
+    heading, *rows = to_rows(lab, marks)
+    goals = slice(3, 3 + len(lab.goals))
+    head = "".join(f"<th>{escape(cell)}</th>" for cell in ("submission", "points", *heading[goals], "remarks"))
+    body = "".join(_row(row, mark, goals) for row, mark in zip(rows, marks, strict=True))
+    return PAGE.format(
+        title=escape(lab.title),
+        summary=escape(_summary(lab, marks)),
+        head=head,
+        body=body,
+        details="\n".join(_details(index, mark) for index, mark in enumerate(marks)),
+    )
+
+
+def to_json(lab: Lab, marks: Sequence[Mark]) -> dict[str, object]:
+    """Return the marks as values for JSON; the pictures are left out."""
+    return {
+        "lab": lab.title,
+        "variants": [variant.name for variant in lab.variants],
+        "marks": [
+            {
+                "submission": mark.name,
+                "points": round(mark.points, 3),
+                "of": mark.most,
+                "attempts": mark.attempts,
+                "remarks": mark.remarks,
+                "similar": mark.alike,
+                "runs": [
+                    {
+                        "variant": run.variant,
+                        "remark": run.remark,
+                        "goals": {name: {"holds": holds, "text": text} for name, (holds, text) in run.goals.items()},
+                    }
+                    for run in mark.runs
+                ],
+            }
+            for mark in marks
+        ],
+    }
+
+
+def _summary(lab: Lab, marks: Sequence[Mark]) -> str:
+    full = sum(mark.points == mark.most for mark in marks)
+    forbidden = sum(bool(mark.attempts) for mark in marks)
+    return (
+        f"{len(marks)} submissions in {len(lab.variants)} variants. {full} of them hold all goals;"
+        f" {forbidden} tried what is forbidden."
+    )
+
+
+def _row(row: list[str], mark: Mark, goals: slice) -> str:
+    cells = [f'<td><a href="#{escape(_anchor(row[0]))}">{escape(row[0])}</a></td>', f"<td>{row[1]} / {row[2]}</td>"]
+    for cell in row[goals]:
+        held, _, runs = cell.partition("/")
+        kind = "all" if held == runs else "none" if held == "0" else "some"
+        cells.append(f'<td class="{kind}">{cell}</td>')
+    similar = f"<br>similar: {escape(row[-1])}" if row[-1] else ""
+    cells.append(f"<td>{escape(row[-2])}{similar}</td>")
+    kind = ' class="cheat"' if mark.attempts else ""
+    return f"<tr{kind}>{''.join(cells)}</tr>\n"
+
+
+def _details(index: int, mark: Mark) -> str:
+    name = plain(mark.name)
+    output = f"<details><summary>what it printed</summary><pre>{escape(mark.output)}</pre></details>"
+    return (
+        f'<section id="{escape(_anchor(name))}"><h2>{escape(name)}: {_number(mark.points)} of {_number(mark.most)}</h2>'
+        f"{''.join(f'<p>{escape(remark)}</p>' for remark in mark.remarks)}"
+        f'<div class="runs">{"".join(_figure(run) for run in mark.runs)}</div>{output if mark.output else ""}</section>'
+    )
+
+
+def _figure(run: Run) -> str:
+    goals = "".join(
+        f'<li class="{"all" if holds else "none"}"><b>{escape(name)}</b> {"holds" if holds else "fails"}:'
+        f" {escape(text)}</li>"
+        for name, (holds, text) in run.goals.items()
+    )
+    remark = f"<p>{escape(run.remark)}</p>" if run.remark else ""
+    return f"<figure><figcaption>{escape(run.variant)}</figcaption>{run.picture}{remark}<ul>{goals}</ul></figure>"
+
+
+def _anchor(name: str) -> str:
+    return "s-" + name.replace(" ", "-")
+
+
+def _number(points: float) -> str:
+    return f"{points:.2f}".rstrip("0").rstrip(".")
+
+
+PAGE = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; img-src data:">
+<title>{title}</title>
+<style>
+:root {{ color-scheme: light dark; --line: #8884; --all: #2e7d50; --none: #b02a48; --some: #9a6700; }}
+@media (prefers-color-scheme: dark) {{ :root {{ --all: #6cc793; --none: #ff8fa3; --some: #e3b341; }} }}
+body {{ font: 16px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; }}
+.wide {{ overflow-x: auto; }}
+table {{ border-collapse: collapse; }}
+th, td {{ text-align: left; padding: .3rem .7rem; border-bottom: 1px solid var(--line); vertical-align: top; }}
+td:nth-child(2) {{ white-space: nowrap; font-variant-numeric: tabular-nums; }}
+a {{ color: inherit; }}
+.all {{ color: var(--all); }} .none {{ color: var(--none); }} .some {{ color: var(--some); }}
+.cheat td:last-child {{ color: var(--none); font-weight: 600; }}
+section {{ border-top: 1px solid var(--line); margin-top: 2rem; }}
+.runs {{ display: flex; flex-wrap: wrap; gap: 1.5rem; }}
+figure {{ margin: 0; width: 20rem; }} figcaption {{ font-weight: 600; margin-bottom: .3rem; }}
+figure svg {{ width: 100%; height: auto; border-radius: .4rem; border: 1px solid var(--line); }}
+ul {{ padding-left: 1.1rem; }} li {{ overflow-wrap: anywhere; }}
+pre {{ overflow-x: auto; padding: .7rem; border: 1px solid var(--line); border-radius: .4rem; }}
+</style></head><body>
+<h1>{title}</h1><p>{summary}</p>
+<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>
+{body}</tbody></table></div>
+{details}
+</body></html>
+"""
+
+__all__ = ["to_csv", "to_html", "to_json", "to_rows"]
