@@ -287,7 +287,7 @@ class NoContact(Goal):
     """The robot touches nothing: no wall, no thing, no robot.
 
     Attributes:
-        most: Contact that is forgiven, s in all.
+        most: How much contact is forgiven in all, s.
     """
 
     most: Seconds = 0.0
@@ -312,8 +312,8 @@ class Distance(Goal):
     """The length of the robot's true path is in a range.
 
     Attributes:
-        least: m.
-        most: m; None for no limit.
+        least: The least length, m.
+        most: The greatest length, m; None for no limit.
     """
 
     least: Metres = 0.0
@@ -332,8 +332,8 @@ class TurnedBy(Goal):
     """The robot has turned by an angle in all, to the left minus to the right.
 
     Attributes:
-        least: None for no limit.
-        most: None for no limit.
+        least: The least angle; None for no limit.
+        most: The greatest angle; None for no limit.
     """
 
     least: Annotated[float, Degrees(-36000, 36000, example="350", otherwise="no limit")] | None = None
@@ -364,11 +364,11 @@ class EndsAt(Goal):
         tolerance: How near the heading must be.
     """
 
-    x: Shift | None = None
-    y: Shift | None = None
+    x: Annotated[float, Number(-1000, 1000, "m", otherwise="any")] | None = None
+    y: Annotated[float, Number(-1000, 1000, "m", otherwise="any")] | None = None
     within: Metres = 0.02
     heading: Annotated[float, Degrees(example="90", otherwise="any")] | None = None
-    tolerance: Angle = math.radians(10)
+    tolerance: Annotated[float, Degrees(0, 180)] = math.radians(10)
 
     def __post_init__(self) -> None:
         if self.x is None and self.heading is None:
@@ -408,7 +408,7 @@ class Moved(Goal):
     left: Shift = 0.0
     within: Metres = 0.01
     turn: Annotated[float, Degrees(example="90", otherwise="any")] | None = None
-    tolerance: Angle = math.radians(10)
+    tolerance: Annotated[float, Degrees(0, 180)] = math.radians(10)
 
     def _sentence(self) -> str:
         left = f" and {self.left:g} m to the left" if self.left else ""
@@ -434,7 +434,7 @@ class TimeGoal(Goal):
     """The program ended by itself within a time.
 
     Attributes:
-        most: Robot time, s.
+        most: The greatest robot time, s.
     """
 
     most: Seconds
@@ -661,7 +661,7 @@ class AllInZone(Stretch):
         zone, wanted = run.zones[self.zone], self.count or run.robots
         counts = [sum(map(zone.holds, row)) for row in run.poses]
         best = max(counts)
-        text = f"{wanted} robots in {zone.name}"
+        text = f"{_number(wanted, 'robot')} in {zone.name}"
         missed = f"{best} of {wanted} robots in {zone.name} at most, at {counts.index(best) * run.step:.1f} s"
         return self._judge(run, [count >= wanted for count in counts], text, missed)
 

@@ -1,0 +1,175 @@
+"""Each kind of goal holds for what it asks for, fails for what it does not, and says what happened."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from labs_for_tests import GIVEN, lab_in, run_program
+
+from elib.lab.goals import KINDS
+
+ZONES = """
+[[zone]]
+name = "ahead"
+position = [0.5, 0.3]
+radius = 0.05
+[[zone]]
+name = "behind"
+position = [0.15, 0.3]
+size = [0.1, 0.1]
+[[zone]]
+name = "right"
+position = [0.9, 0.3]
+size = [0.2, 0.6]
+"""
+AHEAD = "robot.drive(0.2)"
+"""From (0.3, 0.3) to (0.5, 0.3), along the line."""
+STAND = "robot.sleep(1)"
+TURN = "robot.turn(1.5708)"
+PUSH = "robot.set_speed(1, 1); robot.sleep(4.2); robot.stop()"
+"""Against the crate at (0.8, 0.3)."""
+
+CASES = [
+    ('kind = "reach"\nzone = "ahead"', AHEAD, True, r"in ahead after 2\.\d s"),
+    ('kind = "reach"\nzone = "ahead"', STAND, False, r"0\.20 m from the middle of ahead at its nearest, at 0\.0 s"),
+    ('kind = "reach"\nzone = "ahead"\nhold = 4', AHEAD, False, r"in ahead for 2\.\d s in one piece, not for 4 s"),
+    ('kind = "reach"\nzone = "ahead"\nhold = 2', f"{AHEAD}; robot.sleep(2)", True, "in ahead after .* s and for 2 s"),
+    ('kind = "reach"\nzone = "ahead"\nat_end = true', f"{AHEAD}; robot.drive(-0.1)", False, "but not at the end"),
+    ('kind = "reach"\nzone = "ahead"\nat_end = true', AHEAD, True, "in ahead at the end"),
+    ('kind = "visit"\nzones = ["behind", "ahead"]', f"{AHEAD}; robot.drive(-0.35)", True, "visited 2 zones"),
+    (
+        'kind = "visit"\nzones = ["behind", "ahead"]\nordered = true',
+        f"{AHEAD}; robot.drive(-0.1)",
+        False,
+        r"visited 0 of 2 zones in order; not behind: 0\.15 m from the middle",
+    ),
+    ('kind = "keep-out"\nzones = ["behind", "ahead"]', AHEAD, False, "in ahead after"),
+    ('kind = "keep-out"\nzones = ["behind", "ahead"]', TURN, True, "never in one of them"),
+    ('kind = "no-contact"', PUSH, False, r"touched something for .* s, first after 3\.\d s at \(0\.7"),
+    ('kind = "no-contact"\nmost = 3', PUSH, True, "touched something"),
+    ('kind = "no-contact"', AHEAD, True, "touched nothing"),
+    ('kind = "distance"\nleast = 0.19\nmost = 0.21', AHEAD, True, r"drove 0\.20 m"),
+    ('kind = "distance"\nmost = 0.1', AHEAD, False, r"drove 0\.20 m"),
+    ('kind = "turned"\nleast = 85\nmost = 95', TURN, True, "turned 90 degrees in all"),
+    ('kind = "turned"\nleast = 350', f"{TURN};{TURN};{TURN};{TURN}", True, "turned 360 degrees in all"),
+    ('kind = "turned"\nmost = -10', TURN, False, "turned 90 degrees"),
+    ('kind = "pose"\nposition = [0.5, 0.3]\nheading = 90', f"{AHEAD}; {TURN}", True, "from the place and .* degrees"),
+    ('kind = "pose"\nheading = 90', AHEAD, False, "90.0 degrees from the heading"),
+    ('kind = "moved"\nahead = 0.2', AHEAD, True, "0.200 m ahead and 0.000 m to the"),
+    ('kind = "moved"\nahead = 0.2\nturn = 90', f"{AHEAD}; {TURN}", True, "turned by 90"),
+    ('kind = "moved"\nleft = 0.2', f"{TURN}; {AHEAD}", True, "0.200 m to the left"),
+    ('kind = "moved"\nahead = 0.1', AHEAD, False, "0.200 m ahead"),
+    ('kind = "time"\nmost = 2', STAND, True, r"done after 1\.\d s"),
+    ('kind = "time"\nmost = 1', STAND, False, r"done after 1\.\d s"),
+    ('kind = "time"\nmost = 30', "robot.sleep(30)", False, "it was not done after 20.0 s"),
+    (
+        'kind = "follow-line"\ncovered = 0.2',
+        AHEAD,
+        True,
+        r"within 20 mm for 100% of the time, 0 mm at its furthest; came",
+    ),
+    ('kind = "follow-line"\ncovered = 0.5', AHEAD, False, "came past 34% of the line"),
+    ('kind = "follow-line"', f"{TURN}; {AHEAD}", False, "within 20 mm for .*, 200 mm at its furthest"),
+    ('kind = "requests"\ncommand = "proximity"\nmost = 2', "robot.proximity(); robot.proximity()", True, "sent 2 prox"),
+    ('kind = "requests"\ncommand = "image"\nleast = 1', AHEAD, False, "sent 0 image requests"),
+    ('kind = "requests"\nmost = 3', AHEAD, False, "sent .* requests"),
+    ('kind = "stands"', AHEAD, True, "its wheels stand"),
+    ('kind = "survives"', AHEAD, True, "ended after"),
+    ('kind = "survives"', "raise SystemExit(3)", False, "with exit code 3"),
+    ('kind = "lit"\nleds = [0, 4]', "robot.set_led(0, True); robot.set_led(4, True); robot.sleep(0.1)", True, "1 time"),
+    ('kind = "lit"\nleds = [0, 4]', "robot.set_led(0, True); robot.sleep(0.1)", False, "on 0 times"),
+    (
+        'kind = "lit"\ntimes = 2',
+        "[(robot.set_led(0, on), robot.sleep(0.1)) for on in (True, False, True, False)]",
+        True,
+        "on 2 times",
+    ),
+    ('kind = "says"\ntext = "^[0-9]+ cm$"', "print(12, 'cm')", True, "printed it"),
+    ('kind = "says"\ntext = "^[0-9]+ cm$"', "print('far')", False, "printed last: 'far'"),
+    ('kind = "push"\nthing = "crate"\nzone = "right"', PUSH, True, r"crate ended 0\.\d\d m from the middle of right"),
+    ('kind = "push"\nthing = "crate"\nzone = "ahead"', PUSH, False, "crate ended 0.4"),
+]
+TOGETHER = [
+    ('kind = "all-in-zone"\nzone = "ahead"', "robots[1].drive(0.1)", True, "2 robots in ahead after"),
+    ('kind = "all-in-zone"\nzone = "ahead"', "robots[1].drive(0.0)", False, "1 of 2 robots in ahead at most, at 0.0 s"),
+    ('kind = "all-in-zone"\nzone = "ahead"\ncount = 1', "robots[1].drive(0.0)", True, "1 robot in ahead"),
+    ('kind = "gathered"\nwithin = 0.15', "robots[1].drive(0.05)", True, "gathered at the end"),
+    ('kind = "gathered"\nwithin = 0.1', "robots[1].drive(0.05)", False, "0.13 m apart at their nearest"),
+    ('kind = "spread"\nleast = 0.25', "robots[1].drive(-0.08)", True, "spread at the end"),
+    ('kind = "spread"\nleast = 0.25', "robots[1].drive(0.0)", False, "the nearest two were 0.18 m apart at best"),
+    ('kind = "stands"', "robots[1].set_speed(0.1, 0.1); os._exit(0)", False, "robot 2: its wheels still turn"),
+    ('kind = "stands"\nrobot = 1', "robots[1].set_speed(0.1, 0.1); os._exit(0)", True, "its wheels stand"),
+]
+
+
+@pytest.mark.parametrize(("keys", "program", "holds", "text"), CASES)
+def test_a_goal_says_whether_it_holds_and_what_happened(
+    tmp_path: Path, keys: str, program: str, holds: bool, text: str
+) -> None:
+    lab = lab_in(tmp_path, f'{ZONES}[[goal]]\nname = "goal"\n{keys}\n')
+    result = run_program(lab, f"import elib\nwith elib.connect() as robot:\n    {program}\n")
+    [goal] = result.goals
+    assert goal.holds is holds, goal.text
+    assert re.search(text, goal.text), goal.text
+    assert goal.goal.sentence.endswith(".")
+
+
+@pytest.mark.parametrize(("keys", "program", "holds", "text"), TOGETHER)
+def test_goals_of_several_robots(tmp_path: Path, keys: str, program: str, holds: bool, text: str) -> None:
+    world = """
+[arena]
+size = [1.0, 0.6]
+[[robot]]
+position = [0.54, 0.3]
+[[robot]]
+position = [0.36, 0.32]
+"""
+    lab = lab_in(tmp_path, f'{ZONES}[[goal]]\nname = "goal"\n{keys}\n', world=world)
+    program = (
+        f"import os\nimport elib\nwith elib.connect() as a, elib.connect() as b:\n    robots = a, b\n    {program}\n"
+    )
+    [goal] = run_program(lab, program).goals
+    assert goal.holds is holds, goal.text
+    assert text in goal.text
+
+
+def test_every_kind_is_tried() -> None:
+    tried = "\n".join(keys for keys, *_ in CASES + TOGETHER)
+    assert [kind for kind in KINDS if f'kind = "{kind}"' not in tried] == []
+
+
+def test_a_goal_that_needs_another_holds_only_with_it(tmp_path: Path) -> None:
+    goals = """
+[[goal]]
+name = "arrive"
+kind = "moved"
+ahead = 0.2
+[[goal]]
+name = "careful"
+kind = "no-contact"
+needs = ["arrive"]
+"""
+    lab = lab_in(tmp_path, goals)
+    _, careful = run_program(lab, f"import elib\nwith elib.connect() as robot:\n    {STAND}\n").goals
+    assert (careful.holds, careful.text) == (False, "touched nothing, but arrive failed")
+    assert run_program(lab, f"import elib\nwith elib.connect() as robot:\n    {AHEAD}\n").passed
+
+
+def test_a_zone_of_one_variant_takes_the_place_of_the_general_one(tmp_path: Path) -> None:
+    zones = ZONES + '[[zone]]\nname = "ahead"\nposition = [0.3, 0.3]\nradius = 0.01\nvariant = "other"\n'
+    both = GIVEN + GIVEN.replace("given", "other")
+    lab = lab_in(tmp_path, zones + '[[goal]]\nname = "goal"\nkind = "reach"\nzone = "ahead"\n', variants=both)
+    program = f"import elib\nwith elib.connect() as robot:\n    {STAND}\n"
+    assert [run_program(lab, program, variant=each).passed for each in (0, 1)] == [False, True]
+
+
+def test_paths_are_drawn_with_the_zones(tmp_path: Path) -> None:
+    lab = lab_in(tmp_path, f'{ZONES}[[goal]]\nname = "goal"\nkind = "survives"\n')
+    result = run_program(lab, f"import elib\nwith elib.connect() as robot:\n    {AHEAD}\n")
+    drawn = result.draw()
+    assert drawn is not None
+    assert all(f">{name}</text>" in drawn for name in ("ahead", "behind", "right", "start"))
+    result.draw(tmp_path / "path.png")
+    assert (tmp_path / "path.png").read_bytes().startswith(b"\x89PNG")
