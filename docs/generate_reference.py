@@ -14,6 +14,7 @@ from generator import (
     cli,
     commands,
     cookbook,
+    course,
     diagram,
     drawings,
     epuck,
@@ -62,6 +63,7 @@ MARKED = {
     "guides/link-faults.md": {"faults": faults.summary, "scripts": faults.gallery},
     "guides/records.md": {"topics": recording.topics, "about": recording.about},
     "guides/worlds.md": {"worlds": worlds.listed},
+    "labs.md": {"labs": course.listed, "pictures": course.shown},
     "reference/e-puck.md": {
         "speeds": epuck.speeds,
         "infrared": epuck.infrared,
@@ -93,6 +95,7 @@ def wanted() -> dict[Path, str]:
             text = replace_marked(text, marker, make())
         found[DOCS / name] = text
     found |= {DOCS / "images" / name: draw() for name, draw in DRAWINGS.items()}
+    found |= course.pictures()
     return found
 
 

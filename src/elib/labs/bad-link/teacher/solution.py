@@ -1,4 +1,4 @@
-"""Wander for half a minute over a bad link: whoever does not see must not drive."""
+"""Wander for half a minute over a bad link: a robot that does not see must not drive."""
 
 import elib
 
@@ -21,5 +21,5 @@ with elib.reconnecting() as robot:
             quick.set_speed(*avoid(quick.proximity()))
         except (elib.ReplyTimeout, elib.RemoteProtocolError, elib.LinkLost):
             robot.within(5).stop()  # the link may need a while to come back
-        robot.sleep(0.05)
+        robot.sleep(0.1)
     robot.within(5).stop()

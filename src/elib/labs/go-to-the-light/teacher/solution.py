@@ -27,5 +27,5 @@ with elib.connect() as robot:
             robot.set_speed(-0.2, 0.2)
         else:
             robot.set_speed(0.2, -0.2)
-        robot.sleep(0.05)
+        robot.sleep(0.1)
     robot.stop()

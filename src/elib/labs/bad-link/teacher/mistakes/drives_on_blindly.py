@@ -18,5 +18,5 @@ with elib.reconnecting() as robot:
             robot.set_speed(*avoid(robot.proximity()))
         except elib.ElibError:
             pass
-        robot.sleep(0.05)
+        robot.sleep(0.1)
     robot.within(5).stop()

@@ -1,4 +1,4 @@
-# fails: survives: nobody catches the ReplyTimeout of the first lost answer, so it ends the program
+# fails: survives: the first lost answer raises a ReplyTimeout, which the program does not catch, so it ends
 import elib
 
 CRUISE = 0.25
@@ -15,5 +15,5 @@ def avoid(near):
 with elib.connect() as robot:
     while robot.time < 40:
         robot.set_speed(*avoid(robot.proximity()))
-        robot.sleep(0.05)
+        robot.sleep(0.1)
     robot.stop()

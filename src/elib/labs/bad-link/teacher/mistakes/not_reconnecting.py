@@ -19,5 +19,5 @@ with elib.connect() as robot:
             quick.set_speed(*avoid(quick.proximity()))
         except (elib.ReplyTimeout, elib.RemoteProtocolError):
             robot.within(5).stop()
-        robot.sleep(0.05)
+        robot.sleep(0.1)
     robot.within(5).stop()

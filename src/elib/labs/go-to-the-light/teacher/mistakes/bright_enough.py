@@ -9,5 +9,5 @@ with elib.connect() as robot:
         right, left, strongest = sum(bright[:3]), sum(bright[5:]), max(bright)
         bend = max(-1.0, min(1.0, 1.5 * (left - right) / (left + right + 1)))
         robot.set_speed(0.3 * (1 - max(0.0, bend)), 0.3 * (1 + min(0.0, bend)))
-        robot.sleep(0.05)
+        robot.sleep(0.1)
     robot.stop()

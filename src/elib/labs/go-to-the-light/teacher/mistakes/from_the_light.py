@@ -12,4 +12,4 @@ with elib.connect() as robot:
             robot.set_speed(0.3, 0.1)
         else:
             robot.set_speed(0.3, 0.3)
-        robot.sleep(0.05)
+        robot.sleep(0.1)

@@ -10,5 +10,5 @@ with elib.connect() as robot:
         else:
             turn = max(-0.2, min(0.2, 0.0007 * (near.diagonal_right + near.right / 2 - 150)))
             robot.set_speed(0.4 - turn, 0.4 + turn)
-        robot.sleep(0.05)
+        robot.sleep(0.1)
     robot.stop()

@@ -9,5 +9,5 @@ with elib.connect() as robot:
         if max(near.front_right, near.front_left) > 200:
             robot.turn(math.pi)
         robot.set_speed(0.4, 0.4)
-        robot.sleep(0.05)
+        robot.sleep(0.1)
     robot.stop()

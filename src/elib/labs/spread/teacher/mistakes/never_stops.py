@@ -1,4 +1,4 @@
-# fails: stand: each robot wanders for ever, also when nobody is near
+# fails: apart: each robot wanders for ever, also when no other is near, so they meet again
 import elib
 
 

@@ -5,5 +5,5 @@ with elib.connect() as robot:
     near = robot.proximity()
     robot.set_speed(0.2, 0.2)
     while near.front_left < 500:
-        robot.sleep(0.05)
+        robot.sleep(0.1)
     robot.stop()

@@ -1,0 +1,90 @@
+"""The table of the labs, and their pictures."""
+
+from pathlib import Path
+
+from elib.lab import Lab, load_lab
+from elib.physics import World
+from elib.view import draw_svg
+from generator.markdown import table
+
+COURSE = (
+    "go-10-cm",
+    "square",
+    "stop-before-the-wall",
+    "turn-to-the-post",
+    "avoid",
+    "follow-the-wall",
+    "follow-the-line",
+    "out-of-the-maze",
+    "go-to-the-light",
+    "find-the-red-box",
+    "bad-link",
+    "spread",
+)
+"""The labs in the order in which a course does them."""
+SIZE = 360
+"""Pixels of a picture's longer side."""
+
+
+def listed() -> str:
+    """Return the table of the labs, in their order."""
+    rows = []
+    for number, name in enumerate(COURSE, start=1):
+        lab = load_lab(name)
+        rows.append((str(number), f"[`{name}`](#{anchor(lab)})", lab.summary, uses(lab)))
+    return table(("", "Lab", "The task", "What the program calls"), rows)
+
+
+def shown() -> str:
+    """Return a section for each lab: its picture and its goals."""
+    parts = []
+    for name in COURSE:
+        lab = load_lab(name)
+        goals = "\n".join(f"- `{goal.name}`: {goal.sentence}" for goal in lab.goals)
+        parts.append(f"### {lab.title}\n\n![{lab.summary}](images/labs/{name}.svg)\n\n{goals}")
+    return "\n\n".join(parts)
+
+
+def pictures() -> dict[Path, str]:
+    """Return the picture of each lab by its path, for the documents and for the lab's own folder."""
+    found = {}
+    for name in COURSE:
+        lab = load_lab(name)
+        drawn = picture(lab)
+        found[Path(__file__).parents[1] / f"images/labs/{name}.svg"] = drawn
+        found[lab.folder / "world.svg"] = drawn
+    return found
+
+
+def picture(lab: Lab) -> str:
+    """Return the world of the lab's first variant, with its zones."""
+    variant = lab.variants[0]
+    world = World.load(variant.world, robots=variant.robots, seed=variant.seed)
+    zones = tuple(lab.zones_of(variant).values())
+    return draw_svg(world.snapshot(), caption="", size=SIZE, zones=zones)
+
+
+def anchor(lab: Lab) -> str:
+    """Return the anchor of a lab's section."""
+    return lab.title.lower().replace(" ", "-")
+
+
+def uses(lab: Lab) -> str:
+    """Return the robot's methods that the solution calls."""
+    text = (lab.folder / "teacher/solution.py").read_text(encoding="utf-8")
+    names = [name for name in METHODS if f".{name}(" in text]
+    return ", ".join(f"`{name}`" for name in names)
+
+
+METHODS = (
+    "drive",
+    "turn",
+    "set_speed",
+    "proximity",
+    "ground",
+    "ambient_light",
+    "image",
+    "within",
+    "reconnecting",
+    "swarm",
+)

@@ -1,0 +1,126 @@
+"""The labs that come with elib: each is complete, its solution passes, and its mistakes fail as they say."""
+
+import ast
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from elib.lab import Lab, Variant, VariantResult, load_lab, run_variant
+from elib.lab.labfile import shipped_labs
+from elib.lab.running import PlainProgram
+
+NAMES = shipped_labs()
+LABS = {name: load_lab(name, hidden=True) for name in NAMES}
+GIVEN = {name: len(load_lab(name).variants) for name in NAMES}
+SOLVED = [(name, variant.name) for name in NAMES for variant in LABS[name].variants]
+MISTAKES = [
+    (name, path.name) for name in NAMES for path in sorted((LABS[name].folder / "teacher/mistakes").glob("*.py"))
+]
+FAILS = re.compile(r"# fails: ([a-z0-9-]+): (\S.{20,})")
+
+Tried = Callable[[str, str, Variant], VariantResult]
+
+
+@pytest.fixture
+def tried(tmp_path: Path) -> Tried:
+    """Return what runs a program of a lab in one variant, from a folder of its own."""
+
+    def run(name: str, program: str, variant: Variant) -> VariantResult:
+        copy = tmp_path / "program.py"
+        shutil.copyfile(LABS[name].folder / program, copy)
+        return run_variant(LABS[name], variant, lambda link: PlainProgram(copy, link), wall=300)
+
+    return run
+
+
+def told(result: VariantResult) -> str:
+    """Return what happened, for a person who must find out why."""
+    goals = "; ".join(f"{each.goal.name} {'holds' if each.holds else 'fails'}: {each.text}" for each in result.goals)
+    return f"{result.variant.name}: {result.ending} {result.why}; {goals}; it printed: {result.output[-500:]}"
+
+
+def first_line(lab: Lab, program: str) -> re.Match[str]:
+    line = (lab.folder / "teacher/mistakes" / program).read_text().splitlines()[0]
+    found = FAILS.fullmatch(line)
+    assert found is not None, f"{program} begins with {line!r}"
+    return found
+
+
+def test_twelve_labs_come_with_elib() -> None:
+    assert len(NAMES) == 12
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_lab_is_complete(name: str) -> None:
+    folder = LABS[name].folder
+    assert {"README.md", "lab.toml", "start.py", "teacher", "world.svg"} <= {path.name for path in folder.iterdir()}
+    teacher = {path.name for path in (folder / "teacher").iterdir()}
+    assert {"hidden.toml", "mistakes", "solution.py"} <= teacher
+    assert len([program for lab, program in MISTAKES if lab == name]) == 3
+    assert len(LABS[name].variants) >= GIVEN[name] + 2
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_instructions_name_every_goal_and_how_to_check_it(name: str) -> None:
+    text = (LABS[name].folder / "README.md").read_text()
+    assert text.startswith(f"# {LABS[name].title}\n")
+    assert "![" in text
+    assert "](world.svg)" in text
+    assert "$ elib lab check start.py" in text
+    checked = text.partition("\n## How it is checked\n")[2].partition("\n## ")[0]
+    assert re.findall(r"^- `([a-z0-9-]+)`:", checked, re.MULTILINE) == [goal.name for goal in LABS[name].goals]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_world_of_a_lab_is_used(name: str) -> None:
+    folder = LABS[name].folder
+    used = {Path(variant.world).resolve() for variant in LABS[name].variants}
+    assert set(folder.glob("**/worlds/*.toml")) <= used
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_programs_are_short_and_open_the_lab_s_robot(name: str) -> None:
+    folder = LABS[name].folder
+    for path in [folder / "start.py", *folder.glob("teacher/**/*.py")]:
+        text = path.read_text()
+        assert len(text.splitlines()) <= 50, path
+        assert "sim://" not in text, path
+        if path.parent.name != "mistakes":
+            assert ast.get_docstring(ast.parse(text)), path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_the_beginning_runs_and_does_not_pass(name: str, tried: Tried) -> None:
+    result = tried(name, "start.py", LABS[name].variants[0])
+    assert result.ending == "ended", told(result)
+    assert not result.passed, told(result)
+    assert result.goals[0].goal.points > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "variant"), SOLVED)
+def test_the_solution_passes(name: str, variant: str, tried: Tried) -> None:
+    result = tried(name, "teacher/solution.py", LABS[name].variant(variant))
+    assert result.passed, told(result)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "program"), MISTAKES)
+def test_a_mistake_fails_the_goal_that_it_names(name: str, program: str, tried: Tried) -> None:
+    lab = LABS[name]
+    goal = first_line(lab, program)[1]
+    assert goal in {each.name for each in lab.goals}
+    happened = []
+    for variant in lab.variants:
+        result = tried(name, f"teacher/mistakes/{program}", variant)
+        happened.append(told(result))
+        held = {each.goal.name: each.holds for each in result.goals}
+        if not held[goal]:
+            needed = next(each for each in lab.goals if each.name == goal).needs
+            assert all(held[each] for each in needed), f"another goal fails first: {happened[-1]}"
+            return
+    pytest.fail(f"{goal} holds in all variants: {happened}")
