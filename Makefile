@@ -1,5 +1,6 @@
 # Two commands: `make demo` and `make test`. Both set everything up; Debian's python3, python3-venv and make are enough.
 .DEFAULT_GOAL := help
+.NOTPARALLEL:
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
