@@ -72,8 +72,8 @@ def goals() -> str:
 def judging() -> str:
     """Return how points are given."""
     facts = (
-        "A goal holds or fails in each variant by itself. Its points are given in parts: for half of the variants, half "
-        "of the points. A program passes if all goals hold in all variants.",
+        "A goal holds or fails in each variant by itself. Its points are given in parts: for half of the variants, "
+        "half of the points. A program passes if all goals hold in all variants.",
         "A goal with `needs` holds only if the goals that it names hold in the same variant. Without it a robot that "
         "stands still would pass `no-contact`, `stands` or `survives`.",
         f"When the program has ended, the world goes on for {AFTERWARDS:g} s: a last command arrives, and a robot that "
@@ -84,8 +84,8 @@ def judging() -> str:
         f"{WALL:g} s by the clock on the wall (`--wall`): how far it came would depend on the computer.",
         "The path is noted at every tick of the world. `no-contact`, `distance` and the others judge the true path, "
         "which the program cannot see.",
-        "`requests` counts what is sent over the link, with what elib sends by itself: `version` when a robot is opened, "
-        "`set_speed` and `encoders` during `drive` and `turn`, and repetitions after a fault. An e-puck2 on Wi-Fi "
+        "`requests` counts what is sent over the link, with what elib sends by itself: `version` when a robot is "
+        "opened, `set_speed` and `encoders` during `drive` and `turn`, and repetitions after a fault. An e-puck2 on Wi-Fi "
         "streams its sensors, so they are not asked for there.",
     )
     return "## How goals are judged\n\n" + "\n".join(f"- {fact}" for fact in facts)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from labs_for_tests import TOP, Talker, lab_in, run_program
+from labs_for_tests import SURVIVES, TOP, Talker, lab_in, run_program
 
 from elib.emulator.lockstep import CLOSE, GO, HEAR, HELLO, LETTER, LONGEST, OPEN, ROBOT, SAY, TIME, VERSION, WRITE
 from elib.lab import Lab, VariantResult, run_variant
@@ -19,7 +19,8 @@ CASES = 1000
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory: pytest.TempPathFactory) -> Lab:
-    return lab_in(tmp_path_factory.mktemp("lab"), top=TOP.replace("20", "1"))
+    counted = '[[goal]]\nname = "asks"\nkind = "requests"\nleast = 1\n'
+    return lab_in(tmp_path_factory.mktemp("lab"), SURVIVES + counted, top=TOP.replace("20", "1"))
 
 
 def talk(lab: Lab, *frames: bytes, wall: float = 20.0) -> VariantResult:
