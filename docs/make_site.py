@@ -120,9 +120,9 @@ def navigation() -> list[Any]:
             if heading[1] == "##":
                 chapter = place
         elif entry := ENTRY.match(line):
-            if before.endswith(":") and not before.startswith(("-", "#")) and len(before) < 40:
+            if before.endswith((":", "?")) and not before.startswith(("-", "#")) and len(before) < 40:
                 place = []
-                chapter.append({before[:-1]: place})
+                chapter.append({before.rstrip(":"): place})
             target, _, anchor = entry[2].partition("#")
             page, _ = page_of((DOCS / target).resolve(), f"#{anchor}" if anchor else "")
             title = entry[1].replace("`", "")
