@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from fault_rig import ask
 
+from elib.emulator.loopback import reachable
 from elib.emulator.server import Served, serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy, LinkError, LinkLost, LinkNotFound, SimulationError
@@ -168,6 +169,18 @@ async def test_ports_count_up_from_the_first() -> None:
 
 async def test_only_this_computer_is_served_unless_asked_otherwise(tcp: str) -> None:
     assert tcp.startswith("tcp://127.0.0.1:")
+
+
+@pytest.mark.parametrize("scheme", ["tcp", "wifi"])
+async def test_a_robot_at_all_addresses_is_named_by_one_that_others_can_open(scheme: str) -> None:
+    firmware = "epuck2-wifi" if scheme == "wifi" else "asercom-1.2.2"
+    settings = SimulationSettings(world="square", baud=0, firmware=firmware)
+    async with serve(settings, pty=False, **{scheme: "0.0.0.0:0"}) as served:
+        (url,) = [robot.url for robot in served]
+        host, _, port = url.removeprefix(f"{scheme}://").rpartition(":")
+        assert host == reachable("0.0.0.0") != "0.0.0.0"
+        _, writer = await asyncio.open_connection(host, int(port))
+        writer.close()
 
 
 async def test_while_a_client_talks_over_tcp_the_pty_is_not_heard() -> None:

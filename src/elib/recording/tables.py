@@ -26,6 +26,7 @@ ROWS = 10_000
 """Rows that are gathered before they are passed on: some 10 MB."""
 MOST_OPEN = 10_000
 """Calls without an outcome that are waited for; a robot has a handful."""
+LONGEST_NAME = 64
 MOST_TABLES, MOST_KEYS = 64, 64
 """Readings of a recording, and fields of one: elib has some twenty of either. A damaged file may hold anything."""
 _KINDS: Mapping[object, Kind] = {int: "whole", float: "number", bool: "truth", str: "text"}
@@ -200,8 +201,7 @@ class Tabulator:
         if topic.startswith(READINGS.name):
             name = topic.removeprefix(READINGS.name)
             layout = self._layouts.get(name)
-            # The name becomes that of a file.
-            if layout is None and name.isidentifier() and name not in FIXED and len(self._layouts) < MOST_TABLES:
+            if layout is None and _is_name(name) and len(self._layouts) < MOST_TABLES:
                 layout = self._layouts[name] = _Layout.of(name, data)
                 self.columns[name] = layout.columns
             row = None if layout is None else layout.row(data, self._robot)
@@ -250,6 +250,11 @@ class Tabulator:
                 return
             del self._open[number]
             yield tuple(call)
+
+
+def _is_name(name: str) -> bool:
+    """Return whether a table may have a name that stands in a recording: it becomes that of a file."""
+    return name.isidentifier() and name.isascii() and len(name) <= LONGEST_NAME and name not in FIXED
 
 
 def topics_of(tables: Iterable[str]) -> list[str]:
