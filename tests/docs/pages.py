@@ -11,19 +11,26 @@ PAGES = sorted(
     [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").rglob("*.md")],
     key=lambda path: path.relative_to(ROOT).as_posix(),
 )
-NEEDS_A_ROBOT = "<!-- needs a robot -->"
+NEEDS = re.compile(r"<!-- needs (?P<what>[^<>]+?)(?: at (?P<where>\S+))? -->")
+"""The line before a block that cannot run here: ``<!-- needs a robot -->``. With ``at TEXT`` only the command lines
+that contain the text need it."""
 CANNOT_STOP = {"docs/tutorial/03-when-things-fail.md", "docs/tutorial/04-first-swarm.md"}
 """Their programs cut a link, or silence a robot: the message that it did not confirm its stop is right."""
 
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """One fenced block: what it is, where it begins, what it holds."""
+    """One fenced block: what it is, where it begins, what it holds, and what it needs that is not here."""
 
     language: str
     line: int
     text: str
-    needs_robot: bool
+    needs: str = ""
+    needs_at: str = ""
+
+    @property
+    def cannot_run(self) -> bool:
+        return bool(self.needs) and not self.needs_at
 
 
 def name_of(path: Path) -> str:
@@ -42,7 +49,9 @@ def all_blocks(path: Path) -> Iterator[Block]:
             end = lines.index("```", place + 1)
             before = next((line for line in reversed(lines[:place]) if line.strip()), "")
             text = "\n".join(lines[place + 1 : end])
-            yield Block(lines[place][3:].strip(), place + 2, text, before == NEEDS_A_ROBOT)
+            needs = NEEDS.fullmatch(before)
+            marks = (needs["what"], needs["where"] or "") if needs else ("", "")
+            yield Block(lines[place][3:].strip(), place + 2, text, *marks)
             place = end
         place += 1
 
@@ -51,8 +60,8 @@ def programs(path: Path, *languages: str) -> Iterator[tuple[Block, Block | None]
     """The Python blocks that run, each with the output that is shown right below it."""
     languages = languages or ("python",)
     lines = path.read_text(encoding="utf-8").splitlines()
-    for block, below in pairwise([*all_blocks(path), Block("", 0, "", needs_robot=False)]):
-        if block.language in languages and not block.needs_robot:
+    for block, below in pairwise([*all_blocks(path), Block("", 0, "")]):
+        if block.language in languages and not block.cannot_run:
             end = block.line + len(block.text.splitlines())
             is_shown = below.language == "text" and not any(lines[end : below.line - 2])
             yield block, below if is_shown else None

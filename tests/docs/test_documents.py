@@ -56,13 +56,8 @@ def test_every_python_block_runs_and_prints_what_is_shown_right_below_it(
 @pytest.mark.parametrize("page", WITH_CONSOLE, ids=name_of)
 def test_every_command_line_is_one(page: Path) -> None:
     for block in blocks(page, "console"):
-        for command, output in commands(block.text):
+        for command, _ in commands(block.text):
             check(shlex.split(command))
-            if output:
-                printed = io.StringIO()
-                with contextlib.redirect_stdout(printed):
-                    assert main(shlex.split(command)[1:]) == 0, command
-                assert printed.getvalue().rstrip() == output, command
 
 
 def test_there_is_a_doctors_page_of_a_robot_and_one_of_a_missing_port() -> None:

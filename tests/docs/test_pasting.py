@@ -1,0 +1,243 @@
+"""Every command of the documents does what the page says when it is pasted: as printed, in an empty folder.
+
+A command that serves, or runs in real time, is started, tried and ended by Ctrl-C. What a page shows below a command is
+compared. A block that cannot run here says what it needs in a comment before it, ``<!-- needs a robot -->``; none is
+left out without one.
+
+Only places that two runs on one computer would share are exchanged: port numbers, and ports in ``/tmp``.
+"""
+
+import contextlib
+import os
+import re
+import shlex
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pages import PAGES, ROOT, Block, all_blocks, blocks, name_of
+from test_documents import commands
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform != "linux", reason="pseudo terminals, signals and a POSIX shell"),
+]
+
+REASONS = {
+    "a robot": "a real one, on a port, a radio or a network",
+    "a checkout": "make works in the folder of the project",
+    "an administrator": "the system asks for a password",
+    "an open network": "it listens to other computers",
+    "the internet": "it installs packages",
+}
+"""What a page may say that a block needs."""
+BY_PROGRAMS = {"docs/guides/link-faults.md", "docs/guides/records.md"}
+"""Pages whose first Python program makes the file that their commands read."""
+SHOWN = {
+    "docs/guides/decode.md": ("run.txt", "text"),
+    "docs/guides/parity.md": ("mine.toml", "toml"),
+    "docs/guides/worlds.md": ("gate.toml", "toml"),
+}
+"""Pages that show the file which their commands read: its name, and the language of its block, which is the first."""
+COPIES = {"monday.mcap": "drive.mcap", "friday.mcap": "drive.mcap"}
+"""Files of another day, by what stands for them."""
+PROGRAM = ":080000000001040000000000F3\n:1002000000000700000007000000070000000700D2\n:00000001FF\n"
+"""A program for an e-puck1, ``program.hex``: a jump to 0x100, and a few instructions there."""
+
+PROGRAMS = {"elib", "et", "export", "python"}
+"""What is pasted here; no page can let a test install or remove something."""
+SERVERS = {"joystick", "simulate"}
+LINK = re.compile(r"\b(?:tcp|http|wifi|serial)://[^\s\"]+")
+PATIENCE = 120.0
+"""s that a command may take on a busy machine."""
+WATCHED = 1.5
+"""s for which a command that runs in real time is let run."""
+
+WITH_COMMANDS = [
+    page
+    for page in PAGES
+    if (name_of(page) == "README.md" or page.is_relative_to(ROOT / "docs")) and blocks(page, "console")
+]
+
+
+def free_ports(count: int) -> int:
+    """Return the first of some ports in a row that no program uses."""
+    for first in range(20_000 + os.getpid() % 1000 * 10, 60_000, count):
+        with contextlib.ExitStack() as stack, contextlib.suppress(OSError):
+            for port in range(first, first + count):
+                stack.enter_context(socket.socket()).bind(("127.0.0.1", port))
+            return first
+    raise AssertionError("no free ports")
+
+
+class Terminal:
+    """A shell in a folder of its own, as a reader of one page uses it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.port = free_ports(20)
+        self.running: list[subprocess.Popen[bytes]] = []
+        self.variables = {
+            "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
+            "HOME": str(folder),
+            "COLUMNS": "80",
+            "PYTHONUNBUFFERED": "1",
+        }
+
+    def line(self, command: str) -> str:
+        """Return the command as it is run here."""
+        return command.replace("4000", str(self.port)).replace("/tmp/", f"{self.folder}/")
+
+    def start(self, command: str) -> tuple[subprocess.Popen[bytes], Path, Path]:
+        place = self.folder / f".{len(list(self.folder.glob('.*.out')))}"
+        out, error = place.with_name(f"{place.name}.out"), place.with_name(f"{place.name}.err")
+        with out.open("wb") as stdout, error.open("wb") as stderr:
+            started = subprocess.Popen(
+                ["bash", "-c", self.line(command)],
+                cwd=self.folder,
+                env=self.variables,
+                stdin=subprocess.DEVNULL,
+                stdout=stdout,
+                stderr=stderr,
+                start_new_session=True,
+            )
+        self.running.append(started)
+        return started, out, error
+
+    def paste(self, command: str, output: str) -> None:
+        """Run a command, and compare what it prints with what the page shows."""
+        for missing, present in COPIES.items():
+            if missing in command:
+                shutil.copy(self.folder / present, self.folder / missing)
+        words = [word for word in shlex.split(command) if not re.match(r"[A-Z_]+=", word)]
+        assert words[0] in PROGRAMS, f"{command}: what does it need? Say it in a comment before its block"
+        if words[0] == "export":
+            self.variables |= dict(each.split("=", 1) for each in shlex.split(command)[1:])
+            return
+        started, out, error = self.start(command)
+        if words[:1] == ["elib"] and words[1] in SERVERS:
+            self.probe(started, out, error, is_seen="--view" in words or words[1] == "joystick")
+            if not {"--tcp", "--pty"} & set(words):  # a port with a name is there for the commands below
+                self.end(started)
+        elif is_in_real_time(words):
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                started.wait(WATCHED)
+            self.end(started)
+        else:
+            started.wait(PATIENCE)
+        said = error.read_text(encoding="utf-8")
+        assert "Traceback" not in said, said
+        assert started.poll() in (None, 0, 128 + signal.SIGINT), out.read_text(encoding="utf-8") + said
+        if output:
+            assert out.read_text(encoding="utf-8").rstrip() == output
+
+    def probe(self, server: subprocess.Popen[bytes], out: Path, error: Path, *, is_seen: bool) -> None:
+        """Wait until a server says where it is, and look whether it is there."""
+        links: list[str] = []
+        for _ in range(int(PATIENCE / 0.05)):
+            said = out.read_text(encoding="utf-8") + error.read_text(encoding="utf-8")
+            links = LINK.findall(said)
+            if any(link.startswith("http") for link in links) if is_seen else links:
+                break
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                server.wait(0.05)
+            assert server.returncode is None, said
+        assert links
+        for link in links:
+            scheme, _, place = link.partition("://")
+            if scheme == "serial":
+                assert Path(place).exists()
+            elif scheme == "http":
+                with urllib.request.urlopen(link, timeout=PATIENCE) as answer:
+                    assert answer.status == 200
+            else:
+                host, _, port = place.rpartition(":")
+                socket.create_connection((host, int(port)), timeout=PATIENCE).close()
+
+    def end(self, started: subprocess.Popen[bytes]) -> None:
+        """End a command as Ctrl-C does, and wait for it."""
+        if started.poll() is None:
+            os.killpg(started.pid, signal.SIGINT)
+            started.wait(PATIENCE)
+
+    def close(self) -> None:
+        """End everything that still runs."""
+        for started in self.running:
+            with contextlib.suppress(ProcessLookupError):
+                self.end(started)
+            assert started.returncode in (0, 128 + signal.SIGINT), started.args
+
+
+def is_in_real_time(words: list[str]) -> bool:
+    """Whether the command needs as long as the robot: nothing says ``speed=max``."""
+    lasts = words[:2] == ["elib", "run"] and "--list" not in words
+    return lasts and not any("speed=max" in word for word in words)
+
+
+def runs_here(block: Block) -> Iterator[tuple[str, str]]:
+    """Yield the commands of a block that need nothing which is missing, with their outputs."""
+    for command, output in commands(block.text):
+        if not block.cannot_run and not (block.needs_at and block.needs_at in command):
+            yield command, output
+
+
+def test_there_are_pages_with_commands() -> None:
+    assert {"README.md", "docs/guides/simulate.md", "docs/tutorial/01-first-robot.md"} <= set(
+        map(name_of, WITH_COMMANDS)
+    )
+
+
+def test_every_command_is_run_or_its_block_says_what_it_needs() -> None:
+    counts = {"run": 0, "marked": 0}
+    for page in WITH_COMMANDS:
+        for block in blocks(page, "console"):
+            where = f"{name_of(page)}:{block.line}"
+            lines, here = commands(block.text), list(runs_here(block))
+            assert lines, f"{where}: no line begins with $"
+            assert not block.needs or block.needs in REASONS, f"{where}: say one of {', '.join(REASONS)}"
+            assert not block.needs_at or 0 < len(here) < len(lines), f"{where}: {block.needs_at} fits all or none"
+            counts["run"] += len(here)
+            counts["marked"] += len(lines) - len(here)
+    assert counts["run"] > counts["marked"]
+
+
+@pytest.mark.parametrize("page", WITH_COMMANDS, ids=name_of)
+def test_the_commands_of_a_page_do_what_it_says(page: Path, tmp_path: Path) -> None:
+    if not any(list(runs_here(block)) for block in blocks(page, "console")):
+        return  # all are marked
+    terminal = Terminal(tmp_path)
+    (tmp_path / "program.hex").write_text(PROGRAM)
+    if name_of(page) in BY_PROGRAMS:
+        program = blocks(page, "python")[0].text
+        subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, timeout=PATIENCE)
+    if name_of(page) in SHOWN:
+        name, language = SHOWN[name_of(page)]
+        text = next(block.text for block in all_blocks(page) if block.language == language)
+        (tmp_path / name).write_text(text + "\n", encoding="utf-8")
+    with contextlib.closing(terminal):
+        for block in blocks(page, "console"):
+            for command, output in runs_here(block):
+                terminal.paste(command, output)
+
+
+@pytest.mark.parametrize(
+    ("command", "output"),
+    [
+        ("elib send selector", "position  4"),
+        ("elib send selektor", ""),
+        ("elib simulate --world nowhere", ""),
+        ("sudo true", ""),
+    ],
+)
+def test_a_command_that_does_something_else_would_be_noticed(command: str, output: str, tmp_path: Path) -> None:
+    with contextlib.closing(Terminal(tmp_path)) as terminal, pytest.raises(AssertionError):
+        try:
+            terminal.paste(command, output)
+        finally:
+            terminal.running.clear()
