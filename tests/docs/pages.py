@@ -45,13 +45,14 @@ def all_blocks(path: Path) -> Iterator[Block]:
     lines = path.read_text(encoding="utf-8").splitlines()
     place = 0
     while place < len(lines):
-        if lines[place].startswith("```"):
-            end = lines.index("```", place + 1)
+        indent, fence, language = lines[place].partition("```")
+        if fence and not indent.strip():
+            end = lines.index(f"{indent}```", place + 1)
             before = next((line for line in reversed(lines[:place]) if line.strip()), "")
-            text = "\n".join(lines[place + 1 : end])
-            needs = NEEDS.fullmatch(before)
+            text = "\n".join(line.removeprefix(indent) for line in lines[place + 1 : end])
+            needs = NEEDS.fullmatch(before.strip())
             marks = (needs["what"], needs["where"] or "") if needs else ("", "")
-            yield Block(lines[place][3:].strip(), place + 2, text, *marks)
+            yield Block(language.strip(), place + 2, text, *marks)
             place = end
         place += 1
 

@@ -37,7 +37,7 @@ REASONS = {
     "the internet": "it installs packages",
 }
 """What a page may say that a block needs."""
-BY_PROGRAMS = {"docs/guides/link-faults.md", "docs/guides/records.md"}
+BY_PROGRAMS = {"docs/guides/link-faults.md", "docs/guides/pandas.md", "docs/guides/records.md"}
 """Pages whose first Python program makes the file that their commands read."""
 SHOWN = {
     "docs/guides/decode.md": ("run.txt", "text"),
