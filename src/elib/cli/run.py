@@ -74,6 +74,10 @@ Robots = Annotated[
         help="The robot to use, whatever the program names; once for each robot.",
     ),
 ]
+View = Annotated[
+    bool,
+    Cli(name="--view", help="Show the program's virtual world live in the browser, as sim://WORLD?view does."),
+]
 AsJson = Annotated[
     bool, Cli(name="--json", help="Print the summary as one line of JSON; what the program prints goes to stderr.")
 ]
@@ -88,6 +92,7 @@ def choose(
     *arguments: Arguments,
     robot: Robots = None,
     seconds: Seconds = None,
+    view: View = False,
     plot: Plot = None,
     records: Kept = NOTHING_KEPT,
     json: AsJson = False,
@@ -103,7 +108,7 @@ def choose(
     """
     if program is not None and is_program(program):
         code = run_program(
-            program, arguments, robots=robot or (), seconds=seconds, plot=plot, records=records, json=json
+            program, arguments, robots=robot or (), seconds=seconds, view=view, plot=plot, records=records, json=json
         )
         if code:
             raise SystemExit(code)

@@ -32,7 +32,7 @@ from elib.robot.aio import Epuck, on_open
 from elib.robot.emergency import stop_at_once
 from elib.robot.link import Record
 from elib.robot.signals import SHUTDOWN_TIME, SIGNALS
-from elib.robot.substitute import substituted
+from elib.robot.substitute import substituted, viewed
 from elib.runner import NOTHING, Records
 from elib.session.statistics import LinkStats, merged
 from elib.view.drive import RobotReport, draw_drive
@@ -57,6 +57,7 @@ def run_program(
     *,
     robots: Sequence[str] = (),
     seconds: float | None = None,
+    view: bool = False,
     plot: str | None = None,
     records: Records = NOTHING,
     json: bool = False,
@@ -68,6 +69,7 @@ def run_program(
         arguments: Its command line.
         robots: URLs of the robots that take the place of its own; empty leaves them.
         seconds: Robot time after which it ends as by Ctrl-C; None for no limit.
+        view: Show the worlds of virtual robots live in the browser.
         plot: File for the plot, or None.
         records: Log and recording. Each robot after the first has a recording of its own.
         json: Print the summary as JSON on stdout, and what the program prints on stderr.
@@ -83,6 +85,8 @@ def run_program(
         check_report(plot)
     run = ProgramRun(records, seconds)
     with contextlib.ExitStack() as stack:
+        if view:
+            stack.enter_context(viewed())
         if robots:
             stack.enter_context(substituted(robots, source="elib run --robot"))
         stack.enter_context(on_open(run.begin))

@@ -5,9 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
+import os
 import re
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
@@ -76,6 +79,8 @@ ControlAt = Annotated[
     _text("control", "[HOST:PORT]", "Let programs move things and switch faults, at 127.0.0.1:8650."),
 ]
 Verbose = Annotated[bool, Cli(name=("--verbose", "-v"), help="Show all bytes on stderr, as elib decode does.")]
+UntilEof = Annotated[bool, Cli(name="--until-eof", show=False)]
+"""End at the end of the standard input too: a program that starts a simulation for itself keeps it open."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -146,6 +151,7 @@ def simulate(
     control: ControlAt = None,
     verbose: Verbose = False,
     classes: Classes = NO_CLASS,
+    until_eof: UntilEof = False,
 ) -> None:
     """Offer virtual robots on serial ports, TCP ports or Wi-Fi, until Ctrl-C.
 
@@ -204,6 +210,9 @@ def simulate(
                 opened.append(("control", await stack.enter_async_context(serve_control(controls[0], control))))
             stack.enter_context(registered([(robot.name, robot.url) for robot in robots], settings))
             stack.enter_context(ending(stop))
+            if until_eof:
+                end = partial(asyncio.get_running_loop().call_soon_threadsafe, stop.set)
+                threading.Thread(target=_read_all, args=(end,), name="elib waits for EOF", daemon=True).start()
             for robot in robots:
                 print(robot.name, robot.url, flush=True)
             for name, url in opened:  # not on stdout, where a script takes every line for a robot
@@ -270,6 +279,14 @@ def _port(option: str, text: str | None, default: int) -> int:
             hint="--host ADDRESS names the host",
         )
     return int(text)
+
+
+def _read_all(end: Callable[[], object]) -> None:
+    with contextlib.suppress(OSError):
+        while os.read(0, 4096):  # not sys.stdin, whose lock could not be had when Python ends
+            pass
+    with contextlib.suppress(RuntimeError):  # the loop has ended
+        end()
 
 
 def with_optional_link(tokens: Sequence[str]) -> list[str]:

@@ -34,6 +34,8 @@ class SimulationSettings:
         fault: Script of timed faults: the name of one that comes with elib, or the path of a TOML file; or None.
         profile: File of a robot profile, as ``elib fit`` writes it: wheels, link and infrared curve of one true robot,
             which all robots here then have; or None.
+        view: Show the world live in the browser. A process of its own then simulates it in real time, and ends with
+            this one. The key takes no value: ``sim://corridor?view``.
 
     Raises:
         ArgumentError: A value is out of its range, or is not a number.
@@ -52,6 +54,7 @@ class SimulationSettings:
     loss: Probability = 0.0
     fault: str | None = None
     profile: str | None = None
+    view: bool = False
 
     def __post_init__(self) -> None:
         check(self)
@@ -59,7 +62,10 @@ class SimulationSettings:
             raise ArgumentError("profile and hardware exclude each other", hint="constant readings need no profile")
         if self.robot is not None and self.robots is not None and self.robot > self.robots:
             raise ArgumentError(f"robot is {self.robot}, but there are robots={self.robots}, counted from 1")
-        parse_speed(self.speed)
+        if parse_speed(self.speed) == "max" and self.view:
+            raise ArgumentError(
+                "speed is max, but a person watches a view in real time", hint="leave speed=max out, or view"
+            )
 
     @classmethod
     def from_text(cls, world: str, keys: Mapping[str, str]) -> Self:
@@ -70,13 +76,19 @@ class SimulationSettings:
         """
         values: dict[str, object] = {**keys}
         for field in fields_of(SimulationSettings):
-            if field.name in keys:
+            if field.name in keys and field.name != "view":
                 values[field.name] = _number(field.name, keys[field.name])
         if "speed" in keys:
             values["speed"] = parse_speed(keys["speed"])
+        if "view" in keys:
+            if keys["view"] not in ("", "1"):
+                raise ArgumentError(f"view is {keys['view']!r}; it takes no value", hint=f"write sim://{world}?view")
+            values["view"] = True
         return cls(world=world, **values)  # type: ignore[arg-type]  # checked by the class itself
 
 
+FLAGS = ("view",)
+"""The keys of a ``sim://`` URL that stand without a value."""
 KEYS = tuple(name for name in SimulationSettings.__dataclass_fields__ if name != "world")
 """The keys of a ``sim://`` URL."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from elib.emulator.robotprofile import written
-from elib.emulator.settings import KEYS, SimulationSettings, settings_of
+from elib.emulator.settings import FLAGS, KEYS, SimulationSettings, settings_of
 from elib.emulator.simulation import Simulation, VirtualRobot, as_scene, no_robot, shared_with, waiting_for
 from elib.errors import LinkLost, SimulationError, Unsupported
 from elib.physics.scene import Scene
@@ -16,6 +16,7 @@ from elib.pose import Pose
 from elib.protocol.profiles import profile_named
 from elib.protocol.values import Neighbour
 from elib.timebase import require_speed
+from elib.transport.base import Transport
 from elib.transport.lease import lease_of
 from elib.transport.memory import MemoryTransport
 from elib.transport.url import Scheme, Url
@@ -174,6 +175,17 @@ def robots_of(url: Url) -> list[Url]:
     return [replace(url, query=(*url.query, ("robot", str(number)))) for number in range(1, count + 1)]
 
 
+async def open_url(url: Url) -> Transport:
+    """Connect to a virtual robot: one inside this program, or one that is shown live and has a process of its own."""
+    settings = settings_of(url)
+    if not settings.view:
+        return await open_sim(url)
+    from elib.emulator.watched import open_watched  # few programs need it
+
+    require_speed(settings.speed)
+    return await open_watched(url, settings)
+
+
 async def open_sim(url: Url) -> SimTransport:
     """Connect to a virtual robot, which is booted already: one whose link broke, or the first one of a new world.
 
@@ -227,5 +239,7 @@ def _check(url: Url) -> Url:
     return url
 
 
-SCHEME = Scheme(open_sim, keys=KEYS, check=_check, speed=lambda url: settings_of(url).speed, robots=robots_of)
+SCHEME = Scheme(
+    open_url, keys=KEYS, check=_check, speed=lambda url: settings_of(url).speed, robots=robots_of, flags=FLAGS
+)
 """``sim://WORLD``."""

@@ -6,6 +6,7 @@ import contextlib
 import os
 import threading
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from elib.errors import ArgumentError, about
 from elib.robot.link import Link, LinkSettings, open_urls
@@ -18,6 +19,7 @@ DEFAULT_URL = "sim://"
 _lock = threading.RLock()
 _inserted: Substitutes | None = None
 _environment: Substitutes | None = None
+_is_viewed = False
 
 
 class Substitutes:
@@ -37,7 +39,7 @@ class Substitutes:
 
     def __init__(self, urls: Sequence[str], source: str) -> None:
         try:
-            self.urls = tuple(str(parse_url(url)) for url in urls)
+            self.urls = tuple(_viewed(str(parse_url(url))) for url in urls)
         except ArgumentError as error:
             raise about(source, error) from None
         if not urls:
@@ -98,6 +100,20 @@ def substituted(urls: Sequence[str], *, source: str = "the caller of the program
         _inserted = before
 
 
+@contextlib.contextmanager
+def viewed() -> Iterator[None]:
+    """Show the world of every robot live in the browser, as ``sim://WORLD?view`` does, while the block lasts.
+
+    A robot that is not in a simulation is refused when it is opened.
+    """
+    global _is_viewed
+    before, _is_viewed = _is_viewed, True
+    try:
+        yield
+    finally:
+        _is_viewed = before
+
+
 def choose_robot(url: str | None = None, default: str = DEFAULT_URL) -> str:
     """Return the URL of the robot that a program opens next.
 
@@ -111,8 +127,8 @@ def choose_robot(url: str | None = None, default: str = DEFAULT_URL) -> str:
     with _lock:
         others = _others(is_named=url is not None)
         if others is None:
-            return default if url is None else url
-        return others.take("" if url is None else _usual(url))
+            return _viewed(default if url is None else url)
+        return others.take("" if url is None else str(parse_url(url)))
 
 
 def choose_robots(urls: Sequence[str], defaults: Sequence[str] = (DEFAULT_URL,)) -> list[str]:
@@ -127,7 +143,7 @@ def choose_robots(urls: Sequence[str], defaults: Sequence[str] = (DEFAULT_URL,))
     """
     with _lock:
         others = _others(is_named=bool(urls))
-        return list(urls or defaults) if others is None else list(others.urls)
+        return list(map(_viewed, urls or defaults)) if others is None else list(others.urls)
 
 
 def link_to(url: str | None, name: str | None, settings: LinkSettings) -> Link:
@@ -153,5 +169,15 @@ def _others(*, is_named: bool) -> Substitutes | None:
     return _environment
 
 
-def _usual(url: str) -> str:
-    return str(parse_url(url))
+def _viewed(url: str) -> str:
+    """Return *url* with the key that shows its world, if :func:`viewed` asks for it."""
+    if not _is_viewed:
+        return url
+    parsed = parse_url(url)
+    if parsed.scheme != "sim":
+        raise ArgumentError(
+            f"{url} is not a simulation: there is no world to view", hint="elib joystick shows what a robot senses"
+        )
+    if "view" in parsed.keys:
+        return url
+    return str(parse_url(str(replace(parsed, query=(*parsed.query, ("view", ""))))))

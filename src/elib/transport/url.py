@@ -47,7 +47,7 @@ class Url:
 
     def __str__(self) -> str:
         text = f"{self.scheme}://{quote(self.target, safe='/:[].@~')}"
-        pairs = "&".join(f"{key}={quote(value, safe='/:')}" for key, value in self.query)
+        pairs = "&".join(f"{key}={quote(value, safe='/:')}" if value else key for key, value in self.query)
         return f"{text}?{pairs}" if pairs else text
 
 
@@ -62,6 +62,7 @@ class Scheme:
             ArgumentError where one of them is wrong.
         speed: Returns how fast the event loop must run that opens a URL.
         robots: Returns what opens each robot of a URL that may name several.
+        flags: Those of the keys that may stand without a value.
     """
 
     open: Callable[[Url], Awaitable[Transport]]
@@ -69,6 +70,7 @@ class Scheme:
     check: Callable[[Url], Url] = lambda url: url
     speed: Callable[[Url], LoopSpeed] = lambda url: "real"
     robots: Callable[[Url], list[Url]] = lambda url: [url]
+    flags: tuple[str, ...] = ()
 
 
 def scheme_names() -> list[str]:
@@ -138,7 +140,7 @@ def parse_url(text: object) -> Url:
     target, _, query = rest.partition("?")
     url = Url(name.lower(), unquote(target))
     scheme = scheme_of(url)
-    return scheme.check(Url(url.scheme, url.target, _pairs(text, url.scheme, scheme.keys, query)))
+    return scheme.check(Url(url.scheme, url.target, _pairs(text, url.scheme, scheme, query)))
 
 
 def speed_of(url: Url | str) -> LoopSpeed:
@@ -178,14 +180,14 @@ def port_path(name: str) -> str:
     raise ArgumentError(f"{name!r} is neither a URL nor the name of a serial port", hint=hint)
 
 
-def _pairs(text: str, scheme: str, allowed: tuple[str, ...], query: str) -> tuple[tuple[str, str], ...]:
+def _pairs(text: str, name: str, scheme: Scheme, query: str) -> tuple[tuple[str, str], ...]:
     pairs: dict[str, str] = {}
     for part in filter(None, query.split("&")):
         key, separator, value = part.partition("=")
         key, value = unquote(key), unquote(value)
-        if key not in allowed:
-            raise ArgumentError(f"{text!r}: {scheme}:// has no key {key!r}", hint=nearest(key, allowed))
-        if not separator or not value:
+        if key not in scheme.keys:
+            raise ArgumentError(f"{text!r}: {name}:// has no key {key!r}", hint=nearest(key, scheme.keys))
+        if not value and (separator or key not in scheme.flags):
             raise ArgumentError(f"{text!r}: {key} has no value", hint=f"write {key}=VALUE")
         if key in pairs:
             raise ArgumentError(f"{text!r}: {key} is given twice")
