@@ -120,6 +120,7 @@ class WatchedWorld:
             except queue.Empty:
                 raise SimulationError(f"the view did not start within {START_TIME:g} s") from None
             if not line:
+                self._lines.put("")  # for the next one who asks
                 text, _, hint = "\n".join(said).removeprefix("error: ").partition("\nhint: ")
                 raise SimulationError(f"the view could not be started: {text or 'it said nothing'}", hint=hint)
             said.append(line)
