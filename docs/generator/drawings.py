@@ -231,7 +231,7 @@ def overview() -> str:
     for row, (colour, words) in enumerate(
         (
             (INFRARED, "infrared sensors: their names in robot.proximity(), their directions"),
-            (RED, "lamps, with the numbers for robot.set_led()"),
+            (RED, "lamps (LEDs), with the numbers for robot.set_led()"),
             (AXIS, "axes: x is forward, y to the left; angles are positive to the left"),
         )
     ):
