@@ -131,6 +131,8 @@ def writes(file: str, *arguments: str) -> Callable[[Path, Path], None]:
 def core(programs: Path, folder: Path) -> None:
     """Run the demo; then ask for what needs an extra, and install it by the command that the hint gives."""
     writes("elib-demo.png", "elib", "demo", "--for", "2")(programs, folder)
+    for listed in ("world", "lab"):
+        run(str(programs / "elib"), listed, "list", where=folder)
     (folder / "empty.hex").write_text(EMPTY_HEX)
     asked = [str(programs / "elib"), "flash", "--dry-run", "empty.hex"]
     done = subprocess.run(asked, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
