@@ -8,7 +8,7 @@ from elib.emulator.lockstep import LONGEST
 from elib.fields import fields_of
 from elib.lab import labfile
 from elib.lab.goals import KINDS, Goal
-from elib.lab.labfile import ANY_GOAL, GOALS, TOP, VARIANTS, ZONES
+from elib.lab.labfile import ANY_GOAL, GOALS, KIND, TOP, VARIANTS, ZONES
 from elib.lab.marker import MOST_KEPT
 from elib.lab.running import AFTERWARDS, GRACE, MOST_OUTPUT, WALL
 from elib.tables import Table
@@ -56,7 +56,7 @@ def goals() -> str:
     """Return the kinds of goals and their keys."""
     common = [field.name for field in fields_of(Goal)]
     every = Table("goal", "", Goal, tuple(key for key in GOALS["survives"].keys if key.name in common))
-    kind = ("`kind`", "what the goal is about", ", ".join(f"`{name}`" for name in KINDS), "it must be there")
+    kind = ("`kind`", KIND.meaning, ", ".join(f"`{name}`" for name in KINDS), "it must be there")
     parts = [
         f"## [[goal]]\n\n{ANY_GOAL.meaning} Each kind has keys of its own; these all kinds have:",
         table(HEAD, [kind, *(row(every, key) for key in every.keys)]),
@@ -85,8 +85,8 @@ def judging() -> str:
         "The path is noted at every tick of the world. `no-contact`, `distance` and the others judge the true path, "
         "which the program cannot see.",
         "`requests` counts what is sent over the link, with what elib sends by itself: `version` when a robot is "
-        "opened, `set_speed` and `encoders` during `drive` and `turn`, and repetitions after a fault. An e-puck2 on Wi-Fi "
-        "streams its sensors, so they are not asked for there.",
+        "opened, `set_speed` and `encoders` during `drive` and `turn`, and repetitions after a fault. An e-puck2 on "
+        "Wi-Fi streams its sensors, so they are not asked for there.",
     )
     return "## How goals are judged\n\n" + "\n".join(f"- {fact}" for fact in facts)
 

@@ -245,7 +245,8 @@ class Source:
         name = table.name
         if value is None:
             if table.is_required:
-                cure = f"write [{name}], and below it {table.keys[0].name} = {table.keys[0].example}"
+                header = f"[[{name}]]" if table.is_array else f"[{name}]"
+                cure = f"write {header}, and below it {table.keys[0].name} = {table.keys[0].example}"
                 raise self.error((name,), Mistake("is missing", hint=cure))
             return []
         if not table.is_array:

@@ -53,6 +53,7 @@ class LockstepLink:
         now: The marker's time, s.
         codecs: What each robot's link carries.
         is_over: Whether the marker lets no more time pass.
+        was_used: Whether the program has opened a robot.
 
     Raises:
         LinkNotFound: There is no marker behind this file descriptor.
@@ -60,7 +61,7 @@ class LockstepLink:
 
     def __init__(self, number: int) -> None:
         self.name = f"lockstep://{number}"
-        self.is_over = False
+        self.is_over = self.was_used = False
         self.now = 0.0
         self.loops: weakref.WeakSet[LockstepLoop] = weakref.WeakSet()
         self.robots: dict[int, LockstepTransport] = {}
@@ -315,6 +316,7 @@ async def open_lockstep(url: Url) -> LockstepTransport:
     if answer:
         message, _, hint = answer.partition("\n")
         raise LinkNotFound(f"{url}: {message}", hint=hint)
+    link.was_used = True
     transport = link.robots[index] = LockstepTransport(str(url), link, index)
     return transport
 

@@ -44,7 +44,7 @@ from elib.lab.goals import KINDS, EndsAt, Goal, Name, Zone
 from elib.physics import Scene
 from elib.physics.geometry import Place
 from elib.protocol.profiles import FIRMWARES
-from elib.tables import LARGEST_FILE, Pair, Source, Table, keys_of, read_toml
+from elib.tables import LARGEST_FILE, Key, Pair, Source, Table, keys_of, read_toml
 
 FILE = "lab.toml"
 HIDDEN = "teacher/hidden.toml"
@@ -138,14 +138,12 @@ class GoalTable(Table):
         Raises:
             Mistake: A key is missing, unknown or wrong.
         """
-        kind = KIND.accept(table["kind"]) if "kind" in table else None
-        if kind is None:
-            raise Mistake(f"is missing; it must be {KIND}", path=("kind",), hint='write kind = "reach"')
-        rest = {name: value for name, value in table.items() if name != "kind"}
-        return GOALS[str(kind)].read(rest, f'a goal of the kind "{kind}"')
+        rest = dict(table)
+        kind = str(self.values({"kind": rest.pop("kind")} if "kind" in rest else {}, what)["kind"])
+        return GOALS[kind].read(rest, f'a goal of the kind "{kind}"')
 
 
-KIND = Choice(tuple(KINDS))
+KIND = Key("kind", Choice(tuple(KINDS), example='"reach"'), ("kind",), meaning="what the goal is about")
 MIDDLE = Pair("position", ("x", "y"), "its middle", "[0.5, 0.5]")
 TOP = Table("", "What stands above all tables.", Top, keys_of(Top), is_array=False)
 ZONES = Table(
@@ -166,7 +164,7 @@ GOALS = {
     )
     for name, kind in KINDS.items()
 }
-ANY_GOAL = GoalTable("goal", "What the program should reach.", Goal, (), is_required=True)
+ANY_GOAL = GoalTable("goal", "What the program should reach.", Goal, (KIND,), is_required=True)
 NOTHING = Table("", "", dict, (), is_array=False)
 
 

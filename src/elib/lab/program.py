@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import os
 import runpy
 import sys
+from collections.abc import Mapping
 from traceback import StackSummary, TracebackException
 
 import elib
+from elib import runner
+from elib.behaviours import Behaviour, play
 from elib.emulator.lockstep import MarkersTime, link_of
 from elib.robot.substitute import substituted
 
@@ -27,10 +31,22 @@ def main(number: int, file: str) -> None:
     sys.path[0] = os.path.dirname(os.path.abspath(file))
     with substituted(urls, source="the lab"):
         try:
-            runpy.run_path(file, run_name="__main__")
+            found = runpy.run_path(file, run_name="__main__")
+            if not link_of(number).was_used:
+                _run_defined(found)
         except Exception as error:
             print("".join(_own(TracebackException.from_exception(error)).format()), end="", file=sys.stderr)
             sys.exit(1)
+
+
+def _run_defined(found: Mapping[str, object]) -> None:
+    """Run the behaviour that a file only defines, or else its ``async def main(robot)``, as ``elib run`` does."""
+    own = [each for each in found.values() if isinstance(each, Behaviour) and each.function.__module__ == "__main__"]
+    main = found.get("main")
+    if len(own) == 1:
+        play(own[0])
+    elif not own and inspect.iscoroutinefunction(main) and len(inspect.signature(main).parameters) == 1:
+        runner.run(main, argv=[])
 
 
 def _own(error: TracebackException) -> TracebackException:

@@ -1,0 +1,112 @@
+"""``elib lab``: list, new and check."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from elib.cli import main
+
+GOOD = "import elib\nprint('off we go')\nwith elib.connect() as robot:\n    robot.drive(0.1)\n"
+BAD = "import elib\n\ndef go():\n    raise ValueError('no way')\n\ngo()\n"
+DEFINED = "async def main(robot):\n    await robot.drive(0.1)\n"
+BEHAVIOUR = "import elib\n\n@elib.behaviour\nasync def go(robot: elib.Epuck) -> None:\n    await robot.drive(0.1)\n"
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Path:
+    assert main(["lab", "new", "go-10-cm", str(tmp_path / "mine")]) == 0
+    return tmp_path / "mine"
+
+
+def check(lab: Path, program: str, *options: str) -> int:
+    (lab / "mine.py").write_text(program)
+    return exit_of(["lab", "check", str(lab / "mine.py"), *options])
+
+
+def exit_of(line: list[str]) -> int:
+    try:
+        return main(line)
+    except SystemExit as ending:
+        return int(ending.code or 0)
+
+
+def test_the_labs_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lab", "list"]) == 0
+    assert "go-10-cm" in capsys.readouterr().out
+    assert main(["lab", "list", "--json"]) == 0
+    assert "go-10-cm" in [each["name"] for each in json.loads(capsys.readouterr().out)["labs"]]
+
+
+def test_a_new_lab_has_all_but_the_teachers_part(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert {"README.md", "lab.toml", "start.py", "worlds"} <= {each.name for each in lab.iterdir()}
+    assert not (lab / "teacher").exists()
+    assert main(["lab", "new", "go-10-cm", str(lab)]) == 2
+    assert "is there already" in capsys.readouterr().err
+    assert main(["lab", "new", "go-10-cm", str(lab.parent / "ours"), "--teacher"]) == 0
+    assert f"elib lab check {lab.parent / 'ours' / 'start.py'}" in capsys.readouterr().out
+    assert (lab.parent / "ours" / "teacher" / "solution.py").is_file()
+    assert main(["lab", "new", "go-11-cm"]) == 2
+    assert "did you mean go-10-cm?" in capsys.readouterr().err
+
+
+def test_a_check_names_each_goal_and_what_happened(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert check(lab, GOOD) == 0
+    told = capsys.readouterr().out
+    assert "off we go" in told
+    assert "ended 0.100 m ahead" in told
+    assert "5 of 5 points, all goals hold" in told
+    assert (lab / "mine.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_first_program_fails_and_the_exit_code_says_so(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_of(["lab", "check", str(lab / "start.py")]) == 1
+    assert "no   The robot ends 10 cm ahead" in capsys.readouterr().out
+
+
+def test_a_program_that_fails_shows_its_own_lines(lab: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert check(lab, BAD) == 1
+    error = capfd.readouterr().err
+    assert "line 4, in go" in error
+    assert "ValueError: no way" in error
+    assert "runpy" not in error
+    assert "elib/lab" not in error
+
+
+@pytest.mark.parametrize("program", [DEFINED, BEHAVIOUR])
+def test_a_program_that_only_defines_what_drives_is_run(
+    lab: Path, program: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert check(lab, program) == 0, capsys.readouterr().out
+
+
+def test_a_check_as_json(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert check(lab, GOOD, "--json") == 0
+    told = capsys.readouterr()
+    found = json.loads(told.out)
+    assert (found["passed"], found["points"], found["of"]) == (True, 5, 5)
+    assert [each["name"] for each in found["variants"][0]["goals"]] == ["go-10-cm", "stop", "end"]
+    assert "off we go" in told.err
+
+
+def test_what_is_wrong_with_the_line_is_said_before_anything_runs(
+    lab: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for options, message in (
+        (["--variant", "empty flor"], "did you mean empty floor?"),
+        (["--lab", "nowhere"], "elib lab list"),
+        (["--wall", "0"], "--wall is 0"),
+    ):
+        assert check(lab, GOOD, *options) == 2, options
+        assert message in capsys.readouterr().err
+    assert exit_of(["lab", "check", str(lab / "nothing.py")]) == 2
+    assert "there is no program" in capsys.readouterr().err
+
+
+def test_another_lab_can_be_named(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (lab.parent / "elsewhere.py").write_text(GOOD)
+    assert exit_of(["lab", "check", str(lab.parent / "elsewhere.py")]) == 2
+    assert "--lab" in capsys.readouterr().err
+    assert exit_of(["lab", "check", str(lab.parent / "elsewhere.py"), "--lab", "go-10-cm"]) == 0
