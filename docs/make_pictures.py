@@ -147,6 +147,7 @@ PICTURES: dict[str, Callable[[], str | Image.Image]] = {
 
 def make(folder: Path) -> None:
     """Write the tutorial's pictures into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
     here = Path.cwd()
     with tempfile.TemporaryDirectory() as name:
         os.chdir(name)  # the programs leave files
