@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 HONEST = """
 import elib
@@ -130,3 +131,11 @@ HOSTILE = {
     ),
 }
 """Hostile programs by name. ``{lab}`` and ``{class}`` stand for the folders of the lab and of the submissions."""
+
+
+def runs(process: int) -> bool:
+    """Return whether a process is there and not merely waiting for its parent to notice its end."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

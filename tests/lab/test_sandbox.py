@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from hostile import runs
 
 from elib.emulator import lockstep
 from elib.errors import Unsupported
@@ -65,14 +66,6 @@ def behind_walls(source: str, user: int) -> str:
     who = {} if user == os.geteuid() else {"user": user, "group": user, "extra_groups": []}
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, cwd="/", **who)
     return done.stdout + done.stderr
-
-
-def runs(process: int) -> bool:
-    """Return whether a process is there and not merely waiting for its parent to notice its end."""
-    try:
-        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 USERS = (0, 65534) if os.geteuid() == 0 else (os.geteuid(),)

@@ -31,6 +31,8 @@ app = App(
     A lab is a folder with instructions, worlds and goals. To make one of your own, copy one with --teacher.""",
 )
 
+app.command("elib.cli.labmark:mark", name="mark")
+
 LabFolder = Annotated[
     str | None, Cli(name="--lab", metavar="FOLDER", help="The lab's folder, or its name (default: above the program).")
 ]

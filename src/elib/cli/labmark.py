@@ -17,7 +17,7 @@ from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, LiveLine, say
 from elib.errors import ArgumentError
 from elib.files import write_file
-from elib.lab import Lab, load_lab
+from elib.lab import Lab, find_lab, load_lab
 from elib.lab.marking import Mark, mark_all
 from elib.lab.marksheet import to_csv, to_html, to_json, to_rows
 from elib.lab.sandbox import check_walls
@@ -25,7 +25,10 @@ from elib.lab.similar import similar
 from elib.lab.submissions import find_submissions
 
 Folder = Annotated[Path, Cli(help="The folder with the submissions: files such as anna.py, or folders with a main.py.")]
-LabFolder = Annotated[Path, Cli(name="--lab", metavar="FOLDER", help="The lab; this folder unless given.")]
+LabFolder = Annotated[
+    str | None,
+    Cli(name="--lab", metavar="FOLDER", help="The lab's folder, or its name (default: above the submissions)."),
+]
 CsvFile = Annotated[Path | None, Cli(name="--csv", metavar="FILE", help="Also write the table for a spreadsheet.")]
 HtmlFile = Annotated[Path | None, Cli(name="--html", metavar="FILE", help="Also write a page with each path.")]
 Jobs = Annotated[
@@ -43,7 +46,7 @@ def mark(
     folder: Folder,
     /,
     *,
-    lab: LabFolder = Path(),
+    lab: LabFolder = None,
     csv: CsvFile = None,
     html: HtmlFile = None,
     jobs: Jobs = None,
@@ -56,8 +59,8 @@ def mark(
     it drives its robot in simulated time, so the marks are the same on every run. A program that tries what is
     forbidden has no points and is named. Programs that are much alike are named too.
     """
-    task = load_lab(lab, hidden=True)
     submissions = find_submissions(folder)
+    task = load_lab(lab or find_lab(folder / "submission"), hidden=True)
     for path in (csv, html):
         if path is not None and not path.parent.is_dir():
             raise ArgumentError(f"there is no folder {str(path.parent)!r} for {path.name!r}")
@@ -73,10 +76,10 @@ def mark(
         line.show([(f"{count} of {len(submissions)} marked: {mark.name}", DIM)])
 
     try:
-        marks = mark_all(lab, submissions, jobs=jobs or os.cpu_count() or 1, safe=not unsafe, done=done)
+        marks = mark_all(task.folder, submissions, jobs=jobs or os.cpu_count() or 1, safe=not unsafe, done=done)
     finally:
         line.clear()
-    start = lab / "start.py"
+    start = task.folder / "start.py"
     programs = {submission.name: submission.text for submission in submissions}
     by_name = {mark.name: mark for mark in marks}
     for first, second, share in similar(programs, start.read_text() if start.is_file() else ""):

@@ -18,7 +18,7 @@ import elib
 
 RUN = 10
 """Tokens in a row that are compared: about one statement and a half. Shorter rows occur in every program."""
-FEWEST = 40
+FEWEST = 50
 """Different rows of a program's own below which it is not compared: short programs for one task are alike."""
 ALIKE = 0.8
 """Share of the shorter program's rows that the other one has too, from which two are named."""

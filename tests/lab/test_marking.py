@@ -1,0 +1,215 @@
+from __future__ import annotations
+
+import csv
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from hostile import HONEST, HOSTILE, runs
+from labs_for_tests import WORLD
+
+from elib.errors import ArgumentError, Unsupported
+from elib.lab.marking import Mark, mark, mark_all
+from elib.lab.sandbox import Limits, check_walls, family
+from elib.lab.submissions import find_submissions
+
+try:
+    check_walls()
+except Unsupported as problem:
+    pytest.skip(str(problem), allow_module_level=True)
+
+LAB = """
+title = "Ten <b>centimetres"
+summary = "Drive 10 cm."
+time = 5
+
+[[goal]]
+name = "ahead"
+kind = "moved"
+ahead = 0.1
+points = 3
+
+[[goal]]
+name = "end"
+kind = "survives"
+needs = ["ahead"]
+
+[[variant]]
+name = "given"
+world = "world.toml"
+"""
+HIDDEN = '[[variant]]\nname = "hidden"\nworld = "../world.toml"\nfirmware = "epuck2"\n'
+LIMITS = Limits(cpu=2, memory=400 << 20)
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Path:
+    folder = tmp_path / "lab"
+    (folder / "teacher").mkdir(parents=True)
+    (folder / "lab.toml").write_text(LAB)
+    (folder / "world.toml").write_text(WORLD)
+    (folder / "teacher" / "hidden.toml").write_text(HIDDEN)
+    (folder / "teacher" / "solution.py").write_text(HONEST)
+    return folder
+
+
+@pytest.fixture
+def school(tmp_path: Path) -> Path:
+    folder = tmp_path / "class"
+    folder.mkdir()
+    (folder / "honest.py").write_text(HONEST)
+    return folder
+
+
+def mark_one(lab: Path, school: Path, name: str, source: str) -> Mark:
+    source = source.replace("{lab}", str(lab)).replace("{class}", str(school))
+    (school / f"{name}.py").write_text(source)
+    (found,) = [each for each in find_submissions(school) if each.name == f"{name}.py"]
+    return mark(lab, found, limits=LIMITS)
+
+
+QUICK = [name for name in HOSTILE if name not in ("fork_bomb", "waits_for_the_clock", "regular_expression")]
+"""The others take all the processor time that there is, as endless_loop does."""
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_hostile_program_gains_nothing_and_is_named(lab: Path, school: Path, name: str) -> None:
+    hostile = HOSTILE[name]
+    before = sorted(os.listdir(school))
+    found = mark_one(lab, school, name, hostile.source)
+    assert sorted(os.listdir(school)) == sorted([*before, f"{name}.py"])
+    assert sorted(os.listdir(lab)) == ["lab.toml", "teacher", "world.toml"]
+    if hostile.said is not None:
+        assert re.search(hostile.said, "; ".join(found.remarks)), found
+    assert bool(found.attempts) == hostile.cheats, found
+    if hostile.cheats or HONEST not in hostile.source:
+        assert found.points == 0, found
+
+
+def test_honest_work_has_its_points_in_every_variant(lab: Path, school: Path) -> None:
+    found = mark_one(lab, school, "anna", HONEST)
+    assert (found.points, found.goals) == (4, {"ahead": 2, "end": 2})
+    assert [run.variant for run in found.runs] == ["given", "hidden"]
+    assert (found.remarks, found.attempts) == ([], [])
+    assert all("<svg" in run.picture for run in found.runs)
+
+
+def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
+    found = mark_one(lab, school, "ben", HONEST + "1 / 0\n")
+    assert found.points == 3
+    assert found.remarks == ["it ended with exit code 1 (given)"]
+    assert "ZeroDivisionError" in found.output
+
+
+def test_the_marks_are_the_same_on_every_run_and_with_any_number_of_jobs(lab: Path, school: Path) -> None:
+    (school / "ben.py").write_text(HONEST + "print({'a', 'b', 'c'})\nraise SystemExit(4)\n")
+    (school / "cleo").mkdir()
+    (school / "cleo" / "main.py").write_text("import steps\n" + HONEST.replace("0.10", "steps.FAR"))
+    (school / "cleo" / "steps.py").write_text("FAR = 0.1\n")
+    submissions = find_submissions(school)
+    assert [each.name for each in submissions] == ["ben.py", "cleo", "honest.py"]
+    first = mark_all(lab, submissions, jobs=1)
+    assert [each.points for each in first] == [3, 4, 4]
+    assert mark_all(lab, submissions, jobs=3) == first
+
+
+def test_what_is_a_submission(school: Path, tmp_path: Path) -> None:
+    (tmp_path / "solution.py").write_text("SECRET = 1")
+    (school / "copied.py").symlink_to(tmp_path / "solution.py")
+    (school / "linked").symlink_to(tmp_path)
+    for name, files in {
+        "many": ("a.py", "b.py"),
+        "one": ("robot.py", "notes.txt"),
+        "_drafts": ("main.py",),
+        "texts": ("a.txt",),
+        "nested": ("nested.py", "other.py"),
+    }.items():
+        (school / name).mkdir()
+        for file in files:
+            (school / name / file).write_text("")
+    (school / "one" / "leak.txt").symlink_to("/etc/passwd")
+    found = {each.name: each for each in find_submissions(school)}
+    assert list(found) == ["copied.py", "honest.py", "linked", "many", "nested", "one"]
+    assert found["copied.py"].problem == found["linked"].problem == "it is a link, not a file"
+    assert "several programs" in found["many"].problem
+    assert found["nested"].main == "nested.py"
+    assert (found["one"].main, sorted(found["one"].files)) == ("robot.py", ["notes.txt", "robot.py"])
+    with pytest.raises(ArgumentError, match="no submissions"):
+        find_submissions(school / "texts")
+
+
+def elib(*words: object) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "elib", "lab", "mark", *map(str, words)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_the_command_writes_a_table_a_spreadsheet_and_a_page(lab: Path, school: Path, tmp_path: Path) -> None:
+    (school / "=evil<script>.py").write_text(HOSTILE["reads_passwords"].source)
+    (school / "copy.py").write_text(HONEST)
+    words = (school, "--lab", lab, "--csv", tmp_path / "m.csv", "--html", tmp_path / "m.html", "--jobs", 2)
+    process = elib(*words)
+    table, errors = process.communicate(timeout=300)
+    assert process.returncode == 0, errors
+    assert table.splitlines()[0].split()[:5] == ["submission", "points", "of", "ahead", "end"]
+    rows = list(csv.DictReader((tmp_path / "m.csv").read_text().splitlines()))
+    assert [(row["submission"], row["points"]) for row in rows] == [
+        ("'=evil<script>.py", "0"),
+        ("copy.py", "4"),
+        ("honest.py", "4"),
+    ]
+    assert "tried to reach /etc/passwd" in rows[0]["remarks"]
+    page = (tmp_path / "m.html").read_text()
+    assert page.count("<svg") == 5
+    assert "<script" not in page
+    assert "Ten &lt;b&gt;centimetres" in page
+    assert not re.search(r"(?:src|href)=\"(?!#|data:)", page)
+    marks = json.loads(elib(*words[:3], "--json").communicate(timeout=300)[0])
+    assert [each["points"] for each in marks["marks"]] == [0, 4, 4]
+    assert marks["variants"] == ["given", "hidden"]
+
+
+@pytest.mark.parametrize("ended", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_nothing_is_left_when_the_marker_is_ended(lab: Path, school: Path, ended: signal.Signals) -> None:
+    for name in ("endless", "endless_too"):
+        (school / f"{name}.py").write_text("import os\n" + HOSTILE["endless_loop"].source)
+    (school / "honest.py").unlink()
+    process = elib(school, "--lab", lab, "--jobs", 2)
+    wait = threading.Event().wait
+    everybody: list[int] = []
+    for _ in range(600):
+        everybody = list(family(process.pid))
+        commands = [command_of(each) for each in everybody]
+        # Each worker has bubblewrap and the program; the trial of bubblewrap before has no worker.
+        if sum("spawn_main" in each for each in commands) == 2 and sum("confined" in each for each in commands) >= 4:
+            break
+        wait(0.1)
+    else:
+        pytest.fail(f"the programs did not start: {commands}")
+    process.send_signal(ended)
+    process.communicate(timeout=20)
+    for _ in range(50):
+        if not any(map(runs, everybody)):
+            break
+        wait(0.1)
+    assert not [command_of(each) for each in everybody if runs(each)]
+
+
+def command_of(process: int) -> str:
+    try:
+        return Path(f"/proc/{process}/cmdline").read_text().replace("\0", " ")
+    except OSError:
+        return ""
+
+
+def test_unsafe_says_so_and_needs_no_bubblewrap(lab: Path, school: Path) -> None:
+    process = elib(school, "--lab", lab, "--unsafe")
+    table, errors = process.communicate(timeout=300)
+    assert process.returncode == 0
+    assert "with your rights" in errors
+    assert re.search(r"honest.py +4 +4", table)
