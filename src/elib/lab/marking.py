@@ -102,7 +102,7 @@ def mark_all(
             marks[futures[future]] = future.result()
             done(marks[futures[future]])
     finally:
-        # After an error or Ctrl-C nobody waits for what still runs. bubblewrap ends with the process that started it.
+        # After an error or Ctrl-C nothing waits for what still runs. bubblewrap ends with the process that started it.
         if len(marks) < len(submissions):
             for process in multiprocessing.active_children():
                 process.kill()

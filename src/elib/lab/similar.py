@@ -1,7 +1,7 @@
 """Which submissions are much alike, compared by the shape of their programs.
 
 A program is a row of tokens without comments, texts, numbers and layout; its own names are all the same token. So
-renaming, reformatting and other numbers change nothing. What the lab's start.py has counts for nobody.
+renaming, reformatting and other numbers change nothing. What the lab's start.py has does not count.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FEWEST = 50
 ALIKE = 0.8
 """Share of the shorter program's rows that the other one has too, from which two are named."""
 COMMON = 0.5
-"""Share of all submissions above which a row counts for nobody: it belongs to the task. It needs ten submissions."""
+"""Share of all submissions above which a row does not count: it belongs to the task. It needs ten submissions."""
 
 SKIPPED = (tokenize.COMMENT, tokenize.NL, tokenize.ENCODING, tokenize.ENDMARKER)
 
