@@ -109,12 +109,13 @@ class Classroom:
     ) -> Student:
         """Open one world with its robots and its page."""
         controls: list[Control] = []
+        address = listen(self.host, page_port)  # first, because its errors say what to do
+        stack.callback(address.socket.close)
         place = joined(self.host, robot_port)
         on_wifi = settings.firmware == EPUCK2_WIFI.name
         tcp, wifi = (None, place) if on_wifi else (place, None)
         serving = serve(settings, pty=False, tcp=tcp, wifi=wifi, control=controls.append)
         robots = await stack.enter_async_context(serving)
-        address = listen(self.host, page_port)
         token = "".join(secrets.choice(LETTERS) for _ in range(TOKEN_LENGTH)) if address.is_shared else ""
         page = await stack.enter_async_context(closed_view_of(controls[0], address, token or None))
         return Student(number, robots, page, token)
