@@ -1,8 +1,10 @@
-"""Make text from robots, files, logs and Bluetooth devices safe to show on a terminal."""
+"""Make text from robots, files, logs and Bluetooth devices safe to show on a terminal, and in a notebook."""
 
 from __future__ import annotations
 
+import html
 import re
+from collections.abc import Iterable, Sequence
 
 _UNSAFE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 """Control characters but tabs and ends of lines, and those that turn the direction of text."""
@@ -13,4 +15,31 @@ def plain(text: str) -> str:
     return _UNSAFE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
 
 
-__all__ = ["plain"]
+class Html(str):
+    """Text that is HTML already."""
+
+    __slots__ = ()
+
+
+def html_table(rows: Iterable[Sequence[str]], title: str = "") -> str:
+    """Return a table for a notebook, whose rows begin with their labels.
+
+    Args:
+        rows: The rows, as text or :class:`Html`.
+        title: Words above the table.
+    """
+    lines = [f"<caption style='text-align:left;white-space:nowrap'>{html.escape(title)}</caption>"] if title else []
+    for label, *cells in rows:
+        texts = [cell if isinstance(cell, Html) else html.escape(cell) for cell in cells]
+        shown = "".join(f"<td style='text-align:left'>{text}</td>" for text in texts)
+        lines.append(f"<tr><th style='text-align:left'>{html.escape(label)}</th>{shown}</tr>")
+    return f"<table>{''.join(lines)}</table>"
+
+
+def html_bar(share: float) -> Html:
+    """Return a bar for a cell of :func:`html_table`, full for 1 and empty for 0."""
+    width = round(120 * min(max(share, 0.0), 1.0))
+    return Html(f"<div style='width:{width}px;height:0.8em;background:#3d7ebf'></div>")
+
+
+__all__ = ["Html", "html_bar", "html_table", "plain"]

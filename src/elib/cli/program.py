@@ -28,6 +28,7 @@ Try `elib demo` first: it needs no robot."""
 COMMANDS = {
     "demo": "Drive a virtual robot through an arena and draw its path.",
     "run": "Run a behaviour or your own program on a robot, and sum it up.",
+    "new": "Copy a sample program to start your own from.",
     "send": "Send one command and print its answer.",
     "watch": "Show what the robot senses, live.",
     "record": "Record everything that happens on a robot's link.",

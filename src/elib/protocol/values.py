@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import ClassVar, Final, Generic, NamedTuple, TypeVar, get_args, get_type_hints, overload
 
 from elib.body import MICROPHONE_DIRECTIONS
+from elib.plaintext import html_bar, html_table
 
 N = TypeVar("N", int, float)
 R = TypeVar("R")
@@ -118,6 +119,21 @@ class Reading:
 
     time: float = field(default=math.nan, compare=False, repr=False, metadata=_STAMP)
     origin: str = field(default="", compare=False, repr=False, metadata=_STAMP)
+
+    def _repr_html_(self) -> str:
+        """Show the reading in a notebook."""
+        when = "" if math.isnan(self.time) else f" at {self.time:.2f} s"
+        return html_table(map(_row, items(self, Role.NUMBER, Role.CONVERTED)), f"{type(self).__name__}{when}")
+
+
+def _row(item: tuple[FieldInfo, str, object]) -> tuple[str, ...]:
+    """Return name, number and bar of one number of a reading."""
+    info, name, value = item
+    shown = f"{value:.4g}" if isinstance(value, float) else "-" if value is None else str(value)
+    cells = (in_words(name), f"{shown} {info.unit}".strip())
+    if info.low is None or info.high is None or not isinstance(value, int | float):
+        return cells
+    return *cells, html_bar((value - info.low) / (info.high - info.low))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

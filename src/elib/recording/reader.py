@@ -15,6 +15,7 @@ from typing import Any, BinaryIO, cast
 
 from elib.errors import ArgumentError
 from elib.files import open_file, parse_json, reason_of
+from elib.plaintext import html_table
 from elib.pose import Pose
 from elib.recording.checking import LARGEST_NUMBER, Check, check_of
 from elib.recording.mcapfile import check_mcap, part_of
@@ -205,6 +206,18 @@ class Recording:
     def path(self, *, measured: bool) -> list[Pose]:
         """Return the poses of the robot: those measured from outside, or those by its step counters."""
         return [entry.pose for entry in self.entries(MEASURED.name if measured else ODOMETRY.name)]
+
+    def _repr_html_(self) -> str:
+        """Show what the recording holds in a notebook."""
+        summary = summary_of(self)
+        rows: list[tuple[str, str]] = []
+        rows += [(name, self.about[name]) for name in ("robot", "url", "firmware", "world") if name in self.about]
+        rows.append(("duration", f"{summary.duration:.1f} s of robot time"))
+        if not summary.is_complete:
+            rows.append(("state", "not complete"))
+        counts = ", ".join(f"{topic.removeprefix('/')} {count}" for topic, count in sorted(summary.messages.items()))
+        rows += [("messages", counts), ("tables", ", ".join(names_of(summary.messages)))]
+        return html_table(rows, f"recording {self.name}")
 
 
 def read_recording(path: str | os.PathLike[str]) -> Recording:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from elib.errors import ArgumentError, ElibError, Unsupported
+from elib.plaintext import Html, html_table
 from elib.protocol import values as v
 from elib.protocol.context import Profile
 from elib.protocol.image import Image
+from elib.protocol.quantities import CameraMode
+from elib.protocol.values import in_words
 
 IMAGE = "image"
 SENSORS = tuple(v.READING_TYPES)
@@ -113,6 +117,22 @@ class Snapshot(Readings):
         """
         period = max(self.period, PICTURE_PERIOD) if name == IMAGE else self.period
         return self.age(name, now) > STALE_PERIODS * period
+
+    def _repr_html_(self) -> str:
+        """Show the snapshot in a notebook."""
+        rows = [
+            (in_words(name), _cell(reading), f"{self.age(name):.2f} s old" + " (stale)" * self.is_stale(name))
+            for name, reading in self.readings.items()
+        ]
+        return html_table(rows, f"snapshot {self.sequence} at {self.time:.2f} s")
+
+
+def _cell(reading: v.Reading | Image) -> str:
+    """Return a reading as the cell of a table."""
+    if isinstance(reading, Image) and reading.mode != CameraMode.YUV:
+        picture = base64.b64encode(reading._repr_png_()).decode()
+        return Html(f"<img src='data:image/png;base64,{picture}' alt='picture'>")
+    return str(reading)
 
 
 def check_names(names: Iterable[object]) -> tuple[str, ...]:

@@ -1,0 +1,56 @@
+"""``elib new``: copy a sample program to start from."""
+
+from __future__ import annotations
+
+import ast
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter as Cli
+
+from elib.cli.terminal import table
+from elib.errors import ArgumentError
+from elib.fields import nearest
+
+Sample = Annotated[str | None, Cli(help="Name of the sample; --list shows them.")]
+Target = Annotated[Path | None, Cli(help="The file to write: NAME.py unless given.")]
+Listed = Annotated[bool, Cli(name="--list", help="List the samples.")]
+
+
+def new(sample: Sample = None, file: Target = None, /, *, listed: Listed = False) -> None:
+    """Copy a sample program, to start your own from. It never replaces a file.
+
+    The copy runs as it is, by `python my_robot.py` and by `elib run my_robot.py`.
+    """
+    there = samples()
+    if sample is None:
+        if not listed:
+            raise ArgumentError("elib new needs the name of a sample", hint="elib new --list lists them")
+        print(table([(name, _summary(text)) for name, text in there.items()], indent=0))
+        return
+    if sample not in there:
+        raise ArgumentError(f"there is no sample {sample!r}", hint=nearest(sample, tuple(there)))
+    path = Path(f"{sample}.py") if file is None else file
+    if path.suffix != ".py":
+        raise ArgumentError(f"the file is {str(path)!r}; it must end in .py", hint=f"elib new {sample} {path}.py")
+    try:
+        with path.open("x", encoding="utf-8") as target:
+            target.write(there[sample])
+    except FileExistsError:
+        raise ArgumentError(f"{path} exists already", hint="give another name, or move that file away first") from None
+    except OSError as error:
+        raise ArgumentError(f"{path} cannot be written: {error.strerror}", hint="does its folder exist?") from None
+    print(f"wrote {path}; try: elib run {path}")
+
+
+def samples() -> dict[str, str]:
+    """Return the text of each sample by its name, in alphabetical order."""
+    found = [each for each in files("elib.samples").iterdir() if each.name.endswith(".py") and each.name[0] != "_"]
+    return {
+        each.name.removesuffix(".py"): each.read_text("utf-8") for each in sorted(found, key=lambda each: each.name)
+    }
+
+
+def _summary(text: str) -> str:
+    return (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]

@@ -1,0 +1,1 @@
+"""Programs to start from: ``elib new`` copies them."""
