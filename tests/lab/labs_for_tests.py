@@ -40,7 +40,7 @@ def lab_in(folder: Path, goals: str = SURVIVES, *, variants: str = GIVEN, top: s
     return load_lab(folder)
 
 
-def run_program(lab: Lab, text: str, *, variant: int = 0, wall: float = 30.0, **environment: str) -> VariantResult:
+def run_program(lab: Lab, text: str, *, variant: int = 0, wall: float = 120.0, **environment: str) -> VariantResult:
     """Run the text of a program in a variant of a lab."""
     path = lab.folder / "program.py"
     path.write_text(text)
