@@ -109,13 +109,14 @@ HOSTILE = {
         cheats=False,
     ),
     "forges_messages": Hostile(
-        "import os\nfor fd in range(3, 20):\n    try: os.write(fd, b'\\xff' * 64)\n    except OSError: pass\n" + HONEST,
+        "import os\nfor fd in range(3, 200):\n"
+        "    try: os.write(fd, b'\\xff' * 64)\n    except OSError: pass\n" + HONEST,
         "broke the link's rules",
     ),
     "opens_the_link": before(
-        "import os\nfor fd in range(3, 20):\n    try: os.fdopen(fd, 'wb')\n    except OSError: pass", "by hand"
+        "import os\nfor fd in range(3, 200):\n    try: os.fdopen(fd, 'wb')\n    except OSError: pass", "by hand"
     ),
-    "closes_the_link": Hostile("import os\nos.closerange(3, 100)\n" + HONEST, "exit code|failed|broke", cheats=False),
+    "closes_the_link": Hostile("import os\nos.closerange(3, 200)\n" + HONEST, "exit code|failed|broke", cheats=False),
     "leaves_in_the_middle": Hostile(
         "import elib, os\nrobot = elib.connect()\nrobot.set_speed(1, 1)\nos._exit(0)\n", None, cheats=False
     ),

@@ -156,7 +156,8 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
     if found.ending == "broke" and not child.exceeded:
         attempts.append(found.why)
     name = found.variant.name
-    for text in (*attempts, *([remark] if remark and found.ending not in ("ended", "time", "broke") else [])):
+    is_told = bool(child.exceeded) or found.ending in ("failed", "wall")
+    for text in (*(f"no points: {each}" for each in attempts), *([remark] if is_told else [])):
         if not any(text in known for known in result.remarks):
             result.remarks.append(f"{text} ({name})")
     result.attempts += [attempt for attempt in attempts if attempt not in result.attempts]

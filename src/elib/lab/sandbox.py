@@ -117,7 +117,7 @@ class Child:
 
     def kill(self) -> None:
         """End it and all that it started."""
-        if not self.exceeded and self.poll() in (-signal.SIGKILL, -signal.SIGXCPU):
+        if not (self.exceeded or self._is_over.is_set()) and self.poll() in (-signal.SIGKILL, -signal.SIGXCPU):
             # The kernel was faster than the watcher.
             self.exceeded = f"computed for more than {self._limits.cpu} s"
         self._end_all()
