@@ -117,7 +117,7 @@ def main() -> int:
             print(f"renew with: {COMMAND}")
         return 1 if stale else 0
     for path in stale:
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(texts[path].rstrip() + "\n", encoding="utf-8")
     return 0
 

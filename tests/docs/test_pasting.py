@@ -21,7 +21,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from pages import PAGES, ROOT, Block, all_blocks, blocks, name_of
+from pages import PAGES, ROOT, Block, blocks, name_of
 from test_documents import commands
 
 pytestmark = [
@@ -41,11 +41,13 @@ REASONS = {
 BY_PROGRAMS = {"docs/guides/link-faults.md", "docs/guides/pandas.md", "docs/guides/records.md"}
 """Pages whose first Python program makes the file that their commands read."""
 SHOWN = {
-    "docs/guides/decode.md": ("run.txt", "text"),
-    "docs/guides/parity.md": ("mine.toml", "toml"),
-    "docs/guides/worlds.md": ("gate.toml", "toml"),
+    "docs/guides/decode.md": ("run.txt", "text", 1),
+    "docs/guides/parity.md": ("mine.toml", "toml", 1),
+    "docs/guides/worlds.md": ("gate.toml", "toml", 1),
+    "docs/tutorial/02-first-behaviour.md": ("roam.py", "python", 3),
 }
-"""Pages that show the file which their commands read: its name, and the language of its block, which is the first."""
+"""Pages that show the file which their commands read: its name, the language of its blocks, and how many of the first
+blocks are in it."""
 COPIES = {"monday.mcap": "drive.mcap", "friday.mcap": "drive.mcap"}
 """Files of another day, by what stands for them."""
 PROGRAM = ":080000000001040000000000F3\n:1002000000000700000007000000070000000700D2\n:00000001FF\n"
@@ -218,9 +220,9 @@ def test_the_commands_of_a_page_do_what_it_says(page: Path, tmp_path: Path) -> N
         program = blocks(page, "python")[0].text
         subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, timeout=PATIENCE)
     if name_of(page) in SHOWN:
-        name, language = SHOWN[name_of(page)]
-        text = next(block.text for block in all_blocks(page) if block.language == language)
-        (tmp_path / name).write_text(text + "\n", encoding="utf-8")
+        name, language, count = SHOWN[name_of(page)]
+        text = "\n".join(block.text for block in blocks(page, language)[:count])
+        (tmp_path / name).write_text(f"{text}\n", encoding="utf-8")
     with contextlib.closing(terminal):
         for block in blocks(page, "console"):
             for command, output in runs_here(block):
