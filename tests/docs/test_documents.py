@@ -24,7 +24,7 @@ WITH_CONSOLE = [page for page in PAGES if blocks(page, "console")]
 DOCTORS_PAGES = [block for page in PAGES for block in blocks(page, "text") if re.search(r"\nlink: \S+\n\n", block.text)]
 SCRIPTS = [block for page in PAGES for block in blocks(page, "toml") if "[[fault]]" in block.text]
 WORLDS = [block for page in PAGES for block in blocks(page, "toml") if "[arena]" in block.text]
-OTHER_PROGRAMS = {"sudo", "pip", "pytest", "python3", "."}
+OTHER_PROGRAMS = {"pip", "python", "python3", "export", "pytest", "sudo", "."}
 
 
 def test_there_are_pages_with_code() -> None:
@@ -110,7 +110,7 @@ def commands(text: str) -> list[tuple[str, str]]:
 
 def check(words: list[str]) -> None:
     """Fail unless a shell would find the program and the program would take its arguments."""
-    program, *rest = words
+    program, *rest = [word for word in words if not re.match(r"[A-Z_]+=", word)]
     if program == "elib":
         check_elib(rest)
     elif program == "make":

@@ -51,5 +51,5 @@ def test_the_guide_to_notebooks_holds_in_one(tmp_path: Path) -> None:
         assert written(cell, "stderr") == ""
     assert [written(cell, "stdout") for cell in cells[:2]] == ["", "True 0\n"]
     pictures = [kinds for cell in cells if (kinds := shown_as(cell) - {"text/plain"})]
-    assert pictures == [{"image/png"}, {"image/svg+xml"}]
+    assert pictures == [{"text/html"}, {"image/png"}, {"image/svg+xml"}, {"text/html"}]
     assert written(last, "stdout") == "sim:// ['sim://1', 'sim://2']\n"

@@ -1,4 +1,4 @@
-"""Explore a room: straight on, and a turn of any size when something is near."""
+"""Explore a room: straight on, and a turn of any size at an obstacle."""
 
 import elib
 
