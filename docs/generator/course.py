@@ -3,25 +3,11 @@
 from pathlib import Path
 
 from elib.lab import Lab, load_lab
+from elib.lab.labfile import shipped_labs
 from elib.physics import World
 from elib.view import draw_svg
 from generator.markdown import table
 
-COURSE = (
-    "go-10-cm",
-    "square",
-    "stop-before-the-wall",
-    "turn-to-the-post",
-    "avoid",
-    "follow-the-wall",
-    "follow-the-line",
-    "out-of-the-maze",
-    "go-to-the-light",
-    "find-the-red-box",
-    "bad-link",
-    "spread",
-)
-"""The labs in the order in which a course does them."""
 SIZE = 360
 """Pixels of a picture's longer side."""
 
@@ -29,7 +15,7 @@ SIZE = 360
 def listed() -> str:
     """Return the table of the labs, in their order."""
     rows = []
-    for number, name in enumerate(COURSE, start=1):
+    for number, name in enumerate(shipped_labs(), start=1):
         lab = load_lab(name)
         rows.append((str(number), f"[`{name}`](#{anchor(lab)})", lab.summary, uses(lab)))
     return table(("", "Lab", "The task", "What the program calls"), rows)
@@ -38,7 +24,7 @@ def listed() -> str:
 def shown() -> str:
     """Return a section for each lab: its picture and its goals."""
     parts = []
-    for name in COURSE:
+    for name in shipped_labs():
         lab = load_lab(name)
         goals = "\n".join(f"- `{goal.name}`: {goal.sentence}" for goal in lab.goals)
         parts.append(f"### {lab.title}\n\n![{lab.summary}](images/labs/{name}.svg)\n\n{goals}")
@@ -48,7 +34,7 @@ def shown() -> str:
 def pictures() -> dict[Path, str]:
     """Return the picture of each lab by its path, for the documents and for the lab's own folder."""
     found = {}
-    for name in COURSE:
+    for name in shipped_labs():
         lab = load_lab(name)
         drawn = picture(lab)
         found[Path(__file__).parents[1] / f"images/labs/{name}.svg"] = drawn

@@ -3,6 +3,7 @@
 import ast
 import re
 import shutil
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -49,8 +50,11 @@ def first_line(lab: Lab, program: str) -> re.Match[str]:
     return found
 
 
-def test_twelve_labs_come_with_elib() -> None:
+def test_twelve_labs_come_with_elib_from_10_cm_to_a_swarm() -> None:
     assert len(NAMES) == 12
+    assert (NAMES[0], NAMES[-1]) == ("go-10-cm", "spread")
+    numbers = [tomllib.loads((LABS[name].folder / "lab.toml").read_text())["number"] for name in NAMES]
+    assert numbers == list(range(1, 13))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -111,6 +115,7 @@ def test_the_beginning_runs_and_does_not_pass(name: str, tried: Tried) -> None:
     assert result.goals[0].goal.points > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_robot_that_only_stands_gets_no_points(name: str, tmp_path: Path) -> None:
     program = tmp_path / "program.py"

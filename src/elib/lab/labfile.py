@@ -29,6 +29,7 @@ Lengths are metres, angles degrees, times seconds of robot time.
 from __future__ import annotations
 
 import os
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
@@ -95,6 +96,7 @@ class Top:
         time: How much robot time the program has; then its link is lost and the goals are judged.
         firmware: What runs on the robots.
         robots: How many robots there are.
+        number: Its place in a course; ``elib lab list`` has this order.
     """
 
     title: Annotated[str, Text(example='"Go 10 cm"')]
@@ -102,6 +104,7 @@ class Top:
     time: TimeLimit
     firmware: Annotated[str, Choice(tuple(FIRMWARES), example='"epuck2"')] = "asercom-1.2.2"
     robots: Robots | None = None
+    number: Annotated[int, Whole(1, 1000, example="3", otherwise="none")] | None = None
 
 
 def zone(
@@ -287,9 +290,11 @@ def find_lab(program: str | Path) -> Path:
 
 
 def shipped_labs() -> list[str]:
-    """Return the names of the labs that come with elib."""
+    """Return the names of the labs that come with elib, in the order of a course."""
     folder = files("elib").joinpath(FOLDER)
-    return sorted(each.name for each in folder.iterdir() if each.joinpath(FILE).is_file()) if folder.is_dir() else []
+    labs = [each for each in folder.iterdir() if each.joinpath(FILE).is_file()] if folder.is_dir() else []
+    numbers = {each.name: tomllib.loads(each.joinpath(FILE).read_text(encoding="utf-8"))["number"] for each in labs}
+    return sorted(numbers, key=numbers.__getitem__)
 
 
 def _read(path: Path, top: Table, tables: Sequence[Table], what: str) -> tuple[Source, dict[str, list[object]]]:
