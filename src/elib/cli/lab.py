@@ -162,7 +162,9 @@ def summary(result: VariantResult) -> dict[str, object]:
 
 
 def _print(result: VariantResult, picture: Path) -> None:
-    if result.why:
+    if result.ending == "time":
+        say(f"The program was ended after {result.time:g} s of robot time, which is all that the lab gives.")
+    elif result.why:
         say(f"The program did not end well: {result.why}.")
     for each in result.goals:
         mark = paint("yes", GREEN, sys.stdout) if each.holds else paint("no ", RED, sys.stdout)

@@ -13,6 +13,7 @@ import socket
 import struct
 import threading
 import weakref
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
@@ -54,6 +55,7 @@ class LockstepLink:
         codecs: What each robot's link carries.
         is_over: Whether the marker lets no more time pass.
         was_used: Whether the program has opened a robot.
+        on_over: Called when the marker lets no more time pass.
 
     Raises:
         LinkNotFound: There is no marker behind this file descriptor.
@@ -62,6 +64,7 @@ class LockstepLink:
     def __init__(self, number: int) -> None:
         self.name = f"lockstep://{number}"
         self.is_over = self.was_used = False
+        self.on_over: Callable[[], None] | None = None
         self.now = 0.0
         self.loops: weakref.WeakSet[LockstepLoop] = weakref.WeakSet()
         self.robots: dict[int, LockstepTransport] = {}
@@ -139,6 +142,8 @@ class LockstepLink:
     def _end(self, why: str) -> None:
         """Note that the marker lets no more time pass: all robots are lost."""
         self.is_over = True
+        if self.on_over is not None:
+            self.on_over()
         with contextlib.suppress(OSError):
             self._socket.close()
         for robot in tuple(self.robots.values()):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import inspect
+import logging
 import os
 import runpy
 import sys
@@ -14,6 +15,7 @@ import elib
 from elib import runner
 from elib.behaviours import Behaviour, play
 from elib.emulator.lockstep import MarkersTime, link_of
+from elib.errors import LinkError
 from elib.robot.substitute import substituted
 
 
@@ -24,7 +26,10 @@ def main(number: int, file: str) -> None:
         number: The file descriptor of the marker's socket.
         file: Path of the program.
     """
-    count = len(link_of(number).codecs)
+    link = link_of(number)
+    # Whether the robot stands when the time is over cannot be known, and need not be told.
+    link.on_over = lambda: logging.getLogger("elib").setLevel(logging.CRITICAL)
+    count = len(link.codecs)
     urls = [f"lockstep://{number}" + (f"?robot={each}" if count > 1 else "") for each in range(1, count + 1)]
     asyncio.set_event_loop_policy(_Policy(number))
     sys.argv = [file]
@@ -32,9 +37,11 @@ def main(number: int, file: str) -> None:
     with substituted(urls, source="the lab"):
         try:
             found = runpy.run_path(file, run_name="__main__")
-            if not link_of(number).was_used:
+            if not link.was_used:
                 _run_defined(found)
         except Exception as error:
+            if link.is_over and isinstance(error, LinkError):
+                sys.exit(1)  # the marker says why
             print("".join(_own(TracebackException.from_exception(error)).format()), end="", file=sys.stderr)
             sys.exit(1)
 
