@@ -40,7 +40,7 @@ def test_a_picture_is_what_the_script_makes(made: Path, name: str) -> None:
 
 
 def test_every_picture_is_shown_and_is_small() -> None:
-    shown = {name for page in PAGES for name in re.findall(r"images/([\w.-]+)\)", page.read_text(encoding="utf-8"))}
-    files = {path.name: path.stat().st_size for path in IMAGES.iterdir()}
+    shown = {name for page in PAGES for name in re.findall(r"images/([\w./-]+)\)", page.read_text(encoding="utf-8"))}
+    files = {path.relative_to(IMAGES).as_posix(): path.stat().st_size for path in IMAGES.rglob("*.*")}
     assert set(files) - shown == {"favicon.svg"}
     assert {name: size for name, size in files.items() if size > (1_500_000 if name == "panel.webp" else 300_000)} == {}
