@@ -95,10 +95,13 @@ def mark(
 
 
 def _print(lab: Lab, marks: list[Mark]) -> None:
-    heading, *rows = to_rows(lab, marks)
+    rows = to_rows(lab, marks)
+    if not any(mark.alike for mark in marks):
+        rows = [row[:-1] for row in rows]
+    heading, *rows = rows
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in heading:
-        table.add_column(name, overflow="fold", no_wrap=name not in ("remarks", "similar", "submission"))
+        table.add_column(name, overflow="fold", no_wrap=name not in ("remarks", "similar"))
     for row, mark in zip(rows, marks, strict=True):
         table.add_row(*(Text(cell) for cell in row), style="red" if mark.attempts else "")
     Console().print(table)

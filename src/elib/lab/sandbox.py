@@ -322,15 +322,15 @@ def _python() -> tuple[list[str], list[str], list[str]]:
     Its own start-up files (``.pth``, ``sitecustomize``) are passed over: the path is given, not found.
     """
     package = os.path.dirname(elib.__file__)
-    roots = [sys.prefix, sys.base_prefix]
+    installed = [entry for entry in sys.path if os.path.basename(entry) in ("site-packages", "dist-packages")]
     path = [
         entry
         for entry in sys.path
         if entry not in ("", os.path.dirname(sys.executable))
-        and any(_within(entry, root) for root in (*roots, os.path.dirname(package)))
+        and (entry in installed or any(_within(entry, root) for root in (sys.base_prefix, os.path.dirname(package))))
     ]
     program = os.path.realpath(getattr(sys, "_base_executable", sys.executable))
-    folders = [os.path.realpath(sys.base_prefix), sys.base_prefix, sys.prefix, package]
+    folders = [os.path.realpath(sys.base_prefix), sys.base_prefix, *installed, package]
     return [program, "-S", "-P", confined.__file__], path, folders
 
 
