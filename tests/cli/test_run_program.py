@@ -283,6 +283,17 @@ def test_more_robots_than_urls_is_an_error_that_says_so(tmp_path: Path) -> None:
     assert "robots      2 opened" in done.stderr
 
 
+def test_robots_that_are_opened_one_after_another_share_one_time(tmp_path: Path) -> None:
+    text = f"with elib.connect({FAST!r}) as robot:\n    robot.set_speed(0.5, 0.4)\n    robot.sleep(SECONDS)\n"
+    written(tmp_path, "import elib\n" + text.replace("SECONDS", "3") + text.replace("SECONDS", "2"))
+    done = elib("run", "my_robot.py", "--json", cwd=tmp_path)
+    summary = json.loads(done.stdout)
+    assert summary["seconds"] == pytest.approx(5, abs=0.1)
+    assert [each["opened"] for each in summary["robots"]] == pytest.approx([0, 3], abs=0.1)
+    assert [each["seconds"] for each in summary["robots"]] == pytest.approx([3, 2], abs=0.1)
+    assert summary["distance"] == pytest.approx(0.45 * 0.1288 * 5, rel=0.05)
+
+
 def test_a_program_without_a_robot_is_told_so(tmp_path: Path) -> None:
     written(tmp_path, "print('no robot here')\n")
     done = elib("run", "my_robot.py", cwd=tmp_path)

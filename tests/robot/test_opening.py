@@ -16,7 +16,7 @@ from elib.transport.lease import lease
 
 WRONG = [
     (5, ArgumentError, "a robot's URL is a str"),
-    (None, ArgumentError, "a robot's URL is a str"),
+    (b"sim://", ArgumentError, "a robot's URL is a str"),
     ("", ArgumentError, "neither a URL nor"),
     ("foo://x", ArgumentError, "no scheme foo://"),
     ("sim://?sped=max", ArgumentError, "did you mean speed"),

@@ -95,7 +95,10 @@ def run_program(
         code = run.end_with(lambda: execute(path, arguments, run))
     unwritten = run.finish()
     if plot is not None and run.robots:
-        draw_drive(plot, path.name, run.robots, seconds=run.time)
+        try:
+            draw_drive(plot, path.name, run.robots, seconds=run.time)
+        except ElibError as error:  # the summary comes first
+            unwritten = unwritten or error
     if json:
         print_json(run.to_json(path, code, plot))
     else:
@@ -194,6 +197,7 @@ class ProgramRun:
         self._records = records
         self._files: list[Log | Recorder] = []
         self._statistics: list[LinkStats] = []
+        self._opened: list[float] = []
         self._is_limited = False
         self._has_ended = threading.Event()
 
@@ -216,6 +220,7 @@ class ProgramRun:
         offset = max((each.time for each in self.robots if not each.is_closed), default=self.time)
         report = RobotReport(robot, robot.time - offset)
         self.robots.append(report)
+        self._opened.append(offset)
         if self.seconds is not None and not self._is_limited:
             asyncio.get_running_loop().call_later(max(0.0, self.seconds - offset), self._expire)
         return [report]
@@ -287,14 +292,15 @@ class ProgramRun:
                     "name": each.robot.name,
                     "url": each.robot.url,
                     "firmware": each.robot.firmware,
-                    "seconds": each.time,
+                    "opened": opened,
+                    "seconds": each.time - opened,
                     "distance": each.distance,
                     "path": "world" if each.world is not None else "wheels",
                     "contacts": None if each.world is None else each.contacts,
                     "contact_seconds": None if each.world is None else each.contact_time,
                     "link": {name: getattr(statistics, name) for name in LINK_FIGURES},
                 }
-                for each, statistics in zip(self.robots, self._statistics, strict=True)
+                for each, opened, statistics in zip(self.robots, self._opened, self._statistics, strict=True)
             ],
             "log": self._records.log,
             "recordings": [str(each.path) for each in self._files if isinstance(each, Recorder)],
