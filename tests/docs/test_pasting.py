@@ -59,6 +59,8 @@ SERVERS = {"joystick", "simulate"}
 LINK = re.compile(r"\b(?:tcp|http|wifi|serial)://[^\s\"]+")
 PATIENCE = 120.0
 """s that a command may take on a busy machine."""
+ENDED = (0, 128 + signal.SIGINT, -signal.SIGINT)
+"""Exit codes of a command that ended by itself or by Ctrl-C."""
 WATCHED = 1.5
 """s for which a command that runs in real time is let run."""
 
@@ -136,7 +138,7 @@ class Terminal:
             started.wait(PATIENCE)
         said = error.read_text(encoding="utf-8")
         assert "Traceback" not in said, said
-        assert started.poll() in (None, 0, 128 + signal.SIGINT), out.read_text(encoding="utf-8") + said
+        assert started.poll() in (None, *ENDED), out.read_text(encoding="utf-8") + said
         if output:
             assert out.read_text(encoding="utf-8").rstrip() == output
 
@@ -174,7 +176,7 @@ class Terminal:
         for started in self.running:
             with contextlib.suppress(ProcessLookupError):
                 self.end(started)
-            assert started.returncode in (0, 128 + signal.SIGINT), started.args
+            assert started.returncode in ENDED, started.args
 
 
 def is_in_real_time(words: list[str]) -> bool:
