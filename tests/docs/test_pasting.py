@@ -44,6 +44,7 @@ SHOWN = {
     "docs/guides/decode.md": ("run.txt", "text", 1),
     "docs/guides/parity.md": ("mine.toml", "toml", 1),
     "docs/guides/worlds.md": ("gate.toml", "toml", 1),
+    "docs/tutorial/01-first-robot.md": ("mine.py", "python", 1),
     "docs/tutorial/02-first-behaviour.md": ("roam.py", "python", 3),
 }
 """Pages that show the file which their commands read: its name, the language of its blocks, and how many of the first
