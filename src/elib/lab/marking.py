@@ -10,6 +10,7 @@ import socket
 import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -101,6 +102,8 @@ def mark_all(
         for future in as_completed(futures):
             marks[futures[future]] = future.result()
             done(marks[futures[future]])
+    except BrokenProcessPool:
+        raise ElibError("a process of the marker was ended", hint="is there enough memory? try --jobs 1") from None
     finally:
         # After an error or Ctrl-C nothing waits for what still runs. bubblewrap ends with the process that started it.
         if len(marks) < len(submissions):

@@ -23,9 +23,12 @@ from pathlib import Path
 
 import elib
 from elib.errors import Unsupported
-from elib.lab import confined
 from elib.lab.syscalls import call_filter
 
+CONFINED = Path(__file__).with_name("confined.py")
+"""What is run; this process cannot import it on Windows."""
+READY = b"ready"
+"""What it says first."""
 HOME = "/home/student"
 FIRST_USER, USERS = 61184, 4336
 """Numbers that systemd sets aside for users who exist for as long as one process (DynamicUser)."""
@@ -33,8 +36,8 @@ KEPT_START, KEPT_END = 60_000, 4_000
 """Characters kept of what a program prints: the beginning, and the end with its traceback."""
 WATCH_EVERY = 0.1
 """s between two looks at how much memory and processor time all processes of a submission use together."""
-MOST_REPORTS = 65_536
-"""Bytes of reports that are read: what a pipe holds."""
+MOST_REPORTS, MOST_ATTEMPTS = 65_536, 20
+"""Bytes of reports that are read, which is what a pipe holds; attempts that are kept, however many were written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +174,7 @@ class Child:
                     lines = []
                 os.close(self._reports)
                 attempts = dict.fromkeys(map(_attempt, filter(None, lines[1:])))
-                self._told = (lines[:1] == [confined.READY.strip()], list(attempts))
+                self._told = (lines[:1] == [READY], list(attempts)[:MOST_ATTEMPTS])
             return self._told
 
 
@@ -210,6 +213,7 @@ def start(
         "secret": [str(place) for place in hidden],
         "link": link.fileno(),
         "reports": told,
+        "ready": READY + b"\n",
         "user": FIRST_USER + os.getpid() % USERS if safe and is_root else 0,
         "limits": {
             # The watcher is more exact, and says why: the kernel counts whole ticks here.
@@ -312,7 +316,7 @@ def _attempt(line: bytes) -> str:
     """Return what a line of the reports says."""
     with contextlib.suppress(ValueError):
         if isinstance(said := json.loads(line), str):
-            return said
+            return said[:200]
     return "to write into the marker's pipe by hand"
 
 
@@ -331,7 +335,7 @@ def _python() -> tuple[list[str], list[str], list[str]]:
     ]
     program = os.path.realpath(getattr(sys, "_base_executable", sys.executable))
     folders = [os.path.realpath(sys.base_prefix), sys.base_prefix, *installed, package]
-    return [program, "-S", "-P", confined.__file__], path, folders
+    return [program, "-S", "-P", str(CONFINED)], path, folders
 
 
 def _walls(own: Sequence[str], hidden: Iterable[Path], limits: Limits, is_root: bool) -> list[str]:
