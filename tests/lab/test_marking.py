@@ -100,6 +100,29 @@ def test_honest_work_has_its_points_in_every_variant(lab: Path, school: Path) ->
     assert all("<svg" in run.picture for run in found.runs)
 
 
+KEEPS = """
+import elib
+print(elib.find())
+with elib.connect("sim://corridor?view") as robot:
+    robot.record("run.mcap")
+    robot.log("run.log")
+    robot.drive(0.10)
+"""
+BEHAVES = """
+from elib import Epuck
+from elib.behaviours import behaviour, play
+@behaviour
+async def go(robot: Epuck): await robot.drive(0.10)
+play(go, seconds=10)
+"""
+
+
+@pytest.mark.parametrize("source", [KEEPS, BEHAVES])
+def test_what_elib_does_for_an_honest_program_is_not_named(lab: Path, school: Path, source: str) -> None:
+    found = mark_one(lab, school, "anna", source)
+    assert (found.points, found.remarks) == (4, []), found.output
+
+
 def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "1 / 0\n")
     assert found.points == 3
