@@ -2,7 +2,7 @@
 
 import elib
 
-CRUISE = 0.4  # rev/s
+CRUISE = 0.3  # rev/s
 
 
 def avoid(near: elib.Proximity) -> tuple[float, float]:

@@ -20,6 +20,6 @@ with elib.reconnecting() as robot:
         try:
             quick.set_speed(*avoid(quick.proximity()))
         except (elib.ReplyTimeout, elib.RemoteProtocolError, elib.LinkLost):
-            robot.within(5).stop()  # the link may need a while to come back
+            robot.within(10).stop()  # the link may need a while to come back
         robot.sleep(0.1)
-    robot.within(5).stop()
+    robot.within(10).stop()
