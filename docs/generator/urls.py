@@ -30,6 +30,8 @@ The first of these that there is:
 `elib run` and `ELIB_ROBOT` can name several robots: `ELIB_ROBOT="serial:///dev/rfcomm0 serial:///dev/rfcomm1"`. The
 first robot that the program opens gets the first URL, the next one the second. A robot that the program opens again
 gets its URL again, and `elib.swarm` gets all. A program that opens more robots than there are ends with an error.
+
+The commands of elib, such as `elib send`, drive the robot of `--robot URL`, or else that of `ELIB_ROBOT`.
 """
 TARGETS = {
     "sim": ("`sim://[WORLD]`", "a virtual robot inside your program"),

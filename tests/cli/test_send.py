@@ -223,3 +223,21 @@ def test_samples_are_nested_lists(capsys: pytest.CaptureFixture[str]) -> None:
 def test_any_text_command_can_be_sent(capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = sent(capsys, "text", "D,100,-100")
     assert (code, out) == (0, "d\n")
+
+
+def test_the_variable_elib_robot_names_the_robot_of_a_command(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ELIB_ROBOT", sim("btcom-2.0"))
+    code, out, _ = sent(capsys, "version", "--json")
+    assert (code, json.loads(out)["firmware"]) == (0, "btcom-2.0")
+
+
+def test_a_command_for_one_robot_refuses_a_variable_that_names_two(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ELIB_ROBOT", "sim:// sim://maze")
+    code, out, err = sent(capsys, "version")
+    assert (code, out) == (2, "")
+    assert "ELIB_ROBOT" in err
+    assert "--robot URL" in err
