@@ -7,7 +7,8 @@ import inspect
 from elib.emulator.lockstep import LONGEST
 from elib.fields import fields_of
 from elib.lab import labfile
-from elib.lab.goals import KINDS, Goal
+from elib.lab.goal import Goal
+from elib.lab.goals import KINDS
 from elib.lab.labfile import ANY_GOAL, GOALS, KIND, TOP, VARIANTS, ZONES
 from elib.lab.marker import MOST_KEPT
 from elib.lab.running import AFTERWARDS, GRACE, MOST_OUTPUT, WALL

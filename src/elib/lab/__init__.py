@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from elib.lab.goals import Goal as Goal
+    from elib.lab.goal import Goal as Goal
     from elib.lab.labfile import Lab as Lab
     from elib.lab.labfile import Variant as Variant
     from elib.lab.labfile import find_lab as find_lab

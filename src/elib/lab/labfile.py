@@ -41,7 +41,8 @@ from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, ElibError, SimulationError
 from elib.fields import Choice, Delay, Mistake, Number, Probability, Text, Whole, nearest
 from elib.files import read_file
-from elib.lab.goals import KINDS, EndsAt, Goal, Name, Zone
+from elib.lab.goal import Goal, Name, Zone
+from elib.lab.goals import KINDS, EndsAt
 from elib.physics import Scene
 from elib.physics.geometry import Place
 from elib.protocol.profiles import FIRMWARES

@@ -18,7 +18,8 @@ from typing import Literal, Protocol
 
 from elib.emulator.simulation import Simulation
 from elib.errors import ElibError, Unsupported
-from elib.lab.goals import Goal, Lit, Requests, Run, Zone, stripes_of
+from elib.lab.goal import Goal, Run, Zone
+from elib.lab.goals import Lit, Requests, stripes_of
 from elib.lab.labfile import Lab, Variant, settings_of
 from elib.lab.marker import BrokenRule, Marker, ProgramEnded, TimeOver, WallOver
 from elib.physics import Colour, Pose, Snapshot
