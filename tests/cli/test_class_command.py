@@ -153,7 +153,8 @@ def test_without_a_host_nobody_else_is_let_in() -> None:
         (["--class", "2", "--tcp", "127.0.0.1:4000"], "with --class it is the port of the first student"),
         (["--class", "2", "--shared", "--robots", "3"], "--shared has a robot for each student"),
         (["--host"], "--host, --shared and --sheet belong to a class"),
-        (["--class", "2", "--tcp", "65535", "--view", "0"], "65536"),
+        (["--class", "2", "--tcp", "65535", "--view", "0"], "student 2 would get the port 65536"),
+        (["--class", "2", "--tcp", "0", "--view", "65535"], "begin lower with --view"),
         (["--class", "2", "nowhere"], "nowhere"),
     ],
 )
@@ -164,6 +165,14 @@ def test_what_cannot_be_is_refused_with_the_reason(
     out, err = capsys.readouterr()
     assert out == ""
     assert said in err
+
+
+def test_a_robot_cannot_have_the_port_of_a_page(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = str(free.getsockname()[1])
+    assert main(["simulate", "--class", "2", "--tcp", port, "--view", port]) == 1
+    assert f"port {port} of 127.0.0.1 is taken" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,13 @@ def test_the_first_free_port_is_taken_unless_one_is_named(monkeypatch: pytest.Mo
             listen()
 
 
+def test_nobody_else_can_have_the_port_before_the_page_is_served() -> None:
+    found = listen(port=0)
+    with found.socket, pytest.raises(LinkBusy, match="is taken") as refused:
+        listen(port=found.port, option="--view")
+    assert refused.value.hint == "choose another with --view, or 0 for a free one"
+
+
 @pytest.mark.parametrize("port", [-1, 65536])
 def test_a_port_that_cannot_be_is_refused(port: int) -> None:
     with pytest.raises(ArgumentError):

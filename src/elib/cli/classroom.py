@@ -21,6 +21,7 @@ from elib.web.server import closed_view_of
 
 FIRST_ROBOT, FIRST_PAGE = 4001, 8601
 """The ports of student 1; those of the next ones count up, so that the number of a student is at their end."""
+LAST_PORT = 65535
 LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
 """What a token is made of: nothing that is easily mistaken on paper."""
 TOKEN_LENGTH = 8
@@ -108,8 +109,14 @@ class Classroom:
         page_port: int,
     ) -> Student:
         """Open one world with its robots and its page."""
+        for option, port in (("--tcp", robot_port), ("--view", page_port)):
+            if port > LAST_PORT:
+                raise ArgumentError(
+                    f"student {number} would get the port {port}, but {LAST_PORT} is the last one",
+                    hint=f"begin lower with {option}, or take free ones with {option} 0",
+                )
         controls: list[Control] = []
-        address = listen(self.host, page_port)  # first, because its errors say what to do
+        address = listen(self.host, page_port, "--view")  # first, because its errors say what to do
         stack.callback(address.socket.close)
         place = joined(self.host, robot_port)
         on_wifi = settings.firmware == EPUCK2_WIFI.name

@@ -7,7 +7,7 @@ import ipaddress
 import socket
 from dataclasses import dataclass
 
-from elib.emulator.loopback import LOOPBACK, PORTS, bound, joined, reachable
+from elib.emulator.loopback import LOOPBACK, PORTS, bound, joined, reachable, refusal
 from elib.errors import ArgumentError, LinkBusy, LinkError
 
 PORT = 8700
@@ -19,7 +19,7 @@ class Address:
     """Where the page is served.
 
     Attributes:
-        socket: A bound socket, not listening yet.
+        socket: A socket that listens, so that nobody else can have its port.
         host: The host as it was asked for.
         is_shared: Whether other computers reach it.
     """
@@ -39,12 +39,13 @@ class Address:
         return f"http://{joined(reachable(self.host), self.port)}/"
 
 
-def listen(host: str = LOOPBACK, port: int | None = None) -> Address:
-    """Bind the panel's port.
+def listen(host: str = LOOPBACK, port: int | None = None, option: str = "--port") -> Address:
+    """Take the panel's port.
 
     Args:
         host: An address or a name of this computer.
         port: 0 for any free one; None for the first free one from :data:`PORT` on.
+        option: The option that names the port, for hints.
 
     Raises:
         ArgumentError: There is no such port.
@@ -64,6 +65,17 @@ def listen(host: str = LOOPBACK, port: int | None = None) -> Address:
     tried = range(PORT, PORT + PORTS) if port is None else (port,)
     for number in tried:
         with contextlib.suppress(LinkBusy):
-            return Address(bound(str(where[0]), number, hint="0.0.0.0 means all of them"), host, is_shared)
+            return Address(_listening(str(where[0]), number), host, is_shared)
     taken = f"port {port} of {host} is" if port is not None else f"the ports {PORT} to {PORT + PORTS - 1} are"
-    raise LinkBusy(f"{taken} taken", hint="choose another with --port, or 0 for a free one")
+    raise LinkBusy(f"{taken} taken", hint=f"choose another with {option}, or 0 for a free one")
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    hint = "is that an address of this computer? 0.0.0.0 means all of them"
+    sock = bound(host, port, hint=hint)
+    try:
+        sock.listen()
+    except OSError as error:
+        sock.close()
+        raise refusal(error, host, port, hint=hint) from error
+    return sock
