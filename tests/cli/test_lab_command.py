@@ -96,13 +96,26 @@ def test_what_is_wrong_with_the_line_is_said_before_anything_runs(
 ) -> None:
     for options, message in (
         (["--variant", "empty flor"], "did you mean empty floor?"),
-        (["--lab", "nowhere"], "elib lab list"),
+        (["--lab", "nowhere"], "there is no lab 'nowhere'"),
+        (["--lab", "sqare"], "did you mean square?"),
         (["--wall", "0"], "--wall is 0"),
     ):
         assert check(lab, GOOD, *options) == 2, options
         assert message in capsys.readouterr().err
-    assert exit_of(["lab", "check", str(lab / "nothing.py")]) == 2
-    assert "there is no program" in capsys.readouterr().err
+    for name, message in (
+        ("nothing.py", "there is no program"),
+        ("README.md", "does not end in .py"),
+        ("", f"is a folder\nhint: name the program in it: elib lab check {lab / 'start.py'}"),
+        ("worlds", "is a folder"),
+    ):
+        assert exit_of(["lab", "check", str(lab / name)]) == 2
+        assert message in capsys.readouterr().err
+    assert not list(lab.glob("*.png"))
+
+
+def test_the_list_of_commands_says_what_each_does(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lab", "--help"]) == 0
+    assert "mark   Mark all submissions in a folder" in capsys.readouterr().out
 
 
 def test_another_lab_can_be_named(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:

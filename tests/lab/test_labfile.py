@@ -101,5 +101,5 @@ def test_the_lab_of_a_program_is_the_nearest_above_it(tmp_path: Path) -> None:
 def test_the_labs_that_come_with_elib_are_read_by_their_names() -> None:
     assert "go-10-cm" in shipped_labs()
     assert load_lab("go-10-cm").title == "Go 10 cm"
-    with pytest.raises(ArgumentError, match="elib lab list"):
+    with pytest.raises(ArgumentError, match=r"did you mean go-10-cm\?"):
         load_lab("go-11-cm")

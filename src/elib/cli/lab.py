@@ -26,12 +26,21 @@ TEACHER = "teacher"
 
 app = App(
     name="lab",
-    help="""List the labs that come with elib, copy one, and check a program against its goals.
+    help="""Copy a lab that comes with elib, check a program against its goals, and mark a class.
 
     A lab is a folder with instructions, worlds and goals. To make one of your own, copy one with --teacher.""",
 )
 
-app.command("elib.cli.labmark:mark", name="mark")
+app.command(
+    "elib.cli.labmark:mark",
+    name="mark",
+    help="""Mark all submissions in a folder.
+
+    Each runs in every variant of the lab, the hidden ones too. It sees neither this computer nor other submissions, and
+    it drives its robot in simulated time, so the marks are the same on every run. A program that tries what is
+    forbidden has no points and is named. Programs that are much alike are named too.
+    """,  # here, because the list of commands shows its first line and does not import the module
+)
 
 LabFolder = Annotated[
     str | None, Cli(name="--lab", metavar="FOLDER", help="The lab's folder, or its name (default: above the program).")
@@ -89,8 +98,14 @@ def check(
     The path of the robot is drawn into a picture beside the program. The exit code is 0 if all goals hold.
     """
     path = Path(program)
+    if path.is_dir():
+        first = path / "start.py"
+        hint = f"name the program in it: elib lab check {first}" if first.is_file() else "name the program in it"
+        raise ArgumentError(f"{program} is a folder", hint=hint)
     if not path.is_file():
         raise ArgumentError(f"there is no program {program}", hint="name a .py file, such as start.py")
+    if path.suffix != ".py":
+        raise ArgumentError(f"{program} is not a program: its name does not end in .py")
     Number(1, 3600, "s").require(wall, "--wall")
     found = load_lab(lab or find_lab(path))
     chosen = found.variants if variant is None else (found.variant(variant),)

@@ -53,12 +53,7 @@ def mark(
     json: AsJson = False,
     unsafe: Unsafe = False,
 ) -> None:
-    """Mark all submissions in a folder.
-
-    Each runs in every variant of the lab, the hidden ones too. It sees neither this computer nor other submissions, and
-    it drives its robot in simulated time, so the marks are the same on every run. A program that tries what is
-    forbidden has no points and is named. Programs that are much alike are named too.
-    """
+    """Mark all submissions in a folder; elib.cli.lab has the text of its help page."""
     submissions = find_submissions(folder)
     task = load_lab(lab or find_lab(folder / "submission"), hidden=True)
     for path in (csv, html):

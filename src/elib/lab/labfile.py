@@ -235,6 +235,11 @@ def load_lab(folder: str | Path, *, hidden: bool = False) -> Lab:
     path = Path(folder)
     if not path.is_dir() and str(folder) in shipped_labs():
         path = Path(str(files("elib").joinpath(FOLDER, str(folder))))
+    if not path.exists():
+        raise ArgumentError(
+            f"there is no lab {str(folder)!r}",
+            hint=f"name a folder with a lab.toml, or a lab of elib: {nearest(str(folder), shipped_labs())}",
+        )
     source, parts = _read(path / FILE, TOP, [ZONES, VARIANTS, ANY_GOAL], "the lab")
     [top] = cast("list[Top]", parts[""])
     goals = cast("list[Goal]", parts["goal"])
@@ -282,11 +287,12 @@ def find_lab(program: str | Path) -> Path:
     Raises:
         ArgumentError: There is none.
     """
-    for folder in Path(program).resolve().parents:
+    above = Path(program).resolve().parents
+    for folder in above:
         if (folder / FILE).is_file():
             return folder
     raise ArgumentError(
-        f"there is no {FILE} beside {program} or above it", hint="name the lab: --lab FOLDER, or --lab go-10-cm"
+        f"there is no {FILE} in {above[0]} or above it", hint="name the lab: --lab FOLDER, or --lab go-10-cm"
     )
 
 

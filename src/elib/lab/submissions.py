@@ -54,7 +54,7 @@ def find_submissions(folder: Path) -> list[Submission]:
         places = sorted(place for place in folder.iterdir() if place.name[0] not in "._")
     except OSError as error:
         raise ArgumentError(
-            f"{folder} cannot be read: {reason_of(error)}", hint="name the folder that they are in"
+            f"{folder} cannot be read: {reason_of(error)}", hint="name the folder with all that was handed in"
         ) from None
     found = [
         _read(place)
