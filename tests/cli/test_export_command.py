@@ -44,7 +44,7 @@ def test_a_folder_gets_a_file_for_each_table(path: Path, tmp_path: Path, capsys:
             assert found[column].tolist() == pytest.approx(expected[column].tolist(), rel=0, abs=0, nan_ok=True)
     assert pandas.read_csv(folder / "notes.csv")["text"].tolist()[-1] == 'a "word", and more'
     assert f"{folder / 'proximity.csv'}" in out
-    assert "1 pictures are not in the tables" in err
+    assert "pictures (1) are not in the tables" in err
 
 
 def test_parquet_keeps_the_types(path: Path, tmp_path: Path) -> None:
@@ -90,6 +90,9 @@ def test_nothing_is_replaced_unless_told_and_all_is_written_or_nothing(
         (["--csv", "x", "--parquet", "y"], "needs --csv or --parquet, one of them"),
         ([], "needs --csv or --parquet, one of them"),
         (["proxymity", "--csv", "x"], "has no table 'proxymity' with rows"),
+        (["proximity", "--parquet", "near.csv"], "or a file for one: 'near.parquet'"),
+        (["proximity", "--csv", "near.txt"], "'near.txt' has the name of a file, but a csv file ends in .csv"),
+        (["--csv", "nowhere/tables"], "hint: name a folder in one that exists, and not a file"),
     ],
 )
 def test_mistakes_are_named(
@@ -113,6 +116,16 @@ def test_of_a_damaged_recording_what_is_whole_is_exported_and_said(
     assert main(["record", "export", str(cut), "--csv", str(tmp_path / "out")]) == 0
     assert "cut.mcap is not complete: 0 damaged pieces were left out" in capsys.readouterr().err
     assert (tmp_path / "out" / "proximity.csv").exists()
+
+
+def test_a_recording_without_a_whole_chunk_is_not_called_empty(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cut = tmp_path / "cut.mcap"
+    content = path.read_bytes()
+    cut.write_bytes(content[: len(content) // 8])
+    assert main(["record", "export", str(cut), "--csv", str(tmp_path / "out")]) == 2
+    assert "cut.mcap was cut off or damaged before its first whole chunk" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -16,6 +16,9 @@ from elib.recording.reader import Entry, Health, Recording
 from elib.recording.tables import FIXED, Tabulator, topics_of
 from elib.recording.topics import PICTURES, READINGS
 
+NO_FOLDERS = (".csv", ".parquet", ".txt", ".tsv", ".json", ".jsonl", ".xlsx", ".mcap", ".log")
+"""Endings that nobody gives to a folder: such a name is a mistake, unless it ends as the format does."""
+
 
 @dataclass(slots=True)
 class Exported:
@@ -67,6 +70,11 @@ def export(
             f"{str(target)!r} is one file, and a recording has several tables",
             hint="name a folder for all of them, or one table: elib record export FILE proximity ...",
         )
+    if not is_file and target.suffix.lower() in NO_FOLDERS and not target.is_dir():
+        raise ArgumentError(
+            f"{str(target)!r} has the name of a file, but a {format_name} file ends in {ending}",
+            hint=f"name a folder for all tables, or a file for one: {str(target.with_suffix(ending))!r}",
+        )
     done = Exported()
     tabulator = Tabulator(recording.about)
     writers: dict[str, Writer] = {}
@@ -83,9 +91,10 @@ def export(
         missing = [name for name in tables if name not in writers]
         if missing or not writers:
             there = recording.table_names()
+            none = "has no rows" if done.is_complete else "was cut off or damaged before its first whole chunk"
             raise ArgumentError(
-                f"{recording.name} has no table {missing[0]!r} with rows" if missing else f"{recording.name} is empty",
-                hint=f"it has {', '.join(there)}" if there else "",
+                f"{recording.name} {f'has no table {missing[0]!r} with rows' if there else none}",
+                hint=f"it has {', '.join(there)}" if there else "elib record info FILE shows what it has",
             )
     return done
 
@@ -106,6 +115,9 @@ def _make_room(path: Path, *, replace: bool) -> None:
         path.parent.mkdir(exist_ok=True)
         exists = path.exists()
     except OSError as error:
-        raise ArgumentError(f"{str(path.parent)!r} cannot be made: {reason_of(error)}") from None
+        raise ArgumentError(
+            f"the folder {str(path.parent)!r} cannot be made: {reason_of(error)}",
+            hint="name a folder in one that exists, and not a file",
+        ) from None
     if exists and not replace:
         raise ArgumentError(f"{str(path)!r} exists", hint="choose another name, or add --replace")

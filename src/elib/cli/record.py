@@ -155,7 +155,7 @@ def export_tables(
     if done.misfits:
         say(f"{done.misfits} readings were left out: they have other fields than the first one of their kind")
     if done.pictures:
-        say(f"{done.pictures} pictures are not in the tables; in Python, recording.entries('/pictures') has them")
+        say(f"pictures ({done.pictures}) are not in the tables; in Python, recording.entries('/pictures') has them")
 
 
 async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float | None, watcher: Watcher) -> None:
