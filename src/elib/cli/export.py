@@ -17,7 +17,7 @@ from elib.recording.tables import FIXED, Tabulator, topics_of
 from elib.recording.topics import PICTURES, READINGS
 
 NO_FOLDERS = (".csv", ".parquet", ".txt", ".tsv", ".json", ".jsonl", ".xlsx", ".mcap", ".log")
-"""Endings that nobody gives to a folder: such a name is a mistake, unless it ends as the format does."""
+"""Endings that no folder has: such a name is a mistake, unless it ends as the format does."""
 
 
 @dataclass(slots=True)

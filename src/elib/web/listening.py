@@ -19,7 +19,7 @@ class Address:
     """Where the page is served.
 
     Attributes:
-        socket: A socket that listens, so that nobody else can have its port.
+        socket: A socket that listens, so that no other program can have its port.
         host: The host as it was asked for.
         is_shared: Whether other computers reach it.
     """
