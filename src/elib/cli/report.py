@@ -12,11 +12,11 @@ from elib.session.statistics import LinkStats, merged
 from elib.view.drive import RobotReport, draw_drive
 
 ENDINGS = {
-    "done": "by itself",
+    "done": "ended by itself",
     "time": "its time was over",
-    "enter": "by Enter",
-    "error": "by an error",
-    "interrupt": "by Ctrl-C or a signal",
+    "enter": "ended by Enter",
+    "error": "ended by an error",
+    "interrupt": "ended by Ctrl-C or a signal",
 }
 
 
