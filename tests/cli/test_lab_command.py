@@ -66,6 +66,27 @@ def test_the_first_program_fails_and_the_exit_code_says_so(lab: Path, capsys: py
     assert "no   The robot ends 10 cm ahead" in capsys.readouterr().out
 
 
+def test_a_goal_that_fails_gives_none_of_its_points(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert check(lab, GOOD) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("Go 10 cm\n")  # a name only where there is more than one variant
+    assert "its wheels stand (1 point)" in told
+    assert check(lab, GOOD.replace("0.1", "0.2")) == 1
+    told = capsys.readouterr().out
+    assert "(0 of 3 points)" in told
+    assert "(0 of 1 point)" in told
+
+
+@pytest.mark.parametrize("program", ["def main(robot):\n    robot.drive(0.1)\n", "print('hello')\n"])
+def test_a_program_that_opens_no_robot_is_told_so(
+    lab: Path, program: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert check(lab, program) == 1
+    assert "The program did not open a robot" in capsys.readouterr().err
+    assert check(lab, GOOD) == 0
+    assert "did not open" not in capsys.readouterr().err
+
+
 def test_a_program_that_fails_shows_its_own_lines(lab: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert check(lab, BAD) == 1
     error = capfd.readouterr().err

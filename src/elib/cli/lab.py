@@ -113,7 +113,7 @@ def check(
     results, pictures = [], []
     for each in chosen:
         if not json:
-            print(f"{found.title}: {each.name}", flush=True)
+            print(found.title if len(found.variants) == 1 else f"{found.title}: {each.name}", flush=True)
         results.append(
             run_variant(
                 found, each, lambda link: PlainProgram(path, link, shows=lambda text: _show(text, shown)), wall=wall
@@ -181,10 +181,13 @@ def _print(result: VariantResult, picture: Path) -> None:
         say(f"The program was ended after {result.time:g} s of robot time, which is all that the lab gives.")
     elif result.why:
         say(f"The program did not end well: {result.why}.")
+    elif not result.time:  # opening a robot takes robot time
+        say("The program did not open a robot. Is there an elib.connect() in it, and does it run?")
     for each in result.goals:
         mark = paint("yes", GREEN, sys.stdout) if each.holds else paint("no ", RED, sys.stdout)
         print(f"  {mark}  {each.goal.sentence}")
-        print(f"       {plain(each.text)} ({each.goal.points:g} {'point' if each.goal.points == 1 else 'points'})")
+        points = f"{each.goal.points:g} {'point' if each.goal.points == 1 else 'points'}"
+        print(f"       {plain(each.text)} ({points if each.holds else f'0 of {points}'})")
     print(f"  path in {picture}\n", flush=True)
 
 
