@@ -78,9 +78,7 @@ def test_a_goal_that_fails_gives_none_of_its_points(lab: Path, capsys: pytest.Ca
 
 
 @pytest.mark.parametrize("program", ["def main(robot):\n    robot.drive(0.1)\n", "print('hello')\n"])
-def test_a_program_that_opens_no_robot_is_told_so(
-    lab: Path, program: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_program_that_opens_no_robot_is_told_so(lab: Path, program: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert check(lab, program) == 1
     assert "The program did not open a robot" in capsys.readouterr().err
     assert check(lab, GOOD) == 0

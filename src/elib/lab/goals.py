@@ -34,7 +34,8 @@ def _nearest(run: Run, robot: int, zone: Zone) -> str:
     path = run.path(robot)
     distances = [math.hypot(pose.x - zone.x, pose.y - zone.y) for pose in path]
     tick = min(range(len(path)), key=distances.__getitem__)
-    return f"{distances[tick]:.2f} m from the middle of {zone.name} at its nearest, at {tick * run.step:.1f} s"
+    where = f"to the middle of the zone {zone.name}, after {tick * run.step:.1f} s"
+    return f"came no nearer than {distances[tick]:.2f} m {where}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +56,7 @@ class Reach(Stretch):
     def _one(self, run: Run, robot: int) -> Finding:
         zone = run.zones[self.zone]
         flags = [zone.holds(pose) for pose in run.path(robot)]
-        return self._judge(run, flags, f"in {zone.name}", _nearest(run, robot, zone))
+        return self._judge(run, flags, f"in the zone {zone.name}", _nearest(run, robot, zone))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +104,7 @@ class KeepOut(Goal):
         for tick, pose in enumerate(run.path(robot)):
             for name in self.zones:
                 if run.zones[name].holds(pose):
-                    return False, f"in {name} after {tick * run.step:.1f} s"
+                    return False, f"in the zone {name} after {tick * run.step:.1f} s"
         return True, "never in one of them"
 
 
@@ -460,7 +461,7 @@ class Push(Goal):
         zone = run.zones[self.zone]
         thing = next(each for each in things_of(run.snapshot) if each.name == self.thing)
         away = math.hypot(thing.x - zone.x, thing.y - zone.y)
-        text = f"{self.thing} ended {away:.2f} m from the middle of {zone.name}"
+        text = f"{self.thing} ended {away:.2f} m from the middle of the zone {zone.name}"
         return zone.holds(Pose(thing.x, thing.y)), text
 
 
@@ -486,8 +487,8 @@ class AllInZone(Stretch):
         zone, wanted = run.zones[self.zone], self.count or run.robots
         counts = [sum(map(zone.holds, row)) for row in run.poses]
         best = max(counts)
-        text = f"{_number(wanted, 'robot')} in {zone.name}"
-        missed = f"{best} of {wanted} robots in {zone.name} at most, at {counts.index(best) * run.step:.1f} s"
+        text = f"{_number(wanted, 'robot')} in the zone {zone.name}"
+        missed = f"{best} of {wanted} robots in the zone {zone.name} at most, at {counts.index(best) * run.step:.1f} s"
         return self._judge(run, [count >= wanted for count in counts], text, missed)
 
 
