@@ -130,3 +130,17 @@ def test_the_option_is_refused_for_a_robot_without_a_world(tmp_path: Path) -> No
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert done.returncode == 1
     assert "tcp://127.0.0.1:1 is not a simulation: there is no world to view" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "import elib\nwith elib.connect('sim://square?speed=max&seed=3') as robot:\n    print(robot.url, flush=True)\n",
+        "import elib\nasync def main(robot):\n    print(robot.url)\nelib.run(main, robot='sim://square?speed=max&seed=3')\n",
+    ],
+)
+def test_the_option_shows_a_program_in_real_time_whatever_speed_it_names(program: str, tmp_path: Path) -> None:
+    (tmp_path / "my_robot.py").write_text(program)
+    command = [sys.executable, "-m", "elib", "run", str(tmp_path / "my_robot.py"), "--view"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    assert (done.returncode, done.stdout) == (0, "sim://square?seed=3&view\n"), done.stderr

@@ -76,7 +76,7 @@ Robots = Annotated[
 ]
 View = Annotated[
     bool,
-    Cli(name="--view", help="Show the program's virtual world live in the browser, as sim://WORLD?view does."),
+    Cli(name="--view", help="Show the program's virtual world live in the browser, in real time."),
 ]
 AsJson = Annotated[
     bool, Cli(name="--json", help="Print the summary as one line of JSON; what the program prints goes to stderr.")

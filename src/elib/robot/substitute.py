@@ -104,7 +104,7 @@ def substituted(urls: Sequence[str], *, source: str = "the caller of the program
 def viewed() -> Iterator[None]:
     """Show the world of every robot live in the browser, as ``sim://WORLD?view`` does, while the block lasts.
 
-    A robot that is not in a simulation is refused when it is opened.
+    A robot with ``speed=max`` then lives in real time. One that is not in a simulation is refused when it is opened.
     """
     global _is_viewed
     before, _is_viewed = _is_viewed, True
@@ -180,4 +180,5 @@ def _viewed(url: str) -> str:
         )
     if "view" in parsed.keys:
         return url
-    return str(parse_url(str(replace(parsed, query=(*parsed.query, ("view", ""))))))
+    kept = tuple(each for each in parsed.query if each != ("speed", "max"))
+    return str(parse_url(str(replace(parsed, query=(*kept, ("view", ""))))))
