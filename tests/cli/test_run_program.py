@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import signal
+import subprocess
 import threading
 from pathlib import Path
 
 import pytest
-from elib_process import elib, started
+from elib_process import COMMAND, elib, environment, started
 
 from elib.recording import read_recording
+from shared import PATIENCE
 
 FAST = "sim://square?speed=max"
 
@@ -219,6 +221,34 @@ def test_a_mistake_in_the_syntax_is_shown_as_python_does(tmp_path: Path) -> None
     assert done.returncode == 1
     assert "SyntaxError" in done.stderr
     assert "src/elib" not in done.stderr
+
+
+def test_a_traceback_leaves_out_the_lines_that_dataclasses_make(tmp_path: Path) -> None:
+    written(tmp_path, "import elib\nelib.connect('sim://?loss=3')\n")
+    done = elib("run", "my_robot.py", cwd=tmp_path)
+    assert [line for line in done.stderr.splitlines() if line.startswith("  File ")] == [
+        '  File "my_robot.py", line 2, in <module>'
+    ]
+
+
+def test_what_a_program_prints_comes_before_its_summary(tmp_path: Path) -> None:
+    def told() -> list[str]:
+        done = subprocess.run(
+            [*COMMAND, "run", "my_robot.py"],
+            cwd=tmp_path,
+            env=environment(PYTHONUNBUFFERED=""),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
+        )
+        return done.stdout.splitlines()
+
+    written(tmp_path, BLOCKING + "print('arrived')\n")
+    assert told()[0] == "arrived"
+    written(tmp_path, BLOCKING + "print('arrived')\n1 / 0\n")
+    assert told()[:2] == ["arrived", "Traceback (most recent call last):"]
 
 
 @pytest.mark.parametrize("style", ["without with", "async", "own loop", "swarm", "behaviour"])

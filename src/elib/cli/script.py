@@ -46,6 +46,7 @@ _LIBRARY = sysconfig.get_path("stdlib") + os.sep
 OURS = (
     str(Path(__file__).parents[1]) + os.sep,
     "<frozen ",
+    "<string>",  # what dataclasses make
     *(_LIBRARY + name for name in ("asyncio", "concurrent", "contextlib", "runpy", "threading")),
 )
 """Beginnings of the paths of files that a traceback leaves out: those of elib, and what it calls the program by."""
@@ -234,6 +235,8 @@ class ProgramRun:
                     work()
                 finally:
                     SIGNALS.close_all()  # before the summary, as Python does it at its end
+                    with contextlib.suppress(OSError, ValueError):  # Python says it at its end
+                        sys.stdout.flush()
             except SystemExit as ending:
                 code = _code_of(ending)
                 self.reason = "interrupt" if code > 128 else "error" if code else "done"
