@@ -178,6 +178,32 @@ with elib.connect() as robot:
     assert json.loads(done.stdout)["outcome"] == "done"
 
 
+def test_the_file_of_a_program_has_its_whole_path_as_in_python(tmp_path: Path) -> None:
+    written(tmp_path, "import os, sys\nos.chdir('/')\nprint(__file__, sys.modules['__main__'].__file__)\n")
+    done = elib("run", "my_robot.py", cwd=tmp_path)
+    assert done.stdout == f"{tmp_path / 'my_robot.py'} {tmp_path / 'my_robot.py'}\n", done.stderr
+
+
+def test_an_exception_group_has_the_lines_of_the_program_only(tmp_path: Path) -> None:
+    written(
+        tmp_path,
+        """
+import asyncio, elib
+async def main(robot):
+    async with asyncio.TaskGroup() as tasks:
+        tasks.create_task(robot.drive("far"))
+        tasks.create_task(fail())
+async def fail():
+    1 / 0
+elib.run(main)
+""",
+    )
+    done = elib("run", "my_robot.py", cwd=tmp_path, ELIB_ROBOT=FAST)
+    assert done.returncode == 1
+    assert 'File "my_robot.py", line 8, in fail' in done.stderr
+    assert "src/elib" not in done.stderr
+
+
 @pytest.mark.parametrize(
     ("ending", "code", "said"),
     [

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import inspect
 import math
 import os
-import runpy
 import signal
 import sys
-import sysconfig
 import threading
-import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from elib import runner
 from elib.behaviours import Behaviour, behaviours, play
 from elib.cli.arguments import check_duration
 from elib.cli.readings import print_json
@@ -26,6 +21,7 @@ from elib.cli.report import ENDINGS, drive_rows, link_rows
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, ElibError
 from elib.exits import DONE, FAILED, INTERRUPTED, complain
+from elib.program import is_own, own_traceback, run_file
 from elib.recording.log import Log
 from elib.recording.recorder import Recorder
 from elib.robot.aio import Epuck, on_open
@@ -42,14 +38,6 @@ MOST_INTERRUPTS = 3
 """Interrupts after which a program whose time is over, and which goes on, is ended by force."""
 LINK_FIGURES = ("count", "lost", "refused", "unsent", "median", "p99", "resyncs", "resets")
 """What the summary says of a link: fields of its LinkStats."""
-_LIBRARY = sysconfig.get_path("stdlib") + os.sep
-OURS = (
-    str(Path(__file__).parents[1]) + os.sep,
-    "<frozen ",
-    "<string>",  # what dataclasses make
-    *(_LIBRARY + name for name in ("asyncio", "concurrent", "contextlib", "runpy", "threading")),
-)
-"""Beginnings of the paths of files that a traceback leaves out: those of elib, and what it calls the program by."""
 
 
 def run_program(
@@ -93,7 +81,7 @@ def run_program(
         stack.enter_context(on_open(run.begin))
         if json:
             stack.enter_context(contextlib.redirect_stdout(sys.stderr))
-        code = run.end_with(lambda: execute(path, arguments, run))
+        code = run.end_with(lambda: run.execute(path, arguments))
     unwritten = run.finish()
     if plot is not None and run.robots:
         try:
@@ -138,44 +126,6 @@ def find_program(name: str) -> Path:
     else:
         hint = f"there is no program in that folder; elib new avoid {name} makes one to start from"
     raise ArgumentError(f"there is no file {path.name} in {folder.absolute()}", hint=hint)
-
-
-def execute(path: Path, arguments: Sequence[str], run: ProgramRun) -> None:
-    """Run a program as ``python FILE.py ARGUMENTS`` does. A file that only defines what drives a robot is run too."""
-    before = sys.argv[:], sys.path[:]
-    sys.argv = [str(path), *arguments]
-    sys.path[0:1] = [str(path.parent.absolute())]
-    try:
-        found = runpy.run_path(str(path), run_name="__main__")
-        if not run.robots:
-            _run_defined(found, arguments, run)
-        _join_threads()
-    finally:
-        sys.argv, sys.path[:] = before
-
-
-def _run_defined(found: Mapping[str, object], arguments: Sequence[str], run: ProgramRun) -> None:
-    """Run the behaviour that a file defines, or else its ``async def main(robot)``."""
-    own = [each for each in found.values() if isinstance(each, Behaviour) and each.function.__module__ == "__main__"]
-    main = found.get("main")
-    if len(own) == 1:
-        seconds, run.seconds = run.seconds, None  # a behaviour ends by itself when its time is over
-        run.reason = play(own[0], seconds=seconds).reason
-    elif own:
-        names = ", ".join(each.name for each in own)
-        raise ArgumentError(
-            f"the file defines {len(own)} behaviours, {names}, and runs none",
-            hint="end it with the line: elib.play(NAME)",
-        )
-    elif inspect.iscoroutinefunction(main) and len(inspect.signature(main).parameters) == 1:
-        runner.run(main, argv=arguments)
-
-
-def _join_threads() -> None:
-    """Wait for the program's threads, as Python does at its end."""
-    for thread in threading.enumerate():
-        if thread is not threading.current_thread() and not thread.daemon:
-            thread.join()
 
 
 class ProgramRun:
@@ -242,18 +192,20 @@ class ProgramRun:
                 self.reason = "interrupt" if code > 128 else "error" if code else "done"
             except KeyboardInterrupt:
                 code, self.reason = INTERRUPTED, "interrupt"
-            except ElibError as error:
-                if isinstance(error, ArgumentError) and not _frames(error):
+            except BaseException as error:
+                code, self.reason = FAILED, "error"
+                if isinstance(error, ArgumentError) and not is_own(error):
                     code = complain(error)
                 else:
-                    code = _show_error(error)
-                self.reason = "error"
-            except BaseException as error:
-                code, self.reason = _show_error(error), "error"
+                    say(own_traceback(error))
             self._has_ended.set()
         if self._is_limited and self.reason == "interrupt":
             code, self.reason = DONE, "time"
         return code
+
+    def execute(self, path: Path, arguments: Sequence[str]) -> None:
+        """Run the program."""
+        run_file(path, arguments, has_driven=lambda: bool(self.robots), play=self._play)
 
     def finish(self) -> ElibError | None:
         """Finish the files, and return the error of the first that could not be written."""
@@ -310,6 +262,10 @@ class ProgramRun:
             "plot": plot if self.robots else None,
         }
 
+    def _play(self, behaviour: Behaviour) -> None:
+        seconds, self.seconds = self.seconds, None  # a behaviour ends by itself when its time is over
+        self.reason = play(behaviour, seconds=seconds).reason
+
     def _expire(self) -> None:
         """End the program because its time is over, as Ctrl-C does."""
         if not self._is_limited:
@@ -354,26 +310,3 @@ def _code_of(ending: SystemExit) -> int:
         return ending.code or DONE
     say(str(ending.code))
     return FAILED
-
-
-def _show_error(error: BaseException) -> int:
-    """Print the traceback of a program, without the frames of elib and of Python."""
-    shown = traceback.TracebackException.from_exception(error, compact=True)
-    _keep_own_frames(shown)
-    say("".join(shown.format()).rstrip())
-    return FAILED
-
-
-def _keep_own_frames(shown: traceback.TracebackException) -> bool:
-    """Leave the frames of the program in a traceback, and return whether there are any."""
-    own = [frame for frame in shown.stack if not frame.filename.startswith(OURS)]
-    shown.stack = traceback.StackSummary.from_list(own)
-    for name in ("__cause__", "__context__"):
-        other = getattr(shown, name)
-        if other is not None and not _keep_own_frames(other):
-            setattr(shown, name, None)
-    return bool(own)
-
-
-def _frames(error: BaseException) -> bool:
-    return _keep_own_frames(traceback.TracebackException.from_exception(error, compact=True))
