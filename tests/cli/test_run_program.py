@@ -313,6 +313,8 @@ def test_a_program_that_catches_everything_is_ended_by_force(tmp_path: Path) -> 
         (["avoid.py"], "hint: elib run avoid runs the behaviour that comes with elib"),
         (["my_robot"], "there is no behaviour 'my_robot'\nhint: to run the file: elib run my_robot.py"),
         (["./"], "is a folder"),
+        (["my_folder"], "my_folder is a folder\nhint: name a program in it: elib run my_folder/my_robot.py"),
+        (["notes.txt"], "notes.txt is not a program: its name does not end in .py"),
         (["my_robot.py", "--bogus"], "what belongs to the program stands after --"),
         (["my_robot.py", "--for", "0"], "--for is 0 s"),
         (["my_robot.py", "--plot", "x.gif"], "its name must end in .png"),
@@ -321,6 +323,8 @@ def test_a_program_that_catches_everything_is_ended_by_force(tmp_path: Path) -> 
 )
 def test_a_wrong_call_says_what_is_meant_and_where_it_looked(tokens: list[str], message: str, tmp_path: Path) -> None:
     written(tmp_path, "raise SystemExit('must not run')\n")
+    (tmp_path / "my_folder").mkdir()
+    (tmp_path / "notes.txt").touch()
     done = elib("run", *tokens, cwd=tmp_path)
     assert done.returncode == 2
     assert message in done.stderr

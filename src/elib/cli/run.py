@@ -117,6 +117,10 @@ def choose(
         for stem in (program, program.replace("-", "_")):  # dashes are what the parser makes of underscores
             if Path(f"{stem}.py").is_file():
                 raise ArgumentError(f"there is no behaviour {stem!r}", hint=f"to run the file: elib run {stem}.py")
+            if Path(stem).is_dir():
+                raise ArgumentError(f"{stem} is a folder", hint=f"name a program in it: elib run {stem}/my_robot.py")
+            if Path(stem).is_file():
+                raise ArgumentError(f"{stem} is not a program: its name does not end in .py")
         find(program)  # raises, with a suggestion: a behaviour that exists has a command of its own
     if not listed:
         raise ArgumentError("elib run needs the name of a behaviour, or a program", hint="elib run --list lists them")
