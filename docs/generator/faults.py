@@ -50,7 +50,7 @@ def file() -> str:
     shown = "\n".join(line[4:] for line in example.splitlines()).replace(CODE, "one of the kinds below")
     return (
         f"## The file\n\n```toml\n{shown}\n```\n\n{table(('Key', 'Type', 'What it is'), TOP)}\n\nTimes are{rule}\n\n"
-        "What breaks a rule is refused before anything runs, with the file, the line, the key and a cure."
+        "What breaks a rule is refused before anything runs, with the file, the line, the key and what to try."
     )
 
 

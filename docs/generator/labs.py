@@ -35,7 +35,7 @@ copies one, and `elib lab check FILE.py` runs a program in the lab's worlds and 
 
 Lengths are metres and angles degrees, as in world files. Times are seconds of robot time: they pass only while the
 program waits for its robot, so a slow computer takes nothing away. What breaks a rule is refused with the file, the
-line, the key and a cure.
+line, the key and what to try.
 """
 
 

@@ -89,7 +89,7 @@ def rules() -> str:
         f"Of {named}, no two share a name.",
         f"A file has at most {LARGEST_FILE // 1_000_000} MB, {MOST_THINGS} things of a kind, and a stripe"
         f" {MOST_POINTS} points.",
-        "What breaks a rule is refused before anything runs, with the file, the line, the key and a cure: "
+        "What breaks a rule is refused before anything runs, with the file, the line, the key and what to try: "
         "`mine.toml:12: box[1].size is [0.1, 0]; it must be two numbers, each from 0.001 to 1000 m`. `box[1]` is the "
         "second one: they count from 0.",
     )

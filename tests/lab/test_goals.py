@@ -43,7 +43,7 @@ CASES = [
         'kind = "reach"\nzone = "ahead"\nhold = 4',
         AHEAD,
         False,
-        r"in the zone ahead for 2\.\d s in one piece, not for 4 s",
+        r"in the zone ahead for 2\.\d s without a break, not for 4 s",
     ),
     (
         'kind = "reach"\nzone = "ahead"\nhold = 2',

@@ -172,7 +172,7 @@ class Goal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stretch(Goal):
-    """A goal that holds if something is true for a time in one piece, or at the end."""
+    """A goal that holds if something is true for a time without a break, or at the end."""
 
     hold: Seconds = 0.0
     at_end: bool = False
@@ -194,7 +194,7 @@ class Stretch(Goal):
             stays = f" and for {self.hold:g} s" if self.hold else ""
             return True, f"{reached} after {(first * run.step) - self.hold:.1f} s{stays}"
         if last or any(flags):
-            return False, f"{reached} for {last:.1f} s in one piece, not for {self.hold:g} s"
+            return False, f"{reached} for {last:.1f} s without a break, not for {self.hold:g} s"
         return False, missed
 
     def _ending(self) -> str:

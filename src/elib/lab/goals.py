@@ -44,7 +44,7 @@ class Reach(Stretch):
 
     Attributes:
         zone: The zone.
-        hold: How long it must stay there in one piece, s.
+        hold: How long it must stay there without a break, s.
         at_end: Whether it must be there at the end.
     """
 
@@ -324,7 +324,7 @@ class FollowLine(Goal):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Requests(Goal):
-    """The program asked its robots so often for something.
+    """The number of requests that the program sent is in a range.
 
     Attributes:
         command: The command by its name in Python; empty for all commands.
@@ -472,7 +472,7 @@ class AllInZone(Stretch):
     Attributes:
         zone: The zone.
         count: How many robots; None for all.
-        hold: For how long in one piece, s.
+        hold: For how long without a break, s.
         at_end: Whether it must be so at the end.
     """
 
@@ -498,7 +498,7 @@ class Gathered(Stretch):
 
     Attributes:
         within: The largest distance of two robots' middles, m.
-        hold: For how long in one piece, s.
+        hold: For how long without a break, s.
         at_end: Whether it must be so at the end.
     """
 
@@ -522,7 +522,7 @@ class Spread(Stretch):
 
     Attributes:
         least: The smallest distance of two robots' middles, m.
-        hold: For how long in one piece, s.
+        hold: For how long without a break, s.
         at_end: Whether it must be so at the end.
     """
 
