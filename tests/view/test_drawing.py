@@ -16,7 +16,7 @@ from elib.view.floor import PIT
 from elib.view.png import render
 from elib.view.robot import BODY_LIGHT, FRONT_LIGHT
 from elib.view.shapes import Disc, Drawing, Polygon, Stroke, Text
-from elib.view.top import FLOOR, PAPER, TRAIL_HUES, top_view
+from elib.view.top import FLOOR, PAPER, TRAIL_HUES, Zone, top_view
 
 SVG = "{http://www.w3.org/2000/svg}"
 BLUE = Colour(20, 60, 200)
@@ -223,3 +223,16 @@ def test_one_function_draws_every_kind_of_file(world, tmp_path):
 def test_a_file_of_another_kind_is_refused_with_the_kinds_there_are(world, tmp_path, name):
     with pytest.raises(ArgumentError, match=r"must end in \.svg or \.png"):
         draw(world.snapshot(), name)
+
+
+@pytest.mark.parametrize("size", [360, 900])
+@pytest.mark.parametrize("top", [0.5, 0.49, 0.4])
+def test_the_name_of_a_zone_does_not_stand_on_the_wall(size: int, top: float) -> None:
+    zone = Zone("stop-here", 0.5, 0.25, width=0.1, depth=2 * top - 0.5)
+    drawing = top_view(World(Scene(1.0, 0.5)).snapshot(), [], "", size, [zone])
+    [name] = [each for each in drawing.shapes if isinstance(each, Text) and each.text == zone.name]
+    wall = [each for each in drawing.shapes if isinstance(each, Stroke) and len(each.points) == 5][-1]
+    middle = min(y for _, y in wall.points)
+    highest, lowest = name.place[1] - 0.75 * name.size, name.place[1] + 0.2 * name.size
+    assert highest > 0
+    assert lowest < middle - wall.width / 2 or highest > middle + wall.width / 2

@@ -154,7 +154,10 @@ def _zone(zone: Zone, frame: _Frame) -> Iterator[Shape]:
         corners = (left, low), (right, low), (right, high), (left, high), (left, low)
         yield Stroke(tuple(frame.at(*corner) for corner in corners), ZONE, 2.4 * frame.line)
     x, y = frame.at(zone.x, zone.y + (zone.radius or zone.depth / 2))
-    yield Text((x, y - 0.4 * frame.text), zone.name, 0.85 * frame.text, ZONE, "middle")
+    bottom = y - 0.4 * frame.text
+    if bottom - frame.text < frame.margin:  # the wall is there: go above it
+        bottom = frame.margin - 0.7 * frame.text
+    yield Text((x, bottom), zone.name, 0.85 * frame.text, ZONE, "middle")
 
 
 def _margins(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
