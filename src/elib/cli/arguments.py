@@ -9,14 +9,13 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.errors import ArgumentError
-from elib.robot.substitute import VARIABLE
 
 FAST_SIMULATION = "sim://?speed=max"
 """The robot if none is given and no person has to watch: a virtual one, as fast as the processor allows."""
 
 
-def _check_alone(_: object, url: str) -> None:
-    if len(url.split("://")) > 2 and " " in url:
+def _check_alone(_: object, url: str | None) -> None:
+    if url is not None and len(url.split("://")) > 2 and " " in url:
         raise ValueError("This command drives one robot: name it by --robot URL.")
 
 
@@ -25,10 +24,10 @@ RobotUrl = Annotated[
     Cli(
         name="--robot",
         metavar="URL",
-        env_var=VARIABLE,
+        env_var="ELIB_ROBOT",  # elib.robot.substitute.VARIABLE, which is not imported for a list of commands
         show_env_var=False,
         validator=_check_alone,
-        help=f"sim://, serial:///dev/rfcomm0, tcp://HOST:PORT, ...; {VARIABLE} can name it too.",
+        help="sim://, serial:///dev/rfcomm0, tcp://HOST:PORT, ...; ELIB_ROBOT can name it too.",
     ),
 ]
 AsJson = Annotated[bool, Cli(name="--json", help="Print one line of JSON.")]

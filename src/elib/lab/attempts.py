@@ -110,7 +110,8 @@ class _Judge:
     def __init__(self, home: str, path: Sequence[str], secret: Sequence[str], link: int) -> None:
         self._home = os.path.realpath(home)
         self._own = (self._home, os.path.realpath(os.environ["TMPDIR"]), *DEVICES)
-        self._readable = (*self._own, *map(os.path.realpath, (*path, sys.base_prefix)))
+        self._python = tuple(map(os.path.realpath, (*path, sys.base_prefix)))  # in /tmp too, it may only be read
+        self._readable = (*self._own, *self._python)
         self._secret = secret
         self._link = link
         self._standard = os.path.dirname(os.__file__)
@@ -122,9 +123,10 @@ class _Judge:
             return None
         if event in PATHS:
             places = (*self._readable, *SYSTEM) if by == "library" else self._readable
+            closed = self._secret
             if by == "submission" and _writes(event, arguments):
-                places = self._own
-            return next(filter(None, (self._about(arguments[index], places) for index in PATHS[event])), None)
+                places, closed = self._own, (*self._secret, *self._python)
+            return next(filter(None, (self._about(arguments[index], places, closed) for index in PATHS[event])), None)
         if by == "library" or (event == "os.kill" and arguments[0] == os.getpid()):
             return None
         return DEEDS[event].format(*arguments)
@@ -148,8 +150,8 @@ class _Judge:
             frame = frame.f_back
         return None
 
-    def _about(self, path: Any, places: Sequence[str]) -> str | None:
-        """Return what is wrong with a path that must be in one of the places, or None."""
+    def _about(self, path: Any, places: Sequence[str], closed: Sequence[str]) -> str | None:
+        """Return what is wrong with a path that must be in one of the places, and in none of the closed ones."""
         if isinstance(path, int):
             return "to use the link to its robot by hand" if path == self._link else None
         try:
@@ -157,8 +159,8 @@ class _Judge:
             name = os.path.realpath(given)
         except (TypeError, ValueError):
             return None
-        is_secret = any(_is_within(given, place) for place in self._secret)
-        if is_secret or not any(_is_within(name, place) for place in places):
+        is_closed = any(_is_within(given, place) or _is_within(name, place) for place in closed)
+        if is_closed or not any(_is_within(name, place) for place in places):
             return f"to reach {os.fsdecode(path)}, which is outside its folder"
         return None
 
