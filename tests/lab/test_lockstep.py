@@ -272,3 +272,11 @@ with elib.connect() as robot:
     print(hasattr(transport, "simulation"), hasattr(transport, "observe"))
 """
     assert run_program(lab_in(tmp_path), program).output == "False False\n"
+
+
+def test_a_program_that_draws_random_numbers_has_the_same_run_each_time(tmp_path: Path) -> None:
+    lab = lab_in(tmp_path)
+    text = "import random\nimport elib\nwith elib.connect() as robot:\n    robot.drive(random.uniform(0, 0.1))\n"
+    first, second = run_program(lab, text), run_program(lab, text)
+    assert first.paths == second.paths
+    assert first.paths[0][0] != first.paths[0][-1]
