@@ -105,7 +105,7 @@ def require_speed(speed: LoopSpeed) -> None:
         runs = f"{loop.factor:g} times real time"
     raise SimulationError(
         f"speed={speed} needs an event loop made for it, but this one runs in {runs}",
-        hint="let elib.connect() or elib.run() choose the loop, or leave speed out",
+        hint="let elib.connect(), elib.run() or the command elib run FILE.py --robot URL make it, or leave speed out",
     )
 
 

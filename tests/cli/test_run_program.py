@@ -184,6 +184,24 @@ def test_the_file_of_a_program_has_its_whole_path_as_in_python(tmp_path: Path) -
     assert done.stdout == f"{tmp_path / 'my_robot.py'} {tmp_path / 'my_robot.py'}\n", done.stderr
 
 
+def test_a_package_is_run_as_python_m_does(tmp_path: Path) -> None:
+    (tmp_path / "wall").mkdir()
+    written(tmp_path / "wall", "", "__init__.py")
+    written(tmp_path / "wall", f"import elib\ndef go():\n    elib.connect({FAST!r}).sleep(0.1)\n", "core.py")
+    written(tmp_path / "wall", "import sys\nfrom .core import go\ngo()\nprint(sys.argv[1:], __name__)\n", "__main__.py")
+    for name in ("wall/", "wall"):
+        done = elib("run", name, "--", "--fast", cwd=tmp_path)
+        assert (done.returncode, done.stdout) == (0, "['--fast'] __main__\n"), done.stderr
+        assert "robot time  0.1 s" in done.stderr
+
+
+def test_a_program_with_an_event_loop_of_its_own_runs_at_the_speed_that_is_named(tmp_path: Path) -> None:
+    written(tmp_path, OWN_LOOP.replace("0.5", "600"))
+    done = elib("run", "my_robot.py", "--robot", FAST, "--json", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["seconds"] == pytest.approx(600, abs=1)
+
+
 def test_an_exception_group_has_the_lines_of_the_program_only(tmp_path: Path) -> None:
     written(
         tmp_path,
@@ -303,6 +321,24 @@ def test_a_program_that_catches_everything_is_ended_by_force(tmp_path: Path) -> 
     done = elib("run", "my_robot.py", "--for", "2", cwd=tmp_path)
     assert done.returncode == 1
     assert "it is ended now" in done.stderr
+
+
+@pytest.mark.parametrize(("ending", "code"), [("raise", 0), ("raise SystemExit(3)", 3)])
+def test_a_thread_that_waits_for_ever_does_not_outlive_the_time(ending: str, code: int, tmp_path: Path) -> None:
+    program = f"""
+import queue, threading, elib
+threading.Thread(target=queue.Queue().get, name="consumer").start()
+try:
+    with elib.connect({FAST!r}) as robot:
+        robot.sleep(60)
+except KeyboardInterrupt:
+    print("interrupted")
+    {ending}
+"""
+    written(tmp_path, program)
+    done = elib("run", "my_robot.py", "--for", "2", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (code, "interrupted\n")
+    assert done.stderr.splitlines()[-1] == "consumer goes on after the time of the program, and is ended now"
 
 
 @pytest.mark.parametrize(

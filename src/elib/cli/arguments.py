@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
@@ -45,5 +46,10 @@ def check_duration(seconds: float | None) -> None:
 
 
 def is_program(name: str) -> bool:
-    """Return whether the word after ``elib run`` names a file, and not a behaviour."""
-    return name.endswith(".py") or "/" in name or os.sep in name
+    """Return whether the word after ``elib run`` names a file or the folder of a package, and not a behaviour."""
+    return name.endswith(".py") or "/" in name or os.sep in name or is_package(name)
+
+
+def is_package(name: str) -> bool:
+    """Return whether *name* is a folder that ``python -m`` can run."""
+    return all(Path(name, each).is_file() for each in ("__init__.py", "__main__.py"))

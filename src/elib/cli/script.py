@@ -15,22 +15,23 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from elib.behaviours import Behaviour, behaviours, play
-from elib.cli.arguments import check_duration
+from elib.cli.arguments import check_duration, is_package
 from elib.cli.readings import print_json
 from elib.cli.report import ENDINGS, drive_rows, link_rows
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, ElibError
 from elib.exits import DONE, FAILED, INTERRUPTED, complain
-from elib.program import is_own, own_traceback, run_file
+from elib.program import is_own, loops_at, own_traceback, run_file
 from elib.recording.log import Log
 from elib.recording.recorder import Recorder
 from elib.robot.aio import Epuck, on_open
 from elib.robot.emergency import stop_at_once
 from elib.robot.link import Record
 from elib.robot.signals import SHUTDOWN_TIME, SIGNALS
-from elib.robot.substitute import substituted, viewed
+from elib.robot.substitute import choose_robots, substituted, viewed
 from elib.runner import NOTHING, Records
 from elib.session.statistics import LinkStats, merged
+from elib.transport import speed_of
 from elib.view.drive import RobotReport, draw_drive
 from elib.view.report import check_report
 
@@ -78,6 +79,7 @@ def run_program(
             stack.enter_context(viewed())
         if robots:
             stack.enter_context(substituted(robots, source="elib run --robot"))
+            stack.enter_context(loops_at(speed_of(choose_robots(())[0])))
         stack.enter_context(on_open(run.begin))
         if json:
             stack.enter_context(contextlib.redirect_stdout(sys.stderr))
@@ -88,6 +90,7 @@ def run_program(
             draw_drive(plot, path.name, run.robots, seconds=run.time)
         except ElibError as error:  # the summary comes first
             unwritten = unwritten or error
+    run.exit_code = code if unwritten is None else FAILED
     if json:
         print_json(run.to_json(path, code, plot))
     else:
@@ -107,7 +110,7 @@ def find_program(name: str) -> Path:
         ArgumentError: There is no such file; the message says where it was looked for, and which names are near.
     """
     path = Path(name)
-    if path.is_file():
+    if path.is_file() or is_package(name):
         return path
     if path.is_dir():
         raise ArgumentError(f"{name} is a folder", hint=f"name a program in it: elib run {path / 'my_robot.py'}")
@@ -139,12 +142,14 @@ class ProgramRun:
         robots: What each robot did, in the order of opening; a robot that was opened twice is there twice.
         seconds: As given.
         reason: Why it ended, as in the summary of a behaviour.
+        exit_code: The exit code of the process.
     """
 
     def __init__(self, records: Records, seconds: float | None) -> None:
         self.robots: list[RobotReport] = []
         self.seconds = seconds
         self.reason = "done"
+        self.exit_code = DONE
         self._records = records
         self._files: list[Log | Recorder] = []
         self._statistics: list[LinkStats] = []
@@ -276,10 +281,22 @@ class ProgramRun:
         for _ in range(MOST_INTERRUPTS):
             _interrupt_main_thread()
             if self._has_ended.wait(SHUTDOWN_TIME + 0.5):
-                return
+                return self._end_threads()
         say("error: the program catches every Ctrl-C and goes on; it is ended now\nhint: write except Exception:")
         stop_at_once()
         os._exit(FAILED)
+
+    def _end_threads(self) -> None:
+        """End the process although threads of the program go on: Ctrl-C ends only the main thread."""
+        threading.main_thread().join()
+        for thread in threading.enumerate():
+            if not thread.daemon and thread is not threading.main_thread():
+                thread.join(SHUTDOWN_TIME)
+                if thread.is_alive():
+                    say(f"{thread.name} goes on after the time of the program, and is ended now")
+                    with contextlib.suppress(OSError, ValueError):
+                        sys.stdout.flush()
+                    os._exit(self.exit_code)
 
 
 @contextlib.contextmanager
