@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
@@ -43,13 +41,3 @@ def check_duration(seconds: float | None) -> None:
     """
     if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
         raise ArgumentError(f"--for is {seconds:g} s; it must be a finite number above 0")
-
-
-def is_program(name: str) -> bool:
-    """Return whether the word after ``elib run`` names a file or the folder of a package, and not a behaviour."""
-    return name.endswith(".py") or "/" in name or os.sep in name or is_package(name)
-
-
-def is_package(name: str) -> bool:
-    """Return whether *name* is a folder that ``python -m`` can run."""
-    return all(Path(name, each).is_file() for each in ("__init__.py", "__main__.py"))

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import re
 import textwrap
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from inspect import BoundArguments
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, MissingArgumentError, UnknownCommandError, UnusedCliTokensError
 from cyclopts import Parameter as Cli
 
 from elib import __version__
-from elib.cli.arguments import is_program
 from elib.cli.terminal import WIDEST, table
 from elib.errors import ArgumentError
 
@@ -57,6 +58,16 @@ PAGE_OPTIONS = ("--help", "-h", "--version")
 
 Early = Annotated[list[str] | None, Cli(show=False)]
 EarlyFlag = Annotated[bool, Cli(show=False)]
+
+
+def is_program(name: str) -> bool:
+    """Return whether the word after ``elib run`` names a file or the folder of a package, and not a behaviour."""
+    return name.endswith(".py") or "/" in name or os.sep in name or is_package(name)
+
+
+def is_package(name: str) -> bool:
+    """Return whether *name* is a folder that ``python -m`` can run."""
+    return all(Path(name, each).is_file() for each in ("__init__.py", "__main__.py"))
 
 
 def execute(tokens: Sequence[str]) -> None:

@@ -14,8 +14,9 @@ from cyclopts import Parameter as Cli
 
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, RunMessage, StateChanged, behaviours, find, play
 from elib.behaviours._run.context import DEFAULT_SEED
-from elib.cli.arguments import RobotUrl, Seconds, check_duration, is_program
+from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.live import RunDisplay
+from elib.cli.program import is_program
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import RunReport
 from elib.cli.script import run_program

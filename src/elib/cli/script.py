@@ -15,7 +15,8 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from elib.behaviours import Behaviour, behaviours, play
-from elib.cli.arguments import check_duration, is_package
+from elib.cli.arguments import check_duration
+from elib.cli.program import is_package
 from elib.cli.readings import print_json
 from elib.cli.report import ENDINGS, drive_rows, link_rows
 from elib.cli.terminal import say, table
