@@ -99,3 +99,9 @@ def test_to_await_a_call_on_the_begin_style_is_answered_with_what_to_do(robot: e
 def test_an_impossible_time_to_sleep_is_called_so(robot: elib.BlockingEpuck) -> None:
     with pytest.raises(elib.ArgumentError, match=r"the time to sleep is -1 s; it must be finite and not negative"):
         robot.sleep(-1)
+
+
+def test_a_command_without_its_parentheses_is_called_a_method(robot: elib.BlockingEpuck) -> None:
+    with pytest.raises(TypeError, match="'Method' object is not iterable"):
+        max(robot.proximity)  # type: ignore[call-overload]
+    assert "Method in module" in pydoc.plain(pydoc.render_doc(robot.proximity))

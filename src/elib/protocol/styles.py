@@ -163,8 +163,8 @@ class CollectingStyle(ApiStyle):
     """Calls go to several robots and return coroutines of their outcomes; the error of one robot does not end them."""
 
 
-class Bound:
-    """An operation reached through a style. Users see a function; it is cheaper to make than one."""
+class Method:
+    """An operation reached through a style. Users see a method; it is cheaper to make than one."""
 
     __slots__ = ("operation", "style")
 
@@ -223,7 +223,7 @@ class Bindable(Generic[P, T]):
         if obj is None:
             return self
 
-        return Bound(obj, self)
+        return Method(obj, self)
 
     def __set__(self, obj: ApiStyle, value: Never) -> None:
         raise AttributeError(f"{self.name} is a command and cannot be assigned to; call robot.{self.name}(...)")
