@@ -9,6 +9,7 @@ import sys
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from pathlib import Path
 from typing import TypeVar, get_args
 
 from elib.errors import ArgumentError, ElibError
@@ -42,9 +43,12 @@ class Records:
         """Check the files before the robot is opened.
 
         Raises:
-            ArgumentError: The recording exists, or its name does not end in ``.mcap``.
+            ArgumentError: The recording exists, its name does not end in ``.mcap``, or there is no folder for a file.
             Unsupported: The package mcap is not installed.
         """
+        for what, name in (("log", self.log), ("recording", self.record)):
+            if name is not None and not Path(name).parent.is_dir():
+                raise ArgumentError(f"there is no folder {str(Path(name).parent)!r} for the {what} {name!r}")
         if self.record is not None:
             check_new(self.record)
 

@@ -140,7 +140,9 @@ def test_the_summary_is_like_that_of_a_behaviour_and_the_files_are_there(tmp_pat
     assert "by itself" in done.stderr
     assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / "l.log").read_text().count("set_speed") == 2
-    assert read_recording(tmp_path / "r.mcap").about["url"] == FAST
+    recording = read_recording(tmp_path / "r.mcap")
+    assert recording.about["url"] == FAST
+    assert repr(recording) == f"<Recording r.mcap of {FAST}>"
 
 
 def test_robots_after_the_first_have_recordings_of_their_own(tmp_path: Path) -> None:
@@ -354,6 +356,8 @@ except KeyboardInterrupt:
         (["my_robot.py", "--bogus"], "what belongs to the program stands after --"),
         (["my_robot.py", "--for", "0"], "--for is 0 s"),
         (["my_robot.py", "--plot", "x.gif"], "its name must end in .png"),
+        (["my_robot.py", "--log", "no/x.log"], "there is no folder 'no' for the log 'no/x.log'"),
+        (["my_robot.py", "--record", "no/x.mcap"], "there is no folder 'no' for the recording 'no/x.mcap'"),
         (["my_robot.py", "--robot", "maze"], "hint: write sim://maze"),
     ],
 )
@@ -367,6 +371,17 @@ def test_a_wrong_call_says_what_is_meant_and_where_it_looked(tokens: list[str], 
     assert "must not run" not in done.stderr
     if tokens[0].startswith("my_robt"):
         assert f"there is no file my_robt.py in {tmp_path}" in done.stderr
+
+
+def test_a_view_without_its_packages_is_refused_before_the_program_runs(tmp_path: Path) -> None:
+    written(tmp_path, "raise SystemExit('must not run')\n")
+    (tmp_path / "without").mkdir()
+    written(tmp_path / "without", "raise ImportError\n", "aiohttp.py")
+    done = elib("run", "my_robot.py", "--view", cwd=tmp_path, PYTHONPATH=str(tmp_path / "without"))
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: the page in the browser needs the packages aiohttp and msgspec")
+    assert "hint: install the extra web" in done.stderr
+    assert "must not run" not in done.stderr
 
 
 def test_more_robots_than_urls_is_an_error_that_says_so(tmp_path: Path) -> None:

@@ -35,6 +35,7 @@ from elib.session.statistics import LinkStats, merged
 from elib.transport import speed_of
 from elib.view.drive import RobotReport, draw_drive
 from elib.view.report import check_report
+from elib.web import check_web
 
 MOST_INTERRUPTS = 3
 """Interrupts after which a program whose time is over, and which goes on, is ended by force."""
@@ -67,6 +68,7 @@ def run_program(
 
     Raises:
         ArgumentError: The command line is wrong; the program did not run.
+        Unsupported: What the plot, the recording or the view needs is not installed; the program did not run.
         ElibError: The plot, the log or the recording could not be written.
     """
     path = find_program(file)
@@ -74,6 +76,8 @@ def run_program(
     records.check()
     if plot is not None:
         check_report(plot)
+    if view:
+        check_web()
     run = ProgramRun(records, seconds)
     with contextlib.ExitStack() as stack:
         if view:

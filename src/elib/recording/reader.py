@@ -207,6 +207,9 @@ class Recording:
         """Return the poses of the robot: those measured from outside, or those by its step counters."""
         return [entry.pose for entry in self.entries(MEASURED.name if measured else ODOMETRY.name)]
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name} of {self.about['robot']}>"
+
     def _repr_html_(self) -> str:
         """Show what the recording holds in a notebook."""
         summary = summary_of(self)
