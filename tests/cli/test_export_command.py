@@ -89,6 +89,7 @@ def test_nothing_is_replaced_unless_told_and_all_is_written_or_nothing(
     [
         (["--csv", "x", "--parquet", "y"], "needs --csv or --parquet, one of them"),
         ([], "needs --csv or --parquet, one of them"),
+        (["--csv"], "error: elib record export: --csv needs a value. Write CSV: a folder"),
         (["proxymity", "--csv", "x"], "has no table 'proxymity' with rows"),
         (["proximity", "--parquet", "near.csv"], "or a file for one: 'near.parquet'"),
         (["proximity", "--csv", "near.txt"], "'near.txt' has the name of a file, but a csv file ends in .csv"),

@@ -132,6 +132,25 @@ def test_what_is_wrong_with_the_line_is_said_before_anything_runs(
     assert not list(lab.glob("*.png"))
 
 
+def test_a_program_that_opens_a_second_robot_is_told_what_to_do(lab: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert check(lab, "import elib\none = elib.connect()\nother = elib.connect()\n") == 1
+    error = capfd.readouterr().err
+    assert "the program opens one more robot, but the lab names only one" in error
+    assert "hint: open a robot once" in error
+    assert "lockstep" not in error
+
+
+def test_goals_begin_a_line_also_after_words_without_an_end(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert check(lab, f"{GOOD}print('done', end='')\n") == 0
+    assert "done\n  yes" in capsys.readouterr().out
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").touch()
+    assert main(["lab", "new", "square", str(tmp_path / "file" / "square")]) == 2
+    assert "square cannot be made: " in capsys.readouterr().err
+
+
 def test_the_list_of_commands_says_what_each_does(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["lab", "--help"]) == 0
     assert "mark   Mark all submissions in a folder" in capsys.readouterr().out

@@ -17,6 +17,7 @@ from elib.cli.terminal import GREEN, RED, paint, say, table
 from elib.errors import ArgumentError
 from elib.exits import FAILED
 from elib.fields import Number, nearest
+from elib.files import reason_of
 from elib.lab import Lab, VariantResult, find_lab, load_lab, run_variant
 from elib.lab.labfile import shipped_labs
 from elib.lab.running import WALL, PlainProgram
@@ -78,7 +79,10 @@ def new(
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
         raise ArgumentError(f"{target} is there already", hint="name another folder: elib lab new NAME FOLDER")
     left_out = ["__pycache__"] if teacher else ["__pycache__", TEACHER]
-    shutil.copytree(load_lab(name).folder, target, ignore=shutil.ignore_patterns(*left_out), dirs_exist_ok=True)
+    try:
+        shutil.copytree(load_lab(name).folder, target, ignore=shutil.ignore_patterns(*left_out), dirs_exist_ok=True)
+    except OSError as error:
+        raise ArgumentError(f"{target} cannot be made: {reason_of(error)}", hint="name a folder of your own") from None
     print(f"{target} is ready. Read {target / 'README.md'}, change {target / 'start.py'}, and check it:")
     print(f"elib lab check {target / 'start.py'}")
 
@@ -119,6 +123,8 @@ def check(
                 found, each, lambda link: PlainProgram(path, link, shows=lambda text: _show(text, shown)), wall=wall
             )
         )
+        if results[-1].output[-1:] not in ("", "\n"):
+            print(file=shown)
         ending = "" if len(found.variants) == 1 else "-" + re.sub(r"\W+", "-", each.name)
         pictures.append(path.with_name(f"{path.stem}{ending}.png"))
         results[-1].draw(pictures[-1])

@@ -255,6 +255,8 @@ def _called(error: CycloptsError) -> str:
 def _sentence(error: CycloptsError) -> str:
     if isinstance(error, MissingArgumentError) and error.argument is not None:
         about = error.argument.parameter.help
+        if error.keyword is not None:
+            return f"{_called(error)}: {error.keyword} needs a value" + (f". {about}" if about else "")
         return f"{_called(error)} needs {error.argument.name}" + (f": {about}" if about else "")
     if isinstance(error, UnusedCliTokensError):
         return f"{_called(error)} takes no {' '.join(map(repr, error.unused_tokens or ()))}"

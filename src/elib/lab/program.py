@@ -26,7 +26,8 @@ def main(number: int, file: str) -> None:
     link.on_over = lambda: logging.getLogger("elib").setLevel(logging.CRITICAL)
     count = len(link.codecs)
     urls = [f"lockstep://{number}" + (f"?robot={each}" if count > 1 else "") for each in range(1, count + 1)]
-    with substituted(urls, source="the lab"), loops_at(MarkersTime(number)):
+    hint = "open a robot once and use it in the whole program, or close it before you open it again"
+    with substituted(urls, source="the lab", hint=hint), loops_at(MarkersTime(number)):
         try:
             run_file(Path(file), has_driven=lambda: link.was_used)
         except Exception as error:

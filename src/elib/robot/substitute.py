@@ -28,6 +28,7 @@ class Substitutes:
     Args:
         urls: Their URLs.
         source: What named them, for messages.
+        hint: What to try if the program opens more.
 
     Attributes:
         urls: Their URLs in the usual form.
@@ -37,14 +38,14 @@ class Substitutes:
         ArgumentError: A URL is wrong, or there is none.
     """
 
-    def __init__(self, urls: Sequence[str], source: str) -> None:
+    def __init__(self, urls: Sequence[str], source: str, hint: str = "") -> None:
         try:
             self.urls = tuple(_viewed(str(parse_url(url))) for url in urls)
         except ArgumentError as error:
             raise about(source, error) from None
         if not urls:
             raise ArgumentError(f"{source} does not name a robot")
-        self.source, self.given = source, list(urls)
+        self.source, self.given, self._hint = source, list(urls), hint
         self._names: list[str | None] = [None] * len(urls)
 
     def take(self, name: str) -> str:
@@ -72,14 +73,14 @@ class Substitutes:
                     return self.urls[place]
         count = len(self.urls)
         raise ArgumentError(
-            f"the program opens one more robot{f', {name},' if name else ''} but {self.source} names "
-            f"{'only one' if count == 1 else f'only {count}'}: {' '.join(self.urls)}",
-            hint="name a URL for each robot of the program",
+            f"the program opens one more robot, {f'{name}, ' if name else ''}but {self.source} names "
+            f"{'only one' if count == 1 else f'only {count}'}",
+            hint=self._hint or f"name a URL for each robot of the program, not only {' '.join(self.urls)}",
         )
 
 
 @contextlib.contextmanager
-def substituted(urls: Sequence[str], *, source: str = "the caller of the program") -> Iterator[None]:
+def substituted(urls: Sequence[str], *, source: str = "the caller of the program", hint: str = "") -> Iterator[None]:
     """Put robots in the place of those that a program names, while the block lasts, in the whole process.
 
     Every way to open a robot obeys: ``connect``, ``open``, ``reconnecting``, ``run``, ``play``, ``swarm`` and
@@ -88,12 +89,13 @@ def substituted(urls: Sequence[str], *, source: str = "the caller of the program
     Args:
         urls: URLs of the robots.
         source: What named them, for the message when the program opens more.
+        hint: What to try then, if it is not to name more URLs.
 
     Raises:
         ArgumentError: A URL is wrong, or there is none.
     """
     global _inserted
-    before, _inserted = _inserted, Substitutes(urls, source)
+    before, _inserted = _inserted, Substitutes(urls, source, hint)
     try:
         yield
     finally:
