@@ -5,7 +5,7 @@ from itertools import combinations
 from pathlib import Path
 
 import elib
-from elib.lab.similar import similar
+from elib.lab.similar import known, similar
 
 LABS = Path(elib.__file__).parent / "labs"
 PROGRAM = (LABS / "find-the-red-box/teacher/solution.py").read_text()
@@ -59,3 +59,8 @@ def test_what_most_of_a_class_has_does_not_count() -> None:
 
 def test_what_is_not_python_is_compared_as_far_as_it_can_be_read() -> None:
     assert similar({"anna": "def f(:\n  '''", "ben": "\0", "cleo": "\xa3" * 1000}) == []
+
+
+def test_another_name_for_the_robot_hides_nothing() -> None:
+    assert "robot" not in known()
+    assert {"drive", "connect", "print"} <= known()

@@ -85,5 +85,12 @@ def _words(program: str) -> Iterator[str]:
 @cache
 def known() -> frozenset[str]:
     """Return the names that a student cannot choose: those of Python and of elib."""
-    names: Iterable[str] = (*keyword.kwlist, *dir(builtins), *dir(elib), *dir(elib.Epuck), *dir(elib.BlockingEpuck))
-    return frozenset(names)
+    names: Iterable[str] = (
+        *keyword.kwlist,
+        *dir(builtins),
+        *vars(elib)["__all__"],
+        *dir(elib.Epuck),
+        *dir(elib.BlockingEpuck),
+    )
+    # BlockingEpuck has an attribute "robot", and nearly every student a variable of this name, which may be renamed.
+    return frozenset(names) - {"robot"}
