@@ -130,6 +130,11 @@ def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
     assert "ZeroDivisionError" in found.output
 
 
+def test_a_program_that_never_ends_is_explained(lab: Path, school: Path) -> None:
+    endless = "import elib\nwith elib.connect() as robot:\n    while True:\n        robot.proximity()\n"
+    assert "it was not done after 5 s of robot time (given)" in mark_one(lab, school, "ben", endless).remarks
+
+
 def test_the_marks_are_the_same_on_every_run_and_with_any_number_of_jobs(lab: Path, school: Path) -> None:
     (school / "ben.py").write_text(HONEST + "print({'a', 'b', 'c'})\nraise SystemExit(4)\n")
     (school / "cleo").mkdir()

@@ -160,6 +160,8 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
         attempts.append(found.why)
     name = found.variant.name
     is_told = bool(child.exceeded) or found.ending in ("failed", "wall")
+    # Some programs are meant to go on until the time is over; it explains something only where a goal fails.
+    is_told = is_told or (found.ending == "time" and not all(goal.holds for goal in found.goals))
     for text in (*(f"no points: {each}" for each in attempts), *([remark] if is_told else [])):
         if not any(text in known for known in result.remarks):
             result.remarks.append(f"{text} ({name})")
