@@ -88,7 +88,7 @@ def known() -> frozenset[str]:
     names: Iterable[str] = (
         *keyword.kwlist,
         *dir(builtins),
-        *vars(elib)["__all__"],
+        *dir(elib),
         *dir(elib.Epuck),
         *dir(elib.BlockingEpuck),
     )
