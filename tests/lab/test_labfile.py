@@ -45,7 +45,7 @@ def goal(keys: str) -> str:
         (TOP + GIVEN + goal('kind = "requests"\ncommand = "proximty"'), "is not a command.*did you mean proximity"),
         (TOP + GIVEN + goal('kind = "stands"\nneeds = ["x"]'), r"goal\[0\].needs names .x., which is not another goal"),
         (TOP + GIVEN + SURVIVES + SURVIVES, r"goal\[1\].name is .ends. again"),
-        (TOP + GIVEN + GIVEN + SURVIVES, r"variant\[0\].name is there twice"),
+        (TOP + GIVEN + GIVEN + SURVIVES, r"variant\[1\].name is there twice"),
         (
             TOP + GIVEN.replace("world.toml", "nix.toml") + SURVIVES,
             r"lab.toml:6: variant\[0\].world is .*nix.toml.*cannot be read",
@@ -103,3 +103,11 @@ def test_the_labs_that_come_with_elib_are_read_by_their_names() -> None:
     assert load_lab("go-10-cm").title == "Go 10 cm"
     with pytest.raises(ArgumentError, match=r"did you mean go-10-cm\?"):
         load_lab("go-11-cm")
+
+
+def test_a_hidden_variant_of_the_same_name_is_found_in_its_own_file(tmp_path: Path) -> None:
+    lab_in(tmp_path)
+    (tmp_path / "teacher").mkdir()
+    (tmp_path / "teacher" / "hidden.toml").write_text(GIVEN.replace("world.toml", "../world.toml"))
+    with pytest.raises(SimulationError, match=r"hidden\.toml:\d+: variant\[0\]\.name is there twice"):
+        load_lab(tmp_path, hidden=True)

@@ -126,8 +126,12 @@ def test_what_elib_does_for_an_honest_program_is_not_named(lab: Path, school: Pa
 def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "1 / 0\n")
     assert found.points == 3
-    assert found.remarks == ["it ended with exit code 1 (given)"]
+    assert found.remarks == ["it ended with exit code 1: ZeroDivisionError: division by zero (given)"]
     assert "ZeroDivisionError" in found.output
+
+
+def test_a_program_without_a_robot_is_explained(lab: Path, school: Path) -> None:
+    assert mark_one(lab, school, "ben", "def main(robot): ...\n").remarks == ["it opened no robot (given)"]
 
 
 def test_a_program_that_never_ends_is_explained(lab: Path, school: Path) -> None:

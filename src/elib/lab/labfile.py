@@ -260,8 +260,9 @@ def load_lab(folder: str | Path, *, hidden: bool = False) -> Lab:
         tuple(zone for part in both for zone in part.zones),
     )
     _check_names(source, goals)
-    for part in both:
-        part.check(lab, [variant.name for variant in variants], source)
+    names = [variant.name for variant in variants]
+    for part, before in zip(both, (0, len(given.variants)), strict=False):
+        part.check(lab, names, before, source)
     return lab
 
 
@@ -344,14 +345,21 @@ class _Part:
             for each in self.variants
         ]
 
-    def check(self, lab: Lab, names: Sequence[str], goals: Source) -> None:
-        """Check what no table can know alone."""
+    def check(self, lab: Lab, names: Sequence[str], before: int, goals: Source) -> None:
+        """Check what no table can know alone.
+
+        Args:
+            lab: The lab.
+            names: The names of all its variants.
+            before: How many of them are in the other file, which comes first.
+            goals: The file with the goals.
+        """
         for index, zone in enumerate(self.zones):
             if zone.variant and zone.variant not in names:
                 mistake = Mistake(f'is "{zone.variant}"', path=("variant",), hint=nearest(zone.variant, names))
                 raise self.source.error(("zone", index), mistake)
         for index, variant in enumerate(self.variants):
-            if names.count(variant.name) > 1:
+            if variant.name in names[: before + index]:
                 raise self.source.error(("variant", index), Mistake("is there twice", path=("name",)))
             try:
                 scene = Scene.load(variant.world, robots=variant.robots)

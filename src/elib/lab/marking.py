@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import multiprocessing
+import re
 import signal
 import socket
 import sys
@@ -24,6 +25,8 @@ WALL = 60.0
 """s of the wall clock for one variant; a program that only sleeps is ended by this."""
 PICTURE_SIZE = 300
 """Pixels of the longer side of a path's picture."""
+LONGEST_ERROR = 120
+"""Characters of an error that a remark shows."""
 SHOWN_OUTPUT = 2_000
 """Characters of a program's output in a report: the end, with the traceback."""
 
@@ -155,11 +158,16 @@ def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits
 def _add(result: Mark, found: VariantResult, child: Child) -> bool:
     """Add what happened in a variant, and return whether the submission is run in the others too."""
     remark = child.exceeded or found.why
-    attempts = [f"tried {attempt}" for attempt in child.attempts]
-    if found.ending == "broke" and not child.exceeded:
+    if found.ending == "failed" and not child.exceeded:
+        remark += _last_error(child.output)
+    elif found.ending == "ended" and not found.time:  # opening a robot takes robot time
+        remark = "it opened no robot"
+    # The first attempt only: how many more there are before its end depends on the computer.
+    attempts = [f"tried {attempt}" for attempt in child.attempts[:1]]
+    if found.ending == "broke" and not child.exceeded and not attempts:
         attempts.append(found.why)
     name = found.variant.name
-    is_told = bool(child.exceeded) or found.ending in ("failed", "wall")
+    is_told = bool(child.exceeded) or found.ending in ("failed", "wall") or not found.time
     # Some programs are meant to go on until the time is over; it explains something only where a goal fails.
     is_told = is_told or (found.ending == "time" and not all(goal.holds for goal in found.goals))
     for text in (*(f"no points: {each}" for each in attempts), *([remark] if is_told else [])):
@@ -173,6 +181,13 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
     result.runs.append(Run(name, {goal.goal.name: (goal.holds, goal.text) for goal in found.goals}, remark, picture))
     result.output = child.output[-SHOWN_OUTPUT:]
     return not (attempts or child.exceeded or found.ending == "wall")
+
+
+def _last_error(output: str) -> str:
+    """Return the error with which a program ended, as the last line of what it printed tells it, if that is one."""
+    last = output.rstrip().rpartition("\n")[2]
+    # An address differs on every run.
+    return f": {last[:LONGEST_ERROR]}" if re.match(r"[A-Za-z_][\w.]*: ", last) and "0x" not in last else ""
 
 
 @cache
