@@ -218,7 +218,7 @@ def test_a_file_that_cannot_be_written_is_reported_before_anything_moves(
 def test_a_log_that_cannot_be_written_is_a_wrong_call(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for program in (["run", "avoid", "--for", "1"], ["send", "selector"]):
         assert main([*program, "--robot", FAST, "--log", str(tmp_path / "none" / "run.log")]) == 2
-        assert "run.log cannot be written: No such file or directory" in capsys.readouterr().err
+        assert f"there is no folder '{tmp_path / 'none'}' for the log" in capsys.readouterr().err
 
 
 def test_the_states_and_messages_of_a_behaviour_are_notes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -137,7 +137,7 @@ async def test_a_speed_that_the_running_loop_does_not_have_is_refused_with_a_hin
     for speed in ("max", "4"):
         with pytest.raises(SimulationError, match="this one runs in real time") as caught:
             await open_sim(parse_url(f"sim://?speed={speed}"))
-        assert "elib.connect() or elib.run()" in caught.value.hint
+        assert "elib.connect(), elib.run()" in caught.value.hint
 
 
 @pytest.mark.parametrize("url", ["sim://", "sim://?speed=max", "sim://?speed=20"])
