@@ -10,10 +10,28 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from elib.errors import Unsupported
+
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
 NAME = "elib-epuck"
+
+
+def check_web() -> None:
+    """Check that what the page in the browser needs is installed.
+
+    Raises:
+        Unsupported: The extra ``web`` is not installed.
+    """
+    try:
+        import aiohttp  # noqa: F401
+        import msgspec  # noqa: F401
+    except ImportError:
+        raise Unsupported(
+            "the page in the browser needs the packages aiohttp and msgspec, which are not installed",
+            hint=install("web"),
+        ) from None
 
 
 def install(extra: str) -> str:

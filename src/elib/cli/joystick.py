@@ -13,8 +13,8 @@ from cyclopts import Parameter as Cli
 
 from elib.emulator.loopback import LOOPBACK
 from elib.errors import ArgumentError
+from elib.extras import check_web
 from elib.robot.running import run_coroutine
-from elib.web import check_web
 from elib.web.listening import PORT, listen
 
 TOKEN_BYTES = 16

@@ -187,7 +187,7 @@ def _print(result: VariantResult, picture: Path) -> None:
         say(f"The program was ended after {result.time:g} s of robot time, which is all that the lab gives.")
     elif result.why:
         say(f"The program did not end well: {result.why}.")
-    elif not result.time:  # opening a robot takes robot time
+    elif not result.opened_robot:
         say("The program did not open a robot. Is there an elib.connect() in it, and does it run?")
     for each in result.goals:
         mark = paint("yes", GREEN, sys.stdout) if each.holds else paint("no ", RED, sys.stdout)

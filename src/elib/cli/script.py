@@ -22,6 +22,7 @@ from elib.cli.report import ENDINGS, drive_rows, link_rows
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, ElibError
 from elib.exits import DONE, FAILED, INTERRUPTED, complain
+from elib.extras import check_web
 from elib.program import is_own, loops_at, own_traceback, run_file
 from elib.recording.log import Log
 from elib.recording.recorder import Recorder
@@ -35,7 +36,6 @@ from elib.session.statistics import LinkStats, merged
 from elib.transport import speed_of
 from elib.view.drive import RobotReport, draw_drive
 from elib.view.report import check_report
-from elib.web import check_web
 
 MOST_INTERRUPTS = 3
 """Interrupts after which a program whose time is over, and which goes on, is ended by force."""

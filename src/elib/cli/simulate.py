@@ -23,12 +23,12 @@ from elib.emulator.registry import registered
 from elib.emulator.server import serve
 from elib.emulator.settings import DEFAULT_WORLD, SimulationSettings
 from elib.errors import ArgumentError
+from elib.extras import check_web
 from elib.fields import Number, rule_of
 from elib.files import write_file
 from elib.physics.worldfile import gallery
 from elib.protocol.profiles import EPUCK2_WIFI, FIRMWARES
 from elib.robot.running import ending, run_coroutine
-from elib.web import check_web
 
 ANY_FREE = ""
 """The value of ``--pty`` without one: a port with the name that the system gives. That of ``--wifi`` without one: free

@@ -238,12 +238,13 @@ class LockstepTransport(BufferedTransport):
         """Let the robot say *message* to others by range and bearing, from now on.
 
         Raises:
-            ArgumentError: The message is too long.
+            ArgumentError: The message is not bytes, or too long.
             LinkLost: The link is down.
         """
+        from elib.physics.rangebearing import check_message  # few programs need it, and it takes long to import
+
         self._check_open()
-        if len(message) > 4:
-            raise ArgumentError(f"the message has {len(message)} bytes; it must have at most 4")
+        check_message(message)
         self._link.tell(SAY, ROBOT.pack(self._index) + message)
 
     def neighbours(self) -> tuple[Neighbour, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
-import importlib.util
 import os
 import queue
 import subprocess
@@ -14,8 +13,8 @@ import threading
 import webbrowser
 
 from elib.emulator.settings import SimulationSettings
-from elib.errors import LinkBusy, SimulationError, Unsupported
-from elib.extras import install
+from elib.errors import LinkBusy, SimulationError
+from elib.extras import check_web
 from elib.protocol.profiles import profile_named
 from elib.transport.lease import lease_of
 from elib.transport.stream import StreamTransport
@@ -139,8 +138,7 @@ async def open_watched(url: Url, settings: SimulationSettings) -> StreamTranspor
         SimulationError: The simulation could not be started.
         LinkBusy: The robot is open already.
     """
-    if importlib.util.find_spec("aiohttp") is None or importlib.util.find_spec("msgspec") is None:
-        raise Unsupported("a view needs packages that are not installed", hint=install("web"))
+    check_web()
     name = str(url)
     key = str(Url("sim", settings.world, tuple(item for item in url.query if item[0] != "robot")))
     world = _worlds.get(key)

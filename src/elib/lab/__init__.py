@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from elib.lab.running import run_variant as run_variant
 
 _HOMES = {
-    "Goal": "goals",
+    "Goal": "goal",
     "Lab": "labfile",
     "Variant": "labfile",
     "find_lab": "labfile",

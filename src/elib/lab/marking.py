@@ -160,14 +160,14 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
     remark = child.exceeded or found.why
     if found.ending == "failed" and not child.exceeded:
         remark += _last_error(child.output)
-    elif found.ending == "ended" and not found.time:  # opening a robot takes robot time
+    elif found.ending == "ended" and not found.opened_robot:
         remark = "it opened no robot"
     # The first attempt only: how many more there are before its end depends on the computer.
     attempts = [f"tried {attempt}" for attempt in child.attempts[:1]]
     if found.ending == "broke" and not child.exceeded and not attempts:
         attempts.append(found.why)
     name = found.variant.name
-    is_told = bool(child.exceeded) or found.ending in ("failed", "wall") or not found.time
+    is_told = bool(child.exceeded) or found.ending in ("failed", "wall") or not found.opened_robot
     # Some programs are meant to go on until the time is over; it explains something only where a goal fails.
     is_told = is_told or (found.ending == "time" and not all(goal.holds for goal in found.goals))
     for text in (*(f"no points: {each}" for each in attempts), *([remark] if is_told else [])):

@@ -108,6 +108,11 @@ class VariantResult:
         """Whether all goals hold."""
         return all(each.holds for each in self.goals)
 
+    @property
+    def opened_robot(self) -> bool:
+        """Whether the program opened a robot, which takes robot time."""
+        return self.time > 0
+
     def draw(self, path: str | PathLike[str] | None = None, *, size: int = 900) -> str | None:
         """Draw the paths in the world, as .svg or .png; without a path the SVG text is returned."""
         caption = f"{self.variant.name} · {self.time:.1f} s"

@@ -90,6 +90,18 @@ class Heard(NamedTuple):
     time: float
 
 
+def check_message(message: object) -> None:
+    """Check what a board is told to say.
+
+    Raises:
+        ArgumentError: The message is not bytes, or too long.
+    """
+    if not isinstance(message, bytes | bytearray):
+        raise ArgumentError(f"the message is {message!r}; it must be bytes", hint='write b"text" or bytes([1, 2])')
+    if len(message) > LONGEST_MESSAGE:
+        raise ArgumentError(f"the message has {len(message)} bytes; a robot sends at most {LONGEST_MESSAGE}")
+
+
 def loss(distance: float) -> float:
     """Return the share of the messages that is lost over a *distance*, m.
 
@@ -161,10 +173,7 @@ class RangeAndBearing:
         Raises:
             ArgumentError: The message is not bytes, or too long.
         """
-        if not isinstance(message, bytes | bytearray):
-            raise ArgumentError(f"the message is {message!r}; it must be bytes", hint='write b"text" or bytes([1, 2])')
-        if len(message) > LONGEST_MESSAGE:
-            raise ArgumentError(f"the message has {len(message)} bytes; a robot sends at most {LONGEST_MESSAGE}")
+        check_message(message)
         said = self._said.setdefault(robot, [])
         said.append((max(at, said[-1][0]) if said else at, bytes(message)))
         # What was replaced before the last message that was sent is never looked up again.
