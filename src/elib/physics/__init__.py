@@ -3,11 +3,13 @@
 from elib.physics.batch import Batch
 from elib.physics.body import EpuckModel
 from elib.physics.controller import Controller
+from elib.physics.episodes import Episodes, Scores
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import Box, Colour, Cylinder, Wall
-from elib.physics.records import SensorView
+from elib.physics.records import Records, SensorView
 from elib.physics.scene import Scene
 from elib.physics.snapshot import Beam, Lamps, RobotView, Snapshot
+from elib.physics.task import Randomisation, Task
 from elib.physics.world import World
 from elib.pose import Pose
 
@@ -19,18 +21,23 @@ __all__ = [
     "Colour",
     "Controller",
     "Cylinder",
+    "Episodes",
     "EpuckModel",
     "Lamps",
     "Light",
     "Patch",
     "Pose",
     "Print",
+    "Randomisation",
+    "Records",
     "RobotView",
     "Scene",
+    "Scores",
     "SensorView",
     "Snapshot",
     "Sound",
     "Stripe",
+    "Task",
     "Wall",
     "World",
 ]

@@ -247,8 +247,14 @@ def setting(scene: Scene, floor: Floor, grid: Grid, profile: profiles.Profile, l
         floor_columns=floor.columns,
         floor_rows=floor.rows,
         floor_scale=floor.scale,
+    )
+
+
+def tables(generation: int) -> records.Tables:
+    """Return the tables of robots whose step motors are those of this generation."""
+    return records.Tables(
         quantiles=quantiles(),
-        rim_speeds=[step_rate(wanted, model.generation) * METRES_PER_STEP for wanted in range(FASTEST_2 + 1)],
+        rim_speeds=[step_rate(wanted, generation) * METRES_PER_STEP for wanted in range(FASTEST_2 + 1)],
     )
 
 

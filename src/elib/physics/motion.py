@@ -7,7 +7,7 @@ from typing import Final
 from elib.body import FASTEST_2, METRES_PER_STEP
 from elib.physics.engine import kernel
 from elib.physics.noise import MASK, MOTOR, STRIDE, mix, tick_key
-from elib.physics.records import Records, Robot, Setting
+from elib.physics.records import Records, Robot, Tables
 
 STEPS_PER_METRE: Final = 1.0 / METRES_PER_STEP
 
@@ -17,7 +17,7 @@ passed through."""
 
 
 @kernel
-def rim_speed(setting: Setting, speed: float) -> float:
+def rim_speed(tables: Tables, speed: float) -> float:
     """Return the speed of a wheel's rim, m/s, that the firmware makes of a wanted speed, steps/s.
 
     It is looked up (:func:`elib.body.step_rate`). What is not a number stands for 0.
@@ -26,7 +26,7 @@ def rim_speed(setting: Setting, speed: float) -> float:
     if not size >= 1.0:
         return 0.0
     # Limited before it becomes a whole number: compiled, that has 64 bits.
-    made = setting.rim_speeds[int(min(size, FASTEST_2))]
+    made = tables.rim_speeds[int(min(size, FASTEST_2))]
     return made if speed > 0.0 else -made
 
 
@@ -38,6 +38,7 @@ def move(world: Records) -> None:
     follow.
     """
     setting = world.setting[0]
+    tables = world.tables[0]
     noise = setting.motor_noise
     for i in range(len(world.robots)):
         robot = world.robots[i]
@@ -59,8 +60,8 @@ def move(world: Records) -> None:
         robot.right_steps += right * STEPS_PER_METRE
         if noise > 0.0:
             word = mix((tick_key(robot.key, setting.tick) + MOTOR * STRIDE) & MASK)
-            left *= 1.0 + noise * setting.quantiles[word & 1023]
-            right *= 1.0 + noise * setting.quantiles[(word >> 10) & 1023]
+            left *= 1.0 + noise * tables.quantiles[word & 1023]
+            right *= 1.0 + noise * tables.quantiles[(word >> 10) & 1023]
         roll(robot, left * robot.left_scale, right * robot.right_scale)
 
 

@@ -263,6 +263,17 @@ class Scratch:
 
 
 @dataclass(slots=True, eq=False)
+class Episode:
+    """How far a world is in an episode of a task (:mod:`elib.physics.episodes`)."""
+
+    key: int = 0  # Made of the seed: the first episode has it, the next ones have keys made of it.
+    begun: int = 0  # How many episodes began since then.
+    scene: int = 0  # Which of the task's scenes it has.
+    delay: int = 0  # Ticks from a decision until the wheels follow it.
+    is_over: int = 0  # 1 if the task has ended it.
+
+
+@dataclass(slots=True, eq=False)
 class Setting:
     """The numbers of the world as a whole."""
 
@@ -300,6 +311,12 @@ class Setting:
     floor_columns: int = 0  # Of the floor's picture; 0 if nothing is painted.
     floor_rows: int = 0
     floor_scale: float = 0.0  # Pixels a metre.
+
+
+@dataclass(slots=True, eq=False)
+class Tables:
+    """Numbers that are looked up, the same in all worlds whose robots have the same step motors."""
+
     quantiles: list[float] = floats(1024)  # Equally likely values of mean 0 and deviation 1.
     rim_speeds: list[float] = floats(FASTEST_2 + 1)  # Of a wheel at each whole number of wanted steps/s, m/s.
 
@@ -311,6 +328,7 @@ class Records(NamedTuple):
     """
 
     setting: Sequence[Setting]  # One entry.
+    tables: Sequence[Tables]  # One entry.
     robots: Sequence[Robot]
     views: Sequence[SensorView]  # One a robot.
     walls: Sequence[Wall]  # The edge, interior walls, sides of fixed boxes, sides of pushable boxes.

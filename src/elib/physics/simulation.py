@@ -68,8 +68,8 @@ def drive(world: Records, i: int, parameters: Any, memory: Any) -> None:
     view.right = 0.0
     sense(world, i)
     decide(view, parameters, memory)
-    world.robots[i].left_speed = rim_speed(setting, view.left)
-    world.robots[i].right_speed = rim_speed(setting, view.right)
+    world.robots[i].left_speed = rim_speed(world.tables[0], view.left)
+    world.robots[i].right_speed = rim_speed(world.tables[0], view.right)
 
 
 @kernel

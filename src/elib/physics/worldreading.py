@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from elib.errors import ArgumentError
 from elib.physics.floor import packed
 from elib.physics.rangebearing import Heard, RangeAndBearing
-from elib.physics.records import Robot, SensorView, Thing
+from elib.physics.records import Records, Robot, SensorView, Thing
 from elib.physics.scene import Scene
 from elib.physics.senses import Senses
 from elib.physics.snapshot import Lamps, RobotView, Snapshot
@@ -50,6 +50,11 @@ class ReadableWorld:
     def robots(self) -> int:
         """How many there are."""
         return len(self._state.world.robots)
+
+    @property
+    def records(self) -> Records:
+        """The records of the world as its engine keeps them: for reward functions, which only read them."""
+        return self._state.world
 
     @property
     def tick(self) -> int:

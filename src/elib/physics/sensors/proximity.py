@@ -175,7 +175,7 @@ def respond(world: Records, i: int) -> None:
         if noise > 0.0:
             if s % 3 == 0:  # Three sensors share a word, ten bits each.
                 word = mix((key + (PROXIMITY + s) * STRIDE) & MASK)
-            light += scratch.deviation[s] * noise * setting.quantiles[word & 1023]
+            light += scratch.deviation[s] * noise * world.tables[0].quantiles[word & 1023]
             word >>= 10
         if is_lit:
             room = scratch.room[s]

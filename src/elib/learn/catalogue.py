@@ -1,0 +1,78 @@
+"""Tasks by name: those that come with elib, and those in a file of yours."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import pkgutil
+import sys
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+import elib.learn.tasks as shipped
+from elib.errors import ArgumentError, ElibError
+from elib.fields import nearest
+from elib.physics.task import Task
+
+
+@cache
+def all_tasks() -> dict[str, Task]:
+    """Return the tasks that come with elib, by name."""
+    found = {}
+    for module in pkgutil.iter_modules(shipped.__path__):
+        task = importlib.import_module(f"{shipped.__name__}.{module.name}").TASK
+        found[task.name] = task
+    return found
+
+
+def find_task(name: str) -> Task:
+    """Return a task.
+
+    Args:
+        name: One that comes with elib, such as ``avoid``, or ``FILE.py:NAME``: a variable of a file of yours.
+
+    Raises:
+        ArgumentError: There is no such task.
+    """
+    file, _, variable = name.rpartition(":")
+    if file.endswith(".py"):
+        found = variable_of(Path(file), variable)
+        if not isinstance(found, Task):
+            raise ArgumentError(f"{variable} in {file} is {found!r}, not a Task")
+        return found
+    known = all_tasks()
+    if name not in known:
+        raise ArgumentError(f"there is no task {name!r}", hint=nearest(name, known))
+    return known[name]
+
+
+def variable_of(file: Path, variable: str) -> object:
+    """Return a variable of a Python file, which is run.
+
+    Raises:
+        ArgumentError: There is no such file or variable, or the file fails.
+    """
+    module = _module_of(file.resolve())
+    if not hasattr(module, variable):
+        public = [each for each in vars(module) if not each.startswith("_")]
+        raise ArgumentError(f"{file} has no {variable!r}", hint=nearest(variable, public))
+    return getattr(module, variable)
+
+
+@cache
+def _module_of(file: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    if spec is None or spec.loader is None or not file.is_file():
+        raise ArgumentError(f"there is no file {file}", hint="give the path of a Python file, FILE.py:NAME")
+    module = importlib.util.module_from_spec(spec)
+    sys.path.insert(0, str(file.parent))
+    try:
+        spec.loader.exec_module(module)
+    except ElibError:
+        raise
+    except Exception as error:
+        raise ArgumentError(f"{file} fails: {error!r}", hint="run it with Python to see where") from error
+    finally:
+        sys.path.remove(str(file.parent))
+    return module

@@ -1,0 +1,696 @@
+"""Episodes of a task: many worlds in one compiled call, each with rewards, an end, and conditions that are drawn.
+
+All worlds lie in one memory (:class:`Packed`), so that one call runs them all and no Python runs for each of them. A
+world begins again by copying its scene as it was laid out, whichever of the task's scenes its episode draws.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import copy
+import os
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from elib.body import METRES_PER_STEP
+from elib.errors import ArgumentError, SimulationError
+from elib.fields import Whole
+from elib.physics.controller import Controller
+from elib.physics.engine import EngineName, kernel, not_compiled
+from elib.physics.motion import rim_speed
+from elib.physics.neighbours import list_near
+from elib.physics.noise import bits, numbered_key, seed_key, uniform
+from elib.physics.placement import places
+from elib.physics.records import Episode, Records, SensorView
+from elib.physics.scene import check_seed
+from elib.physics.senses import sensors_named
+from elib.physics.simulation import advance, decide, sense
+from elib.physics.spawning import spawn
+from elib.physics.task import Task
+from elib.physics.world import World
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+STARTS = 64
+"""Sets of places where the robots of a scene may start, if the scene does not name them."""
+
+DRAWN: Final = ("motor_noise", "sensor_noise", "wheel_spread", "axle_spread", "gain_spread", "offset_spread", "ambient")
+"""What an episode draws for the setting of its world, in the order of its ranges; the latency is the last one."""
+
+# Channels of an episode's key, beyond those of a robot for good (elib.physics.noise).
+SCENE: Final = 8192
+START: Final = 8193
+DRAW: Final = 8194  # +0..7
+
+SHARED = ("tables", "cells", "lamps", "tones", "fans", "response", "floor")
+"""Records that nothing changes while a world runs: the worlds of one scene share them."""
+
+SMALL = 2_000
+"""Robot-ticks of a call below which threads cost more than they save."""
+
+
+class Packed(NamedTuple):
+    """The records of many worlds, each kind in one array, and where those of each world are."""
+
+    setting: Any
+    tables: Any
+    robots: Any
+    views: Any
+    walls: Any
+    discs: Any
+    things: Any
+    lamps: Any
+    tones: Any
+    fans: Any
+    response: Any
+    floor: Any
+    cells: Any
+    heads: Any
+    listings: Any
+    lists: Any
+    visible_walls: Any
+    visible_discs: Any
+    scratch: Any
+    first: Any  # (worlds, kinds): where those of a world begin, in the order of the fields of Records.
+    end: Any  # (worlds, kinds): where they end.
+
+
+class Course(NamedTuple):
+    """All that the kernels of episodes work on."""
+
+    worlds: Any  # Of type Packed; interpreted, a list of Records.
+    originals: Any  # The same of each scene, as it was laid out.
+    starts: Any  # (scenes, sets, robots, 4): x, y, m, cosine and sine of the heading.
+    ranges: Any  # (scenes, 8, 2): the lowest and the highest value of what is drawn.
+    episodes: Any  # One record a world.
+    memory: Any  # (worlds, robots, n): what the controllers remember.
+    earned: Any  # (worlds, robots): what the robots earned in the last call.
+    period: int  # Ticks between two decisions.
+    ticks: int  # Of a full episode.
+    scale: float  # Factor on every reward.
+
+
+@kernel
+def reward(world: Records, i: int) -> float:
+    """Stand for the reward of a task."""
+    return 0.0
+
+
+@kernel
+def is_over(world: Records) -> bool:
+    """Stand for the end of a task: only time ends its episodes."""
+    return False
+
+
+@kernel
+def feel(world: Records, i: int) -> None:
+    """Stand for the sensors that the reward reads."""
+
+
+def world_at(worlds: Any, w: int) -> Records:
+    """Stand for the function that returns the records of world *w*: each engine has its own."""
+    raise NotImplementedError
+
+
+def restore(course: Course, w: int, scene: int) -> None:
+    """Stand for the function that makes world *w* as its scene was laid out: each engine has its own."""
+    raise NotImplementedError
+
+
+def listed_world(worlds: Any, w: int) -> Records:
+    """Return the records of world *w* from a list."""
+    world: Records = worlds[w]
+    return world
+
+
+def listed_restore(course: Course, w: int, scene: int) -> None:
+    """Make world *w* of a list as its scene was laid out."""
+    course.worlds[w] = copy.deepcopy(course.originals[scene])
+
+
+@kernel
+def packed_world(worlds: Packed, w: int) -> Records:
+    """Return the records of world *w*: parts of the arrays of all worlds."""
+    a = worlds.first[w]
+    b = worlds.end[w]
+    return Records(
+        worlds.setting[a[0] : b[0]],
+        worlds.tables[a[1] : b[1]],
+        worlds.robots[a[2] : b[2]],
+        worlds.views[a[3] : b[3]],
+        worlds.walls[a[4] : b[4]],
+        worlds.discs[a[5] : b[5]],
+        worlds.things[a[6] : b[6]],
+        worlds.lamps[a[7] : b[7]],
+        worlds.tones[a[8] : b[8]],
+        worlds.fans[a[9] : b[9]],
+        worlds.response[a[10] : b[10]],
+        worlds.floor[a[11] : b[11]],
+        worlds.cells[a[12] : b[12]],
+        worlds.heads[a[13] : b[13]],
+        worlds.listings[a[14] : b[14]],
+        worlds.lists[a[15] : b[15]],
+        worlds.visible_walls[a[16] : b[16]],
+        worlds.visible_discs[a[17] : b[17]],
+        worlds.scratch[a[18] : b[18]],
+    )
+
+
+@kernel
+def copied(target: Any, at: int, source: Any, first: int, end: int) -> None:
+    """Copy ``source[first:end]`` to ``target[at:]``."""
+    for k in range(end - first):
+        target[at + k] = source[first + k]
+
+
+@kernel
+def packed_restore(course: Course, w: int, scene: int) -> None:
+    """Make world *w* as its scene was laid out: its own parts are copied, the others are those of the scene."""
+    worlds = course.worlds
+    originals = course.originals
+    at = worlds.first[w]
+    a = originals.first[scene]
+    b = originals.end[scene]
+    copied(worlds.setting, at[0], originals.setting, a[0], b[0])
+    copied(worlds.robots, at[2], originals.robots, a[2], b[2])
+    copied(worlds.views, at[3], originals.views, a[3], b[3])
+    copied(worlds.walls, at[4], originals.walls, a[4], b[4])
+    copied(worlds.discs, at[5], originals.discs, a[5], b[5])
+    copied(worlds.things, at[6], originals.things, a[6], b[6])
+    copied(worlds.heads, at[13], originals.heads, a[13], b[13])
+    copied(worlds.listings, at[14], originals.listings, a[14], b[14])
+    copied(worlds.lists, at[15], originals.lists, a[15], b[15])
+    copied(worlds.scratch, at[18], originals.scratch, a[18], b[18])
+    for k in range(len(at)):
+        if k == 1 or 7 <= k <= 12:  # SHARED
+            worlds.first[w][k] = a[k]
+        worlds.end[w][k] = worlds.first[w][k] + b[k] - a[k]
+
+
+@kernel
+def drawn(course: Course, scene: int, key: int, k: int) -> float:
+    """Return what an episode with this key draws as its value number *k*."""
+    low: float = course.ranges[scene][k][0]
+    high: float = course.ranges[scene][k][1]
+    return low + (high - low) * uniform(key, DRAW + k)
+
+
+@kernel
+def begin(course: Course, w: int, key: int) -> None:
+    """Begin an episode of world *w*: the key decides its scene, its starts, its noise and all that is drawn."""
+    scene = bits(key, SCENE) % len(course.starts)
+    restore(course, w, scene)
+    world = world_at(course.worlds, w)
+    setting = world.setting[0]
+    setting.motor_noise = drawn(course, scene, key, 0)
+    setting.sensor_noise = drawn(course, scene, key, 1)
+    setting.wheel_spread = drawn(course, scene, key, 2)
+    setting.axle_spread = drawn(course, scene, key, 3)
+    setting.gain_spread = drawn(course, scene, key, 4)
+    setting.offset_spread = drawn(course, scene, key, 5)
+    setting.ambient = drawn(course, scene, key, 6)
+    episode = course.episodes[w]
+    episode.scene = scene
+    episode.delay = int(drawn(course, scene, key, 7) / setting.step + 0.5)
+    episode.is_over = 0
+    sets = course.starts[scene]
+    spawn(world, sets[bits(key, START) % len(sets)], key)
+    list_near(world)
+    for i in range(len(world.robots)):
+        for n in range(len(course.memory[w][i])):
+            course.memory[w][i][n] = 0.0
+
+
+@kernel
+def sense_robots(world: Records) -> None:
+    """Let all robots of one world read the sensors of the task."""
+    setting = world.setting[0]
+    for i in range(len(world.robots)):
+        world.views[i].time = setting.tick * setting.step
+        sense(world, i)
+
+
+@kernel
+def run_period(course: Course, world: Records, w: int, rows: Any) -> None:
+    """Let all robots of world *w* decide once, and run until the next decision or the end of the episode.
+
+    Args:
+        course: All worlds.
+        world: Those of world *w*.
+        w: Its number.
+        rows: The parameters of each robot, or one row for all.
+    """
+    episode = course.episodes[w]
+    for i in range(len(world.robots)):
+        view = world.views[i]
+        view.left = 0.0
+        view.right = 0.0
+        decide(view, rows[i % len(rows)], course.memory[w][i])
+    for tick in range(course.period + 1):
+        if tick == episode.delay:
+            for i in range(len(world.robots)):
+                world.robots[i].left_speed = rim_speed(world.tables[0], world.views[i].left)
+                world.robots[i].right_speed = rim_speed(world.tables[0], world.views[i].right)
+        if tick == course.period:
+            return
+        advance(world, 1)
+        for i in range(len(world.robots)):
+            feel(world, i)
+            course.earned[w][i] += reward(world, i) * course.scale
+        if is_over(world):
+            episode.is_over = 1
+            return
+
+
+@kernel
+def step_worlds(course: Course, first: int, end: int, actions: Any, begins_again: int) -> None:
+    """Let worlds first..end - 1 pass a period with these actions; begin those again that had ended, if asked to."""
+    for w in range(first, end):
+        episode = course.episodes[w]
+        world = world_at(course.worlds, w)
+        for i in range(len(world.robots)):
+            course.earned[w][i] = 0.0
+        if episode.is_over == 0 and world.setting[0].tick < course.ticks:
+            run_period(course, world, w, actions[w])
+        elif begins_again:
+            episode.begun += 1
+            begin(course, w, numbered_key(episode.key, episode.begun))
+            world = world_at(course.worlds, w)
+        sense_robots(world)
+
+
+@kernel
+def begin_worlds(course: Course, chosen: Any) -> None:
+    """Begin the first episodes of the keys of these worlds."""
+    for n in range(len(chosen)):
+        w = chosen[n]
+        course.episodes[w].begun = 0
+        begin(course, w, course.episodes[w].key)
+        sense_robots(world_at(course.worlds, w))
+
+
+@kernel
+def play_episodes(course: Course, w: int, rows: Any, keys: Any, fitness: Any, steps: Any) -> None:
+    """Let every individual play an episode of every key in world *w*.
+
+    Args:
+        course: All worlds.
+        w: The world to play in.
+        rows: Parameters, one row an individual.
+        keys: Of the episodes.
+        fitness: Out, (individuals, keys).
+        steps: Out, (individuals, keys, 2): steps of the left and right motor, mean over the robots.
+    """
+    for p in range(len(rows)):
+        for n in range(len(keys)):
+            begin(course, w, keys[n])
+            world = world_at(course.worlds, w)
+            count = len(world.robots)
+            for i in range(count):
+                course.earned[w][i] = 0.0
+            while course.episodes[w].is_over == 0 and world.setting[0].tick < course.ticks:
+                sense_robots(world)
+                run_period(course, world, w, rows[p : p + 1])
+            fitness[p][n] = 0.0
+            steps[p][n][0] = 0.0
+            steps[p][n][1] = 0.0
+            for i in range(count):
+                fitness[p][n] += course.earned[w][i] / count
+                steps[p][n][0] += world.robots[i].left_steps / count
+                steps[p][n][1] += world.robots[i].right_steps / count
+
+
+def obey(robot: SensorView, parameters: Any, memory: Any) -> None:
+    """Turn the wheels as the action says, steps/s: the controller of a world that is steered from outside."""
+    robot.left = parameters[0]
+    robot.right = parameters[1]
+
+
+class Scores(NamedTuple):
+    """What came of episodes.
+
+    Attributes:
+        fitness: Of each individual with each seed, (individuals, seeds).
+        steps: Steps of the left and the right motor at the end, mean over the robots, (individuals, seeds, 2).
+    """
+
+    fitness: NDArray[np.float64]
+    steps: NDArray[np.float64]
+
+
+class Episodes:
+    """Worlds in which episodes of a task run: steered from outside, :meth:`step`, or by controllers, :meth:`play`.
+
+    The same seed gives the same episode to the last bit, on either engine and with any number of threads.
+
+    Attributes:
+        task: The task.
+        count: How many worlds there are for :meth:`step`.
+        threads: How many run at once.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        count: int = 1,
+        *,
+        seed: int = 0,
+        engine: EngineName = "compiled",
+        threads: int | None = None,
+    ) -> None:
+        """Set up the worlds, each at the beginning of an episode.
+
+        Args:
+            task: The task.
+            count: How many worlds, 1 or more.
+            seed: World k begins with the seed *seed* + k.
+            engine: ``"compiled"``, which needs the extra ``compiled``, or ``"interpreted"``, in which a reward function
+                can be debugged.
+            threads: How many worlds run at once, 1 or more; None means one a core.
+
+        Raises:
+            ArgumentError: A number is out of its range, or a function of the task fails.
+            SimulationError: There is no room for the robots, or Numba is not installed.
+        """
+        self.task = task
+        self.count = Whole(1).require(count, "the number of worlds")
+        self.threads = (os.cpu_count() or 1) if threads is None else Whole(1).require(threads, "threads")
+        if engine == "interpreted":
+            self.threads = 1
+        self._models = [World(scene, robots=task.robots, engine=engine) for scene in task.scenes]
+        self._engine = self._models[0]._state.engine  # noqa: SLF001  # of one package
+        self._check_functions()
+        self._steered = self._course(self.count, 0)
+        self._substitutes = self._functions()
+        self._pool: tuple[int, concurrent.futures.ThreadPoolExecutor] | None = None
+        self.reset(seed)
+
+    def reset(self, seed: int = 0, which: Sequence[int] | None = None) -> None:
+        """Begin the first episodes of other seeds.
+
+        Args:
+            seed: World k gets the seed *seed* + k, modulo 2**64.
+            which: Numbers of the worlds that begin again; None means all.
+
+        Raises:
+            ArgumentError: *seed* is out of its range.
+        """
+        seed = check_seed(seed)
+        chosen = [int(w) for w in (range(self.count) if which is None else which)]
+        for w in chosen:
+            self._steered.episodes[w].key = _episode_key(seed + w)
+        self._run(begin_worlds, self._steered, self._whole(chosen))
+
+    def step(self, actions: ArrayLike, *, begin_again: bool = True) -> NDArray[np.float64]:
+        """Let one period pass in every world.
+
+        A world whose episode had ended before this call begins the next one instead, and its robots earn 0.
+
+        Args:
+            actions: Speeds of the left and the right wheel of each robot, m/s, of shape (worlds, robots, 2). They are
+                limited to the task's top speed; what is not a number stands for 0.
+            begin_again: Whether worlds whose episodes have ended begin again; otherwise they stand still.
+
+        Returns:
+            What each robot earned, (worlds, robots).
+        """
+        import numpy as np
+
+        task = self.task
+        given = np.asarray(actions, dtype=np.float64).reshape(self.count, task.robots, 2)
+        wanted = np.clip(np.nan_to_num(given), -task.top_speed, task.top_speed) / METRES_PER_STEP
+        table = wanted if self._is_compiled else wanted.tolist()
+        cut = self._cuts(self.count, self.count * task.robots * task.ticks_a_period)
+        jobs = [
+            partial(self._run, step_worlds, self._steered, first, end, table, int(begin_again), obeys=True)
+            for first, end in cut
+        ]
+        self._all(jobs)
+        return np.array(self._steered.earned, dtype=np.float64)
+
+    @property
+    def is_over(self) -> NDArray[np.bool_]:
+        """Whether the episode of each world was ended by the task, (worlds,)."""
+        import numpy as np
+
+        if self._is_compiled:
+            return np.asarray(self._steered.episodes["is_over"] != 0)
+        return np.array([episode.is_over != 0 for episode in self._steered.episodes])
+
+    @property
+    def ticks(self) -> NDArray[np.int64]:
+        """Ticks of each world since its episode began, (worlds,)."""
+        import numpy as np
+
+        if self._is_compiled:
+            return np.array(self._steered.worlds.setting["tick"], dtype=np.int64)
+        return np.array([world.setting[0].tick for world in self._steered.worlds], dtype=np.int64)
+
+    def readings(self, sensor: str) -> NDArray[Any]:
+        """Return what a sensor of the task reads now, (worlds, robots, n): n is 1 for a sensor of one number. A copy.
+
+        Raises:
+            ArgumentError: The task does not name this sensor.
+        """
+        import numpy as np
+
+        if sensor not in self.task.sensors:
+            raise ArgumentError(f"task {self.task.name!r} does not sense {sensor!r}", hint="name it in its sensors")
+        if self._is_compiled:
+            column = np.asarray(self._steered.worlds.views[sensor])
+        else:
+            column = np.array([getattr(view, sensor) for world in self._steered.worlds for view in world.views])
+        return column.reshape(self.count, self.task.robots, -1).copy()
+
+    def world(self, index: int) -> World:
+        """Return one of the worlds as it is now: a copy, to look at and to draw."""
+        scene = int(self._steered.episodes[index].scene)
+        shown = copy.deepcopy(self._models[scene])
+        records = self._world_at(self._steered.worlds, index)
+        shown._state.world = copy.deepcopy(records)  # noqa: SLF001  # of one package
+        return shown
+
+    def play(self, controller: Controller, population: ArrayLike, seeds: Sequence[int]) -> Scores:
+        """Let every individual of a population play an episode for each seed.
+
+        Args:
+            controller: Its control function, and how much that remembers; the sensors are those of the task, and its
+                own parameters are not used.
+            population: Parameters of the control function, (individuals, n); the robots of a world share them.
+            seeds: Of the episodes, 0 <= seed < 2**64. With the same seed all individuals have the same conditions.
+
+        Raises:
+            ArgumentError: A number is out of its range, or the control function fails.
+            SimulationError: The control function cannot be compiled.
+        """
+        import numpy as np
+
+        rows = Controller(controller.function, population, sensors=self.task.sensors, memory=controller.memory)
+        if rows.parameters.ndim != 2:
+            raise ArgumentError(f"the population has the shape {rows.parameters.shape}", hint="give (individuals, n)")
+        rows.try_out()
+        keys = self._whole([_episode_key(check_seed(seed)) for seed in seeds])
+        count = len(rows.parameters)
+        ticks = self.task.ticks * self.task.robots * count * len(seeds)
+        cuts = self._cuts(count, ticks)
+        course = self._course(len(cuts), rows.memory)
+        table = np.array(rows.parameters) if self._is_compiled else rows.parameters.tolist()
+        jobs, results = [], []
+        for w, (first, end) in enumerate(cuts):
+            fitness, steps = np.zeros((end - first, len(seeds))), np.zeros((end - first, len(seeds), 2))
+            results.append((fitness, steps))
+            arguments = (course, w, table[first:end], keys, fitness, steps)
+            jobs.append(partial(self._run, play_episodes, *arguments, controller=rows))
+        self._all(jobs)
+        return Scores(*(np.concatenate([part[k] for part in results]) for k in (0, 1)))
+
+    @property
+    def _is_compiled(self) -> bool:
+        return self._engine.name == "compiled"
+
+    def _check_functions(self) -> None:
+        """Call the functions of the task once, interpreted: compiled code does not check an index.
+
+        Raises:
+            ArgumentError: One of them fails, or the reward is not a finite number.
+        """
+        import math
+
+        task = self.task
+        world = World(task.scenes[0], robots=task.robots)
+        world.step()
+        for sensor in (*task.sensors, *task.reward_sensors):
+            world.readings(sensor)
+        records = world.records
+        try:
+            earned = [float(task.reward(records, i)) for i in range(task.robots)]
+            if task.is_over is not None:
+                bool(task.is_over(records))
+        except Exception as error:
+            raise ArgumentError(
+                f"a function of task {task.name!r} fails in the first tick: {error!r}",
+                hint="a reward takes (world, i) and returns a number, an end takes (world) and returns True or False",
+            ) from error
+        if not all(map(math.isfinite, earned)):
+            raise ArgumentError(f"the reward of task {task.name!r} is {earned} in the first tick, not a finite number")
+
+    def _functions(self) -> dict[str, Callable[..., Any]]:
+        """Return what stands for the stand-ins of this module."""
+        task, is_compiled = self.task, self._is_compiled
+        found: dict[str, Callable[..., Any]] = {
+            "sense": sensors_named(task.sensors),
+            "reward": task.reward,
+            "world_at": packed_world if is_compiled else listed_world,
+            "restore": packed_restore if is_compiled else listed_restore,
+        }
+        if task.reward_sensors:
+            found["feel"] = sensors_named(task.reward_sensors)
+        if task.is_over is not None:
+            found["is_over"] = task.is_over
+        return found
+
+    def _run(
+        self, function: Callable[..., None], *arguments: Any, controller: Controller | None = None, obeys: bool = False
+    ) -> None:
+        """Run a kernel with the functions of the task."""
+        substitutes: dict[str, Any] = dict(self._substitutes)
+        if obeys:
+            substitutes["decide"] = obey
+        if controller is not None:
+            substitutes["decide"] = controller.function
+        try:
+            self._engine.ready(function, **substitutes)(*arguments)
+        except Exception as error:
+            reason = not_compiled(error)
+            if reason is None:
+                raise
+            raise SimulationError(
+                f"task {self.task.name!r} cannot be compiled: {reason}",
+                hint="keep to numbers, loops and comparisons, make no lists or arrays, or use the interpreted engine",
+            ) from error
+
+    def _all(self, jobs: Sequence[Callable[[], None]]) -> None:
+        """Run jobs, those after the first one in threads if there are several."""
+        if len(jobs) == 1:
+            jobs[0]()
+            return
+        if self._pool is None or self._pool[0] != os.getpid():  # A forked process has no threads.
+            self._pool = os.getpid(), concurrent.futures.ThreadPoolExecutor(self.threads)
+        for done in [self._pool[1].submit(job) for job in jobs]:
+            done.result()
+
+    def _cuts(self, count: int, ticks: int) -> list[tuple[int, int]]:
+        """Return the first and the last + 1 of each thread's part of so many things that take so many ticks."""
+        parts = min(self.threads, count) if ticks >= SMALL else 1
+        return [(k * count // parts, (k + 1) * count // parts) for k in range(parts)]
+
+    def _whole(self, numbers: Sequence[int]) -> Any:
+        import numpy as np
+
+        return np.array(numbers, dtype=np.int64) if self._is_compiled else list(numbers)
+
+    def _world_at(self, worlds: Any, w: int) -> Records:
+        return (packed_world if self._is_compiled else listed_world)(worlds, w)
+
+    def _course(self, count: int, memory: int) -> Course:
+        """Lay out so many worlds, whose controllers remember so many numbers."""
+        import numpy as np
+
+        task, robots = self.task, self.task.robots
+        models = [model._state.world for model in self._models]  # noqa: SLF001  # of one package
+
+        def table(array: NDArray[np.float64]) -> Any:
+            return array if self._is_compiled else array.tolist()
+
+        return Course(
+            worlds=_packed_copies(models, count) if self._is_compiled else [copy.deepcopy(models[0])] * count,
+            originals=_packed(models) if self._is_compiled else models,
+            starts=table(np.array([_starts(task, scene) for scene in range(len(models))])),
+            ranges=table(np.array([_ranges(task, scene) for scene in range(len(models))])),
+            episodes=self._engine.records(Episode, [Episode() for _ in range(count)]),
+            memory=table(np.zeros((count, robots, memory))),
+            earned=table(np.zeros((count, robots))),
+            period=task.ticks_a_period,
+            ticks=task.ticks,
+            scale=1 / task.ticks if task.fitness == "mean" else 1.0,
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_pool": None}
+
+
+def _episode_key(seed: int) -> int:
+    """Return the key of the first episode of a seed, which need not be below 2**64."""
+    return seed_key(seed & ((1 << 64) - 1))
+
+
+def _starts(task: Task, scene: int) -> list[list[list[float]]]:
+    """Return the sets of starts of a scene, each (robots, 4)."""
+    import math
+
+    found = []
+    for seed in range(STARTS):
+        poses = places(task.scenes[scene], task.robots, seed)
+        found.append([[pose.x, pose.y, math.cos(pose.heading), math.sin(pose.heading)] for pose in poses])
+    return found
+
+
+def _ranges(task: Task, scene: int) -> list[tuple[float, float]]:
+    """Return the ranges of what an episode in a scene draws."""
+    drawn_here, model = task.randomisation, task.scenes[scene].model
+    found = []
+    for name in DRAWN:
+        own = getattr(model, name)
+        given = getattr(drawn_here, name)
+        found.append((own, own) if given is None else given)
+    return [*found, drawn_here.latency]
+
+
+def _packed(models: Sequence[Records]) -> Packed:
+    """Put the records of several worlds behind each other; parts that are the same array are put there once."""
+    import numpy as np
+
+    kinds = len(Records._fields)
+    first, end = np.zeros((len(models), kinds), dtype=np.int64), np.zeros((len(models), kinds), dtype=np.int64)
+    columns: list[Any] = []
+    for k, name in enumerate(Records._fields):
+        parts: list[Any] = []
+        places_of: dict[int, int] = {}
+        length = 0
+        for w, model in enumerate(models):
+            part = getattr(model, name)
+            if id(part) not in places_of:
+                places_of[id(part)] = length
+                parts.append(np.asarray(part))
+                length += len(part)
+            first[w, k] = places_of[id(part)]
+            end[w, k] = first[w, k] + len(part)
+        columns.append(_recorded(np.concatenate(parts), models[0][k]))
+    return Packed._make([*columns, first, end])
+
+
+def _packed_copies(models: Sequence[Records], count: int) -> Packed:
+    """Make room for *count* worlds, each of which can be that of any model; what nothing changes is shared."""
+    import numpy as np
+
+    packed = _packed(models)
+    columns: list[Any] = []
+    first = np.zeros((count, len(Records._fields)), dtype=np.int64)
+    for k, name in enumerate(Records._fields):
+        column = packed[k]
+        if name not in SHARED:
+            room = max(len(model[k]) for model in models)
+            first[:, k] = np.arange(count) * room
+            column = _recorded(np.zeros(count * room, dtype=np.asarray(column).dtype), models[0][k])
+        columns.append(column)
+    return Packed._make([*columns, first, first.copy()])
+
+
+def _recorded(array: Any, like: Any) -> Any:
+    """Return *array* as an array of records, if *like* is one: that is another type for the compiler."""
+    import numpy as np
+
+    return array.view(np.recarray) if isinstance(like, np.recarray) else array
