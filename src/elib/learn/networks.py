@@ -1,0 +1,427 @@
+"""Controllers with free parameters: networks from readings to wheel speeds, and laws of your own.
+
+Each is a control function (:class:`~elib.physics.Controller`) and a number of parameters, which an optimiser chooses.
+The same function runs compiled, interpreted, and on a real robot.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
+
+from elib.body import FASTEST_2, METRES_PER_STEP
+from elib.errors import ArgumentError
+from elib.fields import Choice, Number, Whole, nearest
+from elib.files import read_file
+from elib.physics.controller import MOST_MEMORY, Controller
+from elib.physics.records import SENSORS, SensorView
+from elib.physics.sensors.acceleration import RANGE
+from elib.tables import LARGEST_FILE
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+Function: TypeAlias = Callable[[SensorView, Any, Any], None]
+"""A control function: it takes the robot, its parameters and its memory, and sets ``robot.left`` and ``robot.right``,
+steps/s."""
+
+Kind: TypeAlias = Literal["braitenberg", "feedforward", "recurrent"]
+
+KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
+
+TOP_SPEED: Final = 0.1
+"""m/s of a wheel unless the task says otherwise: 776 steps/s, which both kinds of e-puck reach."""
+
+FASTEST_SPEED: Final = FASTEST_2 * METRES_PER_STEP
+"""m/s of a wheel of the e-puck2 at most, 0.142."""
+
+MOST_HIDDEN: Final = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """How the readings of one sensor become inputs of a network.
+
+    Attributes:
+        count: How many inputs there are.
+        zero: The reading whose input is 0.
+        full: The reading whose input is 1.
+        take: Return a reading. The sensor's name stands in the code, because compiled code finds no names at run time.
+    """
+
+    count: int
+    zero: float
+    full: float
+    take: Callable[[Any, int], float]
+
+
+INPUTS: Final = {
+    "proximity": Input(8, 0, 4095, lambda robot, s: robot.proximity[s]),
+    "ambient_light": Input(8, 4095, 0, lambda robot, s: robot.ambient_light[s]),
+    "ground": Input(5, 0, 1000, lambda robot, s: robot.ground[s]),
+    "microphones": Input(4, 0, 4095, lambda robot, s: robot.microphones[s]),
+    "distance": Input(1, 2, 0, lambda robot, s: robot.distance),
+    "acceleration": Input(3, 0, RANGE, lambda robot, s: robot.acceleration[s]),
+    "rotation": Input(1, 0, 5, lambda robot, s: robot.rotation),
+}
+"""The inputs that each sensor gives, in the order of :class:`~elib.physics.SensorView`, which also states the ranges.
+
+A higher input means nearer (proximity, distance), brighter (ambient light, ground) or louder. Acceleration and rotation
+are signed: 1 is 2 g, where the chip ends, and 5 rad/s, a little more than the 4.86 rad/s that an e-puck reaches on the
+spot at 1000 steps/s.
+"""
+
+
+def count_inputs(sensors: Sequence[str]) -> int:
+    """Return how many inputs these sensors give."""
+    return sum(INPUTS[sensor].count for sensor in sensors)
+
+
+@dataclass(frozen=True)
+class Network:
+    """A neural network from the readings of a robot to the speeds of its wheels.
+
+    Every neuron adds its bias and its weighted inputs. The parameters are, neuron by neuron, the bias and then the
+    weights, in the order of the inputs; the left wheel comes before the right one.
+
+    * ``braitenberg``: two neurons, one a wheel. The sum, bounded to -1..1, is the speed as a part of the top speed.
+    * ``feedforward``: *hidden* neurons, and two that they feed. The output of each is tanh of its sum. Without
+      hidden neurons this is a perceptron.
+    * ``recurrent``: the same, but the first layer after the inputs is also fed by its own outputs of the last decision.
+      Without hidden neurons this is the network of D. Floreano and F. Mondada, "Automatic Creation of an Autonomous
+      Agent", 1994.
+
+    Example:
+        >>> network = Network("recurrent", ["proximity"])
+        >>> network.size  # for each wheel a bias, 8 sensors and the last outputs of both wheels
+        22
+        >>> controller = network.controller([0.1] * 22)
+
+    Attributes:
+        kind: ``braitenberg``, ``feedforward`` or ``recurrent``.
+        sensors: The sensors that it sees, names of :class:`~elib.physics.SensorView`.
+        hidden: Number of hidden neurons, 0..100; a Braitenberg vehicle has none.
+        top_speed: The fastest that it turns a wheel, m/s.
+    """
+
+    kind: Kind
+    sensors: tuple[str, ...]
+    hidden: int = 0
+    top_speed: float = TOP_SPEED
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "kind", Choice(KINDS).require(self.kind, "the kind of network"))
+        _check(self)
+        if not self.sensors:
+            raise ArgumentError("a network needs a sensor", hint=f"choose from {', '.join(SENSORS)}")
+        Whole(0, MOST_HIDDEN).require(self.hidden, "hidden")
+        if self.kind == "braitenberg" and self.hidden:
+            raise ArgumentError(
+                f"a Braitenberg vehicle has no hidden neurons, but hidden is {self.hidden}",
+                hint="choose the kind feedforward or recurrent, or hidden = 0",
+            )
+
+    @property
+    def inputs(self) -> int:
+        """How many inputs it has."""
+        return count_inputs(self.sensors)
+
+    @property
+    def size(self) -> int:
+        """How many parameters it has."""
+        first = self.hidden or 2
+        own = first * (1 + self.inputs + (first if self.kind == "recurrent" else 0))
+        return own + (2 * (1 + self.hidden) if self.hidden else 0)
+
+    @property
+    def memory(self) -> int:
+        """How many floats it keeps for each robot: its inputs, and the outputs of its neurons."""
+        first = self.hidden or 2
+        return self.inputs + (2 * first if self.kind == "recurrent" else first) + (2 if self.hidden else 0)
+
+    @property
+    def function(self) -> Function:
+        """The control function; equal networks have the same one."""
+        return _network_function(self)
+
+    def controller(self, parameters: ArrayLike) -> Controller:
+        """Return a controller that runs this network.
+
+        Args:
+            parameters: As many as :attr:`size` says, or an array of which each row has so many.
+
+        Raises:
+            ArgumentError: They are not so many, or not finite numbers.
+        """
+        return _controller(self, parameters)
+
+
+@dataclass(frozen=True)
+class Law:
+    """A control function of your own with free parameters.
+
+    Example:
+        >>> def keep_off(robot, parameters, memory):
+        ...     robot.left = parameters[0] - parameters[1] * robot.proximity[0]
+        ...     robot.right = parameters[0] - parameters[1] * robot.proximity[7]
+        >>> law = Law(keep_off, size=2)
+
+    Attributes:
+        law: The function. It takes (robot, parameters, memory) and sets ``robot.left`` and ``robot.right``, steps/s;
+            what :class:`~elib.physics.Controller` says of it holds.
+        size: How many parameters it has.
+        memory: How many floats it keeps for each robot, 0 at first.
+        sensors: The sensors that it reads, names of :class:`~elib.physics.SensorView`; empty for those of the task.
+        top_speed: The fastest that it turns a wheel, m/s; what it sets beyond is cut off.
+        source: The file and the name in it that this was read from, ``my_law.py:LAW``, or "".
+    """
+
+    law: Callable[..., Any]
+    size: int
+    memory: int = 0
+    sensors: tuple[str, ...] = ()
+    top_speed: float = TOP_SPEED
+    source: str = ""
+    _text: str = ""
+
+    def __post_init__(self) -> None:
+        if not callable(self.law):
+            raise ArgumentError(f"{self.law!r} is not a control function", hint="give it (robot, parameters, memory)")
+        _check(self)
+        Whole(1, MOST_MEMORY).require(self.size, "size")
+        Whole(0, MOST_MEMORY).require(self.memory, "memory")
+
+    @property
+    def function(self) -> Function:
+        """The control function, bounded by the top speed."""
+        return _bounded(getattr(self.law, "py_func", self.law), self.top_speed)
+
+    def controller(self, parameters: ArrayLike) -> Controller:
+        """Return a controller that runs this law.
+
+        Args:
+            parameters: As many as :attr:`size` says, or an array of which each row has so many.
+
+        Raises:
+            ArgumentError: They are not so many, or not finite numbers.
+        """
+        return _controller(self, parameters)
+
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        """Let another process read the law from the text of its file, which need not be there."""
+        own = self.sensors, self.top_speed
+        if self.source:
+            return _law_in, (self._text, self.source, *own)
+        return Law, (self.law, self.size, self.memory, *own)
+
+
+def find_controller(
+    name: str, sensors: Sequence[str], *, hidden: int = 0, top_speed: float = TOP_SPEED
+) -> Network | Law:
+    """Return the network of a kind, or the law of a file.
+
+    Args:
+        name: ``braitenberg``, ``feedforward``, ``recurrent``, or ``my_law.py:LAW``: a file, and the name of a
+            :class:`Law` in it.
+        sensors: The sensors that it sees. A law that names sensors of its own keeps those.
+        hidden: Number of hidden neurons of a network.
+        top_speed: The fastest that it turns a wheel, m/s.
+
+    Raises:
+        ArgumentError: There is no such kind or law, or a number is out of its range.
+    """
+    for kind in KINDS:
+        if name == kind:
+            return Network(kind, tuple(sensors), hidden, top_speed)
+    path, colon, _ = name.rpartition(":")
+    if not path.endswith(".py"):
+        raise ArgumentError(
+            f"there is no controller {name!r}",
+            hint=f"write {name}:LAW, LAW being the name of a Law in it"
+            if name.endswith(".py")
+            else f"{nearest(name, KINDS)}, or give a law of your own as my_law.py:LAW",
+        )
+    if hidden:
+        raise ArgumentError(f"a law of your own has no hidden neurons, but hidden is {hidden}", hint="leave hidden out")
+    text = read_file(path, "the law", largest=LARGEST_FILE).decode()
+    return _law_in(text, f"{os.path.abspath(path)}{colon}{name.rpartition(':')[2]}", tuple(sensors), top_speed)
+
+
+def _law_in(text: str, source: str, sensors: tuple[str, ...], top_speed: float) -> Law:
+    """Return the law called NAME in the text of a file, where *source* is ``PATH:NAME``."""
+    path, _, name = source.rpartition(":")
+    module = ModuleType(Path(path).stem)
+    module.__file__ = path
+    filename = path if Path(path).is_file() else f"<{path}>"  # Numba keeps no code of a file that is not there.
+    try:
+        exec(compile(text, filename, "exec", dont_inherit=True), vars(module))
+    except Exception as error:
+        raise ArgumentError(f"{path} fails: {error!r}", hint=f"it must run as python {path} does") from error
+    law = vars(module).get(name)
+    if not isinstance(law, Law):
+        laws = [each for each, value in vars(module).items() if isinstance(value, Law)]
+        raise ArgumentError(
+            f"{path} has no law {name!r}",
+            hint=nearest(name, laws) if laws else f"define it there: {name} = elib.learn.Law(function, size=3)",
+        )
+    return replace(law, sensors=law.sensors or sensors, top_speed=top_speed, source=source, _text=text)
+
+
+def _check(each: Network | Law) -> None:
+    """Check what networks and laws have in common, and make tuples of lists."""
+    given: Any = each.sensors
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        raise ArgumentError(f"sensors is {given!r}; it must be a list of names", hint='such as ["proximity"]')
+    sensors = tuple(given)
+    for sensor in sensors:
+        if sensor not in INPUTS:
+            raise ArgumentError(f"there is no sensor {sensor!r}", hint=nearest(str(sensor), INPUTS))
+    if len(set(sensors)) < len(sensors):
+        raise ArgumentError(f"a sensor stands twice in {', '.join(sensors)}", hint="name each of them once")
+    object.__setattr__(each, "sensors", sensors)
+    top_speed = Number(0.001, FASTEST_SPEED, "m/s").require(each.top_speed, "top_speed")
+    object.__setattr__(each, "top_speed", top_speed)
+
+
+def _controller(each: Network | Law, parameters: ArrayLike) -> Controller:
+    controller = Controller(each.function, parameters, sensors=each.sensors, memory=each.memory)
+    count = controller.parameters.shape[-1]
+    if count != each.size:
+        raise ArgumentError(f"there are {count} parameters; the controller has {each.size}", hint="give one for each")
+    return controller
+
+
+# What follows makes functions that Numba compiles: the numbers in their closures become constants of the code.
+
+
+@cache
+def _network_function(network: Network) -> Function:
+    """Return the control function of a network. Its memory holds the inputs, then the outputs of the layers.
+
+    A recurrent layer has last outputs behind the inputs, as if they were inputs of one more sensor.
+    """
+    first = network.hidden or 2
+    inputs = network.inputs
+    squash = _clip if network.kind == "braitenberg" else _tanh
+    steps = [_sensing(network.sensors)]
+    if network.kind == "recurrent":
+        steps.append(_remembering(inputs, first))
+        inputs += first
+    steps.append(_layer(0, 0, inputs, first, squash))
+    if network.hidden:
+        steps.append(_layer(first * (1 + inputs), inputs, first, 2, squash))
+    out = inputs + network.hidden
+    top = network.top_speed / METRES_PER_STEP
+    run = _in_turn(steps)
+
+    def control(robot: SensorView, parameters: Any, memory: Any) -> None:
+        run(robot, parameters, memory)
+        robot.left = top * memory[out]
+        robot.right = top * memory[out + 1]
+
+    return control
+
+
+@cache
+def _bounded(law: Callable[..., Any], top_speed: float) -> Function:
+    """Return a control function that cuts off at *top_speed*, m/s, what *law* sets."""
+    top = top_speed / METRES_PER_STEP
+
+    def control(robot: SensorView, parameters: Any, memory: Any) -> None:
+        law(robot, parameters, memory)
+        robot.left = _bound(robot.left, top)
+        robot.right = _bound(robot.right, top)
+
+    return control
+
+
+def _in_turn(steps: Sequence[Function]) -> Function:
+    """Return one function that calls several, one after the other."""
+    first, *rest = steps
+    if not rest:
+        return first
+    others = _in_turn(rest)
+
+    def run(robot: SensorView, parameters: Any, memory: Any) -> None:
+        first(robot, parameters, memory)
+        others(robot, parameters, memory)
+
+    return run
+
+
+def _sensing(sensors: Sequence[str]) -> Function:
+    """Return a function that puts the inputs of *sensors* into the first places of the memory."""
+    at = 0
+    steps = []
+    for sensor in sensors:
+        steps.append(_reading(INPUTS[sensor], at))
+        at += INPUTS[sensor].count
+    return _in_turn(steps)
+
+
+def _reading(given: Input, at: int) -> Function:
+    """Return a function that puts the inputs of one sensor into the memory from place *at* on."""
+    count, take = given.count, given.take
+    zero, span = float(given.zero), float(given.full - given.zero)
+
+    def read(robot: SensorView, parameters: Any, memory: Any) -> None:
+        for s in range(count):
+            memory[at + s] = _bound((take(robot, s) - zero) / span, 1.0)
+
+    return read
+
+
+def _remembering(inputs: int, neurons: int) -> Function:
+    """Return a function that moves the last outputs of a layer behind its inputs, where the layer reads them."""
+
+    def remember(robot: SensorView, parameters: Any, memory: Any) -> None:
+        for j in range(inputs, inputs + neurons):
+            memory[j] = memory[j + neurons]
+
+    return remember
+
+
+def _layer(begin: int, source: int, inputs: int, neurons: int, squash: Callable[[float], float]) -> Function:
+    """Return a function that computes a layer of neurons.
+
+    Args:
+        begin: Place of its first parameter.
+        source: Place of its first input in the memory.
+        inputs: How many inputs there are; the outputs stand behind them.
+        neurons: How many neurons there are.
+        squash: Makes the output of the sum.
+    """
+    target = source + inputs
+
+    def layer(robot: SensorView, parameters: Any, memory: Any) -> None:
+        for j in range(neurons):
+            bias = begin + j * (1 + inputs)
+            total = parameters[bias]
+            for k in range(inputs):
+                total += parameters[bias + 1 + k] * memory[source + k]
+            memory[target + j] = squash(total)
+
+    return layer
+
+
+def _tanh(total: float) -> float:
+    return math.tanh(total)
+
+
+def _clip(total: float) -> float:
+    return _bound(total, 1.0)
+
+
+def _bound(number: float, most: float) -> float:
+    """Return *number*, bounded to -most..most. With min and max, NaN would not give the same in both engines."""
+    if number > most:
+        return most
+    if number < -most:
+        return -most
+    return number
