@@ -1,0 +1,101 @@
+"""How far an evolution has come: what its page shows while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from time import perf_counter
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from elib.physics.controller import Controller
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from elib.learn.task import Task
+
+RECENT = 20
+"""Generations from whose time the time left is told: earlier ones may have come from a checkpoint, at once."""
+
+
+class Generation(NamedTuple):
+    """The fitness of one generation."""
+
+    best: float
+    upper: float  # A quarter of the individuals are better.
+    mean: float
+    lower: float  # A quarter of the individuals are worse.
+    lowest: float
+
+
+class Best(NamedTuple):
+    """A controller that was better than all before it; the first generation is generation 1."""
+
+    generation: int
+    fitness: float
+    parameters: NDArray[np.float64]
+
+
+class Progress:
+    """What an evolution tells of itself. The evolution writes it and waits for no one; any thread may read it.
+
+    Args:
+        task: What is learned.
+        controller: Makes a controller of parameters.
+        generations: How many there will be.
+        settings: What else a person wants to know of the study, by name: ``{"optimiser": "CMA-ES", "seed": 1}``.
+
+    Attributes:
+        task: As given.
+        controller: As given.
+        generations: As given.
+        settings: As given.
+        done: The generations so far, oldest first.
+        bests: Every controller that was better than all before it; the last one is the best so far.
+        outcome: Why the evolution ended, for a person; empty while it runs.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        controller: Callable[[NDArray[np.float64]], Controller],
+        generations: int,
+        settings: Mapping[str, object],
+    ) -> None:
+        self.task = task
+        self.controller = controller
+        self.generations = generations
+        self.settings = settings
+        self.done: list[Generation] = []
+        self.bests: list[Best] = []
+        self.outcome = ""
+        self._times = [perf_counter()]
+
+    def add(self, fitness: NDArray[np.float64], population: NDArray[np.float64]) -> None:
+        """Note one more generation.
+
+        Args:
+            fitness: Of each individual, (P,).
+            population: Their parameters, (P, n).
+        """
+        best = int(np.argmax(fitness))
+        lowest, lower, upper = np.quantile(fitness, (0, 0.25, 0.75)).tolist()
+        if not self.bests or fitness[best] > self.bests[-1].fitness:
+            self.bests.append(Best(len(self.done) + 1, float(fitness[best]), population[best].copy()))
+        self.done.append(Generation(float(fitness[best]), upper, float(fitness.mean()), lower, lowest))
+        self._times = [*self._times[-RECENT:], perf_counter()]
+
+    @property
+    def seconds_left(self) -> float:
+        """How long the rest will take if it goes on as it did, s; 0 before the first generation and after the end."""
+        times = self._times
+        remaining = 0 if self.outcome else self.generations - len(self.done)
+        return remaining * (times[-1] - times[0]) / max(len(times) - 1, 1)
+
+    def end(self, outcome: str) -> None:
+        """Note that the evolution has ended, and why: ``"All 100 generations are done."``."""
+        self.outcome = outcome
+
+
+__all__ = ["Best", "Generation", "Progress"]
