@@ -1,0 +1,227 @@
+"""The loop of an evolution: ask the optimiser, let its individuals play, record their fitness, tell the optimiser."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from elib.errors import ArgumentError, ElibError
+from elib.learn.champion import Champion
+from elib.learn.executor import Executor
+from elib.learn.study import BEST, Evaluation, Generation, Settings, Study, digest_of, evaluate
+from elib.physics.episodes import Scores
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[Any]
+
+JOB_TICKS = 4_000_000
+"""Robot-ticks of one job: about a second of one core, so that a bar moves and Ctrl-C does not wait long."""
+
+JOBS_A_WORKER = 2
+"""Jobs of a generation for each worker, at least: the last one to end keeps the others waiting less."""
+
+FINALISTS = 10
+"""How many of the best individuals play the final test: fitness in one generation is partly luck."""
+
+TEST_EPISODES = 20
+"""Episodes of the final test that each finalist plays, with seeds that no generation had."""
+
+TEST = 1 << 31
+"""Stands for the final test where a generation's number stands otherwise."""
+
+Told = Callable[[int, int], object]
+"""Is called with how many jobs of a generation are done, and how many there are."""
+
+
+class Best(NamedTuple):
+    """An individual that was the best of its generation.
+
+    Attributes:
+        fitness: In its generation.
+        generation: Number of its generation, from 1.
+        parameters: Its own.
+    """
+
+    fitness: float
+    generation: int
+    parameters: Floats
+
+
+class Result(NamedTuple):
+    """How a study ended: the finalist with the highest mean fitness in the final test.
+
+    Attributes:
+        best: The finalist; its fitness is that in its own generation.
+        fitness: Mean over the episodes of the final test.
+        solved: The part of these episodes in which the task was solved, 0..1.
+    """
+
+    best: Best
+    fitness: float
+    solved: float
+
+
+class Evolution:
+    """An evolution in a study's folder; what is recorded there is not played again.
+
+    Args:
+        study: The open study.
+        executor: Runs the jobs. The result does not depend on it.
+        evaluation: What gives fitness; None means that of the study's settings.
+        told: Is called when a job is done.
+
+    Attributes:
+        evaluation: What gives fitness.
+        bests: The best individuals of all generations so far, the highest fitness first, some of them.
+    """
+
+    def __init__(
+        self,
+        study: Study,
+        executor: Executor,
+        *,
+        evaluation: Evaluation | None = None,
+        told: Told = lambda done, jobs: None,
+    ) -> None:
+        self.evaluation = study.settings.evaluation() if evaluation is None else evaluation
+        self.bests: list[Best] = []
+        self._study = study
+        self._executor = executor
+        self._told = told
+
+    def run(self) -> Iterator[tuple[Generation, Floats]]:
+        """Yield each generation, the recorded ones too, and the parameters of its individuals.
+
+        Raises:
+            ArgumentError: A reward is not a finite number.
+            ElibError: A job fails, the folder cannot be written, or the optimiser does not propose what is recorded.
+        """
+        study = self._study
+        settings = study.settings
+        recorded = len(study.generations)
+        for generation, population in replay(settings, study.generations, self.evaluation.controller.size, self._play):
+            best = Best(generation.fitness[generation.best], generation.generation, population[generation.best].copy())
+            is_better = not self.bests or best.fitness > self.bests[0].fitness
+            # The sort is stable: of equal ones the earlier generation stays in front.
+            self.bests = sorted([*self.bests, best], key=lambda each: -each.fitness)[:FINALISTS]
+            if generation.generation == recorded or (is_better and generation.generation > recorded):
+                self._save(self.bests[0], self.bests[0].fitness)
+            yield generation, population
+
+    def finish(self) -> Result:
+        """Let the best individuals play the final test, save the winner as best.toml, and return the result.
+
+        Raises:
+            ElibError: A job fails, or the folder cannot be written.
+        """
+        import numpy as np
+
+        seeds = self._study.settings.seeds(TEST, TEST_EPISODES)
+        scores = self._scores(np.array([each.parameters for each in self.bests]), seeds)
+        means = scores.fitness.mean(axis=1)
+        winner = int(means.argmax())
+        best = self.bests[winner]
+        solved = float((scores.fitness[winner] >= self.evaluation.task.solved).mean())
+        result = Result(best, float(means[winner]), solved)
+        self._save(best, result.fitness)
+        self._study.note(
+            {
+                "generation": best.generation,
+                "fitness": result.fitness,
+                "solved": solved,
+                "episodes": TEST_EPISODES,
+                "generations": len(self._study.generations),
+            }
+        )
+        return result
+
+    def _play(self, number: int, population: Floats) -> Generation:
+        """Let a generation play, and record it."""
+        settings, task = self._study.settings, self.evaluation.task
+        seeds = settings.seeds(number, settings.scenarios)
+        scores = self._scores(population, seeds)
+        speeds = scores.steps.mean(axis=1) / (task.top_steps * task.seconds)
+        generation = Generation(
+            number,
+            digest_of(population),
+            seeds,
+            scores.fitness.mean(axis=1).tolist(),
+            speeds[:, 0].tolist(),
+            speeds[:, 1].tolist(),
+        )
+        for individual, fitness in enumerate(generation.fitness):
+            if not math.isfinite(fitness):
+                raise ArgumentError(
+                    f"the fitness of individual {individual} in generation {number} is {fitness}",
+                    hint=f"the reward of the task {task.name} must be a finite number in every tick",
+                )
+        self._study.append(generation)
+        return generation
+
+    def _scores(self, population: Floats, seeds: list[int]) -> Scores:
+        """Return what individuals earn. They are evaluated in parts; the result does not depend on how many."""
+        import numpy as np
+
+        task, width = self.evaluation.task, self._executor.width
+        ticks = len(population) * len(seeds) * task.ticks * task.robots
+        count = max(math.ceil(ticks / JOB_TICKS), JOBS_A_WORKER * width if width > 1 else 1)
+        parts = np.array_split(population, min(count, len(population)))
+        threads = 1 if width > 1 else None  # Each worker has a core of its own; alone, this process has all.
+        jobs = [(self.evaluation, part, seeds, threads) for part in parts]
+        found: list[Scores] = [Scores(np.empty(0), np.empty(0))] * len(parts)
+        self._told(0, len(parts))
+        for done, (k, scores) in enumerate(self._executor.run(evaluate, jobs), start=1):
+            found[k] = scores
+            self._told(done, len(parts))
+        return Scores(*(np.concatenate([each[k] for each in found]) for k in (0, 1)))
+
+    def _save(self, best: Best, fitness: float) -> None:
+        champion = Champion.of(
+            self.evaluation,
+            best.parameters,
+            seed=self._study.settings.seed,
+            generation=best.generation,
+            fitness=fitness,
+        )
+        champion.save(self._study.folder / BEST)
+
+
+def replay(
+    settings: Settings,
+    recorded: list[Generation],
+    size: int,
+    play: Callable[[int, Floats], Generation] | None = None,
+) -> Iterator[tuple[Generation, Floats]]:
+    """Yield each generation and the parameters of its individuals, which the optimiser finds again.
+
+    Args:
+        settings: Of the study.
+        recorded: Its generations.
+        size: How many parameters an individual has.
+        play: Plays a generation that is not recorded, from its number and population; None means to end there.
+
+    Raises:
+        ElibError: The optimiser does not propose the recorded population: its package has changed.
+    """
+    import numpy as np
+
+    search = settings.optimiser(size)
+    before = len(recorded)  # *play* may add to the list.
+    for number in range(1, settings.generations + 1):
+        population = search.ask()
+        if number <= before:
+            generation = recorded[number - 1]
+            if generation.population != digest_of(population):
+                raise ElibError(
+                    f"generation {number} cannot be found again: the optimiser proposes other individuals",
+                    hint="install the versions that study.toml names, or begin another study",
+                )
+        elif play is None:
+            return
+        else:
+            generation = play(number, population)
+        yield generation, population
+        search.tell(np.array(generation.fitness), np.array([generation.left, generation.right]).T)

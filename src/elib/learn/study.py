@@ -1,0 +1,369 @@
+"""A study: the folder of one evolution, from which it goes on after any interruption, and what it evaluates."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+from elib import __version__
+from elib.errors import ArgumentError, ElibError
+from elib.fields import Number, Text, Whole, check
+from elib.files import read_file, write_file
+from elib.learn.catalogue import find_task
+from elib.learn.journal import Journal, read_lines
+from elib.learn.networks import Law, Network, find_controller
+from elib.learn.optimisers import Optimiser, optimiser
+from elib.physics.engine import EngineName
+from elib.physics.episodes import Episodes, Scores
+from elib.physics.task import Task
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[Any]
+
+SETTINGS, GENERATIONS, BEST = "study.toml", "generations.jsonl", "best.toml"
+GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT = "generations.parquet", "individuals.parquet", "fitness.svg"
+
+LARGEST_SETTINGS = 100_000
+"""Bytes of study.toml at most; it has some twenty lines."""
+
+PACKAGES = ("numpy", "numba", "cmaes", "ribs")
+"""Packages whose versions are noted: another one may draw other random numbers."""
+
+NOT_COMPARED = "generations"
+"""The one setting that may change: more of them go on from those that there are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What decides the result of a study: with equal settings, every study gives the same result.
+
+    Attributes:
+        task: Name of a task that comes with elib, or ``FILE.py:TASK``.
+        controller: ``recurrent``, ``feedforward``, ``braitenberg`` or ``FILE.py:LAW``.
+        hidden: How many hidden neurons a network has.
+        algorithm: ``cma``, ``ga`` or ``map-elites``.
+        population: How many individuals a generation has.
+        generations: How many generations there are.
+        scenarios: How many episodes each individual plays in a generation; its fitness is their mean.
+        seconds: How long an episode lasts, s; 0 stands for what the task says.
+        seed: The seed of everything random.
+    """
+
+    task: Annotated[str, Text(1000)]
+    controller: Annotated[str, Text(1000)] = "recurrent"
+    hidden: Annotated[int, Whole(0, 100)] = 0
+    algorithm: Annotated[str, Text()] = "cma"
+    population: Annotated[int, Whole(2, 100_000)] = 100
+    generations: Annotated[int, Whole(1, 1_000_000)] = 100
+    scenarios: Annotated[int, Whole(1, 10_000)] = 1
+    seconds: Annotated[float, Number(0, 1e6, "s")] = 0.0
+    seed: Annotated[int, Whole(0, 2**63 - 1)] = 1
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def sources(self) -> dict[str, str]:
+        """The files of the user that take part, and a digest of the content of each."""
+        files = [name.rpartition(":")[0] for name in (self.task, self.controller)]
+        return {
+            file: hashlib.blake2b(read_file(file, "the file", largest=10**7), digest_size=16).hexdigest()
+            for file in files
+            if file.endswith(".py")
+        }
+
+    def evaluation(self, engine: EngineName = "compiled") -> Evaluation:
+        """Return what gives individuals their fitness.
+
+        Raises:
+            ArgumentError: There is no such task or controller.
+        """
+        task = find_task(self.task)
+        if self.seconds:
+            task = replace(task, seconds=self.seconds)
+        found = find_controller(self.controller, task.sensors, hidden=self.hidden, top_speed=task.top_speed)
+        task = replace(task, sensors=found.sensors)  # A law may read others than the task names.
+        return Evaluation(task, found, engine, key=json.dumps([asdict(self), self.sources]))
+
+    def optimiser(self, size: int) -> Optimiser:
+        """Return the optimiser at its beginning, for individuals of *size* parameters."""
+        return optimiser(self.algorithm, size, self.population, self.seeds(0, 1)[0])
+
+    def seeds(self, generation: int, count: int) -> list[int]:
+        """Return seeds for a generation, counted from 1; no two generations have the same."""
+        import numpy as np
+
+        drawn = np.random.SeedSequence(self.seed, spawn_key=(generation,)).generate_state(count, np.uint64)
+        return [int(each) >> 1 for each in drawn]  # Below 2**63: JSON and TOML readers have signed integers.
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """How individuals get their fitness. It can be pickled, so that other processes evaluate too.
+
+    Attributes:
+        task: The task.
+        controller: The network or law whose parameters are the individuals.
+        engine: ``compiled``, or ``interpreted`` to examine a reward function.
+        key: Equal keys stand for equal evaluations, also after pickling; empty if that is not known.
+    """
+
+    task: Task
+    controller: Network | Law
+    engine: EngineName = "compiled"
+    key: str = ""
+
+
+_latest: list[tuple[Evaluation, int | None, Episodes]] = []
+"""The worlds of the last evaluation of this process: to lay them out and to compile takes longer than an episode."""
+
+
+def evaluate(evaluation: Evaluation, population: Floats, seeds: Sequence[int], threads: int | None = None) -> Scores:
+    """Return what individuals earn.
+
+    Args:
+        evaluation: The task and the controller.
+        population: Parameters, a row for each individual.
+        seeds: Of the episodes that each individual plays.
+        threads: How many run at once; None means one a core. The result does not depend on it.
+    """
+    if not any(_is_same(known, evaluation) and limit == threads for known, limit, _ in _latest):
+        _latest[:] = [(evaluation, threads, Episodes(evaluation.task, engine=evaluation.engine, threads=threads))]
+    known, _, episodes = _latest[0]
+    return episodes.play(known.controller.controller(population), population, seeds)
+
+
+def _is_same(one: Evaluation, other: Evaluation) -> bool:
+    return one is other or (one.key == other.key != "" and one.engine == other.engine)
+
+
+class Generation(NamedTuple):
+    """One generation as it is recorded: one line of generations.jsonl.
+
+    Attributes:
+        generation: Its number, from 1.
+        population: A digest of the parameters of all individuals; they are not recorded, the optimiser finds them
+            again.
+        seeds: Of the episodes.
+        fitness: Of each individual: the mean over its episodes.
+        left: Mean speed of the left wheel of each individual, as a part of the top speed.
+        right: The same of the right wheel.
+    """
+
+    generation: int
+    population: str
+    seeds: list[int]
+    fitness: list[float]
+    left: list[float]
+    right: list[float]
+
+    @property
+    def best(self) -> int:
+        """Index of the best individual."""
+        return max(range(len(self.fitness)), key=self.fitness.__getitem__)
+
+
+def digest_of(population: Floats) -> str:
+    """Return a digest of the parameters of a population, to the last bit."""
+    return hashlib.blake2b(population.astype("<f8").tobytes(), digest_size=8).hexdigest()
+
+
+class Study:
+    """The folder of a study, open for writing; another program cannot open it meanwhile.
+
+    Args:
+        folder: The folder. It is made if it does not exist; if it holds a study, that one goes on.
+        settings: Of the study.
+
+    Attributes:
+        settings: As given.
+        generations: What is recorded.
+
+    Raises:
+        ArgumentError: The folder holds something else, or a study with other settings; nothing is changed then.
+        ElibError: The folder cannot be written, or another program writes into it.
+    """
+
+    def __init__(self, folder: Path, settings: Settings) -> None:
+        self.folder = folder
+        self.settings = settings
+        ours = {SETTINGS, GENERATIONS}
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            there = {each.name for each in folder.iterdir()}
+        except OSError as error:
+            raise ArgumentError(
+                f"{folder} cannot be a folder for a study: {error.strerror}", hint="choose another with --out"
+            ) from None
+        if SETTINGS not in there and {name for name in there if not name.startswith(".")} - ours:
+            raise ArgumentError(
+                f"{folder} holds other files and no study", hint="choose a new folder with --out, or an empty one"
+            )
+        self._journal = Journal(folder / GENERATIONS)
+        try:
+            self._resume()
+        except BaseException:
+            self._journal.close()
+            raise
+
+    def _resume(self) -> None:
+        settings, lines = self.settings, self._journal.lines
+        for name in (
+            SETTINGS,
+            BEST,
+            GENERATIONS_TABLE,
+            INDIVIDUALS_TABLE,
+            PLOT,
+        ):  # what a killed program had begun to write beside them
+            for left in self.folder.glob(f".{name}.*"):
+                left.unlink(missing_ok=True)
+        written = _written(settings)
+        if (self.folder / SETTINGS).exists():
+            _compare(self.folder, _read(self.folder), tomllib.loads(written))
+        elif lines:
+            raise ArgumentError(f"{self.folder} has generations but no {SETTINGS}", hint="choose another with --out")
+        self.generations = [_generation(line, k, self.folder, settings) for k, line in enumerate(lines, start=1)]
+        if len(lines) > settings.generations:
+            raise ArgumentError(
+                f"{self.folder} already has {len(lines)} generations, more than {settings.generations}",
+                hint="ask for more with --generations, or choose another folder with --out",
+            )
+        if not (self.folder / SETTINGS).exists() or _read(self.folder)["settings"] != asdict(settings):
+            write_file(self.folder / SETTINGS, written.encode())
+
+    def append(self, generation: Generation) -> None:
+        """Record a generation; it is on the disk when this returns.
+
+        Raises:
+            ElibError: The disk is full, or fails.
+        """
+        self._journal.append(generation._asdict())
+        self.generations.append(generation)
+
+    def note(self, result: Mapping[str, object]) -> None:
+        """Write the result of the study into study.toml.
+
+        Raises:
+            ElibError: The disk is full, or fails.
+        """
+        document = _read(self.folder)
+        document["result"] = dict(result)
+        write_file(self.folder / SETTINGS, _toml(document).encode())
+
+    def close(self) -> None:
+        """Let other programs open the folder."""
+        self._journal.close()
+
+    def __enter__(self) -> Study:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def read_study(folder: Path) -> tuple[Settings, list[Generation]]:
+    """Return the settings and the generations of a study, which may still be running.
+
+    Raises:
+        ArgumentError: There is no study in the folder.
+        ElibError: A file of it is damaged.
+    """
+    settings = settings_of(folder)
+    lines, _ = read_lines(folder / GENERATIONS)
+    return settings, [_generation(line, k, folder, settings) for k, line in enumerate(lines, start=1)]
+
+
+def settings_of(folder: Path) -> Settings:
+    """Return the settings of the study in a folder.
+
+    Raises:
+        ArgumentError: There is no study, or its settings are damaged.
+    """
+    if not (folder / SETTINGS).is_file():
+        raise ArgumentError(f"there is no study in {folder}", hint=f"a study has a file {SETTINGS}")
+    known = {each.name for each in fields(Settings)}
+    given: dict[str, Any] = {name: value for name, value in _read(folder)["settings"].items() if name in known}
+    if "task" not in given:
+        raise ArgumentError(f"{folder / SETTINGS} names no task", hint="put back a copy of the file")
+    return Settings(**given)
+
+
+def _read(folder: Path) -> dict[str, dict[str, Any]]:
+    path = folder / SETTINGS
+    content = read_file(path, "the study", largest=LARGEST_SETTINGS)
+    try:
+        document = tomllib.loads(content.decode())
+        if not isinstance(document.get("settings"), dict):
+            raise ValueError("it has no table [settings]")
+    except ValueError as error:
+        raise ArgumentError(f"{path} is damaged: {error}", hint="put back a copy of the file") from None
+    return document
+
+
+def _written(settings: Settings) -> str:
+    """Return the content of study.toml for a new study."""
+    versions = {"elib": __version__, "python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return _toml({"settings": asdict(settings), "sources": settings.sources, "versions": versions})
+
+
+def _toml(document: Mapping[str, Mapping[str, object]]) -> str:
+    parts = ["# A study of elib evolve: everything that decides its result. The same command goes on with it."]
+    for name, table in document.items():
+        if table:
+            # What JSON writes of a text or a number is TOML too.
+            lines = [f"{key if key.isidentifier() else json.dumps(key)} = {json.dumps(table[key])}" for key in table]
+            parts.append("\n".join([f"[{name}]", *lines]))
+    return "\n\n".join(parts) + "\n"
+
+
+def _compare(folder: Path, there: Mapping[str, Mapping[str, Any]], now: Mapping[str, Mapping[str, Any]]) -> None:
+    """Check that a study may go on.
+
+    Raises:
+        ArgumentError: It began with other settings, other files or another elib.
+    """
+    differences = [
+        f"{name} is {table.get(name)!r} there, and {now['settings'].get(name)!r} now"
+        for table in (there["settings"],)
+        for name in {**table, **now["settings"]}
+        if name != NOT_COMPARED and table.get(name) != now["settings"].get(name)
+    ]
+    before, after = there.get("sources", {}), now.get("sources", {})
+    differences += [f"{file} was changed" for file in before if file in after and before[file] != after[file]]
+    began = there.get("versions", {}).get("elib")
+    if began != __version__:
+        differences.append(f"elib was {began} there, and is {__version__} now")
+    if differences:
+        raise ArgumentError(
+            f"{folder} holds a study that differs: {'; '.join(differences)}",
+            hint="choose another folder with --out, or give what the study began with",
+        )
+
+
+def _generation(line: Mapping[str, Any], number: int, folder: Path, settings: Settings) -> Generation:
+    count = settings.population
+    try:
+        found = Generation(**line)
+        is_good = found.generation == number and {len(found.fitness), len(found.left), len(found.right)} == {count}
+    except TypeError:
+        is_good = False
+    if not is_good:
+        raise ElibError(
+            f"{folder / GENERATIONS}:{number}: this is not generation {number} of {count} individuals",
+            hint="put back a copy of the file, or delete this line and all below it: they will be done again",
+        )
+    return found
