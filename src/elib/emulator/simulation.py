@@ -122,6 +122,7 @@ class Simulation:
         is_connected: Whether all robots get an emulator and a link now; otherwise each stands still until :meth:`take`
             asks for it.
         is_shared: Whether its robots are opened one by one, with ``robot=``.
+        scene: The world, instead of the one that the settings name.
 
     Attributes:
         settings: What it was built from.
@@ -141,7 +142,14 @@ class Simulation:
         SimulationError: The world's file, the fault script or the robot profile breaks a rule.
     """
 
-    def __init__(self, settings: SimulationSettings, *, is_connected: bool = True, is_shared: bool = False) -> None:
+    def __init__(
+        self,
+        settings: SimulationSettings,
+        *,
+        is_connected: bool = True,
+        is_shared: bool = False,
+        scene: Scene | None = None,
+    ) -> None:
         profile_named(settings.firmware)
         self.settings = settings
         self.is_shared = is_shared
@@ -156,7 +164,7 @@ class Simulation:
         self.world: World | None = None
         self.robots: dict[int, VirtualRobot] = {}
         if settings.hardware is None:
-            scene = Scene.load(settings.world, robots=settings.robots)
+            scene = scene or Scene.load(settings.world, robots=settings.robots)
             if settings.profile is not None:
                 scene = replace(scene, model=self.profile.model(scene.model))
             self.world = World(scene, robots=settings.robots, seed=settings.seed)

@@ -465,6 +465,19 @@ class Watch(Message):
         page.watched = self.index
 
 
+class ChooseController(Message):
+    """Let one of the best controllers of the study drive in the world; null for the newest at any time."""
+
+    is_of_world = True
+
+    number: Annotated[int, Meta(ge=0)] | None
+
+    def carry_out(self, page: Page) -> None:
+        if page.panel.study is None:
+            raise ArgumentError("this page does not belong to a study", hint="elib evolve TASK --view opens one")
+        page.panel.study.choose(self.number)
+
+
 class OpenRobot(Message):
     """Show the robot of the panel that has an index in the world that the page shows."""
 

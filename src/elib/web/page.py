@@ -25,7 +25,7 @@ from elib.web.pictures import world_list
 from elib.web.world import WorldUpdates
 
 if TYPE_CHECKING:
-    from elib.web.panel import Panel
+    from elib.web.panel import Panel, Study
     from elib.web.slot import Slot
 
 PERIOD = 0.1
@@ -86,12 +86,14 @@ class Page:
         self._scheme: tuple[str, int] = ("", -1)
         self._listed: object = None
         self._behaviour_lines = 0
+        self._generations = 0
+        self._study: Json = {}
         self._number = self._drawn = 0
         self._tasks: set[asyncio.Future[object]] = set()
         self._unsent = 0
         self.world_updates = WorldUpdates(self)
         slots = list(panel.slots)
-        self.show(OVERVIEW if len(slots) != 1 and (slots or panel.control) else slots[0] if slots else START)
+        self.show(OVERVIEW if len(slots) != 1 and (slots or panel.control or panel.study) else slots[0] if slots else START)
         for work in (self._send_updates(), self.world_updates.send()):
             self._begin(work).add_done_callback(self._broke)
 
@@ -210,7 +212,8 @@ class Page:
             "worlds": world_list(),
             "behaviours": catalogue(),
             "ring": {"sensors": SENSOR_DIRECTIONS, "leds": [math.radians(angle) for angle in LED_ANGLES]},
-            "simulation": panel.control is not None,
+            "simulation": panel.control is not None or panel.study is not None,
+            "study": None if panel.study is None else panel.study.about(),
         }
 
     def _update(self) -> Json:
@@ -229,7 +232,15 @@ class Page:
         elif self.place == OVERVIEW and self._number % OVERVIEW_EVERY == 1:
             update["overview"] = {key: summary(slot) for key, slot in self.panel.slots.items()}
             update["worlds"] = self._worlds()
+        if self.panel.study is not None:
+            self._tell_study(self.panel.study, update)
         return update
+
+    def _tell_study(self, study: Study, update: Json) -> None:
+        first, state = self._generations, study.state()
+        if (generations := study.generations(first)) or state != self._study:
+            update["study"] = {"first": first, "generations": generations, **state}
+            self._generations, self._study = first + len(generations), state
 
     def _worlds(self) -> list[tuple[str, str]]:
         """Return the worlds of the robots: the key of a robot in it, and its name."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
+from typing import Protocol
 
 from elib.emulator.control import Control
 from elib.errors import ArgumentError, ElibError
@@ -31,6 +32,22 @@ PARTING = 3.0
 """s that a robot may take to confirm its last stop when the panel ends."""
 
 
+class Study(Protocol):
+    """A study whose evolution the pages show; what they show in the world is one of its controllers."""
+
+    def about(self) -> dict[str, object]:
+        """Return what does not change, for ``static/study.js``."""
+
+    def generations(self, first: int) -> Sequence[Sequence[float]]:
+        """Return the fitness of each generation from *first* on, counted from 0."""
+
+    def state(self) -> dict[str, object]:
+        """Return how far it is."""
+
+    def choose(self, number: int | None) -> None:
+        """Let one of the best controllers drive, counted from 0; None for the newest at any time."""
+
+
 class Panel:
     """The robots of one panel.
 
@@ -38,13 +55,15 @@ class Panel:
         is_shared: Whether other computers reach it. Then a page may not name files of this computer.
         is_closed: Whether its pages show the world of *control* and nothing else: no robot or file can be opened.
         control: Control of a simulation that is shown with the robots; None shows the worlds of the robots alone.
+        study: The study to which the pages belong, if they belong to one.
         folder: Where logs, recordings and pictures go; the current folder if None.
         recents: The robots that were used before; those of this user if None.
 
     Attributes:
         is_shared: As given.
         is_closed: As given.
-        control: As given.
+        control: As given; it may change.
+        study: As given.
         folder: As given.
         recents: As given.
         on_empty: Called when the last page was closed.
@@ -57,12 +76,14 @@ class Panel:
         is_shared: bool = False,
         is_closed: bool = False,
         control: Control | None = None,
+        study: Study | None = None,
         folder: Path | None = None,
         recents: Recents | None = None,
     ) -> None:
         self.is_shared = is_shared
         self.is_closed = is_closed
         self.control = control
+        self.study = study
         self.folder = Folder(Path.cwd() if folder is None else folder)
         self.recents = Recents() if recents is None else recents
         self.on_empty: Callable[[], object] = lambda: None

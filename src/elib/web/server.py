@@ -149,10 +149,21 @@ async def view_of(control: Control, place: str = "") -> AsyncIterator[str]:
         LinkDenied: This user may not use the port.
         SimulationError: There is no world to be seen.
     """
-    sock = bind(place, VIEW_PORT)
-    address = Address(sock, sock.getsockname()[0], is_shared=False)
-    async with _shown(Panel(control=control), address) as url:
+    address = own_address(place)
+    async with shown(Panel(control=control), address) as url:
         yield url
+
+
+def own_address(place: str) -> Address:
+    """Take a port that this computer alone reaches: ``HOST:PORT``, ``PORT``, or "" for the first free one.
+
+    Raises:
+        ArgumentError: *place* is not an address, or other computers could reach it.
+        LinkBusy: The port is taken, or all that were tried are.
+        LinkDenied: This user may not use the port.
+    """
+    sock = bind(place, VIEW_PORT)
+    return Address(sock, sock.getsockname()[0], is_shared=False)
 
 
 @contextlib.asynccontextmanager
@@ -171,15 +182,28 @@ async def closed_view_of(control: Control, address: Address, token: str | None) 
         SimulationError: There is no world to be seen.
     """
     panel = Panel(is_shared=True, is_closed=True, control=control)
-    async with _shown(panel, address, token) as url:
+    async with shown(panel, address, token) as url:
         yield url
 
 
 @contextlib.asynccontextmanager
-async def _shown(panel: Panel, address: Address, token: str | None = None) -> AsyncIterator[str]:
+async def shown(panel: Panel, address: Address, token: str | None = None) -> AsyncIterator[str]:
+    """Serve the page of a panel until the block is left.
+
+    Args:
+        panel: The panel, with the control of a simulation or a study.
+        address: A bound port; it is closed at the end.
+        token: What a browser is asked for before it sees anything; None asks for nothing.
+
+    Yields:
+        The page's URL.
+
+    Raises:
+        SimulationError: There is no world to be seen.
+    """
     with contextlib.closing(address.socket):
-        assert panel.control is not None
-        panel.control.snapshot()
+        if panel.control is not None:
+            panel.control.snapshot()
         async with served(panel, address, token) as server:
             try:
                 yield address.url
@@ -517,4 +541,4 @@ def _static_files() -> dict[str, tuple[bytes, str]]:
     return found
 
 
-__all__ = ["Server", "closed_view_of", "serve", "served", "view_of"]
+__all__ = ["Server", "closed_view_of", "own_address", "serve", "served", "shown", "view_of"]

@@ -17,9 +17,10 @@ const TOAST_TIME = 8000; // ms
  * @typedef {{
  *   page: string, folder: string, worlds: World[], behaviours: any[], simulation: boolean,
  *   ring: { sensors: number[], leds: number[] }, // rad from straight ahead, positive to the left
+ *   study: import("./study.js").About | null,
  * }} Hello what the server says once: the name of the page at the drive locks, the folder that files go to (empty if this
- *   page may not know it), where on the robot the sensors look and the LEDs sit (degrees), and whether the page belongs
- *   to `elib simulate`
+ *   page may not know it), where on the robot the sensors look and the LEDs sit (degrees), whether the page shows a
+ *   world without robots of the panel, as that of `elib simulate` does, and the study that it belongs to
  */
 
 /** @typedef {{ key: string, label: string, url: string }} Listed a robot of the panel */

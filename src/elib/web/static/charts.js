@@ -12,7 +12,7 @@ import { HUES } from "./robotshape.js";
 /** @type {Record<string, number>} */
 const LEAST = { counts: 20, "rev/s": 0.1, g: 0.1, s: 0.005 }; // from the lowest to the highest value, by unit
 const SPANS = [5, 10, 20, 60, 120, 300]; // s
-const LEFT = 52,
+export const LEFT = 52,
   BOTTOM = 20; // pixels for the numbers beside the curves
 const NO_RANGE = { physical_unit: "", low: null, high: null };
 /** @type {Choice[]} */
@@ -23,6 +23,39 @@ const OWN = [
 const INFRARED = SENSOR_NAMES.map((name, sensor) => `IR${sensor} ${name}`);
 const FIRST = ["proximity", "speed"],
   MOST = 6;
+
+/**
+ * Round values between two others, and how many digits after the point they need.
+ * @param {number} low
+ * @param {number} high
+ */
+export function round(low, high) {
+  const span = high - low,
+    power = 10 ** Math.floor(Math.log10(span / 4)),
+    step = [1, 2, 5, 10].map((each) => each * power).find((each) => span / each <= 5) ?? span,
+    first = Math.ceil(low / step);
+  const values = Array.from({ length: Math.floor(high / step) - first + 1 }, (_, k) => (first + k) * step);
+  return { values, digits: Math.max(0, -Math.floor(Math.log10(step))) };
+}
+
+/**
+ * Draw a line for each round value, with its number.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {number} low
+ * @param {number} high
+ * @param {number} width
+ * @param {Scale} y
+ */
+export function drawValues(pen, low, high, width, y) {
+  const { values, digits } = round(low, high);
+  pen.textAlign = "right";
+  pen.textBaseline = "middle";
+  for (const value of values) {
+    pen.moveTo(LEFT, y(value));
+    pen.lineTo(width, y(value));
+    pen.fillText(number(value, digits), LEFT - 6, y(value));
+  }
+}
 
 class Chart {
   /** @param {string} name of the instrument @param {(chart: Chart) => void} remove */
@@ -197,7 +230,7 @@ class Chart {
     pen.strokeStyle = ink.grid;
     pen.lineWidth = 1;
     pen.beginPath();
-    this.drawValues(pen, low, high, width, y);
+    drawValues(pen, low, high, width, y);
     this.drawTimes(pen, last, width, height, x);
     pen.stroke();
     pen.lineWidth = 1.8;
@@ -239,27 +272,6 @@ class Chart {
     if (isFixed) this.grown = [low, high];
     const room = Math.max(least - (high - low), 0.08 * (high - low)) / 2;
     return [low - room, high + room];
-  }
-
-  /**
-   * Draw a line for each round value, with its number.
-   * @param {CanvasRenderingContext2D} pen
-   * @param {number} low
-   * @param {number} high
-   * @param {number} width
-   * @param {Scale} y
-   */
-  drawValues(pen, low, high, width, y) {
-    const span = high - low,
-      power = 10 ** Math.floor(Math.log10(span / 4)),
-      step = [1, 2, 5, 10].map((each) => each * power).find((each) => span / each <= 5) ?? span;
-    pen.textAlign = "right";
-    pen.textBaseline = "middle";
-    for (let value = Math.ceil(low / step) * step; value <= high; value += step) {
-      pen.moveTo(LEFT, y(value));
-      pen.lineTo(width, y(value));
-      pen.fillText(number(value, Math.max(0, -Math.floor(Math.log10(step)))), LEFT - 6, y(value));
-    }
   }
 
   /**

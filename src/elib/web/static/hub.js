@@ -59,7 +59,7 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  * @typedef {{
  *   number: number, place: string, robots?: { key: string, label: string, url: string }[],
  *   robot?: { tick: Tick, scheme?: Scheme, behaviour: Play }, overview?: Record<string, Summary>,
- *   worlds?: [robot: string, name: string][],
+ *   worlds?: [robot: string, name: string][], study?: import("./study.js").News,
  * }} Update
  */
 
@@ -153,6 +153,7 @@ class Hub {
     }
     if (update.worlds) this.spread("worlds", update.worlds);
     if (update.overview) this.spread("overview", update.overview);
+    if (update.study) this.spread("study", update.study);
   }
 
   /** @param {string} key of a robot, or a channel @param {unknown} news */

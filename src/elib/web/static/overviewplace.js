@@ -4,6 +4,7 @@ import { button, fit, inks, make, put, say } from "./dom.js";
 import { hub } from "./hub.js";
 import { distance } from "./robot.js";
 import { drawRobot } from "./robotshape.js";
+import { Part as Study } from "./study.js";
 import { Part as World } from "./world.js";
 
 /** @import { App } from "./app.js" */
@@ -33,6 +34,11 @@ export class OverviewPlace {
     this.world.title.after(this.worlds);
     this.list = make("div", { className: "robot-cards" });
     this.box = make("div", { className: "overview-place" }, world);
+    if (app.hello?.study) {
+      const card = make("section", { className: "card study all", "aria-label": "study" });
+      this.study = new Study(card, app, app.hello.study);
+      this.box.append(card);
+    }
     if (!app.hello?.simulation)
       this.box.append(
         make(
@@ -55,6 +61,7 @@ export class OverviewPlace {
   close() {
     for (const unlisten of this.unlisten) unlisten();
     this.world.close();
+    this.study?.close();
   }
 
   /** @param {[robot: string, name: string][]} worlds a robot of each, and its name */
