@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from elib.physics.controller import Controller
+from elib.physics.task import Task
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from elib.learn.task import Task
 
 RECENT = 20
 """Generations from whose time the time left is told: earlier ones may have come from a checkpoint, at once."""

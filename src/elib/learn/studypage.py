@@ -4,32 +4,25 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import threading
+import math
 from collections.abc import AsyncIterator, Iterator, Sequence
-from concurrent.futures import Future
-from functools import partial
-from itertools import count
-from typing import TYPE_CHECKING
 
 from elib.emulator.control import Control
 from elib.emulator.settings import SimulationSettings
 from elib.emulator.simulation import Simulation
 from elib.learn.progress import Best, Progress
 from elib.physics.controller import Controller
+from elib.physics.task import Task
+from elib.web.inthread import in_thread
 from elib.web.panel import Panel
 from elib.web.server import own_address, shown
-
-if TYPE_CHECKING:
-    from elib.learn.task import Task
 
 LOOK = 0.1
 """s between two looks for a better controller, and for the end of the one that drives."""
 LEAST = 10.0
-"""s that a controller drives, at least, before a better one takes its place: otherwise nobody could see what it does."""
+"""s that a controller drives, at least, before a better one takes its place: so one sees what it does."""
 REST = 1.0
 """s that a robot stands still at the end, so that one sees where it came to."""
-CLOSING_TIME = 5.0
-"""s that the page may take to close."""
 
 
 @contextlib.contextmanager
@@ -48,32 +41,8 @@ def study_page(progress: Progress, place: str = "") -> Iterator[str]:
         LinkBusy: The port is taken, or all that were tried are.
         LinkDenied: This user may not use the port.
     """
-    opened: Future[str] = Future()
-    loop, stop = asyncio.new_event_loop(), asyncio.Event()
-
-    async def serve() -> None:
-        async with _served(progress, place) as url:
-            opened.set_result(url)
-            await stop.wait()
-
-    def run() -> None:
-        try:
-            with asyncio.Runner(loop_factory=lambda: loop) as runner:
-                runner.run(serve())
-        except Exception as error:
-            if opened.done():
-                raise
-            opened.set_exception(error)
-
-    thread = threading.Thread(target=run, name="elib study page", daemon=True)
-    thread.start()
-    url = opened.result()
-    try:
+    with in_thread(lambda: _served(progress, place)) as (url, _):
         yield url
-    finally:
-        with contextlib.suppress(RuntimeError):  # the page has failed, and its loop is closed
-            loop.call_soon_threadsafe(stop.set)
-        thread.join(CLOSING_TIME)
 
 
 @contextlib.asynccontextmanager
@@ -90,7 +59,7 @@ async def _served(progress: Progress, place: str) -> AsyncIterator[str]:
 
 
 class Show:
-    """Lets the best controllers of a study drive in the worlds of its task, one after the other, while a page is open.
+    """Lets the best controllers drive in the worlds of their task, one after the other, while a page is open.
 
     Args:
         progress: What the evolution tells of itself.
@@ -101,11 +70,14 @@ class Show:
 
     def __init__(self, progress: Progress) -> None:
         self.panel = Panel(study=self)
-        self._watched = asyncio.Event()
-        self.panel.on_visit, self.panel.on_empty = self._watched.set, self._watched.clear
+        self.panel.on_visit, self.panel.on_empty = self._visit, self._leave
         self._progress = progress
+        self._is_watched = asyncio.Event()
         self._chosen: int | None = None
+        self._is_asked = False
         self._shown: Best | None = None
+        self._life: Life | None = None
+        self._lives = 0
 
     def about(self) -> dict[str, object]:
         """Return what does not change."""
@@ -135,40 +107,48 @@ class Show:
         }
 
     def choose(self, number: int | None) -> None:
-        """Let one of the best controllers drive; None for the newest at any time."""
-        self._chosen = number
-
-    def _wanted(self) -> Best | None:
-        bests = self._progress.bests
-        return None if not bests else bests[-1 if self._chosen is None else min(self._chosen, len(bests) - 1)]
+        """Let one of the best controllers drive at once; None for the newest at any time."""
+        self._chosen, self._is_asked = number, True
 
     async def play(self) -> None:
         """Let one controller after the other drive."""
-        rate = 1.0
-        for number in count():
-            await self._watched.wait()
-            while (best := self._wanted()) is None:
-                await asyncio.sleep(LOOK)
-            life = Life(self._progress.task, self._progress.controller(best.parameters), number)
-            life.simulation.set_rate(rate)
-            self.panel.control = Control(life.simulation)
-            self._shown, chosen = best, self._chosen
-            while not (life.is_over or chosen != self._chosen or self._is_old(life, best)):
-                await asyncio.sleep(LOOK)
-            if life.is_over:
-                await asyncio.sleep(REST)
-            life.simulation.close()
-            rate = life.simulation.clock.rate
+        while True:
+            await self._is_watched.wait()
+            bests = self._progress.bests
+            if bests:
+                best = bests[-1 if self._chosen is None else min(self._chosen, len(bests) - 1)]
+                if self._life is None or self._is_asked or self._life.is_over or self._is_old(self._life, best):
+                    self._begin(best)
+            await asyncio.sleep(LOOK)
 
     def _is_old(self, life: Life, best: Best) -> bool:
-        """Return whether the page is closed, or there is a better controller and this one was seen long enough."""
-        simulation = life.simulation
-        is_seen = simulation.time > LEAST and not simulation.clock.is_paused
-        return not self._watched.is_set() or (is_seen and self._wanted() is not best)
+        """Return whether another controller is the best by now, and this one was seen long enough."""
+        clock = life.simulation.clock
+        return best is not self._shown and life.simulation.time > LEAST and not clock.is_paused
+
+    def _begin(self, best: Best) -> None:
+        progress, old = self._progress, self._life
+        life = Life(progress.task, progress.controller(best.parameters), self._lives)
+        if old is not None:
+            life.simulation.set_rate(old.simulation.clock.rate)  # as a person has set it
+            old.simulation.close()
+        self.panel.control = Control(life.simulation)
+        self._life, self._shown, self._is_asked = life, best, False
+        self._lives += 1
+
+    def _visit(self) -> None:
+        self._is_watched.set()
+
+    def _leave(self) -> None:
+        """Compute nothing while no page is open: the evolution needs the processor."""
+        self._is_watched.clear()
+        if self._life is not None:
+            self._life.simulation.close()
+            self._life = None
 
 
 class Life:
-    """One controller drives in one world of its task, until its time is over; it runs on the clock of the simulation.
+    """One controller drives in one world of its task, until its time is over, on the clock of the simulation.
 
     Args:
         task: What was learned.
@@ -177,7 +157,6 @@ class Life:
 
     Attributes:
         simulation: The world, as pages show it.
-        is_over: Whether the time is over, or the task is done.
     """
 
     def __init__(self, task: Task, controller: Controller, number: int) -> None:
@@ -185,29 +164,37 @@ class Life:
         scene = task.scenes[number % len(task.scenes)]
         self.simulation = Simulation(settings, is_connected=False, scene=scene)
         assert self.simulation.world is not None
-        self.is_over = False
         self._task, self._controller, self._world = task, controller, self.simulation.world
-        self._memory = [[0.0] * controller.memory for _ in range(task.robots)]
         self._parameters = tuple(controller.parameters.tolist())
-        self._ticks = max(1, round(task.period / scene.step))
+        self._memory = [[0.0] * controller.memory for _ in range(task.robots)]
+        self._ended = math.inf
         self._decide()
         self._world.follow(self._follow)
 
+    @property
+    def is_over(self) -> bool:
+        """Whether its time is over, or the task ended it, and the robots have stood still for a moment."""
+        return self._world.time > self._ended + REST
+
     def _follow(self) -> None:
         """Go on after a tick."""
-        if self.is_over:
-            return
         world, task = self._world, self._task
-        self.is_over = world.tick * world.scene.step >= task.seconds
-        if task.is_over is not None:
-            for sensor in task.reward_sensors:
-                world.readings(sensor)
-            self.is_over = self.is_over or bool(task.is_over(world.records))
-        if self.is_over:
+        if world.time > self._ended:
+            return
+        if world.tick >= task.ticks or self._is_at_its_end():
+            self._ended = world.time
             for robot in range(world.robots):
                 world.set_wheel_speeds(robot, 0.0, 0.0)
-        elif world.tick % self._ticks == 0:
+        elif world.tick % task.ticks_a_period == 0:
             self._decide()
+
+    def _is_at_its_end(self) -> bool:
+        task = self._task
+        if task.is_over is None:
+            return False
+        for sensor in task.reward_sensors:
+            self._world.readings(sensor)
+        return bool(task.is_over(self._world.records))
 
     def _decide(self) -> None:
         """Let the controller set the wheels of every robot."""

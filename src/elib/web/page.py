@@ -93,7 +93,7 @@ class Page:
         self._unsent = 0
         self.world_updates = WorldUpdates(self)
         slots = list(panel.slots)
-        self.show(OVERVIEW if len(slots) != 1 and (slots or panel.control or panel.study) else slots[0] if slots else START)
+        self.show(OVERVIEW if len(slots) != 1 and (slots or panel.is_of_world) else slots[0] if slots else START)
         for work in (self._send_updates(), self.world_updates.send()):
             self._begin(work).add_done_callback(self._broke)
 
@@ -212,7 +212,7 @@ class Page:
             "worlds": world_list(),
             "behaviours": catalogue(),
             "ring": {"sensors": SENSOR_DIRECTIONS, "leds": [math.radians(angle) for angle in LED_ANGLES]},
-            "simulation": panel.control is not None or panel.study is not None,
+            "simulation": panel.is_of_world,
             "study": None if panel.study is None else panel.study.about(),
         }
 

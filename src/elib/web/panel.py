@@ -95,6 +95,11 @@ class Panel:
         self._tasks: set[asyncio.Task[object]] = set()
 
     @property
+    def is_of_world(self) -> bool:
+        """Whether its pages belong to a simulation or a study, and not to robots."""
+        return self.control is not None or self.study is not None
+
+    @property
     def slots(self) -> Mapping[str, Slot]:
         """The robots by key, in the order they came; read only."""
         return MappingProxyType(self._slots)
