@@ -7,7 +7,7 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from elib.errors import ElibError
 from elib.files import parse_json, reason_of
@@ -64,7 +64,7 @@ class Journal:
         with contextlib.suppress(OSError):  # a full disk was reported by append
             self._file.close()
 
-    def __enter__(self) -> Journal:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

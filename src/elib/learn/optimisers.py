@@ -53,7 +53,7 @@ class Genetic:
     MUTATION_RANGE = 0.5
     """A changed gene moves by a number drawn evenly from -0.5 to 0.5 (1994, table 1)."""
     INITIAL_RANGE = 0.5
-    """The genes of the first population are drawn evenly from -0.5 to 0.5; later ones are not bounded (1994, table 1)."""
+    """First genes are drawn evenly from -0.5 to 0.5; later ones are not bounded (1994, table 1)."""
     BEST_COPIES = 2.0
     """Copies that the best individual gets on average. The papers do not give it; Goldberg (1989) has 1.2 to 2."""
 
@@ -62,7 +62,7 @@ class Genetic:
         import numpy as np
 
         self._random = np.random.default_rng(seed)
-        self._genes = self._random.uniform(-self.INITIAL_RANGE, self.INITIAL_RANGE, (population, size))
+        self._genes: Floats = self._random.uniform(-self.INITIAL_RANGE, self.INITIAL_RANGE, (population, size))
 
     def ask(self) -> Floats:
         """Return the next population."""
@@ -95,7 +95,8 @@ def scaled(fitness: Floats, best_copies: float) -> Floats:
     if not high > mean > low:  # All are equally good, or differ by less than a float can tell.
         return np.ones(len(fitness))
     slope = min((best_copies - 1) / (high - mean), 1 / (mean - low))
-    return np.maximum(1 + slope * (fitness - mean), 0.0)
+    copies: Floats = np.maximum(1 + slope * (fitness - mean), 0.0)
+    return copies
 
 
 class CmaEs:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
 from elib import __version__
 from elib.errors import ArgumentError, ElibError
@@ -217,15 +217,6 @@ class Study:
 
     def _resume(self) -> None:
         settings, lines = self.settings, self._journal.lines
-        for name in (
-            SETTINGS,
-            BEST,
-            GENERATIONS_TABLE,
-            INDIVIDUALS_TABLE,
-            PLOT,
-        ):  # what a killed program had begun to write beside them
-            for left in self.folder.glob(f".{name}.*"):
-                left.unlink(missing_ok=True)
         written = _written(settings)
         if (self.folder / SETTINGS).exists():
             _compare(self.folder, _read(self.folder), tomllib.loads(written))
@@ -239,6 +230,9 @@ class Study:
             )
         if not (self.folder / SETTINGS).exists() or _read(self.folder)["settings"] != asdict(settings):
             write_file(self.folder / SETTINGS, written.encode())
+        for name in (SETTINGS, BEST, GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT):
+            for left in self.folder.glob(f".{name}.*"):  # what a killed program had begun to write
+                left.unlink(missing_ok=True)
 
     def append(self, generation: Generation) -> None:
         """Record a generation; it is on the disk when this returns.
@@ -263,7 +257,7 @@ class Study:
         """Let other programs open the folder."""
         self._journal.close()
 
-    def __enter__(self) -> Study:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -358,12 +352,11 @@ def _generation(line: Mapping[str, Any], number: int, folder: Path, settings: Se
     count = settings.population
     try:
         found = Generation(**line)
-        is_good = found.generation == number and {len(found.fitness), len(found.left), len(found.right)} == {count}
-    except TypeError:
-        is_good = False
-    if not is_good:
-        raise ElibError(
-            f"{folder / GENERATIONS}:{number}: this is not generation {number} of {count} individuals",
-            hint="put back a copy of the file, or delete this line and all below it: they will be done again",
-        )
-    return found
+        if found.generation == number and {len(found.fitness), len(found.left), len(found.right)} == {count}:
+            return found
+    except TypeError:  # other keys
+        pass
+    raise ElibError(
+        f"{folder / GENERATIONS}:{number}: this is not generation {number} of {count} individuals",
+        hint="put back a copy of the file, or delete this line and all below it: they will be done again",
+    )
