@@ -89,9 +89,9 @@ def test_encoders_know_nothing_of_noise_and_of_the_spread_of_wheels():
 
 
 def test_a_control_function_that_asks_for_what_is_not_a_number_gets_standing_wheels():
-    setting = room()._state.world.setting[0]
-    assert rim_speed(setting, math.nan) == rim_speed(setting, 0.9) == 0.0
-    assert rim_speed(setting, -math.inf) == -rim_speed(setting, 1e300) == rim_speed(setting, -1000.0)
+    tables = room()._state.world.tables[0]
+    assert rim_speed(tables, math.nan) == rim_speed(tables, 0.9) == 0.0
+    assert rim_speed(tables, -math.inf) == -rim_speed(tables, 1e300) == rim_speed(tables, -1000.0)
 
 
 @pytest.mark.parametrize("speed", [math.nan, math.inf])
