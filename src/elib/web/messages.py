@@ -468,8 +468,6 @@ class Watch(Message):
 class ChooseController(Message):
     """Let one of the best controllers of the study drive in the world; null for the newest at any time."""
 
-    is_of_world = True
-
     number: Annotated[int, Meta(ge=0)] | None
 
     def carry_out(self, page: Page) -> None:
