@@ -2,6 +2,9 @@
 //
 // It only calls Enki (GPL-2; Debian's libenki-dev). A line on stdin, "drive compiled ROBOTS 0 1", is answered with CPU
 // seconds, wall seconds, robot-steps and 0; any other request with "- " and the reason.
+//
+// Stock Enki also simulates the scanner turret of every e-puck, wanted or not: its flag shares bits with the others.
+// With the argument --sensors-only the robots have their eight infrared sensors and nothing else, as those of elib.
 
 #include <chrono>
 #include <cmath>
@@ -24,6 +27,13 @@ const int ROBOT_STEPS = 20000;  // In one answer.
 const int MOST_ROBOTS = 1000;   // Its time a tick grows with the square.
 
 struct Vehicle : Enki::EPuck {
+    explicit Vehicle(bool has_turret) : EPuck(has_turret ? CAPABILITY_BASIC_SENSORS : CAPABILITY_NONE) {
+        if (has_turret) return;
+        for (auto* sensor : {&infraredSensor0, &infraredSensor1, &infraredSensor2, &infraredSensor3, &infraredSensor4,
+                             &infraredSensor5, &infraredSensor6, &infraredSensor7})
+            addLocalInteraction(sensor);
+    }
+
     void controlStep(double step) override {
         const Enki::IRSensor* sensors[] = {&infraredSensor0, &infraredSensor1, &infraredSensor2, &infraredSensor3,
                                            &infraredSensor4, &infraredSensor5, &infraredSensor6, &infraredSensor7};
@@ -38,7 +48,7 @@ struct Vehicle : Enki::EPuck {
     }
 };
 
-std::unique_ptr<Enki::World> crowd(int robots) {
+std::unique_ptr<Enki::World> crowd(int robots, bool has_turret) {
     const double side = 100 * std::sqrt(robots / 10.0);
     auto world = std::make_unique<Enki::World>(side, side);
     std::mt19937 draw(1);
@@ -48,7 +58,7 @@ std::unique_ptr<Enki::World> crowd(int robots) {
         bool is_free = true;
         for (const auto* other : world->objects) is_free = is_free && (here - other->pos).norm() > 8;
         if (!is_free) continue;
-        auto* robot = new Vehicle;  // The world deletes it.
+        auto* robot = new Vehicle(has_turret);  // The world deletes it.
         robot->pos = here;
         robot->angle = angle(draw);
         world->addObject(robot);
@@ -56,7 +66,8 @@ std::unique_ptr<Enki::World> crowd(int robots) {
     return world;
 }
 
-int main() {
+int main(int count, char** arguments) {
+    const bool has_turret = count < 2 || std::string(arguments[1]) != "--sensors-only";
     std::map<int, std::unique_ptr<Enki::World>> worlds;
     for (std::string line; std::getline(std::cin, line);) {
         int robots = 0;
@@ -68,7 +79,7 @@ int main() {
         const int ticks = std::max(ROBOT_STEPS / robots, 3);
         auto& world = worlds[robots];
         const bool is_new = !world;
-        if (is_new) world = crowd(robots);
+        if (is_new) world = crowd(robots, has_turret);
         for (int tick = 0; is_new && tick < ticks; ++tick) world->step(STEP);
         const auto start = std::chrono::steady_clock::now();
         const std::clock_t cpu = std::clock();

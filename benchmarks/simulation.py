@@ -13,7 +13,8 @@ takes longer the more its robots lean on each other.
     python benchmarks/simulation.py --only threads                      the rows with this in their names
 
 Ratios are this tree's speed by the other's: over 1 is faster. "median" is the median of each round's ratio, "best" is
-best against best. Enki comes as Debian's libenki-dev; ``enki.cpp`` is compiled into ``build/``.
+best against best. Enki comes as Debian's libenki-dev; ``enki.cpp`` is compiled into ``build/``. Stock Enki simulates a
+turret on each e-puck; "sensors" is Enki with the eight infrared sensors only, as elib has them.
 """
 
 from __future__ import annotations
@@ -316,7 +317,7 @@ def contenders(beside: Path | None, with_enki: bool) -> list[Contender]:
         program.parent.mkdir(exist_ok=True)
         build = [shutil.which("g++") or "false", "-O3", str(HERE.with_name("enki.cpp")), "-o", str(program), "-lenki"]
         if subprocess.run(build).returncode == 0:
-            found.append(Contender("enki", [str(program)]))
+            found += [Contender("enki", [str(program)]), Contender("sensors", [str(program), "--sensors-only"])]
         else:
             print("Enki is left out: it needs g++ and Debian's libenki-dev.")
     return found
