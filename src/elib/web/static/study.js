@@ -3,9 +3,12 @@
 import { BOTTOM, LEFT, drawValues, round } from "./charts.js";
 import { age, fit, inks, make, number, say } from "./dom.js";
 import { hub } from "./hub.js";
-import { HUES } from "./robotshape.js";
+import { HUES, line } from "./robotshape.js";
 
 /** @import { App } from "./app.js" */
+/** @import { Point } from "./robotshape.js" */
+
+/** @typedef {ReturnType<Part["scale"]>} Scale */
 
 /**
  * @typedef {[best: number, upper: number, mean: number, lower: number, lowest: number]} Generation fitness
@@ -19,6 +22,7 @@ import { HUES } from "./robotshape.js";
  */
 
 const LEAST = 10; // generations that the axis has room for
+const MOST = 2000; // points of a curve: no screen shows more
 const RIGHT = 12,
   TOP = 22; // pixels beside and above the curves
 const BEST = 0,
@@ -34,11 +38,9 @@ export class Part {
     this.about = about;
     /** @type {Generation[]} */
     this.generations = [];
-    /** @type {string | null} */
-    this.listed = null;
     /** @type {number | null} */
     this.cursor = null; // pixels from the left, where the mouse points
-    this.text = make("p", { className: "how-far", role: "status" });
+    this.text = make("p", { className: "how-far" });
     this.best = make("p");
     this.bar = make("progress", { max: about.count, value: 0, "aria-label": "generations done" });
     this.canvas = make("canvas", { role: "img" });
@@ -52,9 +54,9 @@ export class Part {
       const value = make("b");
       return { value, box: make("span", { className: "check" }, name, value) };
     });
-    this.list = make("select", {
-      onchange: () => app.ask("choose_controller", { number: this.list.value ? Number(this.list.value) : null }),
-    });
+    this.list = make("select", {}, new Option("Always the best so far", ""));
+    this.list.onchange = () =>
+      app.ask("choose_controller", { number: this.list.value ? Number(this.list.value) : null });
     this.shown = make("p", { className: "hint" });
     box.append(
       make("h2", { textContent: `Study: ${about.task}` }),
@@ -68,7 +70,7 @@ export class Part {
       this.shown,
       make(
         "details",
-        { open: true },
+        { open: innerWidth > 900 }, // on a phone, the world is more important
         make("summary", { textContent: "Settings" }),
         make(
           "dl",
@@ -104,7 +106,9 @@ export class Part {
     say(this.text, `${done} of ${count} generations · ${state}`);
     say(this.best, best ? `Best so far: ${number(best[1], 3)}, in generation ${best[0]}` : "");
     this.bar.value = done;
-    this.offer(news);
+    for (const [k, [generation, fitness]] of news.bests.entries())
+      if (k > this.list.length - 2)
+        this.list.add(new Option(`Generation ${generation}: ${number(fitness, 3)}`, String(k)), 1);
     this.list.value = String(news.chosen ?? "");
     const drives = `The best of generation ${news.shown} drives, ${seconds} s in each world.`;
     say(this.shown, news.shown ? drives : "");
@@ -112,102 +116,114 @@ export class Part {
     this.paint();
   }
 
-  /** @param {News} news */
-  offer({ bests }) {
-    if (this.listed === String(bests)) return;
-    this.listed = String(bests);
-    const own = bests.map(([generation, fitness], k) => {
-      return new Option(`Generation ${generation}: ${number(fitness, 3)}`, String(k));
-    });
-    this.list.replaceChildren(new Option("Always the best so far", ""), ...own.reverse());
-  }
-
   paint() {
-    const { generations } = this,
-      { pen, width, height } = fit(this.canvas),
+    const { pen, width, height } = fit(this.canvas),
       ink = inks("grid", "faint"),
-      hues = HUES[document.documentElement.dataset.theme ?? "light"];
-    const all = generations.flatMap((each) => each.slice(BEST, LOWEST)),
-      low = all.reduce((a, b) => Math.min(a, b), Infinity),
-      high = all.reduce((a, b) => Math.max(a, b), -Infinity),
-      room = 0.06 * (high - low) || 0.5;
-    const [bottom, top] = all.length ? [low - room, high + room] : [0, 1],
-      last = Math.max(Math.min(LEAST, this.about.count), generations.length, 2);
-    const x = (/** @type {number} */ k) => LEFT + ((k - 1) / (last - 1)) * (width - LEFT - RIGHT);
-    const y = (/** @type {number} */ value) => TOP + ((top - value) / (top - bottom)) * (height - TOP - BOTTOM);
+      hues = HUES[document.documentElement.dataset.theme ?? "light"],
+      scale = this.scale(width, height);
     pen.font = "11px system-ui, sans-serif";
     pen.fillStyle = ink.faint;
     pen.strokeStyle = ink.grid;
     pen.beginPath();
-    drawValues(pen, bottom, top, width, y);
+    drawValues(pen, scale.low, scale.high, width, scale.y);
+    this.drawNumbers(pen, scale, width, height);
+    pen.stroke();
+    this.drawCurves(pen, scale, hues);
+    const at = this.pointed(scale.x);
+    if (at && this.cursor !== null) {
+      pen.strokeStyle = ink.faint;
+      pen.lineWidth = 1;
+      line(pen, [scale.x(at), TOP], [scale.x(at), height - BOTTOM]);
+      pen.stroke();
+    }
+    this.sayValues(at, hues);
+  }
+
+  /**
+   * Where generations, from 1, and values are on the canvas; from the lowest to the highest value.
+   * @param {number} width
+   * @param {number} height
+   */
+  scale(width, height) {
+    const all = this.generations.flatMap((each) => each.slice(BEST, LOWEST)),
+      lowest = all.reduce((a, b) => Math.min(a, b), Infinity),
+      highest = all.reduce((a, b) => Math.max(a, b), -Infinity),
+      room = 0.06 * (highest - lowest) || 0.5;
+    const [low, high] = all.length ? [lowest - room, highest + room] : [0, 1],
+      last = Math.max(Math.min(LEAST, this.about.count), this.generations.length, 2);
+    return {
+      ...{ low, high, last },
+      x: (/** @type {number} */ generation) => LEFT + ((generation - 1) / (last - 1)) * (width - LEFT - RIGHT),
+      y: (/** @type {number} */ value) => TOP + ((high - value) / (high - low)) * (height - TOP - BOTTOM),
+    };
+  }
+
+  /**
+   * Draw a line for each round generation, with its number, and what the axes are.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {Scale} scale
+   * @param {number} width
+   * @param {number} height
+   */
+  drawNumbers(pen, { x, last }, width, height) {
     pen.textAlign = "center";
     pen.textBaseline = "alphabetic";
-    for (const k of round(1, last).values.filter(Number.isInteger)) {
-      pen.moveTo(x(k), TOP);
-      pen.lineTo(x(k), height - BOTTOM);
-      pen.fillText(String(k), x(k), height - 5);
+    for (const generation of round(1, last).values.filter(Number.isInteger)) {
+      pen.moveTo(x(generation), TOP);
+      pen.lineTo(x(generation), height - BOTTOM);
+      pen.fillText(String(generation), x(generation), height - 5);
     }
-    pen.stroke();
     pen.textAlign = "left";
     pen.fillText("fitness", 2, 10);
     pen.textAlign = "right";
     pen.fillText("generation", width, height - BOTTOM - 4);
-    this.drawCurves(pen, hues, x, y);
-    const at = this.pointed(x);
-    if (at !== null && this.cursor !== null) {
-      pen.strokeStyle = ink.faint;
-      pen.lineWidth = 1;
-      pen.beginPath();
-      pen.moveTo(x(at + 1), TOP);
-      pen.lineTo(x(at + 1), height - BOTTOM);
-      pen.stroke();
-    }
-    say(this.which, at === null ? "" : `Generation ${at + 1}`);
-    const told = at === null ? null : generations[at].map((value) => number(value, 3));
-    const texts = told ? [told[BEST], told[MEAN], `${told[LOWER]} to ${told[UPPER]}`, told[LOWEST]] : [];
-    this.keys.forEach(({ value, box }, k) => {
-      say(value, texts[k] ?? "");
-      box.style.setProperty(
-        "--hue",
-        [hues[0], hues[1], `color-mix(in srgb, ${hues[1]} ${100 * BAND}%, transparent)`, "transparent"][k],
-      );
-    });
   }
 
   /**
-   * The generation that the mouse points at, or else the last one; null before the first.
-   * @param {(k: number) => number} x
+   * The generation that the mouse points at, or else the last one; 0 before the first.
+   * @param {(generation: number) => number} x
    */
   pointed(x) {
     const count = this.generations.length;
-    if (!count) return null;
-    const share = this.cursor === null ? 1 : (this.cursor - x(1)) / (x(count) - x(1) || 1);
-    return Math.round(Math.max(0, Math.min(1, share)) * (count - 1));
+    if (this.cursor === null) return count;
+    const share = (this.cursor - x(1)) / (x(2) - x(1));
+    return Math.min(count, 1 + Math.round(Math.max(0, share)));
+  }
+
+  /** @param {number} generation @param {string[]} hues */
+  sayValues(generation, hues) {
+    say(this.which, generation ? `Generation ${generation}` : "");
+    const told = this.generations[generation - 1]?.map((value) => number(value, 3));
+    const texts = told ? [told[BEST], told[MEAN], `${told[LOWER]} to ${told[UPPER]}`, told[LOWEST]] : [];
+    const pale = `color-mix(in srgb, ${hues[1]} ${100 * BAND}%, transparent)`;
+    this.keys.forEach(({ value, box }, k) => {
+      say(value, texts[k] ?? "");
+      box.style.setProperty("--hue", [hues[0], hues[1], pale, "transparent"][k]);
+    });
   }
 
   /**
    * Draw the band of the middle half, and a line for best and mean.
    * @param {CanvasRenderingContext2D} pen
+   * @param {Scale} scale
    * @param {string[]} hues
-   * @param {(k: number) => number} x
-   * @param {(value: number) => number} y
    */
-  drawCurves(pen, hues, x, y) {
-    const { generations } = this;
-    /** @param {number} which */
-    const points = (which) => generations.map((each, k) => /** @type {const} */ ([x(k + 1), y(each[which])]));
+  drawCurves(pen, { x, y }, hues) {
+    const { generations } = this,
+      every = Math.ceil(generations.length / MOST);
+    /** @type {(which: number) => Point[]} */
+    const points = (which) =>
+      generations.map((each, k) => /** @type {Point} */ ([x(k + 1), y(each[which])])).filter((_, k) => k % every === 0);
+    line(pen, ...points(UPPER), ...points(LOWER).reverse());
     pen.fillStyle = hues[1];
     pen.globalAlpha = BAND;
-    pen.beginPath();
-    for (const point of [...points(UPPER), ...points(LOWER).reverse()]) pen.lineTo(...point);
     pen.fill();
     pen.globalAlpha = 1;
     pen.lineWidth = 1.8;
     pen.lineJoin = "round";
-    [BEST, MEAN].forEach((curve, k) => {
+    [BEST, MEAN].forEach((which, k) => {
+      line(pen, ...points(which));
       pen.strokeStyle = hues[k];
-      pen.beginPath();
-      for (const point of points(curve)) pen.lineTo(...point);
       pen.stroke();
     });
   }
