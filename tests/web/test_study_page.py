@@ -16,7 +16,7 @@ from page_rig import Page, fetch, opened, until
 from world_page_rig import Frame
 
 from elib.errors import LinkBusy
-from elib.learn.progress import Progress
+from elib.learn.progress import Best, Progress
 from elib.learn.studypage import LEAST, REST, Life, Show, study_page
 from elib.physics import Controller, Pose, Scene
 from elib.physics.task import Task
@@ -78,6 +78,12 @@ def test_only_a_controller_that_is_better_than_all_before_it_is_kept(progress: P
         (1, 0.3, 300),
         (3, 0.5, 500),
     ]
+
+
+def test_the_winner_of_the_final_test_is_the_best_whatever_luck_others_had(progress: Progress) -> None:
+    pass_generation(progress, 0.5)
+    progress.end("All generations are done.", Best(1, 0.3, np.array([300.0])))
+    assert progress.bests[-1].fitness == 0.3
 
 
 def test_the_time_left_is_that_of_the_generations_left_and_none_after_the_end(progress: Progress) -> None:
@@ -255,7 +261,7 @@ async def test_a_browser_draws_the_curve_and_lets_a_person_choose_who_drives(pro
         pass_generation(progress, 0.2, 0.4)
         await tab.until("document.querySelector('.study .how-far').textContent.startsWith('2 of 4 generations')")
         text = "document.querySelector('.study').textContent"
-        for words in ("Drive on.", "Best so far: 0.400, in generation 2", "Generation 2best0.400mean0.300"):
+        for words in ("Drive on.", "Best so far: 0.400, of generation 2", "Generation 2best0.400mean0.300"):
             assert await tab.run(f"{text}.includes('{words}')"), await tab.run(text)
         await tab.until("app.place.world.model.frame?.number > 2")
         await tab.until(has_drawn(24, 90, 157))

@@ -52,7 +52,8 @@ class Progress:
         generations: As given.
         settings: As given.
         done: The generations so far, oldest first.
-        bests: Every controller that was better than all before it; the last one is the best so far.
+        bests: Every controller that was better than all before it, and the winner of the final test; the last one is
+            the best so far.
         outcome: Why the evolution ended, for a person; empty while it runs.
     """
 
@@ -76,7 +77,7 @@ class Progress:
         """Note one more generation.
 
         Args:
-            fitness: Of each individual, (P,).
+            fitness: The fitness of each individual, (P,).
             population: Their parameters, (P, n).
         """
         best = int(np.argmax(fitness))
@@ -93,8 +94,15 @@ class Progress:
         remaining = 0 if self.outcome else self.generations - len(self.done)
         return remaining * (times[-1] - times[0]) / max(len(times) - 1, 1)
 
-    def end(self, outcome: str) -> None:
-        """Note that the evolution has ended, and why: ``"All 100 generations are done."``."""
+    def end(self, outcome: str, winner: Best | None = None) -> None:
+        """Note that the evolution has ended.
+
+        Args:
+            outcome: Why it ended, for a person: ``"All 100 generations are done."``
+            winner: The controller that won a final test, if there was one: it is the best from now on.
+        """
+        if winner is not None:
+            self.bests.append(winner)
         self.outcome = outcome
 
 

@@ -104,7 +104,7 @@ export class Part {
       { count, seconds } = this.about;
     const state = news.outcome || (done ? `${age(news.left)} left` : "the first one is being tried out …");
     say(this.text, `${done} of ${count} generations · ${state}`);
-    say(this.best, best ? `Best so far: ${number(best[1], 3)}, in generation ${best[0]}` : "");
+    say(this.best, best ? `Best${news.outcome ? "" : " so far"}: ${number(best[1], 3)}, of generation ${best[0]}` : "");
     this.bar.value = done;
     for (const [k, [generation, fitness]] of news.bests.entries())
       if (k > this.list.length - 2)
