@@ -225,6 +225,14 @@ def begin(course: Course, w: int, key: int) -> None:
 
 
 @kernel
+def begin_next(course: Course, w: int) -> None:
+    """Begin the next episode of world *w*, whose key is made of that of the first one."""
+    episode = course.episodes[w]
+    episode.begun += 1
+    begin(course, w, numbered_key(episode.key, episode.begun))
+
+
+@kernel
 def sense_robots(world: Records) -> None:
     """Let all robots of one world read the sensors of the task."""
     setting = world.setting[0]
@@ -276,19 +284,21 @@ def step_worlds(course: Course, first: int, end: int, actions: Any, begins_again
         if episode.is_over == 0 and world.setting[0].tick < course.ticks:
             run_period(course, world, w, actions[w])
         elif begins_again:
-            episode.begun += 1
-            begin(course, w, numbered_key(episode.key, episode.begun))
+            begin_next(course, w)
             world = world_at(course.worlds, w)
         sense_robots(world)
 
 
 @kernel
-def begin_worlds(course: Course, chosen: Any) -> None:
-    """Begin the first episodes of the keys of these worlds."""
+def begin_worlds(course: Course, chosen: Any, are_next: int) -> None:
+    """Begin the first episodes of the keys of these worlds, or the next ones."""
     for n in range(len(chosen)):
         w = chosen[n]
-        course.episodes[w].begun = 0
-        begin(course, w, course.episodes[w].key)
+        if are_next:
+            begin_next(course, w)
+        else:
+            course.episodes[w].begun = 0
+            begin(course, w, course.episodes[w].key)
         sense_robots(world_at(course.worlds, w))
 
 
@@ -388,21 +398,23 @@ class Episodes:
         self._pool: tuple[int, concurrent.futures.ThreadPoolExecutor] | None = None
         self.reset(seed)
 
-    def reset(self, seed: int = 0, which: Sequence[int] | None = None) -> None:
-        """Begin the first episodes of other seeds.
+    def reset(self, seed: int | None = 0, which: Sequence[int] | None = None) -> None:
+        """Begin the first episodes of other seeds, or the next episodes.
 
         Args:
-            seed: World k gets the seed *seed* + k, modulo 2**64.
+            seed: World k gets the seed *seed* + k, modulo 2**64. None begins the episode that :meth:`step` would begin
+                next, also where one has not ended.
             which: Numbers of the worlds that begin again; None means all.
 
         Raises:
             ArgumentError: *seed* is out of its range.
         """
-        seed = check_seed(seed)
         chosen = [int(w) for w in (range(self.count) if which is None else which)]
-        for w in chosen:
-            self._steered.episodes[w].key = _episode_key(seed + w)
-        self._run(begin_worlds, self._steered, self._whole(chosen))
+        if seed is not None:
+            first = check_seed(seed)
+            for w in chosen:
+                self._steered.episodes[w].key = _episode_key(first + w)
+        self._run(begin_worlds, self._steered, self._whole(chosen), int(seed is None))
 
     def step(self, actions: ArrayLike, *, begin_again: bool = True) -> NDArray[np.float64]:
         """Let one period pass in every world.
