@@ -3,8 +3,15 @@
 The tasks and their episodes come from :mod:`elib.physics`, and run compiled with the extra ``learn``.
 """
 
+import importlib.util
+
 from elib.learn.catalogue import all_tasks, find_task
+from elib.learn.registration import register
 from elib.physics.episodes import Episodes, Scores
 from elib.physics.task import Randomisation, Task
 
 __all__ = ["Episodes", "Randomisation", "Scores", "Task", "all_tasks", "find_task"]
+
+# So that gymnasium.make("elib.learn:elib/Avoid-v0") finds it, whichever of the two packages was imported first.
+if importlib.util.find_spec("gymnasium") is not None:
+    register()

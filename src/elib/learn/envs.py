@@ -1,0 +1,403 @@
+"""Gymnasium environments of the tasks: one world at a time, or thousands of worlds that take a step in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, cast
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, NDArray
+
+from elib.errors import ArgumentError
+from elib.learn.catalogue import find_task
+from elib.learn.liveview import LiveView, picture
+from elib.learn.sensors import Channel, channels_of
+from elib.physics import Episodes, Task
+from elib.physics.engine import EngineName
+
+Floats32 = NDArray[np.float32]
+
+HUMAN, RGB_ARRAY = "human", "rgb_array"
+
+
+class Outcome(NamedTuple):
+    """What came of a decision in several worlds.
+
+    Attributes:
+        rewards: Of each robot, (worlds, robots).
+        terminated: Whether the task ended the episode, (worlds,).
+        truncated: Whether the time of the episode is over, (worlds,).
+    """
+
+    rewards: NDArray[np.float64]
+    terminated: NDArray[np.bool_]
+    truncated: NDArray[np.bool_]
+
+    @property
+    def ended(self) -> NDArray[np.bool_]:
+        """Whether the episode has ended, (worlds,)."""
+        return self.terminated | self.truncated
+
+
+class Worlds:
+    """Worlds of a task as programs that learn see them. All environments of this package stand on it.
+
+    An observation holds what the robot's sensors read, in their own units and within their ranges. An action is the
+    speeds of the left and the right wheel, m/s.
+
+    Attributes:
+        task: The task.
+        episodes: What runs the worlds.
+        observed: The numbers that one robot observes.
+        acted: The numbers that steer one robot.
+        fitness: The fitness of each world's episode so far, (worlds,).
+    """
+
+    def __init__(self, task: Task | str, count: int, engine: EngineName, threads: int | None) -> None:
+        self.task = find_task(task) if isinstance(task, str) else task
+        self.episodes = Episodes(self.task, count, engine=engine, threads=threads)
+        self.observed = tuple(channel for sensor in self.task.sensors for channel in channels_of(sensor))
+        speed = self.task.top_speed
+        self.acted = tuple(Channel(f"{side}_wheel", "m/s", -speed, speed) for side in ("left", "right"))
+        self.fitness = np.zeros(count)
+        # A mean fitness is a share of the whole episode, and too small a number for a single decision.
+        self._scale = float(self.task.decisions) if self.task.fitness == "mean" else 1.0
+        self._low, self._high = (np.array(edge, np.float32) for edge in _edges(self.observed))
+
+    def begin(self, seed: int | Sequence[int | None] | None, which: Sequence[int] | None = None) -> None:
+        """Begin episodes.
+
+        Args:
+            seed: World k begins with the seed *seed* + k, or with number k of several seeds. None means the episode
+                after the present one, in a sequence that the world's last seed decides.
+            which: Numbers of the worlds; None means all.
+        """
+        chosen = list(range(len(self.fitness))) if which is None else list(which)
+        if seed is None or isinstance(seed, int | np.integer):
+            self.episodes.reset(None if seed is None else int(seed), chosen)
+        else:
+            for world, own in zip(chosen, seed, strict=True):
+                self.episodes.reset(None if own is None else (int(own) - world) % (1 << 64), [world])
+        self.fitness[chosen] = 0.0
+
+    def step(self, actions: ArrayLike, *, begin_again: bool = False) -> Outcome:
+        """Let one decision pass in every world; see :meth:`Episodes.step`."""
+        was_over = self.ended if begin_again else None
+        earned = self.episodes.step(actions, begin_again=begin_again)
+        self.fitness += earned.mean(axis=1)
+        if was_over is not None:
+            self.fitness[was_over] = 0.0
+        over = self.episodes.is_over
+        return Outcome(earned * self._scale, over, self.is_late & ~over)
+
+    def observe(self) -> Floats32:
+        """Return what all robots observe, (worlds, robots, n): a new array each time."""
+        seen = [self.episodes.readings(sensor) for sensor in self.task.sensors]
+        found = np.concatenate(seen, axis=2, dtype=np.float32, casting="unsafe")
+        return np.clip(found, self._low, self._high, out=found)
+
+    @property
+    def is_late(self) -> NDArray[np.bool_]:
+        """Whether the time of the episode is over, (worlds,)."""
+        late: NDArray[np.bool_] = self.episodes.ticks >= self.task.ticks
+        return late
+
+    @property
+    def ended(self) -> NDArray[np.bool_]:
+        """Whether the episode has ended, (worlds,)."""
+        return self.episodes.is_over | self.is_late
+
+    def all_robots(self, channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
+        """Return the channels of all robots of a world, one robot after the other."""
+        count = self.task.robots
+        if count == 1:
+            return channels
+        return tuple(each._replace(name=f"robot_{k}_{each.name}") for k in range(count) for each in channels)
+
+
+def _edges(channels: Sequence[Channel]) -> tuple[list[float], list[float]]:
+    return [channel.low for channel in channels], [channel.high for channel in channels]
+
+
+def space_of(channels: Sequence[Channel]) -> gymnasium.Space[Floats32]:
+    """Return the space of arrays that hold these numbers."""
+    low, high = (np.array(edge, np.float32) for edge in _edges(channels))
+    return cast("gymnasium.Space[Floats32]", Box(low, high, dtype=np.float32))
+
+
+def check_render_mode(mode: str | None, modes: Sequence[str]) -> None:
+    """Check a render mode.
+
+    Raises:
+        ArgumentError: There is no such mode.
+    """
+    if mode is not None and mode not in modes:
+        raise ArgumentError(f"render_mode is {mode!r}", hint=f"choose from {', '.join(modes)}, or leave it out")
+
+
+def require_shape(actions: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return actions as an array.
+
+    Raises:
+        ArgumentError: They have another shape, or they are not numbers.
+    """
+    try:
+        given = np.asarray(actions, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ArgumentError(f"the action is {actions!r}; it must be numbers of the shape {shape}, m/s") from None
+    if given.shape != shape:
+        raise ArgumentError(
+            f"the action has the shape {given.shape}; it must have the shape {shape}",
+            hint="give the speeds of the left and the right wheel of each robot, m/s",
+        )
+    return given
+
+
+class _Named:
+    """What both kinds of environment have: the task, and names and units of all numbers.
+
+    In a task with several robots one agent sees and steers all of them: their numbers stand one robot after the other.
+    """
+
+    _worlds: Worlds
+
+    @property
+    def task(self) -> Task:
+        """The task."""
+        return self._worlds.task
+
+    @property
+    def observation_names(self) -> tuple[str, ...]:
+        """The names of the numbers of an observation, in order."""
+        return tuple(channel.name for channel in self._worlds.all_robots(self._worlds.observed))
+
+    @property
+    def observation_units(self) -> tuple[str, ...]:
+        """The units of the numbers of an observation, in order."""
+        return tuple(channel.unit for channel in self._worlds.all_robots(self._worlds.observed))
+
+    @property
+    def action_names(self) -> tuple[str, ...]:
+        """The names of the numbers of an action, in order."""
+        return tuple(channel.name for channel in self._worlds.all_robots(self._worlds.acted))
+
+    @property
+    def action_units(self) -> tuple[str, ...]:
+        """The units of the numbers of an action, in order."""
+        return tuple(channel.unit for channel in self._worlds.all_robots(self._worlds.acted))
+
+
+class TaskEnv(_Named, gymnasium.Env[Floats32, Floats32]):
+    """A task as a Gymnasium environment.
+
+    Where the episode ends, the info holds its ``fitness``, as ``elib evolve`` computes it, and ``is_success``.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [HUMAN, RGB_ARRAY], "render_fps": 10}
+
+    def __init__(
+        self, task: Task | str = "avoid", *, engine: EngineName = "compiled", render_mode: str | None = None
+    ) -> None:
+        """Set up the world.
+
+        Args:
+            task: A task, or the name of one.
+            engine: ``"compiled"``, or ``"interpreted"``, which needs no compiling at first. Both give the same
+                episodes.
+            render_mode: ``"rgb_array"``: :meth:`render` returns a picture. ``"human"``: a page in the browser shows
+                the world, and every step takes as long as in reality.
+
+        Raises:
+            ArgumentError: There is no such task or render mode.
+            SimulationError: Numba is not installed.
+            Unsupported: The packages of the page are not installed.
+        """
+        check_render_mode(render_mode, self.metadata["render_modes"])
+        self._worlds = Worlds(task, 1, engine, 1)
+        self.metadata = {**self.metadata, "render_fps": round(1 / self.task.period)}
+        self.observation_space = space_of(self._worlds.all_robots(self._worlds.observed))
+        self.action_space = space_of(self._worlds.all_robots(self._worlds.acted))
+        self.render_mode = render_mode
+        self._view = LiveView(self.task.period) if render_mode == HUMAN else None
+        self._has_begun = False
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats32, dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: The seed of the episode, which decides its scene, its start, its noise and what is drawn for it; the
+                seeds of the episodes after it follow from it. None means the next episode.
+            options: Not used.
+        """
+        super().reset(seed=seed)
+        if seed is None and not self._has_begun:
+            seed = int(self.np_random.integers(1 << 63))
+        self._has_begun = True
+        self._worlds.begin(seed)
+        if self._view is not None:
+            self._view.show(self._worlds.episodes.world(0), is_new=True)
+        return self._worlds.observe().reshape(-1), {}
+
+    def step(self, action: Floats32) -> tuple[Floats32, float, bool, bool, dict[str, Any]]:
+        """Let the robot drive until its next decision.
+
+        Args:
+            action: Speeds of the left and the right wheel, m/s.
+
+        Raises:
+            ArgumentError: The action has another shape.
+        """
+        outcome = self._worlds.step(require_shape(action, (2 * self.task.robots,)).reshape(1, -1, 2))
+        if self._view is not None:
+            self._view.show(self._worlds.episodes.world(0))
+        info = ending(self.task, self._worlds.fitness[0]) if outcome.ended[0] else {}
+        observation = self._worlds.observe().reshape(-1)
+        reward = float(outcome.rewards.mean())
+        return observation, reward, bool(outcome.terminated[0]), bool(outcome.truncated[0]), info
+
+    def render(self) -> Any:
+        """Return a picture of the world as an array (rows, columns, 3) if the render mode is ``"rgb_array"``."""
+        return picture(self._worlds.episodes.world(0)) if self.render_mode == RGB_ARRAY else None
+
+    def close(self) -> None:
+        """Close the page in the browser. Safe to repeat."""
+        if self._view is not None:
+            self._view.close()
+
+
+def ending(task: Task, fitness: float) -> dict[str, Any]:
+    """Return the info of an episode's last step."""
+    return {"fitness": float(fitness), "is_success": bool(fitness >= task.solved)}
+
+
+class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
+    """A task as a Gymnasium vector environment: all worlds take a step in one compiled call.
+
+    World k plays the same episodes as a :class:`TaskEnv` with the same seed. Of the episodes that end in a step, the
+    infos hold ``fitness`` and ``is_success``. In a task with several robots, ``robot_rewards`` holds what each of them
+    earned, (worlds, robots); the reward is the mean.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [RGB_ARRAY], "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        task: Task | str = "avoid",
+        *,
+        engine: EngineName = "compiled",
+        threads: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+    ) -> None:
+        """Set up the worlds.
+
+        Args:
+            num_envs: How many, 1 or more.
+            task: A task, or the name of one.
+            engine: ``"compiled"``, or ``"interpreted"``, which is far slower.
+            threads: How many worlds run at once; None means one a core. The result does not depend on it.
+            autoreset_mode: ``"NextStep"``: in the step after its end a world begins its next episode, whatever the
+                action, and earns 0. ``"SameStep"``: it begins in the step of its end; the infos hold the last
+                observation as ``final_obs`` and the infos of the end as ``final_info``.
+            render_mode: ``"rgb_array"``: :meth:`render` returns a picture of every world.
+
+        Raises:
+            ArgumentError: There is no such task or mode, or a number is out of its range.
+            SimulationError: Numba is not installed.
+        """
+        check_render_mode(render_mode, self.metadata["render_modes"])
+        self._worlds = Worlds(task, num_envs, engine, threads)
+        self._mode = AutoresetMode(autoreset_mode)
+        if self._mode is AutoresetMode.DISABLED:
+            raise ArgumentError("the worlds begin again by themselves", hint="choose NextStep or SameStep")
+        self.metadata = {
+            **self.metadata,
+            "autoreset_mode": self._mode,
+            "render_fps": round(1 / self.task.period),
+        }
+        self.num_envs = num_envs
+        self.render_mode = render_mode
+        self.single_observation_space = space_of(self._worlds.all_robots(self._worlds.observed))
+        self.single_action_space = space_of(self._worlds.all_robots(self._worlds.acted))
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._has_begun = False
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats32, dict[str, Any]]:
+        """Begin an episode in every world.
+
+        Args:
+            seed: World k begins with the seed *seed* + k, or with number k of several seeds. None means the next
+                episode.
+            options: Not used.
+
+        Raises:
+            ArgumentError: There is not one seed for each world.
+        """
+        if isinstance(seed, Sequence):
+            if len(seed) != self.num_envs:
+                raise ArgumentError(f"there are {len(seed)} seeds for {self.num_envs} worlds", hint="give one for each")
+        else:
+            super().reset(seed=seed)
+        if seed is None and not self._has_begun:
+            seed = int(self.np_random.integers(1 << 63))
+        self._has_begun = True
+        self._worlds.begin(seed)
+        return self._observations(), {}
+
+    def step(self, actions: Floats32) -> tuple[Floats32, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
+        """Let all robots drive until their next decision.
+
+        Args:
+            actions: Speeds of the left and the right wheel, m/s, (worlds, 2 for each robot).
+
+        Raises:
+            ArgumentError: The actions have another shape.
+        """
+        worlds, is_same_step = self._worlds, self._mode is AutoresetMode.SAME_STEP
+        given = require_shape(actions, (self.num_envs, 2 * self.task.robots)).reshape(self.num_envs, -1, 2)
+        outcome = worlds.step(given, begin_again=not is_same_step)
+        observations = self._observations()
+        infos: dict[str, Any] = {}
+        if self.task.robots > 1:
+            infos |= _told("robot_rewards", outcome.rewards, np.ones(self.num_envs, np.bool_))
+        ended = outcome.ended
+        if ended.any():
+            told = _told("fitness", np.where(ended, worlds.fitness, 0.0), ended)
+            told |= _told("is_success", ended & (worlds.fitness >= self.task.solved), ended)
+            if is_same_step:
+                last = np.full(self.num_envs, None, dtype=object)
+                for world in np.flatnonzero(ended):
+                    last[world] = observations[world]
+                infos |= _told("final_obs", last, ended) | _told("final_info", told, ended)
+                worlds.begin(None, np.flatnonzero(ended).tolist())
+                observations = self._observations()
+            else:
+                infos |= told
+        return observations, outcome.rewards.mean(axis=1), outcome.terminated, outcome.truncated, infos
+
+    def _observations(self) -> Floats32:
+        return self._worlds.observe().reshape(self.num_envs, -1)
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return a picture of each world, (rows, columns, 3), if the render mode is ``"rgb_array"``."""
+        if self.render_mode is None:
+            return None
+        return tuple(picture(self._worlds.episodes.world(k)) for k in range(self.num_envs))
+
+
+def _told(name: str, values: Any, which: NDArray[np.bool_]) -> dict[str, Any]:
+    """Return an info of those worlds, as Gymnasium writes the infos of several worlds."""
+    return {name: values, f"_{name}": which.copy()}
+
+
+__all__ = ["TaskEnv", "TaskVectorEnv", "Worlds"]

@@ -1,0 +1,59 @@
+"""The numbers of each sensor, as programs that learn see them: names, units and ranges."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from elib.errors import ArgumentError
+from elib.physics.sensors.acceleration import RANGE
+from elib.protocol.values import AmbientLight, Distance, Ground, Microphones, Proximity, Reading, Role, describe
+
+FASTEST_TURN = 5.0
+"""rad/s. A little more than an e-puck reaches on the spot, 4.86 rad/s at 1000 steps/s."""
+
+
+class Channel(NamedTuple):
+    """One number of an observation or an action.
+
+    Attributes:
+        name: Such as ``proximity_front_right``.
+        unit: Such as ``counts``.
+        low: The lowest value.
+        high: The highest value.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+
+
+def channels_of(sensor: str) -> tuple[Channel, ...]:
+    """Return the numbers that a sensor gives, in order."""
+    match sensor:
+        case "proximity":
+            return _described(sensor, Proximity)
+        case "ambient_light":
+            return _described(sensor, AmbientLight)
+        case "ground":
+            return _described(sensor, Ground)
+        case "microphones":
+            return _described(sensor, Microphones)
+        case "distance":
+            return (_described(sensor, Distance)[0]._replace(name=sensor),)
+        case "acceleration":
+            return tuple(Channel(f"{sensor}_{axis}", "m/s2", -RANGE, RANGE) for axis in ("forward", "left", "up"))
+        case "rotation":
+            return (Channel(sensor, "rad/s", -FASTEST_TURN, FASTEST_TURN),)
+    raise ArgumentError(f"no environment knows the sensor {sensor!r}")
+
+
+def _described(sensor: str, kind: type[Reading]) -> tuple[Channel, ...]:
+    return tuple(
+        Channel(f"{sensor}_{name}", info.unit, float(info.low or 0), float(info.high or 0))
+        for info in describe(kind, Role.NUMBER)
+        for name in info.names or (info.name,)
+    )
+
+
+__all__ = ["Channel", "channels_of"]

@@ -1,0 +1,145 @@
+"""PettingZoo environments of the tasks: each robot of a world is an agent."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import Space
+from pettingzoo import ParallelEnv
+
+from elib.errors import ArgumentError
+from elib.learn.envs import HUMAN, RGB_ARRAY, Floats32, Worlds, check_render_mode, ending, require_shape, space_of
+from elib.learn.liveview import LiveView, picture
+from elib.physics import Task
+from elib.physics.engine import EngineName
+
+
+class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
+    """A task as a PettingZoo parallel environment: the agents ``robot_0`` and so on decide at the same time.
+
+    Every agent observes what its own sensors read, and steers its own wheels. All episodes end together; then the infos
+    hold the ``fitness`` of the episode, which is the same for all, and ``is_success``.
+
+    Attributes:
+        task: The task.
+        possible_agents: The names of all robots.
+        agents: The same during an episode; empty after it.
+        observation_names: The names of the numbers of an agent's observation, in order.
+        observation_units: Their units.
+        action_names: The names of the numbers of an agent's action, in order.
+        action_units: Their units.
+        render_mode: As given.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [HUMAN, RGB_ARRAY], "is_parallelizable": True}
+
+    def __init__(
+        self, task: Task | str = "aggregation", *, engine: EngineName = "compiled", render_mode: str | None = None
+    ) -> None:
+        """Set up the world.
+
+        Args:
+            task: A task, or the name of one.
+            engine: ``"compiled"``, or ``"interpreted"``, which needs no compiling at first. Both give the same
+                episodes.
+            render_mode: ``"rgb_array"``: :meth:`render` returns a picture. ``"human"``: a page in the browser shows
+                the world, and every step takes as long as in reality.
+
+        Raises:
+            ArgumentError: There is no such task or render mode.
+            SimulationError: Numba is not installed.
+            Unsupported: The packages of the page are not installed.
+        """
+        check_render_mode(render_mode, self.metadata["render_modes"])
+        self._worlds = worlds = Worlds(task, 1, engine, 1)
+        self.task = worlds.task
+        self.metadata = {
+            **self.metadata,
+            "name": f"{self.task.name.replace('-', '_')}_v0",
+            "render_fps": round(1 / self.task.period),
+        }
+        self.possible_agents = [f"robot_{k}" for k in range(self.task.robots)]
+        self.agents: list[str] = []
+        self.observation_spaces = {agent: space_of(worlds.observed) for agent in self.possible_agents}
+        self.action_spaces = {agent: space_of(worlds.acted) for agent in self.possible_agents}
+        self.observation_names = tuple(channel.name for channel in worlds.observed)
+        self.observation_units = tuple(channel.unit for channel in worlds.observed)
+        self.action_names = tuple(channel.name for channel in worlds.acted)
+        self.action_units = tuple(channel.unit for channel in worlds.acted)
+        self.render_mode = render_mode
+        self._view = LiveView(self.task.period) if render_mode == HUMAN else None
+        self._has_begun = False
+
+    def observation_space(self, agent: str) -> Space[Floats32]:
+        """Return what an agent can observe."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> Space[Floats32]:
+        """Return what an agent can do."""
+        return self.action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Floats32], dict[str, dict[str, Any]]]:
+        """Begin an episode.
+
+        Args:
+            seed: The seed of the episode, as for :meth:`elib.learn.envs.TaskEnv.reset`; None means the next episode.
+            options: Not used.
+        """
+        if seed is None and not self._has_begun:
+            seed = int(np.random.default_rng().integers(1 << 63))
+        self._has_begun = True
+        self._worlds.begin(seed)
+        self.agents = list(self.possible_agents)
+        self._show(is_new=True)
+        return self._observations(), {agent: {} for agent in self.agents}
+
+    def step(
+        self, actions: dict[str, Floats32]
+    ) -> tuple[dict[str, Floats32], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
+        """Let all robots drive until their next decision.
+
+        Args:
+            actions: For each agent the speeds of its left and right wheel, m/s.
+
+        Raises:
+            ArgumentError: There is not an action of two numbers for every agent.
+        """
+        if not self.agents:
+            return {}, {}, {}, {}, {}
+        if actions.keys() != set(self.agents):
+            raise ArgumentError(f"there are actions for {sorted(actions)}", hint=f"give one for each of {self.agents}")
+        given = [require_shape(actions[agent], (2,)) for agent in self.agents]
+        outcome = self._worlds.step(np.stack(given)[None])
+        self._show()
+        agents, has_ended = self.agents, bool(outcome.ended[0])
+        if has_ended:
+            self.agents = []
+        return (
+            self._observations(),
+            dict(zip(agents, outcome.rewards[0].tolist(), strict=True)),
+            dict.fromkeys(agents, bool(outcome.terminated[0])),
+            dict.fromkeys(agents, bool(outcome.truncated[0])),
+            {agent: ending(self.task, self._worlds.fitness[0]) if has_ended else {} for agent in agents},
+        )
+
+    def _observations(self) -> dict[str, Floats32]:
+        return dict(zip(self.possible_agents, self._worlds.observe()[0], strict=True))
+
+    def _show(self, *, is_new: bool = False) -> None:
+        if self._view is not None:
+            self._view.show(self._worlds.episodes.world(0), is_new=is_new)
+
+    def render(self) -> Any:
+        """Return a picture of the world as an array (rows, columns, 3) if the render mode is ``"rgb_array"``."""
+        return picture(self._worlds.episodes.world(0)) if self.render_mode == RGB_ARRAY else None
+
+    def close(self) -> None:
+        """Close the page in the browser. Safe to repeat."""
+        if self._view is not None:
+            self._view.close()
+
+
+__all__ = ["SwarmEnv"]
