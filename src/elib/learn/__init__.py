@@ -6,11 +6,25 @@ The tasks and their episodes come from :mod:`elib.physics`, and run compiled wit
 import importlib.util
 
 from elib.learn.catalogue import all_tasks, find_task
+from elib.learn.champion import Champion, load_champion
+from elib.learn.networks import Law, Network, find_controller
 from elib.learn.registration import register
 from elib.physics.episodes import Episodes, Scores
 from elib.physics.task import Randomisation, Task
 
-__all__ = ["Episodes", "Randomisation", "Scores", "Task", "all_tasks", "find_task"]
+__all__ = [
+    "Champion",
+    "Episodes",
+    "Law",
+    "Network",
+    "Randomisation",
+    "Scores",
+    "Task",
+    "all_tasks",
+    "find_controller",
+    "find_task",
+    "load_champion",
+]
 
 # So that gymnasium.make("elib.learn:elib/Avoid-v0") finds it, whichever of the two packages was imported first.
 if importlib.util.find_spec("gymnasium") is not None:

@@ -7,22 +7,20 @@ The same function runs compiled, interpreted, and on a real robot.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
 
-from elib.body import FASTEST_2, METRES_PER_STEP
+from elib.body import METRES_PER_STEP
 from elib.errors import ArgumentError
-from elib.fields import Choice, Number, Whole, nearest
-from elib.files import read_file
+from elib.fields import Choice, Number, Whole, nearest, shown
+from elib.learn.catalogue import variable_of
+from elib.learn.sensors import channels_of
 from elib.physics.controller import MOST_MEMORY, Controller
 from elib.physics.records import SENSORS, SensorView
-from elib.physics.sensors.acceleration import RANGE
-from elib.tables import LARGEST_FILE
+from elib.physics.task import FASTEST
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -37,9 +35,6 @@ KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
 
 TOP_SPEED: Final = 0.1
 """m/s of a wheel unless the task says otherwise: 776 steps/s, which both kinds of e-puck reach."""
-
-FASTEST_SPEED: Final = FASTEST_2 * METRES_PER_STEP
-"""m/s of a wheel of the e-puck2 at most, 0.142."""
 
 MOST_HIDDEN: Final = 100
 
@@ -61,20 +56,33 @@ class Input:
     take: Callable[[Any, int], float]
 
 
-INPUTS: Final = {
-    "proximity": Input(8, 0, 4095, lambda robot, s: robot.proximity[s]),
-    "ambient_light": Input(8, 4095, 0, lambda robot, s: robot.ambient_light[s]),
-    "ground": Input(5, 0, 1000, lambda robot, s: robot.ground[s]),
-    "microphones": Input(4, 0, 4095, lambda robot, s: robot.microphones[s]),
-    "distance": Input(1, 2, 0, lambda robot, s: robot.distance),
-    "acceleration": Input(3, 0, RANGE, lambda robot, s: robot.acceleration[s]),
-    "rotation": Input(1, 0, 5, lambda robot, s: robot.rotation),
-}
-"""The inputs that each sensor gives, in the order of :class:`~elib.physics.SensorView`, which also states the ranges.
+COMMON: Final = {"ground": 3, "microphones": 3}
+"""How many numbers every firmware sends, of sensors of which some send more."""
 
-A higher input means nearer (proximity, distance), brighter (ambient light, ground) or louder. Acceleration and rotation
-are signed: 1 is 2 g, where the chip ends, and 5 rad/s, a little more than the 4.86 rad/s that an e-puck reaches on the
-spot at 1000 steps/s.
+REVERSED: Final = ("ambient_light", "distance")
+"""Sensors that read less when it is brighter, or when something is nearer."""
+
+
+def _input(sensor: str, take: Callable[[Any, int], float]) -> Input:
+    channels = channels_of(sensor)
+    low, high = channels[0].low, channels[0].high
+    zero, full = (high, low) if sensor in REVERSED else (max(low, 0.0), high)
+    return Input(COMMON.get(sensor, len(channels)), zero, full, take)
+
+
+INPUTS: Final = {
+    "proximity": _input("proximity", lambda robot, s: robot.proximity[s]),
+    "ambient_light": _input("ambient_light", lambda robot, s: robot.ambient_light[s]),
+    "ground": _input("ground", lambda robot, s: robot.ground[s]),
+    "microphones": _input("microphones", lambda robot, s: robot.microphones[s]),
+    "distance": _input("distance", lambda robot, s: robot.distance),
+    "acceleration": _input("acceleration", lambda robot, s: robot.acceleration[s]),
+    "rotation": _input("rotation", lambda robot, s: robot.rotation),
+}
+"""The inputs that each sensor gives, in the order of :class:`~elib.physics.SensorView`.
+
+They are 0 to 1 over the range of the sensor (:func:`~elib.learn.sensors.channels_of`), and -1 to 1 for acceleration and
+rotation, which are signed. A higher input means nearer, brighter or louder.
 """
 
 
@@ -179,7 +187,6 @@ class Law:
         memory: How many floats it keeps for each robot, 0 at first.
         sensors: The sensors that it reads, names of :class:`~elib.physics.SensorView`; empty for those of the task.
         top_speed: The fastest that it turns a wheel, m/s; what it sets beyond is cut off.
-        source: The file and the name in it that this was read from, ``my_law.py:LAW``, or "".
     """
 
     law: Callable[..., Any]
@@ -187,8 +194,6 @@ class Law:
     memory: int = 0
     sensors: tuple[str, ...] = ()
     top_speed: float = TOP_SPEED
-    source: str = ""
-    _text: str = ""
 
     def __post_init__(self) -> None:
         if not callable(self.law):
@@ -213,13 +218,6 @@ class Law:
         """
         return _controller(self, parameters)
 
-    def __reduce__(self) -> str | tuple[Any, ...]:
-        """Let another process read the law from the text of its file, which need not be there."""
-        own = self.sensors, self.top_speed
-        if self.source:
-            return _law_in, (self._text, self.source, *own)
-        return Law, (self.law, self.size, self.memory, *own)
-
 
 def find_controller(
     name: str, sensors: Sequence[str], *, hidden: int = 0, top_speed: float = TOP_SPEED
@@ -239,38 +237,23 @@ def find_controller(
     for kind in KINDS:
         if name == kind:
             return Network(kind, tuple(sensors), hidden, top_speed)
-    path, colon, _ = name.rpartition(":")
+    path, _, variable = name.rpartition(":")
     if not path.endswith(".py"):
         raise ArgumentError(
             f"there is no controller {name!r}",
             hint=f"write {name}:LAW, LAW being the name of a Law in it"
             if name.endswith(".py")
-            else f"{nearest(name, KINDS)}, or give a law of your own as my_law.py:LAW",
+            else f"a law of your own is written my_law.py:LAW; {nearest(name, KINDS)}",
         )
     if hidden:
         raise ArgumentError(f"a law of your own has no hidden neurons, but hidden is {hidden}", hint="leave hidden out")
-    text = read_file(path, "the law", largest=LARGEST_FILE).decode()
-    return _law_in(text, f"{os.path.abspath(path)}{colon}{name.rpartition(':')[2]}", tuple(sensors), top_speed)
-
-
-def _law_in(text: str, source: str, sensors: tuple[str, ...], top_speed: float) -> Law:
-    """Return the law called NAME in the text of a file, where *source* is ``PATH:NAME``."""
-    path, _, name = source.rpartition(":")
-    module = ModuleType(Path(path).stem)
-    module.__file__ = path
-    filename = path if Path(path).is_file() else f"<{path}>"  # Numba keeps no code of a file that is not there.
-    try:
-        exec(compile(text, filename, "exec", dont_inherit=True), vars(module))
-    except Exception as error:
-        raise ArgumentError(f"{path} fails: {error!r}", hint=f"it must run as python {path} does") from error
-    law = vars(module).get(name)
+    law = variable_of(Path(path), variable)
     if not isinstance(law, Law):
-        laws = [each for each, value in vars(module).items() if isinstance(value, Law)]
         raise ArgumentError(
-            f"{path} has no law {name!r}",
-            hint=nearest(name, laws) if laws else f"define it there: {name} = elib.learn.Law(function, size=3)",
+            f"{variable} in {path} is {shown(law)}, not a Law",
+            hint=f"write there {variable} = elib.learn.Law(function, size=3)",
         )
-    return replace(law, sensors=law.sensors or sensors, top_speed=top_speed, source=source, _text=text)
+    return replace(law, sensors=law.sensors or tuple(sensors), top_speed=top_speed)
 
 
 def _check(each: Network | Law) -> None:
@@ -285,7 +268,7 @@ def _check(each: Network | Law) -> None:
     if len(set(sensors)) < len(sensors):
         raise ArgumentError(f"a sensor stands twice in {', '.join(sensors)}", hint="name each of them once")
     object.__setattr__(each, "sensors", sensors)
-    top_speed = Number(0.001, FASTEST_SPEED, "m/s").require(each.top_speed, "top_speed")
+    top_speed = Number(0.001, FASTEST, "m/s").require(each.top_speed, "top_speed")
     object.__setattr__(each, "top_speed", top_speed)
 
 
@@ -368,7 +351,7 @@ def _sensing(sensors: Sequence[str]) -> Function:
 def _reading(given: Input, at: int) -> Function:
     """Return a function that puts the inputs of one sensor into the memory from place *at* on."""
     count, take = given.count, given.take
-    zero, span = float(given.zero), float(given.full - given.zero)
+    zero, span = given.zero, given.full - given.zero
 
     def read(robot: SensorView, parameters: Any, memory: Any) -> None:
         for s in range(count):
