@@ -1,0 +1,80 @@
+"""What the tasks share: the length of their ticks, rooms with obstacles, and how far robots differ."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+
+from elib.physics import Box, Cylinder, Pose, Scene
+from elib.physics.geometry import Solid
+from elib.physics.task import Randomisation
+
+STEP = 1 / 40
+"""s. Four ticks make the period of 0.1 s in which the controllers of all tasks decide."""
+
+GAP = 0.13
+"""m. Least way between two obstacles: a robot, 7.4 cm wide, passes and can turn round."""
+
+ROBOTS = Randomisation(
+    motor_noise=(0.0, 0.03),  # Enki's factor of 0.95 to 1.05 has a deviation of 0.03 (docs/reference/e-puck.md, 1).
+    sensor_noise=(0.5, 1.5),  # Around Enki's noise of 10 counts (3).
+    wheel_spread=(0.0, 0.005),  # The thesis of 2011 asks for 0.3 to 0.5 % (1).
+    axle_spread=(0.0, 0.02),  # Sources give 51 to 53.3 mm (1).
+    gain_spread=(0.0, 0.1),  # Published curves differ by far more; this is what is left between sensors of one robot.
+    offset_spread=(0.0, 20.0),  # A third of what Webots' table reads in the open (3).
+    ambient=(3600.0, 3900.0),  # Around the 3750 of a normal room (4).
+    latency=(0.0, 0.1),  # Two commands take 0.09 s over Bluetooth (docs/reference/wire-protocol.md, 5.13).
+)
+"""How far robots differ: drawn once an episode."""
+
+
+def gallery(name: str) -> Scene:
+    """Return a world that comes with elib, with the tick of the tasks and without starts."""
+    return replace(Scene.load(name), step=STEP, starts=())
+
+
+def room(seed: int, *, width: float = 1.0, depth: float = 1.0, posts: int = 0, boxes: int = 0) -> Scene:
+    """Return a room with obstacles at places that the seed chooses.
+
+    Args:
+        seed: The seed.
+        width: The width of the room, m.
+        depth: The depth of the room, m.
+        posts: How many round obstacles it has.
+        boxes: How many blocks it has.
+    """
+    draw = random.Random(seed)
+    solids: list[tuple[Solid, float]] = []  # Each with the radius of the circle around it.
+    while len(solids) < posts + boxes:
+        x, y = (round(draw.uniform(0.0, side), 3) for side in (width, depth))
+        if len(solids) < posts:
+            reach = round(draw.uniform(0.03, 0.06), 3)
+            solid: Solid = Cylinder(x, y, reach)
+        else:
+            sides = round(draw.uniform(0.06, 0.2), 3), round(draw.uniform(0.06, 0.1), 3)
+            reach = math.sqrt(sides[0] ** 2 + sides[1] ** 2) / 2
+            solid = Box(x, y, *sides, angle=round(draw.uniform(0.0, math.pi), 3))
+        far = reach + GAP
+        is_inside = far <= x <= width - far and far <= y <= depth - far
+        if is_inside and all(other.distance(x, y) >= far for other, _ in solids):
+            solids.append((solid, reach))
+    cylinders = tuple(solid for solid, _ in solids if isinstance(solid, Cylinder))
+    blocks = tuple(solid for solid, _ in solids if isinstance(solid, Box))
+    return Scene(width, depth, step=STEP, name=f"room {seed}", cylinders=cylinders, boxes=blocks)
+
+
+def cluster(seed: int, robots: int, x: float, y: float) -> tuple[Pose, ...]:
+    """Return starts in rows of three, a hand's breadth apart, with headings that the seed chooses.
+
+    Args:
+        seed: The seed.
+        robots: How many.
+        x: Middle of the first three rows, m.
+        y: The same.
+    """
+    draw = random.Random(seed)
+    return tuple(
+        Pose(x + 0.09 * (k % 3 - 1), y + 0.09 * (k // 3 - 1), round(draw.uniform(-math.pi, math.pi), 3))
+        for k in range(robots)
+    )

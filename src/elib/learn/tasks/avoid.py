@@ -1,0 +1,58 @@
+"""Drive fast and straight, away from walls: the experiment with which evolutionary robotics began."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+from typing import Final
+
+from elib.learn.rooms import ROBOTS, gallery, room
+from elib.physics import Box, Scene, Wall
+from elib.physics.records import Records
+from elib.physics.task import Task
+
+TOP_SPEED: Final = 0.1
+"""m/s. Of a Khepera in the paper: 0.08 m/s."""
+
+FULL_SCALE: Final = 4095.0
+"""What an infrared sensor reads at most, counts."""
+
+
+def reward(world: Records, i: int) -> float:
+    """Return V (1 - sqrt(dv)) (1 - n), 0..1: fast, straight, and far from everything.
+
+    V is the mean of both wheels' speeds without their signs, dv half their difference with the signs, both as parts of
+    the top speed, and n the highest of the eight infrared readings as a part of the full scale.
+    """
+    left = world.robots[i].left_speed / TOP_SPEED
+    right = world.robots[i].right_speed / TOP_SPEED
+    fast = min(0.5 * (abs(left) + abs(right)), 1.0)
+    turning = min(0.5 * abs(left - right), 1.0)
+    nearest = 0
+    for s in range(8):
+        nearest = max(nearest, world.views[i].proximity[s])
+    return fast * (1.0 - sqrt(turning)) * (1.0 - nearest / FULL_SCALE)
+
+
+def corridor() -> Scene:
+    """Return a corridor that goes round a block, as in the paper, but wider: an e-puck is wider than a Khepera."""
+    block = (Box(0.55, 0.41, 0.66, 0.14), Box(0.36, 0.28, 0.28, 0.14))
+    corners = (Wall(0.0, 0.60, 0.10, 0.70), Wall(1.10, 0.58, 0.98, 0.70), Wall(1.10, 0.12, 0.98, 0.0))
+    return replace(room(0, width=1.1, depth=0.7), name="corridor", boxes=block, walls=corners)
+
+
+TASK = Task(
+    name="avoid",
+    summary="Drive fast and straight, away from walls.",
+    source="Floreano and Mondada 1994, Automatic creation of an autonomous agent, From Animals to Animats 3",
+    scenes=(corridor(), gallery("arena"), *(room(seed, posts=3, boxes=2) for seed in range(1, 7))),
+    sensors=("proximity",),
+    reward=reward,
+    reward_sensors=("proximity",),
+    fitness="mean",
+    solved=0.6,
+    seconds=60.0,
+    top_speed=TOP_SPEED,
+    randomisation=ROBOTS,
+    on_board=True,
+)

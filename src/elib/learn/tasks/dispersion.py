@@ -1,0 +1,56 @@
+"""Spread out: a swarm of robots that start close together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+from typing import Final
+
+from elib.learn.rooms import ROBOTS, cluster, room
+from elib.physics.records import Records
+from elib.physics.task import Task
+
+COUNT = 9
+
+SPACED: Final = 0.25
+"""m to the nearest robot: far enough. The infrared sensors see a robot up to 17 cm away, from middle to middle."""
+
+WIDTH: Final = 0.074
+"""m between the middles of two robots that touch."""
+
+CORNERS = ((0.25, 0.25), (0.75, 0.25), (0.5, 0.5), (0.25, 0.75), (0.8, 0.8), (0.5, 0.2), (0.2, 0.5), (0.7, 0.5))
+"""Where the robots start, m: one place in each world."""
+
+
+def reward(world: Records, i: int) -> float:
+    """Return how far the nearest other robot is, 0..1: 0 if it touches, and 1 from 25 cm on."""
+    robot = world.robots[i]
+    nearest = SPACED * SPACED
+    for k in range(len(world.robots)):
+        if k != i:
+            dx = world.robots[k].x - robot.x
+            dy = world.robots[k].y - robot.y
+            nearest = min(nearest, dx * dx + dy * dy)
+    return max((sqrt(nearest) - WIDTH) / (SPACED - WIDTH), 0.0)
+
+
+BARE = room(0, width=1.2, depth=1.2)
+
+TASK = Task(
+    name="dispersion",
+    summary="Spread out, as a swarm.",
+    source="Duarte and others 2016, Evolution of collective behaviors for a real swarm of aquatic surface robots, "
+    "PLoS ONE 11(3) (the distance to the nearest robot)",
+    robots=COUNT,
+    scenes=tuple(
+        replace(BARE, name=f"cluster {seed}", starts=cluster(seed, COUNT, 1.2 * x, 1.2 * y))
+        for seed, (x, y) in enumerate(CORNERS)
+    ),
+    sensors=("proximity",),
+    reward=reward,
+    fitness="mean",
+    solved=0.6,
+    seconds=60.0,
+    top_speed=0.1,
+    randomisation=ROBOTS,
+)

@@ -1,0 +1,85 @@
+"""Follow a dark line on a bright floor with the three ground sensors."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+from typing import Final
+
+from elib.learn.rooms import ROBOTS, STEP, gallery
+from elib.physics import Pose, Scene, Stripe
+from elib.physics.geometry import unit
+from elib.physics.records import Records
+from elib.physics.task import Task
+
+TOP_SPEED: Final = 0.1
+
+BLACK: Final = 150.0
+"""What a ground sensor reads over the line, counts (docs/reference/e-puck.md, 5)."""
+
+PALE: Final = 600.0
+"""Below what it reads over the floor, 806 counts, by 2.5 deviations of its noise."""
+
+POINTS = 72
+
+
+def reward(world: Records, i: int) -> float:
+    """Return v b, 0..1: how fast the robot drives forward, times how black it is under its middle ground sensor.
+
+    v is the mean speed of the wheels as a part of the top speed, 0 if it is backwards. b is 1 over the line and 0 over
+    the bare floor.
+    """
+    robot = world.robots[i]
+    forward = min(max(0.5 * (robot.left_speed + robot.right_speed) / TOP_SPEED, 0.0), 1.0)
+    black = (PALE - world.views[i].ground[1]) / (PALE - BLACK)
+    return forward * min(max(black, 0.0), 1.0)
+
+
+def track(seed: int) -> Stripe:
+    """Return a closed line whose waves the seed chooses, in an arena of 1.4 x 1 m. No bend is tighter than 8 cm."""
+    draw = random.Random(seed)
+    waves = [(k, draw.uniform(0.0, 0.22) / k, draw.uniform(0.0, math.tau)) for k in (2, 3, 4)]
+    points = []
+    for number in range(POINTS):
+        angle = math.tau * number / POINTS
+        far = 0.78 + sum(size * unit(k * angle + phase)[0] for k, size, phase in waves)
+        cosine, sine = unit(angle)
+        points.append((round(0.7 + 0.58 * far * cosine, 3), round(0.5 + 0.40 * far * sine, 3)))
+    return Stripe((*points, points[0]))
+
+
+def scenes() -> tuple[Scene, ...]:
+    """Return four tracks, each with a start in either direction."""
+    given = gallery("line")
+    lines = [stripe for stripe in given.paint if isinstance(stripe, Stripe)]
+    lines += [track(seed) for seed in (1, 2, 3)]
+    made = []
+    for number, line in enumerate(lines):
+        for way in (1, -1):
+            at = 7 * (number + way)
+            x, y = line.points[at]
+            next_x, next_y = line.points[at + way]
+            heading = round(math.atan2(next_y - y, next_x - x), 3)
+            # The middle ground sensor, not the robot's middle, is over the line at the start.
+            starts = (Pose(x - 0.03 * unit(heading)[0], y - 0.03 * unit(heading)[1], heading),)
+            made.append(replace(given, name=f"track {number}", paint=(line,), starts=starts, step=STEP))
+    return tuple(made)
+
+
+TASK = Task(
+    name="line-following",
+    summary="Follow a line on the floor, fast.",
+    source="The behaviour is one of the oldest exercises in robotics; the reward, speed times a reading, is made in "
+    "the manner of Floreano and Mondada 1994",
+    scenes=scenes(),
+    sensors=("ground",),
+    reward=reward,
+    reward_sensors=("ground",),
+    fitness="mean",
+    solved=0.6,
+    seconds=60.0,
+    top_speed=TOP_SPEED,
+    randomisation=ROBOTS,
+    on_board=True,
+)
