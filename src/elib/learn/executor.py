@@ -14,9 +14,10 @@ import pickle
 import platform
 import queue
 import reprlib
+import socket
 import sys
-import tempfile
 import threading
+import time
 import traceback
 import uuid
 import warnings
@@ -25,6 +26,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
+from urllib.parse import urlsplit
 
 import elib
 from elib.errors import ArgumentError, ElibError, LinkError, LinkLost, LinkNotFound, Unsupported, about
@@ -33,6 +35,10 @@ from elib.fields import Whole
 from elib.plaintext import plain
 
 LOOPBACK = "127.0.0.1"
+PORT = 8786
+"""The port of a Dask scheduler, unless another one is named."""
+LARGEST_GREETING = 1_000_000
+"""Bytes of the first message of a scheduler, by far: it has some hundred."""
 POLL = 1.0
 """s between two looks at a cluster from which no result comes."""
 ANSWER_TIME = 5.0
@@ -41,10 +47,8 @@ START_TIME = 60.0
 """s that the workers have to start, and to import elib. On a busy computer this took 20 s."""
 PATIENCE = 600.0
 """s without any worker, or without the scheduler, after which a run gives up. A computer restarts in this time."""
-RESTART_TIME = 60
-"""s without any worker after which the cluster is opened again. A worker that died is replaced in about 3 s."""
-FIRST_REPORT, REPORT_INTERVAL = 10, 60
-"""s without any worker until the first message, and between two messages."""
+REPORT_INTERVAL = 30.0
+"""s without any worker after which elib says so, and opens the cluster again. A worker that died is replaced in 3 s."""
 MOST_LOSSES = 10
 """How often Dask may give a job up before elib does. Dask gives it up when its fourth worker has died
 (``distributed.scheduler.allowed-failures``); after forty workers it is the job that kills them."""
@@ -113,10 +117,8 @@ def open_executor(
         )
     if workers is not None:
         workers = Whole(1).require(workers, "workers")
-    if cluster is not None and not cluster.startswith(("tcp://", "tls://")):
-        raise ArgumentError(
-            f"cluster is {cluster!r}; it must be the address of a Dask scheduler", hint="such as tcp://127.0.0.1:8786"
-        )
+    if cluster is not None:
+        _parse(cluster)
     if workers is None and cluster is None:
         yield _Here()
         return
@@ -159,6 +161,8 @@ class _Dask(Executor):
         self._tell = tell
         self._closing = contextlib.ExitStack()
         self._client: Any = None
+        self._trouble = "the scheduler does not answer"
+        self._idle_since = self._reported = 0.0
 
     def open(self) -> None:
         """Open the cluster.
@@ -179,14 +183,16 @@ class _Dask(Executor):
 
     def run(self, function: Callable[..., Any], jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
         run = _Run(function, jobs, self._tell)
-        idle = 0.0
+        self._idle_since = self._reported = time.monotonic()
         try:
             while run.is_unfinished:
                 if self._client is None:
                     run.take_back()
                     threading.Event().wait(POLL)
-                    with contextlib.suppress(LinkError):
+                    try:
                         self.open()
+                    except LinkError as error:
+                        self._trouble = error.message
                 else:
                     run.send(self._client, AHEAD * self.width)
                     found = run.take()
@@ -195,37 +201,41 @@ class _Dask(Executor):
                     if run.is_cut_off or self._client.status != "running":
                         self._tell("the connection to the scheduler is lost; the jobs that it had run again")
                         self.close()
-                idle = 0.0 if self._count_threads() else self._complain(idle)
+                self._look()
         finally:
             run.take_back()
 
-    def _count_threads(self) -> int:
-        """Return how many threads all workers have; 0 if nobody knows."""
+    def _count_threads(self) -> int | None:
+        """Return how many threads all workers have; None if the scheduler does not say it."""
         if self._client is None:
-            return 0
+            return None
         try:
             threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=ANSWER_TIME)
-        except Exception:  # whatever it is, the loop finds it out
-            return 0
+        except Exception:  # Dask raises several
+            return None
         count = sum(map(int, threads.values()))
         self.width = count or self.width
         return count
 
-    def _complain(self, idle: float) -> float:
-        """Return for how long nobody has worked, s, and tell it now and then.
+    def _look(self) -> None:
+        """Look whether there is a worker. Tell now and then that there is none; open the cluster again after a while.
 
         Raises:
-            LinkLost: It is too long.
+            LinkLost: There was none for too long.
         """
-        why = "the scheduler does not answer" if self._client is None else "there are no workers"
-        idle += POLL
+        now = time.monotonic()
+        threads = self._count_threads()
+        if threads:
+            self._idle_since = self._reported = now
+            return
+        idle = now - self._idle_since
+        why = "there are no workers" if threads == 0 else self._trouble
         if idle >= PATIENCE:
-            raise LinkLost(f"{why}, for {idle:.0f} s now", hint="what is done is kept: start the same command again")
-        if idle % REPORT_INTERVAL == FIRST_REPORT:
-            self._tell(f"{why}; waiting {PATIENCE - idle:.0f} s more")
-        if idle % RESTART_TIME == 0:
+            raise LinkLost(f"{why}, for {idle:.0f} s now", hint="start the workers, and then the same command again")
+        if now - self._reported >= REPORT_INTERVAL:
+            self._reported = now
+            self._tell(f"{why}, for {idle:.0f} s now; elib gives up after {PATIENCE:.0f} s")
             self.close()
-        return idle
 
 
 class _Run:
@@ -362,24 +372,24 @@ def _start_workers(workers: int, stack: contextlib.ExitStack) -> Any:
 
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     stack.callback(_restore, before)  # Dask sets them in this process too
-    folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="elib-", ignore_cleanup_errors=True))
     # A worker that takes longer than this to come back would be given up: on a busy computer 15 s are not enough.
     stack.enter_context(dask.config.set({"distributed.deploy.lost-worker-timeout": "1 hour"}))
     try:
         cluster = distributed.LocalCluster(
-            n_workers=workers,
+            n_workers=0,  # they come below: what interrupts their start closes the cluster in good order
             threads_per_worker=1,
             processes=True,
             host=LOOPBACK,
             scheduler_kwargs={"dashboard": False, "dashboard_address": f"{LOOPBACK}:0"},
             silence_logs=logging.CRITICAL,
             memory_limit=0,
-            local_directory=folder,
             env=ONE_THREAD | {"NUMBA_NUM_THREADS": "1"},
         )
         stack.callback(cluster.close, timeout=START_TIME)
         client = distributed.Client(cluster.scheduler_address, timeout=START_TIME, set_as_default=False)
         stack.callback(client.close, timeout=ANSWER_TIME)
+        cluster.scale(workers)
+        client.wait_for_workers(workers, timeout=START_TIME)
     except Exception as error:
         raise LinkError(
             f"the workers do not start: {type(error).__name__}: {error}",
@@ -396,21 +406,51 @@ def _restore(environment: Mapping[str, str | None]) -> None:
             os.environ[name] = value
 
 
+def _parse(address: str) -> tuple[str, str, int]:
+    """Return scheme, host and port of a scheduler."""
+    try:
+        url = urlsplit(address)
+        if url.scheme in ("tcp", "tls") and url.hostname:
+            return url.scheme, url.hostname, url.port or PORT
+    except ValueError:  # the port is not a number
+        pass
+    raise ArgumentError(
+        f"cluster is {address!r}; it must be the address of a Dask scheduler", hint=f"such as tcp://{LOOPBACK}:{PORT}"
+    )
+
+
+def _knock(address: str) -> None:
+    """Check that a scheduler answers: Dask itself would wait for ever for a computer that is connected and silent.
+
+    Raises:
+        OSError: It does not.
+    """
+    scheme, host, port = _parse(address)
+    with socket.create_connection((host, port), ANSWER_TIME) as line:
+        if scheme == "tcp":  # over TLS the client speaks first
+            # A message of Dask begins with its length. It is small, unlike the text that other servers send.
+            length = line.recv(8)
+            if len(length) < 8 or int.from_bytes(length, "little") > LARGEST_GREETING:
+                raise OSError("what answers is not a Dask scheduler")
+
+
 def _join(address: str, tell: Callable[[str], object], stack: contextlib.ExitStack) -> Any:
     """Connect to a cluster that runs already, and return the client."""
     import distributed
 
     try:
+        _knock(address)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # it compares versions, and so does _check_versions
             client = distributed.Client(address, timeout=ANSWER_TIME, set_as_default=False)
     except Exception as error:
         raise LinkNotFound(
-            f"no Dask scheduler answers at {address}", hint="start one with: dask scheduler --host ADDRESS --port 8786"
+            f"no Dask scheduler answers at {address}: {error}",
+            hint="start one with: dask scheduler --host ADDRESS --port 8786",
         ) from error
     stack.callback(client.close, timeout=ANSWER_TIME)
     try:
-        client.wait_for_workers(1, timeout=START_TIME)
+        client.wait_for_workers(1, timeout=ANSWER_TIME)
         _check_versions(address, client, tell)
     except LinkError:
         raise
