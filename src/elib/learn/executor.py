@@ -14,6 +14,7 @@ import pickle
 import platform
 import queue
 import reprlib
+import signal
 import socket
 import sys
 import threading
@@ -383,6 +384,7 @@ def _start_workers(workers: int, stack: contextlib.ExitStack) -> Any:
             scheduler_kwargs={"dashboard": False, "dashboard_address": f"{LOOPBACK}:0"},
             silence_logs=logging.CRITICAL,
             memory_limit=0,
+            preload=[__name__],
             env=ONE_THREAD | {"NUMBA_NUM_THREADS": "1"},
         )
         stack.callback(cluster.close, timeout=START_TIME)
@@ -396,6 +398,11 @@ def _start_workers(workers: int, stack: contextlib.ExitStack) -> Any:
             hint="a program that starts workers does so below the line: if __name__ == '__main__':",
         ) from error
     return client
+
+
+def dask_setup(worker: object) -> None:
+    """Prepare a worker of this computer; Dask looks for this name. Ctrl-C is for the program that started it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _restore(environment: Mapping[str, str | None]) -> None:
