@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import warnings
 from typing import Any
 
@@ -293,3 +295,10 @@ def test_a_vector_environment_has_a_picture_of_every_world() -> None:
 def test_every_task_that_comes_with_elib_is_registered() -> None:
     names = {name for name in gymnasium.registry if name.startswith("elib/")}
     assert names == {f"elib/{task.title().replace('-', '')}-v0" for task in all_tasks()}
+
+
+@pytest.mark.slow
+def test_make_imports_the_package_that_stands_before_the_name() -> None:
+    code = "import gymnasium; print(gymnasium.make('elib.learn:elib/Avoid-v0', engine='interpreted').unwrapped.task)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.startswith("<Task avoid")
