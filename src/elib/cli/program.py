@@ -41,6 +41,7 @@ COMMANDS = {
     "simulate": "Offer virtual robots on serial ports, TCP ports or Wi-Fi.",
     "world": "List the worlds that come with elib, show one, check your own.",
     "lab": "Copy a lab, and check a program against its goals.",
+    "evolve": "Let controllers evolve for a task, on all cores or a cluster.",
     "find": "Look for robots: on ports, among paired ones, in simulations.",
     "flash": "Write a program into an e-puck1.",
     "et": "Copy, count and time the rows of a robot's log.",
@@ -152,7 +153,7 @@ def _normal(words: list[str]) -> list[str]:
             return ["run", name.lower().replace("_", "-"), *rest]
         case ["decode", *rest]:
             return ["decode", *(word for word in rest if word != "-")]  # standard input is the default
-        case ["simulate", *_]:
+        case ["simulate" | "evolve", *_]:
             from elib.cli.simulate import with_optional_link
 
             return with_optional_link(words)

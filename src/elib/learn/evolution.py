@@ -179,10 +179,16 @@ class Evolution:
         return Scores(*(np.concatenate([each[k] for each in found]) for k in (0, 1)))
 
     def _save(self, best: Best, fitness: float) -> None:
-        champion = Champion.of(
-            self.evaluation,
-            best.parameters,
-            seed=self._study.settings.seed,
+        settings, task, controller = self._study.settings, self.evaluation.task, self.evaluation.controller
+        champion = Champion(
+            task=settings.task,
+            controller=settings.controller,
+            hidden=settings.hidden,
+            sensors=controller.sensors,
+            period=task.period,
+            top_speed=task.top_speed,
+            parameters=tuple(best.parameters.tolist()),
+            seed=settings.seed,
             generation=best.generation,
             fitness=fitness,
         )
@@ -198,7 +204,7 @@ def replay(
     """Yield each generation and the parameters of its individuals, which the optimiser finds again.
 
     Args:
-        settings: Of the study.
+        settings: What the study began with.
         recorded: Its generations.
         size: How many parameters an individual has.
         play: Plays a generation that is not recorded, from its number and population; None means to end there.

@@ -207,7 +207,7 @@ def optimiser(algorithm: str, size: int, population: int, seed: int) -> Optimise
         algorithm: ``"cma"``, ``"ga"`` or ``"map-elites"``.
         size: How many parameters an individual has.
         population: How many individuals are asked for at once.
-        seed: Of all its random numbers.
+        seed: What all its random numbers follow from.
 
     Raises:
         ArgumentError: There is no such algorithm, or it cannot work with so few individuals or parameters.

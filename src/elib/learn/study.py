@@ -133,7 +133,7 @@ def evaluate(evaluation: Evaluation, population: Floats, seeds: Sequence[int], t
     Args:
         evaluation: The task and the controller.
         population: Parameters, a row for each individual.
-        seeds: Of the episodes that each individual plays.
+        seeds: What fixes the conditions of each episode that an individual plays.
         threads: How many run at once; None means one a core. The result does not depend on it.
     """
     if not any(_is_same(known, evaluation) and limit == threads for known, limit, _ in _latest):
@@ -153,7 +153,7 @@ class Generation(NamedTuple):
         generation: Its number, from 1.
         population: A digest of the parameters of all individuals; they are not recorded, the optimiser finds them
             again.
-        seeds: Of the episodes.
+        seeds: What fixed the conditions of each episode.
         fitness: Of each individual: the mean over its episodes.
         left: Mean speed of the left wheel of each individual, as a part of the top speed.
         right: The same of the right wheel.
@@ -182,7 +182,7 @@ class Study:
 
     Args:
         folder: The folder. It is made if it does not exist; if it holds a study, that one goes on.
-        settings: Of the study.
+        settings: What the study begins with, or began with.
 
     Attributes:
         settings: As given.

@@ -1,0 +1,263 @@
+"""``elib evolve``: let controllers evolve for a task, and keep everything in the folder of a study."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import shutil
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter as Cli
+
+from elib.cli.arguments import AsJson
+from elib.cli.readings import print_json
+from elib.cli.terminal import BLOCKS, is_live, say, table
+from elib.errors import ArgumentError, Unsupported
+from elib.extras import check_web, install
+from elib.learn.catalogue import all_tasks
+from elib.learn.evolution import TEST_EPISODES, Evolution, Result
+from elib.learn.executor import open_executor
+from elib.learn.networks import KINDS
+from elib.learn.optimisers import ALGORITHMS
+from elib.learn.progress import Progress
+from elib.learn.results import write_results
+from elib.learn.study import BEST, SETTINGS, Settings, Study, settings_of
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+    from elib.learn.progress import Generation
+
+PACKAGES = {"numba": "Numba", "duckdb": "DuckDB", "matplotlib": "Matplotlib"}
+"""What every study needs; the optimisers say themselves what they need."""
+
+LINES = 20
+"""Lines about generations, at most, where no terminal shows a plot."""
+
+ROWS, COLUMNS = 8, 60
+"""Size of the plot in a terminal, at most."""
+
+DEFAULT = Settings("avoid")
+
+
+@dataclass(frozen=True)
+class Options:
+    """The settings of a study, as they were typed."""
+
+    controller: Annotated[
+        str | None,
+        Cli(metavar="KIND", help=f"{', '.join(KINDS)}, or FILE.py:LAW (default: {DEFAULT.controller})."),
+    ] = None
+    hidden: Annotated[int | None, Cli(metavar="N", help=f"Hidden neurons (default: {DEFAULT.hidden}).")] = None
+    algorithm: Annotated[
+        str | None, Cli(metavar="NAME", help=f"{', '.join(ALGORITHMS)} (default: {DEFAULT.algorithm}).")
+    ] = None
+    population: Annotated[
+        int | None, Cli(metavar="N", help=f"Individuals of a generation (default: {DEFAULT.population}).")
+    ] = None
+    generations: Annotated[
+        int | None, Cli(metavar="N", help=f"How many (default: {DEFAULT.generations}). More can be asked for later.")
+    ] = None
+    seconds: Annotated[float | None, Cli(metavar="S", help="Length of an episode (default: the task's).")] = None
+    scenarios: Annotated[
+        int | None,
+        Cli(metavar="N", help=f"Episodes of each individual in a generation (default: {DEFAULT.scenarios})."),
+    ] = None
+    seed: Annotated[int | None, Cli(metavar="N", help=f"Same seed, same result (default: {DEFAULT.seed}).")] = None
+
+
+def evolve(
+    task: Annotated[str | None, Cli(help="A task that comes with elib, such as avoid, or FILE.py:TASK.")] = None,
+    /,
+    *,
+    options: Annotated[Options, Cli(name="*")] = Options(),
+    workers: Annotated[int | None, Cli(metavar="N", help="Worker processes of this computer (Dask).")] = None,
+    cluster: Annotated[str | None, Cli(metavar="URL", help="A Dask cluster's scheduler: tcp://HOST:8786.")] = None,
+    out: Annotated[str | None, Cli(metavar="FOLDER", help="Folder of the study (default: TASK-study).")] = None,
+    view: Annotated[
+        str | None, Cli(metavar="[HOST:PORT]", help="Show it live in the browser, from 127.0.0.1:8600 unless told.")
+    ] = None,
+    json: AsJson = False,
+) -> None:
+    """Let controllers evolve for a task.
+
+    Everything is kept in the folder of a study: its settings, the fitness of every individual, and the best controller,
+    best.toml, which elib run drives a robot with. Ctrl-C ends it, and the same command goes on where it ended, to the
+    same result. elib evolve --out FOLDER goes on with what is in the folder.
+    """
+    import numpy as np
+
+    folder, settings = _chosen(task, out, options)
+    for package, name in PACKAGES.items():
+        if importlib.util.find_spec(package) is None:
+            raise Unsupported(f"evolution needs the package {name}, which is not installed", hint=install("learn"))
+    if view is not None:
+        check_web()
+    evaluation = settings.evaluation()
+    settings.optimiser(evaluation.controller.size)  # Its package may be missing: say so before a folder is made.
+    with contextlib.ExitStack() as stack:
+        study = stack.enter_context(Study(folder, settings))
+        shown = {each.name: getattr(settings, each.name) for each in fields(Settings)}
+        controller = evaluation.controller.controller
+        progress = Progress(evaluation.task, controller, settings.generations, {**shown, "folder": str(folder)})
+        if view is not None:
+            from elib.learn.studypage import study_page
+
+            say(f"view {stack.enter_context(study_page(progress, view))}")
+        executor = stack.enter_context(open_executor(workers, cluster))
+        say(
+            f"{folder}: {'goes on after' if study.generations else 'begins,'} {len(study.generations)} of"
+            f" {settings.generations} generations"
+        )
+        display = Display(progress, recorded=len(study.generations))
+        evolution = Evolution(study, executor, evaluation=evaluation, told=display.tell)
+        try:
+            with display:
+                for generation, population in evolution.run():
+                    progress.add(np.array(generation.fitness), population)
+                    display.show()
+                result = evolution.finish()
+        except KeyboardInterrupt:
+            progress.end("Stopped by Ctrl-C.")
+            say(f"stopped after generation {len(study.generations)}; this goes on: elib evolve --out {folder}")
+            if study.generations:
+                write_results(folder, settings, study.generations, evaluation.controller.size)
+            raise
+        write_results(folder, settings, study.generations, evaluation.controller.size)
+        progress.end(f"All {settings.generations} generations are done.")
+        _print(result, folder, settings, evaluation.task.solved, json=json)
+        if view is not None:
+            say("The page stays until Ctrl-C.")
+            with contextlib.suppress(KeyboardInterrupt):
+                threading.Event().wait()
+
+
+def _chosen(task: str | None, out: str | None, options: Options) -> tuple[Path, Settings]:
+    """Return the folder and the settings; without a task they are those of the study in the folder."""
+    given = {each.name: getattr(options, each.name) for each in fields(Options)}
+    given = {name: value for name, value in given.items() if value is not None}
+    if task is not None:
+        given["task"] = task
+    if out is None:
+        if task is None:
+            raise ArgumentError("elib evolve needs a task", hint=f"one of {', '.join(all_tasks())}, or FILE.py:TASK")
+        file, _, _ = task.rpartition(":")
+        out = f"{Path(file or task).stem}-study"
+    folder = Path(out)
+    if task is None:
+        return folder, replace(settings_of(folder), **given)
+    if (folder / SETTINGS).exists():  # More generations may have been asked for since the command was typed first.
+        given = {"generations": settings_of(folder).generations, **given}
+    return folder, Settings(**given)
+
+
+def _print(result: Result, folder: Path, settings: Settings, solved: float, *, json: bool) -> None:
+    if json:
+        print_json(
+            {
+                "folder": str(folder),
+                "task": settings.task,
+                "generations": settings.generations,
+                "best": {"generation": result.best.generation, "fitness": result.fitness, "solved": result.solved},
+            }
+        )
+        return
+    rows = [
+        ("best", f"{folder / BEST}, from generation {result.best.generation}"),
+        ("fitness", f"{result.fitness:.4g}, the mean of {TEST_EPISODES} episodes that no generation had"),
+    ]
+    if solved < float("inf"):
+        rows.append(("solved", f"{result.solved:.0%} of them (a fitness of {solved:g} or more)"))
+    rows.append(("try it", f"elib run {folder / BEST}"))
+    print(table(rows, indent=0))
+
+
+class Display:
+    """The plot and the bar in the terminal; where there is none, a line for some of the generations.
+
+    Args:
+        progress: How far the evolution has come.
+        recorded: Generations that were recorded before; no lines are written about them.
+    """
+
+    def __init__(self, progress: Progress, recorded: int) -> None:
+        from rich.console import Console
+        from rich.live import Live
+        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bars
+
+        self._progress = progress
+        self._recorded = recorded
+        console = Console(stderr=True)
+        self._bars = Bars(
+            TextColumn("generation {task.fields[number]} of " + str(progress.generations)),
+            BarColumn(),
+            TimeRemainingColumn(),
+            console=console,
+        )
+        self._bar = self._bars.add_task("", total=progress.generations, number=0)
+        self._is_live = is_live(sys.stderr)
+        self._live = Live(console=console, get_renderable=self._drawn, refresh_per_second=5)
+
+    def tell(self, done: int, jobs: int) -> None:
+        """Show that some jobs of a generation are done."""
+        count = len(self._progress.done)
+        self._bars.update(self._bar, completed=count + done / jobs)
+
+    def show(self) -> None:
+        """Show one more generation."""
+        done, count = self._progress.done, self._progress.generations
+        number = len(done)
+        self._bars.update(self._bar, completed=number, number=number)
+        if self._is_live or number <= self._recorded:
+            return
+        if number in (1, count) or number * LINES // count > (number - 1) * LINES // count:
+            say(f"generation {number}: best {done[-1].best:.4g}, mean {done[-1].mean:.4g}")
+
+    def _drawn(self) -> Group:
+        from rich.console import Group
+        from rich.text import Text
+
+        width = min(COLUMNS, shutil.get_terminal_size().columns - 12)
+        return Group(Text("\n".join(plotted(list(self._progress.done), self._progress.generations, width))), self._bars)
+
+    def __enter__(self) -> None:
+        if self._is_live:
+            self._live.start()
+
+    def __exit__(self, *_: object) -> None:
+        if self._is_live:
+            self._live.stop()
+
+
+def plotted(done: Sequence[Generation], count: int, width: int, height: int = ROWS) -> list[str]:
+    """Return the lines of a plot: the mean fitness as a filled curve, the best one as points.
+
+    Args:
+        done: The generations so far.
+        count: How many there will be; the plot has room for all of them.
+        width: Columns of the plot, without its labels.
+        height: Lines of the plot.
+    """
+    if not done:
+        return []
+    low, high = min(each.mean for each in done), max(each.best for each in done)
+    scale = height / (high - low) if high > low else 0.0
+    width = max(1, min(width, count))
+    rows = [[" "] * width for _ in range(height)]
+    for number, each in enumerate(done):
+        column = number * width // count  # The last generation of a column is shown.
+        filled = (each.mean - low) * scale
+        point = min(height - 1, int((each.best - low) * scale))
+        for row in range(height):
+            part = max(0, min(8, round(8 * (filled - row))))
+            rows[row][column] = "•" if row == point else BLOCKS[part - 1] if part else " "
+    labels = [f"{high:9.3g} ", *[" " * 10] * (height - 2), f"{low:9.3g} "]
+    return [label + "".join(row).rstrip() for label, row in zip(labels, reversed(rows), strict=True)] + [
+        f"{'':10}• best {BLOCKS[3]} mean fitness"
+    ]

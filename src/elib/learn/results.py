@@ -1,0 +1,98 @@
+"""What a study leaves for reading: tables in Parquet, and the curve of its fitness."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from elib.errors import ElibError
+from elib.et.formats import writing
+from elib.et.plot import COLOURS, GRID, INK
+from elib.et.table import Cell, Header, Table
+from elib.files import reason_of, replacing
+from elib.learn.evolution import replay
+from elib.learn.study import GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT, Generation, Settings
+from elib.quantiles import quantile
+
+
+def write_results(folder: Path, settings: Settings, generations: Sequence[Generation], size: int) -> None:
+    """Write the tables and the plot of a study; existing ones are replaced.
+
+    Args:
+        folder: Where the study is.
+        settings: What the study began with.
+        generations: What is recorded, one generation or more.
+        size: How many parameters an individual has.
+
+    Raises:
+        ElibError: A file cannot be written.
+        Unsupported: DuckDB or Matplotlib is not installed.
+    """
+    summary = [Header("generation", "whole"), *map(Header, ("best", "mean", "median", "worst"))]
+    each = [Header("generation", "whole"), Header("individual", "whole"), *map(Header, ("fitness", "left", "right"))]
+    each += [Header(f"p{k}") for k in range(size)]
+    try:
+        _write(folder / GENERATIONS_TABLE, Table(summary, map(_summary, generations)))
+        _write(folder / INDIVIDUALS_TABLE, Table(each, _individuals(settings, list(generations), size)))
+        draw(folder / PLOT, settings, [generations])
+    except OSError as error:
+        raise ElibError(f"{folder}: {reason_of(error)}", hint="is there room on the disk?") from None
+
+
+def _write(path: Path, table: Table) -> None:
+    with writing("parquet", str(path)) as writer:
+        writer.write(table)
+
+
+def _summary(generation: Generation) -> Sequence[Cell]:
+    fitness = generation.fitness
+    mean = sum(fitness) / len(fitness)
+    return generation.generation, max(fitness), mean, quantile(fitness, 0.5), min(fitness)
+
+
+def _individuals(settings: Settings, generations: list[Generation], size: int) -> Iterator[Sequence[Cell]]:
+    for generation, population in replay(settings, generations, size):
+        columns = zip(generation.fitness, generation.left, generation.right, population.tolist(), strict=True)
+        for k, (fitness, left, right, parameters) in enumerate(columns):
+            yield generation.generation, k, fitness, left, right, *parameters
+
+
+def draw(path: Path, settings: Settings, studies: Sequence[Sequence[Generation]], title: str = "") -> None:
+    """Draw best and mean fitness of each generation; of several studies their mean, and the range between them.
+
+    Raises:
+        OSError: The file cannot be written.
+        Unsupported: Matplotlib is not installed.
+    """
+    import numpy as np
+
+    try:
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+    except ImportError:
+        from elib.errors import Unsupported
+        from elib.extras import install
+
+        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("learn")) from None
+    with rc_context({"svg.hashsalt": "elib"}), warnings.catch_warnings():  # the same bytes on every run
+        warnings.simplefilter("ignore")
+        figure = Figure(figsize=(8, 4.5), facecolor="#ffffff", layout="constrained")
+        axes: Any = figure.add_subplot()
+        axes.grid(color=GRID, linewidth=0.5)
+        numbers = [each.generation for each in studies[0]]
+        for name, take, colour in (("best", np.max, COLOURS[0]), ("mean", np.mean, COLOURS[1])):
+            curves = np.array([[take(each.fitness) for each in study] for study in studies])
+            axes.plot(numbers, curves.mean(axis=0), color=colour, label=name)
+            if len(curves) > 1:
+                axes.fill_between(numbers, curves.min(axis=0), curves.max(axis=0), color=colour, alpha=0.15, lw=0)
+        axes.set_xlabel("generation", color=INK)
+        axes.set_ylabel("fitness", color=INK)
+        shown = title or f"{settings.task}, {settings.controller}, {settings.algorithm}, seed {settings.seed}"
+        axes.set_title(shown.replace("$", r"\$"), loc="left", fontsize=11, color=INK)
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+        axes.legend(frameon=False)
+        with replacing(str(path)) as beside:
+            figure.savefig(beside, metadata={"Date": None} if path.suffix == ".svg" else None)
