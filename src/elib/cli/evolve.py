@@ -24,7 +24,7 @@ from elib.learn.evolution import TEST_EPISODES, Evolution, Result
 from elib.learn.executor import open_executor
 from elib.learn.networks import KINDS
 from elib.learn.optimisers import ALGORITHMS
-from elib.learn.progress import Progress
+from elib.learn.progress import Best, Progress
 from elib.learn.results import write_results
 from elib.learn.study import BEST, SETTINGS, Settings, Study, settings_of
 
@@ -129,7 +129,8 @@ def evolve(
                 write_results(folder, settings, study.generations, evaluation.controller.size)
             raise
         write_results(folder, settings, study.generations, evaluation.controller.size)
-        progress.end(f"All {settings.generations} generations are done.")
+        winner = Best(result.best.generation, result.fitness, result.best.parameters)
+        progress.end(f"All {settings.generations} generations are done.", winner)
         _print(result, folder, settings, evaluation.task.solved, json=json)
         if view is not None:
             say("The page stays until Ctrl-C.")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from elib.errors import ArgumentError, ElibError
 from elib.learn.champion import Champion
 from elib.learn.executor import Executor
+from elib.learn.progress import Best
 from elib.learn.study import BEST, Evaluation, Generation, Settings, Study, digest_of, evaluate
 from elib.physics.episodes import Scores
 
@@ -34,20 +35,6 @@ TEST = 1 << 31
 
 Told = Callable[[int, int], object]
 """Is called with how many jobs of a generation are done, and how many there are."""
-
-
-class Best(NamedTuple):
-    """An individual that was the best of its generation.
-
-    Attributes:
-        fitness: In its generation.
-        generation: Number of its generation, from 1.
-        parameters: Its own.
-    """
-
-    fitness: float
-    generation: int
-    parameters: Floats
 
 
 class Result(NamedTuple):
@@ -103,7 +90,7 @@ class Evolution:
         settings = study.settings
         recorded = len(study.generations)
         for generation, population in replay(settings, study.generations, self.evaluation.controller.size, self._play):
-            best = Best(generation.fitness[generation.best], generation.generation, population[generation.best].copy())
+            best = Best(generation.generation, generation.fitness[generation.best], population[generation.best].copy())
             is_better = not self.bests or best.fitness > self.bests[0].fitness
             # The sort is stable: of equal ones the earlier generation stays in front.
             self.bests = sorted([*self.bests, best], key=lambda each: -each.fitness)[:FINALISTS]

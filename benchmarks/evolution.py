@@ -1,0 +1,210 @@
+"""Evolution: Floreano and Mondada's experiment, tasks solved from random weights, and what the loop itself costs.
+
+``avoid`` repeats the experiment and draws docs/images/evolution-avoid.svg. ``solve TASK ...`` says for how many seeds a
+task is solved. ``loop`` measures which share of the processor is not spent on episodes. ``chaos`` kills an evolution
+on two workers twice, at drawn moments, and compares the folder with that of an undisturbed one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from elib.learn.evolution import Evolution
+from elib.learn.executor import Executor, open_executor
+from elib.learn.results import draw
+from elib.learn.study import Evaluation, Generation, Settings, Study, evaluate
+
+PICTURE = Path(__file__).parents[1] / "docs" / "images" / "evolution-avoid.svg"
+
+
+class Timed(Executor):
+    """An executor that notes how long its jobs take, in seconds by the clock and of the processor."""
+
+    def __init__(self, inner: Executor) -> None:
+        self.inner = inner
+        self.wall = self.processor = 0.0
+
+    @property
+    def width(self) -> int:  # type: ignore[override]
+        return self.inner.width
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.inner, name)
+
+    def run(self, function: Callable[..., Any], jobs: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        began = time.perf_counter(), time.process_time()
+        done = list(self.inner.run(function, jobs))
+        self.wall += time.perf_counter() - began[0]
+        self.processor += time.process_time() - began[1]
+        yield from done
+
+
+def warm(evaluation: Evaluation) -> None:
+    """Compile, so that no compiling is measured."""
+    began = time.perf_counter()
+    evaluate(evaluation, np.zeros((2, evaluation.controller.size)), [0])
+    print(f"compiled or loaded in {time.perf_counter() - began:.1f} s", flush=True)
+
+
+def evolved(settings: Settings, executor: Executor) -> tuple[list[Generation], float, Any]:
+    """Return the generations of a study, the seconds by the clock that it took with its final test, and its result."""
+    with tempfile.TemporaryDirectory() as folder, Study(Path(folder) / "study", settings) as study:
+        began = time.perf_counter()
+        evolution = Evolution(study, executor)
+        for _ in evolution.run():
+            pass
+        result = evolution.finish()
+        return study.generations, time.perf_counter() - began, result
+
+
+def avoid(options: argparse.Namespace) -> None:
+    """Repeat the experiment of 1994 with some seeds: 100 individuals of 60 s, 100 generations, the same algorithm."""
+    studies = []
+    base = Settings("avoid", algorithm="ga", seconds=60.0)
+    warm(base.evaluation())
+    for seed in range(1, options.seeds + 1):
+        settings = Settings("avoid", algorithm="ga", seconds=60.0, seed=seed)
+        with open_executor() as here:
+            generations, seconds, result = evolved(settings, here)
+        studies.append(generations)
+        shown = ", ".join(
+            f"{number}: {max(generations[number - 1].fitness):.2f} {np.mean(generations[number - 1].fitness):.2f}"
+            for number in (1, 10, 20, 50, 100)
+        )
+        print(
+            f"seed {seed}: {seconds:.1f} s; best and mean of generation {shown}; test {result.fitness:.3f}", flush=True
+        )
+    title = f"Floreano and Mondada's experiment, mean and range of {options.seeds} seeds"
+    draw(PICTURE, base, studies, title)
+
+
+def solve(options: argparse.Namespace) -> None:
+    """Evolve controllers for tasks from random weights, and say how many seeds solve them."""
+    for name in options.tasks:
+        solved = []
+        for seed in range(1, options.seeds + 1):
+            settings = Settings(
+                name,
+                options.controller,
+                options.hidden,
+                options.algorithm,
+                options.population,
+                options.generations,
+                options.scenarios,
+                seed=seed,
+            )
+            if seed == 1:
+                warm(settings.evaluation())
+            with open_executor() as here:
+                _, seconds, result = evolved(settings, here)
+            solved.append(result.solved)
+            print(
+                f"{name} seed {seed}: fitness {result.fitness:.3f}, {result.solved:.0%} of 20 new episodes solved, "
+                f"best of generation {result.best.generation}, {seconds:.1f} s",
+                flush=True,
+            )
+        good = sum(each >= 0.9 for each in solved)
+        print(f"{name}: {good} of {len(solved)} seeds solve at least 90 % of new episodes; mean {np.mean(solved):.0%}")
+
+
+def loop(options: argparse.Namespace) -> None:
+    """Measure which share of the time of an evolution passes outside of its episodes."""
+    for algorithm in ("ga", "cma"):
+        settings = Settings("avoid", algorithm=algorithm, generations=options.generations)
+        warm(settings.evaluation())
+        with open_executor() as here:
+            timed = Timed(here)
+            began = time.process_time()
+            _, seconds, _ = evolved(settings, timed)
+            processor = time.process_time() - began
+        print(
+            f"{algorithm}, in this process: {1 - timed.wall / seconds:.1%} of {seconds:.1f} s by the clock,"
+            f" {1 - timed.processor / processor:.1%} of {processor:.1f} s of the processor"
+        )
+        with open_executor(workers=2) as workers:
+            began = time.process_time()
+            _, seconds, _ = evolved(settings, workers)
+            own = time.process_time() - began
+        spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+        print(
+            f"{algorithm}, 2 workers: this process used {own:.2f} s of the processor in {seconds:.1f} s by the clock;"
+            f" all worker processes so far {spent.ru_utime + spent.ru_stime:.1f} s with their start"
+        )
+
+
+def chaos(options: argparse.Namespace) -> None:
+    """Kill an evolution on two workers twice, at drawn moments, and let it go on."""
+    draws = random.Random(options.seed)
+    with tempfile.TemporaryDirectory() as place:
+        command = [sys.executable, "-m", "elib", "evolve", "avoid", "--workers", "2", "--seconds", "20"]
+        command += ["--generations", str(options.generations), "--out"]
+        whole, killed = Path(place) / "whole", Path(place) / "killed"
+        subprocess.run([*command, str(whole)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        for _ in range(2):
+            until = draws.randrange(options.generations // 10, options.generations // 2)
+            before = _recorded(killed)
+            driver = subprocess.Popen(
+                [*command, str(killed)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+            )
+            while _recorded(killed) < before + until and driver.poll() is None:
+                time.sleep(0.01)
+            time.sleep(draws.uniform(0, 0.1))
+            os.kill(driver.pid, signal.SIGKILL)
+            driver.wait()
+            print(f"killed after generation {_recorded(killed)}", flush=True)
+        subprocess.run([*command, str(killed)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        names = sorted(path.name for path in whole.iterdir())
+        assert names == sorted(path.name for path in killed.iterdir())
+        for name in names:
+            same = (whole / name).read_bytes() == (killed / name).read_bytes()
+            print(f"{name}: {'the same bytes' if same else 'DIFFERENT'}")
+
+
+def _recorded(folder: Path) -> int:
+    path = folder / "generations.jsonl"
+    return path.read_bytes().count(b"\n") if path.exists() else 0
+
+
+def main() -> None:
+    """Run what the command line names."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    modes = parser.add_subparsers(required=True)
+    mode = modes.add_parser("avoid")
+    mode.add_argument("--seeds", type=int, default=5)
+    mode.set_defaults(run=avoid)
+    mode = modes.add_parser("solve")
+    mode.add_argument("tasks", nargs="+")
+    mode.add_argument("--seeds", type=int, default=10)
+    mode.add_argument("--controller", default="recurrent")
+    mode.add_argument("--hidden", type=int, default=0)
+    mode.add_argument("--algorithm", default="cma")
+    mode.add_argument("--population", type=int, default=100)
+    mode.add_argument("--generations", type=int, default=100)
+    mode.add_argument("--scenarios", type=int, default=1)
+    mode.set_defaults(run=solve)
+    mode = modes.add_parser("loop")
+    mode.add_argument("--generations", type=int, default=50)
+    mode.set_defaults(run=loop)
+    mode = modes.add_parser("chaos")
+    mode.add_argument("--generations", type=int, default=40)
+    mode.add_argument("--seed", type=int, default=1)
+    mode.set_defaults(run=chaos)
+    options = parser.parse_args()
+    options.run(options)
+
+
+if __name__ == "__main__":
+    main()
