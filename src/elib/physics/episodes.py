@@ -8,22 +8,24 @@ from __future__ import annotations
 
 import concurrent.futures
 import copy
+import math
 import os
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from elib.body import METRES_PER_STEP
 from elib.errors import ArgumentError, SimulationError
 from elib.fields import Whole
 from elib.physics.controller import Controller
-from elib.physics.engine import EngineName, kernel, not_compiled
+from elib.physics.engine import EngineName, kernel, not_compiled, phase
+from elib.physics.geometry import unit
 from elib.physics.motion import rim_speed
 from elib.physics.neighbours import list_near
 from elib.physics.noise import bits, numbered_key, seed_key, uniform
 from elib.physics.placement import places
 from elib.physics.records import Episode, Records, SensorView
-from elib.physics.scene import check_seed
+from elib.physics.scene import Scene, check_seed
 from elib.physics.senses import sensors_named
 from elib.physics.simulation import advance, decide, sense
 from elib.physics.spawning import spawn
@@ -198,7 +200,7 @@ def drawn(course: Course, scene: int, key: int, k: int) -> float:
     return low + (high - low) * uniform(key, DRAW + k)
 
 
-@kernel
+@phase
 def begin(course: Course, w: int, key: int) -> None:
     """Begin an episode of world *w*: the key decides its scene, its starts, its noise and all that is drawn."""
     scene = bits(key, SCENE) % len(course.starts)
@@ -232,7 +234,7 @@ def begin_next(course: Course, w: int) -> None:
     begin(course, w, numbered_key(episode.key, episode.begun))
 
 
-@kernel
+@phase
 def sense_robots(world: Records) -> None:
     """Let all robots of one world read the sensors of the task."""
     setting = world.setting[0]
@@ -393,10 +395,17 @@ class Episodes:
         self._models = [World(scene, robots=task.robots, engine=engine) for scene in task.scenes]
         self._engine = self._models[0]._state.engine  # noqa: SLF001  # of one package
         self._check_functions()
-        self._steered = self._course(self.count, 0)
-        self._substitutes = self._functions()
+        self._scenes = self._lay_out_scenes()
+        self._seed = check_seed(seed)
         self._pool: tuple[int, concurrent.futures.ThreadPoolExecutor] | None = None
-        self.reset(seed)
+        self._ready: dict[Any, Callable[..., None]] = {}
+
+    @cached_property
+    def _steered(self) -> Course:
+        """The worlds for :meth:`step`: laid out when they are first asked for, because :meth:`play` needs none."""
+        course = self._course(self.count, 0)
+        self._begin(course, self._seed, range(self.count))
+        return course
 
     def reset(self, seed: int | None = 0, which: Sequence[int] | None = None) -> None:
         """Begin the first episodes of other seeds, or the next episodes.
@@ -409,12 +418,15 @@ class Episodes:
         Raises:
             ArgumentError: *seed* is out of its range.
         """
-        chosen = [int(w) for w in (range(self.count) if which is None else which)]
+        self._begin(self._steered, seed, range(self.count) if which is None else which)
+
+    def _begin(self, course: Course, seed: int | None, which: Sequence[int]) -> None:
+        chosen = [int(w) for w in which]
         if seed is not None:
             first = check_seed(seed)
             for w in chosen:
-                self._steered.episodes[w].key = _episode_key(first + w)
-        self._run(begin_worlds, self._steered, self._whole(chosen), int(seed is None))
+                course.episodes[w].key = _episode_key(first + w)
+        self._run(begin_worlds, course, self._whole(chosen), int(seed is None))
 
     def step(self, actions: ArrayLike, *, begin_again: bool = True) -> NDArray[np.float64]:
         """Let one period pass in every world.
@@ -437,8 +449,7 @@ class Episodes:
         table = wanted if self._is_compiled else wanted.tolist()
         cut = self._cuts(self.count, self.count * task.robots * task.ticks_a_period)
         jobs = [
-            partial(self._run, step_worlds, self._steered, first, end, table, int(begin_again), obeys=True)
-            for first, end in cut
+            partial(self._run, step_worlds, self._steered, first, end, table, int(begin_again)) for first, end in cut
         ]
         self._all(jobs)
         return np.array(self._steered.earned, dtype=np.float64)
@@ -515,7 +526,7 @@ class Episodes:
             fitness, steps = np.zeros((end - first, len(seeds))), np.zeros((end - first, len(seeds), 2))
             results.append((fitness, steps))
             arguments = (course, w, table[first:end], keys, fitness, steps)
-            jobs.append(partial(self._run, play_episodes, *arguments, controller=rows))
+            jobs.append(partial(self._run, play_episodes, *arguments, decide=rows.function))
         self._all(jobs)
         return Scores(*(np.concatenate([part[k] for part in results]) for k in (0, 1)))
 
@@ -529,8 +540,6 @@ class Episodes:
         Raises:
             ArgumentError: One of them fails, or the reward is not a finite number.
         """
-        import math
-
         task = self.task
         world = World(task.scenes[0], robots=task.robots)
         world.step()
@@ -549,10 +558,10 @@ class Episodes:
         if not all(map(math.isfinite, earned)):
             raise ArgumentError(f"the reward of task {task.name!r} is {earned} in the first tick, not a finite number")
 
-    def _functions(self) -> dict[str, Callable[..., Any]]:
+    def _functions(self) -> dict[str, Any]:
         """Return what stands for the stand-ins of this module."""
         task, is_compiled = self.task, self._is_compiled
-        found: dict[str, Callable[..., Any]] = {
+        found: dict[str, Any] = {
             "sense": sensors_named(task.sensors),
             "reward": task.reward,
             "world_at": packed_world if is_compiled else listed_world,
@@ -564,17 +573,12 @@ class Episodes:
             found["is_over"] = task.is_over
         return found
 
-    def _run(
-        self, function: Callable[..., None], *arguments: Any, controller: Controller | None = None, obeys: bool = False
-    ) -> None:
-        """Run a kernel with the functions of the task."""
-        substitutes: dict[str, Any] = dict(self._substitutes)
-        if obeys:
-            substitutes["decide"] = obey
-        if controller is not None:
-            substitutes["decide"] = controller.function
+    def _run(self, function: Callable[..., None], *arguments: Any, decide: Callable[..., Any] = obey) -> None:
+        """Run a kernel with the functions of the task and a control function."""
+        if (function, decide) not in self._ready:
+            self._ready[function, decide] = self._engine.ready(function, **self._functions(), decide=decide)
         try:
-            self._engine.ready(function, **substitutes)(*arguments)
+            self._ready[function, decide](*arguments)
         except Exception as error:
             reason = not_compiled(error)
             if reason is None:
@@ -607,31 +611,43 @@ class Episodes:
     def _world_at(self, worlds: Any, w: int) -> Records:
         return (packed_world if self._is_compiled else listed_world)(worlds, w)
 
+    def _table(self, array: NDArray[np.float64]) -> Any:
+        return array if self._is_compiled else array.tolist()
+
+    def _lay_out_scenes(self) -> dict[str, Any]:
+        """Return the parts of a course that are those of the scenes."""
+        import numpy as np
+
+        task, models = self.task, self._records_of_models()
+        # Starts that the scenes name are the same in each set.
+        sets = 1 if all(len(scene.starts) >= task.robots for scene in task.scenes) else STARTS
+        return {
+            "originals": _packed(models) if self._is_compiled else models,
+            "starts": self._table(np.array([_starts(scene, task.robots, sets) for scene in task.scenes])),
+            "ranges": self._table(np.array([_ranges(task, scene) for scene in task.scenes])),
+        }
+
+    def _records_of_models(self) -> list[Records]:
+        return [model.records for model in self._models]
+
     def _course(self, count: int, memory: int) -> Course:
         """Lay out so many worlds, whose controllers remember so many numbers."""
         import numpy as np
 
-        task, robots = self.task, self.task.robots
-        models = [model._state.world for model in self._models]  # noqa: SLF001  # of one package
-
-        def table(array: NDArray[np.float64]) -> Any:
-            return array if self._is_compiled else array.tolist()
-
+        task, robots, models = self.task, self.task.robots, self._records_of_models()
         return Course(
-            worlds=_packed_copies(models, count) if self._is_compiled else [copy.deepcopy(models[0])] * count,
-            originals=_packed(models) if self._is_compiled else models,
-            starts=table(np.array([_starts(task, scene) for scene in range(len(models))])),
-            ranges=table(np.array([_ranges(task, scene) for scene in range(len(models))])),
+            worlds=_packed_copies(models, count) if self._is_compiled else [models[0]] * count,  # restore() makes them
+            **self._scenes,
             episodes=self._engine.records(Episode, [Episode() for _ in range(count)]),
-            memory=table(np.zeros((count, robots, memory))),
-            earned=table(np.zeros((count, robots))),
+            memory=self._table(np.zeros((count, robots, memory))),
+            earned=self._table(np.zeros((count, robots))),
             period=task.ticks_a_period,
             ticks=task.ticks,
             scale=1 / task.ticks if task.fitness == "mean" else 1.0,
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "_pool": None}
+        return {**vars(self), "_pool": None, "_ready": {}}
 
 
 def _episode_key(seed: int) -> int:
@@ -639,26 +655,20 @@ def _episode_key(seed: int) -> int:
     return seed_key(seed & ((1 << 64) - 1))
 
 
-def _starts(task: Task, scene: int) -> list[list[list[float]]]:
-    """Return the sets of starts of a scene, each (robots, 4)."""
-    import math
-
+def _starts(scene: Scene, robots: int, sets: int) -> list[list[list[float]]]:
+    """Return so many sets of starts of a scene, each (robots, 4)."""
     found = []
-    for seed in range(STARTS):
-        poses = places(task.scenes[scene], task.robots, seed)
-        found.append([[pose.x, pose.y, math.cos(pose.heading), math.sin(pose.heading)] for pose in poses])
+    for seed in range(sets):
+        poses = places(scene, robots, seed)
+        found.append([[pose.x, pose.y, *unit(pose.heading)] for pose in poses])
     return found
 
 
-def _ranges(task: Task, scene: int) -> list[tuple[float, float]]:
+def _ranges(task: Task, scene: Scene) -> list[tuple[float, float]]:
     """Return the ranges of what an episode in a scene draws."""
-    drawn_here, model = task.randomisation, task.scenes[scene].model
-    found = []
-    for name in DRAWN:
-        own = getattr(model, name)
-        given = getattr(drawn_here, name)
-        found.append((own, own) if given is None else given)
-    return [*found, drawn_here.latency]
+    wanted = task.randomisation
+    own = ((getattr(scene.model, name),) * 2 for name in DRAWN)
+    return [*(getattr(wanted, name) or each for name, each in zip(DRAWN, own, strict=True)), wanted.latency]
 
 
 def _packed(models: Sequence[Records]) -> Packed:
