@@ -312,7 +312,7 @@ def play_episodes(course: Course, w: int, rows: Any, keys: Any, fitness: Any, st
         course: All worlds.
         w: The world to play in.
         rows: Parameters, one row an individual.
-        keys: Of the episodes.
+        keys: The keys of the episodes.
         fitness: Out, (individuals, keys).
         steps: Out, (individuals, keys, 2): steps of the left and right motor, mean over the robots.
     """
@@ -503,7 +503,7 @@ class Episodes:
             controller: Its control function, and how much that remembers; the sensors are those of the task, and its
                 own parameters are not used.
             population: Parameters of the control function, (individuals, n); the robots of a world share them.
-            seeds: Of the episodes, 0 <= seed < 2**64. With the same seed all individuals have the same conditions.
+            seeds: The seeds of the episodes, 0 <= seed < 2**64. With the same seed all individuals have the same conditions.
 
         Raises:
             ArgumentError: A number is out of its range, or the control function fails.

@@ -39,7 +39,7 @@ LIMITS = {
 
 @dataclass(frozen=True, slots=True)
 class Randomisation:
-    """What is drawn anew for each episode, evenly between a lowest and a highest value.
+    """What is drawn again for each episode, evenly between a lowest and a highest value.
 
     What is None stays as the world's robots have it. The units are those of
     :class:`~elib.physics.body.EpuckModel`.
