@@ -42,6 +42,7 @@ COMMANDS = {
     "world": "List the worlds that come with elib, show one, check your own.",
     "lab": "Copy a lab, and check a program against its goals.",
     "evolve": "Let controllers evolve for a task, on all cores or a cluster.",
+    "transfer": "Run a learned controller in stages from physics to a robot.",
     "find": "Look for robots: on ports, among paired ones, in simulations.",
     "flash": "Write a program into an e-puck1.",
     "et": "Copy, count and time the rows of a robot's log.",

@@ -1,0 +1,152 @@
+"""``elib transfer``: what a controller that learned in the simulator is worth where more of the robot is real."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter as Cli
+from rich.console import Console
+from rich.table import Table
+
+from elib.cli.arguments import AsJson
+from elib.cli.readings import print_json
+from elib.cli.terminal import DIM, LiveLine, columns, say
+from elib.errors import ArgumentError
+from elib.learn.champion import load_champion
+from elib.learn.executor import open_executor
+from elib.learn.transfer import TransferPlan, TransferReport
+from elib.learn.transfer import transfer as run_transfer
+from elib.learn.transferreport import COLUMNS, check_folder, row_of, to_json, write_folder
+from elib.transport import parse_url
+
+PLAN = TransferPlan()
+
+File = Annotated[Path, Cli(name="FILE", help="A controller that elib evolve wrote, best.toml.")]
+Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="Also run on this robot; best one at a start.")]
+Profiles = Annotated[
+    list[str] | None,
+    Cli(
+        name="--profile",
+        metavar="NAME",
+        negative="",
+        help="Another robot: enki, webots, gctronic, or a file that elib fit wrote; once for each."
+        " All three unless given.",
+    ),
+]
+Runs = Annotated[int, Cli(name="--runs", metavar="N", help="Runs of each stage.")]
+RobotRuns = Annotated[int, Cli(name="--robot-runs", metavar="N", help="Runs on the robot.")]
+Latency = Annotated[str, Cli(name="--latency", metavar="S", help="Delay each way of the poor link: 0.05 s, or 50ms.")]
+Jitter = Annotated[str, Cli(name="--jitter", metavar="S", help="Standard deviation of that delay: 0.01 s, or 10ms.")]
+Loss = Annotated[float, Cli(name="--loss", metavar="P", help="Probability that the poor link loses an answer.")]
+Seed = Annotated[int, Cli(name="--seed", metavar="N", help="Seed of all runs: the same seed, the same report.")]
+Out = Annotated[
+    Path | None, Cli(name="--out", metavar="FOLDER", help="Write report.md, transfer.svg and all runs there.")
+]
+Sweeps = Annotated[bool, Cli(name="--breaks", negative="--no-breaks", help="Look for what breaks it first.")]
+Workers = Annotated[
+    int | None, Cli(name="--workers", metavar="N", help="Processes that run the stages on the wire; one unless given.")
+]
+Yes = Annotated[bool, Cli(name="--yes", negative="", help="Do not ask before each run on the robot.")]
+
+
+def transfer(
+    file: File,
+    /,
+    *,
+    robot: Robot = None,
+    profile: Profiles = None,
+    runs: Runs = PLAN.runs,
+    robot_runs: RobotRuns = PLAN.robot_runs,
+    latency: Latency = "50ms",
+    jitter: Jitter = "10ms",
+    loss: Loss = PLAN.loss,
+    seed: Seed = PLAN.seed,
+    out: Out = None,
+    breaks: Sweeps = True,
+    workers: Workers = None,
+    yes: Yes = False,
+    json: AsJson = False,
+) -> None:
+    """Run a learned controller again in stages, from physics alone to a robot, and look for what breaks it.
+
+    The stages: physics alone; physics in which each run draws how its robots differ; the whole chain with each firmware
+    and a link; a poor link; robots with other sensors or wheels; and your robot. All virtual stages play the same
+    episodes. The table says how much of the fitness is left.
+
+    Your robot runs for the time of an episode, each time after you have put it at a start. It is stopped whatever
+    happens.
+    """
+    champion = load_champion(file)
+    plan = TransferPlan(
+        runs=runs,
+        seed=seed,
+        latency=seconds_of(latency, "--latency"),
+        jitter=seconds_of(jitter, "--jitter"),
+        loss=loss,
+        profiles=profile,
+        sweeps=breaks,
+        robot=robot,
+        robot_runs=robot_runs,
+    )
+    if robot is not None:
+        parse_url(robot)
+    if out is not None:
+        check_folder(out)
+    line = LiveLine()
+    try:
+        with open_executor(workers) as executor:
+            report = run_transfer(
+                champion,
+                plan,
+                executor=executor,
+                progress=lambda text: line.show([(text, DIM)]),
+                ask=None if yes or not sys.stdin.isatty() else lambda text: ask(line, text),
+            )
+    finally:
+        line.clear()
+    title = f"{file} ({report.task})"
+    if json:
+        print_json(to_json(report))
+    else:
+        show(report)
+    if out is not None:
+        for path in write_folder(report, out, title):
+            say(f"wrote {path}")
+
+
+def ask(line: LiveLine, text: str) -> None:
+    """Ask the person beside the robot for something, and wait for Enter."""
+    line.clear()
+    say(f"{text} Then press Enter.")
+    sys.stdin.readline()
+
+
+def seconds_of(text: str, option: str) -> float:
+    """Return a time that is given in seconds, or in milliseconds with ``ms`` behind the number.
+
+    Raises:
+        ArgumentError: It is not a number.
+    """
+    number, scale = (text[:-2], 0.001) if text.endswith("ms") else (text.removesuffix("s"), 1.0)
+    try:
+        return float(number) * scale
+    except ValueError:
+        raise ArgumentError(f"{option} is {text!r}; it must be a number of seconds, such as 0.05 or 50ms") from None
+
+
+def show(report: TransferReport) -> None:
+    """Print the table of the stages, and what breaks the controller first."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for number, name in enumerate(COLUMNS):
+        table.add_column(name, justify="left" if number == 0 else "right")
+    for stage in report.stages:
+        table.add_row(*row_of(stage))
+    Console(width=columns(), highlight=False).print(table)
+    for each in report.left_out:
+        say(f"left out: {each}")
+    if report.sweeps:
+        print("\nwhat breaks it first")
+        for number, sweep in enumerate(report.sweeps, 1):
+            print(f"{number}  {sweep.text}")

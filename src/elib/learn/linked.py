@@ -1,0 +1,198 @@
+"""Episodes of a task through firmware and link: with virtual robots, whose world is measured, and on a robot."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import AsyncExitStack, suppress
+from pathlib import Path
+
+from elib.body import METRES_PER_STEP, step_rate
+from elib.emulator.sim_transport import SimTransport, robots_of
+from elib.errors import ArgumentError, ElibError, Unsupported
+from elib.files import write_file
+from elib.learn.champion import Champion
+from elib.physics import Records, SensorView, Task, World
+from elib.physics.records import Robot, Setting
+from elib.robot.aio import Epuck
+from elib.robot.link import Link, LinkSettings
+from elib.robot.running import run_coroutine
+from elib.robot.watchdog import is_supported
+from elib.runner import run_on
+from elib.transport.url import Url
+
+GRACE = 10.0
+"""s after the time of an episode in which a robot whose answers are lost may still end it."""
+
+
+def play_on_wire(champion: Champion, world: str, keys: Mapping[str, object]) -> tuple[float, bool]:
+    """Play an episode with virtual robots that are driven through their firmwares and links.
+
+    Args:
+        champion: The controller and its task.
+        world: The world, as the text of a world file.
+        keys: Keys of a ``sim://`` URL; ``robots`` is the number of the task.
+
+    Returns:
+        The fitness, by the task's own reward in the virtual world; and whether a link failed for good. Its robot then
+        kept its speeds, and the others went on.
+
+    Raises:
+        Unsupported: The firmware does not have a sensor of the controller.
+    """
+    with tempfile.TemporaryDirectory(prefix="elib-") as folder:
+        path = Path(folder, "world.toml")
+        write_file(path, world.encode())
+        url = Url("sim", str(path), (("speed", "max"), *((key, str(value)) for key, value in keys.items())))
+        return run_coroutine(lambda: _episode(champion, url), "max")
+
+
+async def _episode(champion: Champion, url: Url) -> tuple[float, bool]:
+    task = champion.find_task()
+    async with AsyncExitStack() as stack:
+        robots = []
+        for own in robots_of(url):
+            # A virtual robot ends with its world: a stop that the link loses would be reported for nothing.
+            link = Link(str(own), settings=LinkSettings(keep_moving=True))
+            try:
+                robots.append(await stack.enter_async_context(Epuck(link)))
+            except ElibError as error:
+                if is_of_link(error):  # A link may be so poor that it cannot even be opened.
+                    return 0.0, True
+                raise
+        transport = robots[0].session.transport
+        assert isinstance(transport, SimTransport)
+        simulation = transport.simulation
+        assert simulation.world is not None
+        simulation.catch_up()
+        counter = RewardCounter(task, simulation.world)
+        stack.callback(simulation.world.follow(counter.add))
+        drives = [
+            asyncio.ensure_future(champion.drive(robot, counter.begin, number=i)) for i, robot in enumerate(robots)
+        ]
+        try:
+            while not counter.is_over and all(map(is_of_link, ended(drives))):
+                if len(ended(drives)) == len(drives):
+                    counter.begin()  # If no robot can decide anything, the episode passes without it.
+                await asyncio.sleep(task.period)
+                simulation.catch_up()
+        finally:
+            errors = ended(drives)
+            for drive in drives:
+                drive.cancel()
+            await asyncio.gather(*drives, return_exceptions=True)
+        for each in errors:
+            if not is_of_link(each):
+                raise each
+        return counter.fitness, bool(errors)
+
+
+def ended(drives: Sequence[asyncio.Future[None]]) -> list[BaseException]:
+    """Return the errors of those that ended."""
+    return [error for drive in drives if drive.done() and (error := drive.exception()) is not None]
+
+
+def is_of_link(error: BaseException) -> bool:
+    """Return whether the link failed, and not the program, or what it asked for."""
+    return isinstance(error, ElibError) and not isinstance(error, ArgumentError | Unsupported)
+
+
+class RewardCounter:
+    """Adds up what the robots of a world earn for a task, tick by tick, up to the end of the episode.
+
+    Args:
+        task: The task.
+        world: The world. Its ticks count from the first decision of a robot on, as in physics.
+
+    Attributes:
+        is_begun: Whether the episode has begun.
+        is_over: Whether it has ended.
+    """
+
+    def __init__(self, task: Task, world: World) -> None:
+        self.is_begun = self.is_over = False
+        self._task = task
+        self._world = world
+        self._ticks = 0
+        self._earned = 0.0
+
+    def begin(self, _: object = None) -> None:
+        """Begin to count, unless it has begun."""
+        self.is_begun = True
+
+    def add(self) -> None:
+        """Add what the robots earned in the tick that just passed."""
+        if self.is_over or not self.is_begun:
+            return
+        task, world = self._task, self._world
+        for sensor in task.reward_sensors:
+            world.readings(sensor)
+        for i in range(task.robots):
+            self._earned += task.reward(world.records, i)
+        self._ticks += 1
+        self.is_over = self._ticks == task.ticks or (task.is_over is not None and task.is_over(world.records))
+
+    @property
+    def fitness(self) -> float:
+        """The fitness of the episode so far, as :meth:`~elib.physics.Episodes.play` counts it."""
+        scale = 1 / self._task.ticks if self._task.fitness == "mean" else 1.0
+        return self._earned * scale / self._task.robots
+
+
+def play_on_robot(champion: Champion, url: str) -> float:
+    """Drive a robot for an episode; it is stopped at the end, whatever happens.
+
+    The reward of a tick is that of the last readings and of the speeds that led to them. It counts for the time between
+    two decisions, which on a slow link is longer than the period of the task.
+
+    Args:
+        champion: The controller and its task.
+        url: The robot.
+
+    Returns:
+        The fitness; nan if the reward needs more than readings and wheel speeds.
+
+    Raises:
+        ElibError: The robot could not be reached, was lost, or does not have a sensor of the controller.
+    """
+    task = champion.find_task()
+    here, view = Robot(), SensorView()
+    parts = {"setting": [Setting(step=task.step)], "robots": [here], "views": [view]}
+    records = Records(**dict.fromkeys(Records._fields, ()) | parts)  # type: ignore[arg-type]
+    generation = task.scenes[0].model.generation
+    earned = 0.0
+
+    async def main(robot: Epuck) -> None:
+        began = before = math.nan
+
+        def watch(seen: SensorView) -> None:
+            nonlocal began, before, earned
+            now = robot.time
+            if math.isnan(began):
+                began = now
+            elif task.on_board:
+                for sensor in task.sensors:
+                    setattr(view, sensor, getattr(seen, sensor))
+                earned += task.reward(records, 0) * (min(now, began + task.seconds) - before) / task.step
+                if task.is_over is not None and task.is_over(records):
+                    drive.cancel()
+            if now >= began + task.seconds:
+                drive.cancel()
+            before = now
+            here.left_speed = step_rate(seen.left, generation) * METRES_PER_STEP
+            here.right_speed = step_rate(seen.right, generation) * METRES_PER_STEP
+
+        drive = asyncio.ensure_future(champion.drive(robot, watch))
+        try:
+            await asyncio.wait([drive], timeout=task.seconds + GRACE)
+        finally:
+            drive.cancel()
+            with suppress(asyncio.CancelledError):
+                await drive
+
+    run_on(url, main, watchdog=is_supported())
+    if not task.on_board:
+        return math.nan
+    return earned / task.ticks if task.fitness == "mean" else earned

@@ -1,0 +1,479 @@
+"""The transfer report: what a controller that learned in the simulator is worth where more of the robot is real.
+
+The same controller runs in stages, each of which is one step nearer to a robot: physics alone, physics in which each
+run draws how its robots differ, the whole chain with emulated firmware and link, robots with other sensors or wheels,
+and a robot. Then one trouble after the other grows until the controller no longer does its task.
+
+All virtual stages play the same episodes, with the same scenes, starts and seeds. So two stages do not differ by the
+luck of their starts.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elib.emulator.firmware import FIRMWARES, WIFI_FIRMWARES
+from elib.emulator.robotprofile import load as load_profile
+from elib.emulator.settings import SimulationSettings
+from elib.errors import ArgumentError, ElibError, Unsupported
+from elib.fields import SEED, Whole
+from elib.learn.champion import Champion
+from elib.learn.executor import Executor, open_executor
+from elib.learn.linked import play_on_robot, play_on_wire
+from elib.physics import Episodes, EpuckModel, Randomisation, Task
+from elib.physics.profiles import PROFILES
+from elib.physics.worldwriter import written_scene
+
+BROKEN = 0.8
+"""A trouble breaks a controller where its mean fitness falls below this part of that in physics."""
+RESAMPLES = 10_000
+"""Samples of the bootstrap. The ends of an interval then differ by about 1 % of its width from seed to seed."""
+CONFIDENCE = 0.95
+FIRST = SimulationSettings().firmware
+ALL_FIRMWARES = (FIRST, *(name for name in (*FIRMWARES, *WIFI_FIRMWARES) if name != FIRST))
+"""Every firmware, that of ``sim://`` first: links, profiles and sweeps are tried on the first that has the sensors."""
+USUAL_DRAWS = Randomisation(
+    sensor_noise=(0.5, 2.0), motor_noise=(0.0, 0.06), wheel_spread=(0.0, 0.01), gain_spread=(0.0, 0.1)
+)
+"""What each run of the stage *randomised* draws if the task names nothing: up to about twice what is usual."""
+
+
+class Trouble(NamedTuple):
+    """Something of which a robot has more than the simulator, and how much of it is tried.
+
+    Attributes:
+        name: Its name.
+        unit: The unit of its values.
+        where: Whether it is tried in physics alone, or on the wire.
+        key: The field of :class:`~elib.physics.EpuckModel`, or the key of ``sim://``, that sets it.
+        usual: How much of it a real robot has.
+        values: What is tried, rising, up to the highest value that makes sense.
+    """
+
+    name: str
+    unit: str
+    where: Literal["physics", "wire"]
+    key: str
+    usual: float
+    values: tuple[float, ...]
+
+
+# What is usual: the noise that the response profile states; the standard deviation of Enki's factor of 0.95 to 1.05 in
+# each step; robots of the thesis of 2011, which drove 10 cm to less than 1 mm; its Bluetooth link (wire-protocol.md,
+# 5.13); the fault script flaky-bluetooth.
+TROUBLES = (
+    Trouble("sensor noise", "times", "physics", "sensor_noise", 1.0, (1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)),
+    Trouble("motor noise", "of the travel", "physics", "motor_noise", 0.03, (0.03, 0.06, 0.1, 0.15, 0.2, 0.3)),
+    Trouble("wheel spread", "of the radius", "physics", "wheel_spread", 0.004, (0.004, 0.01, 0.02, 0.04, 0.07, 0.1)),
+    Trouble("latency", "s each way", "wire", "latency", 0.01, (0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.5)),
+    Trouble("loss", "of the answers", "wire", "loss", 0.02, (0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.5)),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class StageResult:
+    """What came of the runs of one stage.
+
+    Attributes:
+        name: Its name, such as ``wire asercom-1.2.2``.
+        about: What differs from the stage before, in a sentence.
+        runs: How many runs there were.
+        seeds: The seed of each run; empty on a robot.
+        fitness: The fitness of each run; empty where it cannot be measured.
+        is_solved: Whether each run reached the fitness that the task counts as a success.
+        lost: How many runs ended because the link failed for good.
+        interval: 95 % confidence interval of the mean fitness, by bootstrap.
+        ratio: Mean fitness over that in physics; nan if there is none, or that in physics is not above 0.
+        ratio_interval: 95 % confidence interval of the ratio. Runs with the same seed are drawn together.
+    """
+
+    name: str
+    about: str
+    runs: int
+    seeds: tuple[int, ...] = ()
+    fitness: tuple[float, ...] = ()
+    is_solved: tuple[bool, ...] = ()
+    lost: int = 0
+    interval: tuple[float, float] = (math.nan, math.nan)
+    ratio: float = math.nan
+    ratio_interval: tuple[float, float] = (math.nan, math.nan)
+
+    @property
+    def mean(self) -> float:
+        """Mean fitness of the runs; nan where it cannot be measured."""
+        return math.fsum(self.fitness) / len(self.fitness) if self.fitness else math.nan
+
+    @property
+    def solved(self) -> int:
+        """How many runs were a success."""
+        return sum(self.is_solved)
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """How the fitness falls as one trouble grows.
+
+    Attributes:
+        trouble: The trouble.
+        stages: A stage of the sweep for each value.
+        values: The value of each stage. The first one is what the worlds of the task have.
+        limit: Where the mean fitness falls below 80 % of that in physics, interpolated between two values that were
+            tried; infinite if it never does, 0 if it is below already without the trouble.
+    """
+
+    trouble: Trouble
+    values: tuple[float, ...]
+    stages: tuple[StageResult, ...]
+    limit: float
+
+    @property
+    def margin(self) -> float:
+        """The limit, as so many times what a real robot has: the smaller, the more fragile is the controller."""
+        return self.limit / self.trouble.usual
+
+    @property
+    def text(self) -> str:
+        """What it says, as a sentence."""
+        each, limit = self.trouble, self.limit
+        if math.isinf(limit):
+            return f"{each.name}: not broken by {self.values[-1]:g} {each.unit}, the most that was tried"
+        if limit == 0.0:
+            return f"{each.name}: below {100 * BROKEN:.0f} % of physics already without it"
+        how = f"from {limit:.2g} {each.unit} on, {self.margin:.2g} x usual"
+        return f"{each.name}: below {100 * BROKEN:.0f} % of physics {how}"
+
+
+@dataclass(frozen=True, slots=True)
+class TransferReport:
+    """All stages of a transfer report, and what breaks the controller.
+
+    Attributes:
+        task: Name of the task.
+        seed: The seed that the seeds of all runs are made of.
+        stages: In the order in which they ran; physics is the first one.
+        sweeps: One for each trouble, the most fragile first.
+        left_out: Stages that could not run, each with the reason.
+    """
+
+    task: str
+    seed: int
+    stages: tuple[StageResult, ...]
+    sweeps: tuple[Sweep, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TransferPlan:
+    """What a transfer report tries.
+
+    Attributes:
+        runs: Runs of each stage.
+        seed: The seed that the seeds of all runs are made of.
+        firmwares: The firmwares of the wire stages; those without the controller's sensors are left out.
+        latency: Delay each way of the poor link, s.
+        jitter: Standard deviation of that delay, s.
+        loss: Probability that the poor link loses an answer.
+        profiles: Other robots: names of response profiles, and files of robot profiles. None: all response profiles.
+        sweeps: Whether to look for what breaks the controller.
+        robot: URL of a robot to run on, or None.
+        robot_runs: Runs on the robot.
+        engine: The engine of the physics; the result does not depend on it.
+
+    Raises:
+        ArgumentError: A number is out of its range, or there is no such profile.
+    """
+
+    runs: int = 20
+    seed: int = 0
+    firmwares: Sequence[str] = ALL_FIRMWARES
+    latency: float = 0.05
+    jitter: float = 0.01
+    loss: float = 0.02
+    profiles: Sequence[str] | None = None
+    sweeps: bool = True
+    robot: str | None = None
+    robot_runs: int = 5
+    engine: Literal["compiled", "interpreted"] | None = None
+
+    def __post_init__(self) -> None:
+        Whole(1, 10_000).require(self.runs, "runs")
+        Whole(1, 1_000).require(self.robot_runs, "robot_runs")
+        SEED.require(self.seed, "seed", "the ")
+        SimulationSettings(latency=self.latency, jitter=self.jitter, loss=self.loss)
+        for name in self.profiles or ():
+            if name not in PROFILES:
+                if not name.endswith(".toml"):
+                    hint = f"choose one of {', '.join(PROFILES)}, or a file that elib fit wrote, .toml"
+                    raise ArgumentError(f"there is no robot profile {name!r}", hint=hint)
+                load_profile(name)
+
+
+def bootstrap(
+    values: Sequence[float], reference: Sequence[float] | None = None, *, paired: bool = True, seed: int = 0
+) -> tuple[float, float]:
+    """Return the 95 % confidence interval of a mean, or of its ratio to another mean: percentiles of the bootstrap.
+
+    Args:
+        values: One number a run.
+        reference: Numbers whose mean the other one is divided by, or None.
+        paired: Whether a run and its reference had the same seed, so that they are drawn together.
+        seed: Seed of the draws.
+
+    Returns:
+        The lower and the upper end; nan for fewer than two runs, or where a mean to divide by is not above 0.
+    """
+    if len(values) < 2 or (reference is not None and len(reference) < 2):
+        return math.nan, math.nan
+    draws = np.random.default_rng(seed)
+    chosen = draws.integers(0, len(values), (RESAMPLES, len(values)))
+    means: NDArray[np.float64] = np.asarray(values, float)[chosen].mean(axis=1)
+    if reference is not None:
+        if not paired:
+            chosen = draws.integers(0, len(reference), (RESAMPLES, len(reference)))
+        below = np.asarray(reference, float)[chosen].mean(axis=1)
+        if not (below > 0.0).all():
+            return math.nan, math.nan
+        means = means / below
+    low, high = np.quantile(means, ((1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2))
+    return float(low), float(high)
+
+
+def transfer(
+    champion: Champion,
+    plan: TransferPlan | None = None,
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[str], object] = lambda text: None,
+    ask: Callable[[str], object] | None = None,
+) -> TransferReport:
+    """Run a controller in stages from physics to a robot, and look for what breaks it.
+
+    Args:
+        champion: The controller and its task.
+        plan: What to try.
+        executor: What runs the episodes on the wire; this process unless given. The report does not depend on it.
+        progress: Called with the name of each stage before it runs.
+        ask: Called with a request to the person beside the robot before each run on it, and returns when that is done;
+            None asks nothing.
+
+    Raises:
+        ArgumentError: The robot cannot run the task.
+        ElibError: The robot could not be reached, or was lost.
+    """
+    plan = plan or TransferPlan()
+    task = champion.find_task()
+    if plan.robot is not None and task.robots > 1:
+        raise ArgumentError(
+            f"task {task.name!r} has {task.robots} robots; it cannot be measured on one",
+            hint="leave --robot out",
+        )
+    if executor is not None:
+        return _Transfer(champion, plan, executor, progress).report(ask)
+    with open_executor() as here:
+        return _Transfer(champion, plan, here, progress).report(ask)
+
+
+class _Transfer:
+    """The work on one report.
+
+    Args:
+        champion: The controller and its task.
+        plan: What to try.
+        executor: What runs the episodes on the wire.
+        progress: Called with the name of each stage.
+    """
+
+    def __init__(
+        self, champion: Champion, plan: TransferPlan, executor: Executor, progress: Callable[[str], object]
+    ) -> None:
+        self.champion = champion
+        self.plan = plan
+        self.executor = executor
+        self.learned = champion.find_task()
+        self.task = replace(self.learned, randomisation=Randomisation())
+        self.progress = progress
+        self.engine = plan.engine or ("compiled" if importlib.util.find_spec("numba") else "interpreted")
+        # Small enough to be read aloud and typed again, and far from the small seeds that people train with.
+        draws = np.random.default_rng(plan.seed)
+        self.seeds = tuple(int(seed) for seed in draws.choice(2**31, plan.runs, replace=False))
+        self.worlds = self._worlds()
+        self.stages: list[StageResult] = []
+        self.left_out: list[str] = []
+
+    def report(self, ask: Callable[[str], object] | None) -> TransferReport:
+        """Run all stages; first those on the robot, whose person then need not wait for the others."""
+        plan, learned = self.plan, self.learned.randomisation
+        on_robot = [] if plan.robot is None else self._runs_on_robot(plan.robot, ask)
+        self._physics("physics", "physics alone; all robots are alike", self.task)
+        draws = USUAL_DRAWS if learned == Randomisation() else learned
+        whose = "usual" if learned == Randomisation() else "the task's"
+        about = f"physics; each run draws {whose} differences between robots"
+        self._physics("randomised", about, replace(self.task, randomisation=draws))
+        working = [
+            name
+            for name in plan.firmwares
+            if self._wire(f"wire {name}", "the whole chain with this firmware, on a quiet link", name)
+        ]
+        firmware = working[0] if working else None
+        if firmware is not None:
+            poor = {"latency": plan.latency, "jitter": plan.jitter, "loss": plan.loss}
+            about = f"{plan.latency * 1000:g} ms each way ± {plan.jitter * 1000:g} ms, {plan.loss:.1%} of answers lost"
+            self._wire("poor link", f"{firmware}, {about}", firmware, poor)
+        self._profiles(firmware)
+        if plan.robot is not None:
+            self._robot(plan.robot, on_robot)
+        sweeps = self._sweeps(firmware) if plan.sweeps else []
+        return TransferReport(self.task.name, plan.seed, tuple(self.stages), tuple(sweeps), tuple(self.left_out))
+
+    def _worlds(self) -> list[str]:
+        """Return the world of each seed's episode, with the robots at their starts, as the text of a world file."""
+        episodes = Episodes(self.task, engine="interpreted")
+        found = []
+        for seed in self.seeds:
+            episodes.reset(seed)
+            world = episodes.world(0)
+            # What a world says of its robots' firmware would override what the stage says.
+            scene = replace(world.scene, starts=tuple(world.poses), firmware=(), name=self.task.name)
+            found.append(written_scene(scene))
+        return found
+
+    def _profiles(self, firmware: str | None) -> None:
+        """Try other robots: response profiles in physics, files of robot profiles, which have more, on the wire."""
+        names = self.plan.profiles
+        if names is None:
+            own = {scene.model.profile for scene in self.task.scenes}
+            names = [name for name in PROFILES if own != {name}]
+        for name in names:
+            if name in PROFILES:
+                task = changed(self.task, partial(replace, profile=name))
+                self._physics(f"profile {name}", f"physics, infrared sensors: {PROFILES[name].source}", task)
+            elif firmware is not None:
+                about = f"{firmware}, the robot of {name}"
+                self._wire(f"profile {Path(name).stem}", about, firmware, {"profile": name})
+
+    def _physics(self, name: str, about: str, task: Task) -> None:
+        self.progress(name)
+        self.stages.append(self._stage(name, about, self._play(task)))
+
+    def _play(self, task: Task) -> list[float]:
+        """Return the fitness of each run in physics alone."""
+        champion = self.champion
+        controller = champion.network.controller(champion.parameters)
+        scores = Episodes(task, engine=self.engine).play(controller, [champion.parameters], self.seeds)
+        return [float(each) for each in scores.fitness[0]]
+
+    def _wire(self, name: str, about: str, firmware: str, keys: Mapping[str, object] | None = None) -> bool:
+        """Run a stage on the wire; return whether the firmware has the sensors."""
+        self.progress(name)
+        try:
+            fitness, lost = self._chain(firmware, keys or {})
+        except Unsupported as error:
+            cause = error.__cause__
+            self.left_out.append(f"{name}: {cause.message if isinstance(cause, ElibError) else error.message}")
+            return False
+        self.stages.append(replace(self._stage(name, about, fitness), lost=lost))
+        return True
+
+    def _chain(self, firmware: str, keys: Mapping[str, object]) -> tuple[list[float], int]:
+        """Return the fitness of each run through firmware and link, and how many lost their link for good."""
+        jobs = []
+        for seed, world in zip(self.seeds, self.worlds, strict=True):
+            about = {"robots": self.task.robots, "firmware": firmware, "seed": seed, **keys}
+            jobs.append((self.champion, world, about))
+        found = dict(self.executor.run(play_on_wire, jobs))
+        runs = [found[k] for k in range(len(jobs))]
+        return [fitness for fitness, _ in runs], sum(is_lost for _, is_lost in runs)
+
+    def _stage(self, name: str, about: str, fitness: Sequence[float], *, on_robot: bool = False) -> StageResult:
+        """Return the stage that these runs make."""
+        base = self.stages[0].fitness if self.stages else tuple(fitness)
+        mean, below = math.fsum(fitness) / len(fitness), math.fsum(base) / len(base)
+        seed = self.plan.seed
+        return StageResult(
+            name,
+            about,
+            len(fitness),
+            () if on_robot else self.seeds,
+            tuple(fitness),
+            tuple(each >= self.task.solved for each in fitness),
+            interval=bootstrap(fitness, seed=seed),
+            ratio=mean / below if below > 0.0 else math.nan,
+            ratio_interval=bootstrap(fitness, base, paired=not on_robot, seed=seed),
+        )
+
+    def _sweeps(self, firmware: str | None) -> list[Sweep]:
+        """Look for what breaks the controller; return the most fragile first."""
+        if self.stages[0].mean <= 0.0:
+            self.left_out.append("what breaks it: its mean fitness in physics is not above 0")
+            return []
+        sweeps = [self._sweep(each, firmware) for each in TROUBLES if each.where == "physics" or firmware is not None]
+        return sorted(sweeps, key=lambda sweep: (sweep.margin, sweep.stages[-1].mean))
+
+    def _sweep(self, trouble: Trouble, firmware: str | None) -> Sweep:
+        """Let one trouble grow until the controller is broken, or to the end of its range."""
+        name, unit, where, key, _, tried = trouble
+        physics = self.stages[0]
+        if where == "physics":
+            begin, first = min(getattr(scene.model, key) for scene in self.task.scenes), physics
+        else:
+            begin, first = 0.0, next(stage for stage in self.stages if stage.name == f"wire {firmware}")
+        values, stages, least = [begin], [first], BROKEN * physics.mean
+        for value in tried:
+            if value <= begin or stages[-1].mean < least:
+                continue
+            self.progress(f"{name} {value:g}")
+            if where == "physics":
+                fitness = self._play(changed(self.task, partial(_with_at_least, key=key, value=value)))
+            else:
+                fitness, _ = self._chain(firmware or "", {key: value})
+            values.append(value)
+            stages.append(self._stage(f"{name} {value:g}", f"{value:g} {unit}", fitness))
+        return Sweep(trouble, tuple(values), tuple(stages), crossing(values, [stage.mean for stage in stages], least))
+
+    def _runs_on_robot(self, url: str, ask: Callable[[str], object] | None) -> list[float]:
+        """Return the fitness of each run on the robot, which stands still before, between and after them."""
+        fitness = []
+        count = self.plan.robot_runs
+        for number in range(1, count + 1):
+            self.progress(f"robot, run {number} of {count}")
+            if ask is not None:
+                ask(f"Run {number} of {count}: put the robot at a start.")
+            fitness.append(play_on_robot(self.champion, url))
+        return fitness
+
+    def _robot(self, url: str, fitness: Sequence[float]) -> None:
+        """Add the stage on the robot."""
+        if self.task.on_board:
+            self.stages.append(self._stage("robot", url, fitness, on_robot=True))
+        else:
+            about = f"{url}; the reward needs more than readings and wheel speeds, so it is not measured"
+            self.stages.append(StageResult("robot", about, len(fitness)))
+
+
+def changed(task: Task, change: Callable[[EpuckModel], EpuckModel]) -> Task:
+    """Return a task whose robots are of another model."""
+    return replace(task, scenes=tuple(replace(scene, model=change(scene.model)) for scene in task.scenes))
+
+
+def _with_at_least(model: EpuckModel, key: str, value: float) -> EpuckModel:
+    return replace(model, **{key: max(value, getattr(model, key))})
+
+
+def crossing(values: Sequence[float], means: Sequence[float], least: float) -> float:
+    """Return where the line through the points falls below *least*: 0 if it begins there, infinite if it never does."""
+    if means[0] < least:
+        return 0.0
+    for (low, above), (high, below) in pairwise(zip(values, means, strict=True)):
+        if below < least:
+            return low + (high - low) * (above - least) / (above - below)
+    return math.inf

@@ -1,0 +1,240 @@
+"""A transfer report as rows of a table, as JSON, and as a folder with a page, a plot and all runs."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from elib import __version__
+from elib.errors import ArgumentError
+from elib.et.formats import writing
+from elib.et.table import Cell, Header, Table
+from elib.files import write_file
+from elib.learn.transfer import BROKEN, StageResult, TransferReport
+from elib.view.report import COLOURS, INK, PAPER, check_report, save
+
+COLUMNS = ("stage", "runs", "fitness", "95 %", "success", "ratio", "95 %")
+RUNS = (
+    Header("part", "text"),
+    Header("stage", "text"),
+    Header("value"),
+    Header("seed", "whole"),
+    Header("fitness"),
+    Header("solved", "whole"),
+)
+
+
+def check_folder(folder: Path) -> None:
+    """Make the folder of a report, before anything runs for it.
+
+    Raises:
+        ArgumentError: The folder cannot be made, or it is a file.
+        Unsupported: Matplotlib is not installed.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ArgumentError(f"the folder {str(folder)!r} cannot be made: {error.strerror}") from None
+    check_report(folder / "transfer.svg")
+
+
+def row_of(stage: StageResult) -> tuple[str, ...]:
+    """Return the cells of a stage, under :data:`COLUMNS`."""
+    lost = f", {stage.lost} lost" if stage.lost else ""
+    if not stage.fitness:
+        return stage.name, str(stage.runs), "not measured", "", "", "", ""
+    return (
+        stage.name,
+        f"{stage.runs}{lost}",
+        f"{stage.mean:.3f}",
+        _interval(stage.interval, 3),
+        f"{stage.solved / stage.runs:.0%}",
+        "-" if math.isnan(stage.ratio) else f"{stage.ratio:.2f}",
+        _interval(stage.ratio_interval, 2),
+    )
+
+
+def _interval(ends: tuple[float, float], digits: int) -> str:
+    return "-" if math.isnan(ends[0]) else f"{ends[0]:.{digits}f}..{ends[1]:.{digits}f}"
+
+
+def to_json(report: TransferReport) -> dict[str, object]:
+    """Return the report for JSON; None stands for what is not a finite number."""
+    return {
+        "task": report.task,
+        "seed": report.seed,
+        "version": __version__,
+        "stages": [_stage(stage) for stage in report.stages],
+        "breaks": [
+            {
+                "name": sweep.trouble.name,
+                "where": sweep.trouble.where,
+                "unit": sweep.trouble.unit,
+                "usual": sweep.trouble.usual,
+                "limit": sweep.limit,
+                "margin": sweep.margin,
+                "values": sweep.values,
+                "means": [stage.mean for stage in sweep.stages],
+                "ratios": [stage.ratio for stage in sweep.stages],
+            }
+            for sweep in report.sweeps
+        ],
+        "left_out": report.left_out,
+    }
+
+
+def _stage(stage: StageResult) -> dict[str, object]:
+    return {
+        "name": stage.name,
+        "about": stage.about,
+        "runs": stage.runs,
+        "mean": stage.mean,
+        "interval": stage.interval,
+        "success": stage.solved / stage.runs if stage.fitness else None,
+        "ratio": stage.ratio,
+        "ratio_interval": stage.ratio_interval,
+        "lost": stage.lost,
+        "seeds": stage.seeds,
+        "fitness": stage.fitness,
+    }
+
+
+def write_folder(report: TransferReport, folder: Path, title: str) -> list[Path]:
+    """Write ``report.md``, ``transfer.svg`` and all runs, as Parquet if DuckDB is installed, or else as CSV.
+
+    Args:
+        report: The report.
+        folder: The folder, which exists.
+        title: What was tried, for the page and the plot.
+
+    Returns:
+        The files.
+
+    Raises:
+        ArgumentError: A file cannot be written.
+        ElibError: The disk is full.
+    """
+    form = "parquet" if importlib.util.find_spec("duckdb") else "csv"
+    runs = folder / f"runs.{form}"
+    with writing(form, str(runs)) as writer:
+        writer.write(Table(RUNS, _runs(report)))
+    page, plot = folder / "report.md", folder / "transfer.svg"
+    write_file(page, _page(report, title).encode())
+    draw(report, plot, title)
+    return [page, plot, runs]
+
+
+def _runs(report: TransferReport) -> Iterator[tuple[Cell, ...]]:
+    for stage in report.stages:
+        yield from _rows("stage", stage, None)
+    for sweep in report.sweeps:
+        for value, stage in zip(sweep.values[1:], sweep.stages[1:], strict=True):
+            yield from _rows(sweep.trouble.name, stage, value)
+
+
+def _rows(part: str, stage: StageResult, value: float | None) -> Iterator[tuple[Cell, ...]]:
+    for k, fitness in enumerate(stage.fitness):
+        yield part, stage.name, value, stage.seeds[k] if stage.seeds else None, fitness, int(stage.is_solved[k])
+
+
+def _page(report: TransferReport, title: str) -> str:
+    """Return the report as a page in Markdown."""
+    lines = [f"# Transfer of {title}", "", _row(COLUMNS), _row(["---"] * len(COLUMNS))]
+    lines += [_row(row_of(stage)) for stage in report.stages]
+    lines += ["", *(f"- {stage.name}: {stage.about}." for stage in report.stages)]
+    lines += [f"- Left out: {each}." for each in report.left_out]
+    if report.sweeps:
+        lines += ["", "## What breaks it first", ""]
+        lines += [f"{number}. {sweep.text}." for number, sweep in enumerate(report.sweeps, 1)]
+        usual = (f"{each.trouble.name} {each.trouble.usual:g} {each.trouble.unit}" for each in report.sweeps)
+        lines += ["", f"Usual on a real robot: {'; '.join(usual)}."]
+    lines += ["", "![Fitness of each stage, and how it falls as each trouble grows](transfer.svg)", ""]
+    lines += [
+        f"Intervals are 95 % percentiles of the bootstrap. Seed {report.seed}, elib {__version__}: the same seed gives"
+        " the same figures, except on a robot.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _row(cells: Any) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def draw(report: TransferReport, path: Path, title: str) -> None:
+    """Draw the fitness of each stage with its interval, and how it falls as each trouble grows.
+
+    Raises:
+        Unsupported: Matplotlib is not installed.
+        ArgumentError: The file cannot be written.
+    """
+    check_report(path)
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    measured = [stage for stage in report.stages if stage.fitness]
+    height = max(3.6, 0.36 * len(measured) + 1.6)
+    figure = Figure(figsize=(11, height), dpi=110, facecolor=PAPER, layout="constrained")
+    figure.suptitle(f"Transfer of {title}", color=INK, fontsize=13, x=0.01, ha="left")
+    axes = figure.subplots(1, 2 if report.sweeps else 1, squeeze=False)[0]
+    _draw_stages(axes[0], measured)
+    if report.sweeps:
+        _draw_sweeps(axes[1], report)
+    # The names of an SVG's parts are random without a salt, and so the file would differ from run to run.
+    with matplotlib.rc_context({"svg.hashsalt": "elib"}):
+        save(figure, path)
+
+
+def _draw_stages(axes: Any, stages: list[StageResult]) -> None:
+    axes.set_title("fitness: each run, mean and 95 % interval", loc="left", fontsize=9, color=INK)
+    for y, stage in enumerate(stages):
+        colour = COLOURS[5] if stage.name.startswith(("wire", "poor")) else COLOURS[4] if y < 2 else COLOURS[1]
+        axes.plot(stage.fitness, [y] * len(stage.fitness), "|", color=colour, alpha=0.4, markersize=9)
+        if not math.isnan(stage.interval[0]):
+            axes.plot(stage.interval, (y, y), color=colour, linewidth=4, solid_capstyle="butt")
+        axes.plot([stage.mean], [y], "o", color=colour, markersize=6, markeredgecolor=PAPER)
+    axes.axvline(BROKEN * stages[0].mean, color=INK, linewidth=0.8, linestyle=":")
+    axes.text(
+        BROKEN * stages[0].mean,
+        -0.75,
+        f"{BROKEN:.0%} of physics",
+        fontsize=7.5,
+        color=INK,
+        ha="center",
+        backgroundcolor=PAPER,
+    )
+    axes.set_yticks(range(len(stages)), [stage.name for stage in stages])
+    axes.set_ylim(len(stages) - 0.4, -1.0)
+    axes.set_xlim(left=min(0.0, *(min(stage.fitness) for stage in stages)))
+    axes.set_xlabel("fitness", color=INK)
+    _plain(axes)
+
+
+def _draw_sweeps(axes: Any, report: TransferReport) -> None:
+    axes.set_title("mean fitness over that in physics, as each trouble grows", loc="left", fontsize=9, color=INK)
+    for number, sweep in enumerate(report.sweeps):
+        usual, colour = sweep.trouble.usual, COLOURS[number * len(COLOURS) // len(report.sweeps)]
+        if len(sweep.values) > 1:
+            times = [value / usual for value in sweep.values[1:]]
+            axes.plot(times, [stage.ratio for stage in sweep.stages[1:]], ".-", color=colour, label=sweep.trouble.name)
+        if 0.0 < sweep.margin < math.inf:
+            axes.plot([sweep.margin], [BROKEN], "x", color=colour, markersize=8, markeredgewidth=2)
+    axes.axhline(BROKEN, color=INK, linewidth=0.8, linestyle=":")
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.set_xlabel("how much of it, over what a real robot has", color=INK)
+    axes.set_ylim(bottom=0.0)
+    axes.legend(loc="lower left", fontsize=8, frameon=False)
+    _plain(axes)
+
+
+def _plain(axes: Any) -> None:
+    axes.grid(color="#c9ced6", linewidth=0.5)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_color("#9aa0aa")
+    axes.tick_params(colors=INK, labelsize=8)
