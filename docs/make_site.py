@@ -149,7 +149,7 @@ def stage(folder: Path) -> None:
         name = page_of(path, "")[0]
         if path.suffix == ".md":
             write(docs / name, relinked(path.read_text(encoding="utf-8"), path, name))
-        elif path.suffix in (".svg", ".png", ".webp", ".css", ".js"):
+        elif path.suffix in (".svg", ".png", ".webp", ".css", ".js", ".ipynb"):
             (docs / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, docs / name)
     for key, (name, make) in OUTSIDE.items():

@@ -11,6 +11,7 @@ nbformat = pytest.importorskip("nbformat")
 
 PAGES = sorted((ROOT / "docs/tutorial").glob("*.md"))
 GUIDE = ROOT / "docs/guides/notebooks.md"
+BOOK = ROOT / "docs/notebooks/evolve.ipynb"
 
 
 def executed(cells: list[str], folder: Path) -> list[dict]:
@@ -53,3 +54,18 @@ def test_the_guide_to_notebooks_holds_in_one(tmp_path: Path) -> None:
     pictures = [kinds for cell in cells if (kinds := shown_as(cell) - {"text/plain"})]
     assert pictures == [{"text/html"}, {"image/png"}, {"image/svg+xml"}, {"text/html"}]
     assert written(last, "stdout") == "sim:// ['sim://1', 'sim://2']\n"
+
+
+@pytest.mark.slow
+def test_the_notebook_lets_the_fitness_grow_and_the_champion_drive(tmp_path: Path) -> None:
+    book = nbformat.read(BOOK, as_version=4)
+    nbformat.validate(book)
+    code = [cell for cell in book.cells if cell.cell_type == "code"]
+    assert [cell for cell in code if cell.outputs or cell.execution_count] == [], "clear its outputs before you save it"
+    check = "assert mean[-1] > 2 * mean[0] and tested.max() > max(tested[:5]), (mean, tested)"
+    *cells, _ = executed([*(cell.source for cell in code), check], tmp_path)
+    assert [
+        line for cell in cells for line in written(cell, "stderr").splitlines() if line[:15] != "elib: compiling"
+    ] == []
+    assert [kinds for cell in cells if (kinds := shown_as(cell) - {"text/plain"})] == [{"image/svg+xml"}, {"image/png"}]
+    assert (tmp_path / "best.toml").exists()
