@@ -31,6 +31,7 @@ const BEST = 0,
   LOWER = 3,
   LOWEST = 4; // where each is in a generation
 const BAND = 0.22; // opacity
+const COMPILING = "The code is compiled first. The first time, this takes a minute or more.";
 
 export class Part {
   /** @param {HTMLElement} box @param {App} app @param {About} about */
@@ -104,7 +105,10 @@ export class Part {
       { count, seconds } = this.about;
     const state = news.outcome || (done ? `${age(news.left)} left` : "the first one is being tried out …");
     say(this.text, `${done} of ${count} generations · ${state}`);
-    say(this.best, best ? `Best${news.outcome ? "" : " so far"}: ${number(best[1], 3)}, of generation ${best[0]}` : "");
+    say(
+      this.best,
+      best ? `Best${news.outcome ? "" : " so far"}: ${number(best[1], 3)}, of generation ${best[0]}` : COMPILING,
+    );
     this.bar.value = done;
     for (const [k, [generation, fitness]] of news.bests.entries())
       if (k > this.list.length - 2)
