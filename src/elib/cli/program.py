@@ -64,7 +64,7 @@ EarlyFlag = Annotated[bool, Cli(show=False)]
 
 def is_program(name: str) -> bool:
     """Return whether the word after ``elib run`` names a file or the folder of a package, and not a behaviour."""
-    return name.endswith(".py") or "/" in name or os.sep in name or is_package(name)
+    return name.endswith((".py", ".toml")) or "/" in name or os.sep in name or is_package(name)
 
 
 def is_package(name: str) -> bool:

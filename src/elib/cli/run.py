@@ -64,7 +64,7 @@ EachTime = Annotated[
 ]
 
 
-Program = Annotated[str | None, Cli(help="The file of your program, or the name of a behaviour.")]
+Program = Annotated[str | None, Cli(help="The file of your program, a best.toml, or the name of a behaviour.")]
 Arguments = Annotated[str, Cli(help="What follows -- : the command line of your program.")]
 Robots = Annotated[
     list[str] | None,
@@ -106,6 +106,9 @@ def choose(
 
     `elib run my_robot.py` runs any program that uses elib, as `python my_robot.py` does. What follows `--` belongs to
     the program. A summary is printed at the end.
+
+    `elib run best.toml` lets the best controller that `elib evolve` found drive: without --robot in the world of its
+    task, with --robot URL your robot. Name several robots to let it drive each of them.
     """
     if program is not None and is_program(program):
         code = run_program(

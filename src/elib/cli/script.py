@@ -1,4 +1,7 @@
-"""``elib run FILE.py``: run a program of yours on the robot that you name, and keep, draw and sum up what it did."""
+"""``elib run FILE``: run a program of yours, or the best controller of a study, on the robot that you name.
+
+It keeps, draws and sums up what the robot did.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,14 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from elib.behaviours import Behaviour, behaviours, play
+from elib.behaviours import Behaviour, RunContext, RunMessage, behaviours, play
 from elib.cli.arguments import check_duration
 from elib.cli.program import is_package
 from elib.cli.readings import print_json
@@ -31,6 +37,7 @@ from elib.robot.emergency import stop_at_once
 from elib.robot.link import Record
 from elib.robot.signals import SHUTDOWN_TIME, SIGNALS
 from elib.robot.substitute import choose_robots, substituted, viewed
+from elib.robot.watchdog import is_supported
 from elib.runner import NOTHING, Records
 from elib.session.statistics import LinkStats, merged
 from elib.transport import speed_of
@@ -57,8 +64,8 @@ def run_program(
     """Run a program and print a summary; return the exit code.
 
     Args:
-        file: Path of the program.
-        arguments: Its command line.
+        file: Path of the program, or of a champion: ``best.toml``.
+        arguments: Its command line; a champion has none.
         robots: URLs of the robots that take the place of its own; empty leaves them.
         seconds: Robot time after which it ends as by Ctrl-C; None for no limit.
         view: Show the worlds of virtual robots live in the browser.
@@ -80,6 +87,11 @@ def run_program(
         check_web()
     run = ProgramRun(records, seconds)
     with contextlib.ExitStack() as stack:
+        if path.suffix == ".toml":
+            champion = stack.enter_context(_champion(path, arguments, is_named=bool(robots)))
+            work = partial(run.drive, champion)
+        else:
+            work = partial(run.execute, path, arguments)
         if view:
             stack.enter_context(viewed())
         if robots:
@@ -88,7 +100,7 @@ def run_program(
         stack.enter_context(on_open(run.begin))
         if json:
             stack.enter_context(contextlib.redirect_stdout(sys.stderr))
-        code = run.end_with(lambda: run.execute(path, arguments))
+        code = run.end_with(work)
     unwritten = run.finish()
     if plot is not None and run.robots:
         try:
@@ -122,11 +134,14 @@ def find_program(name: str) -> Path:
     folder = path.parent
     if not folder.is_dir():
         raise ArgumentError(f"there is no file {name}: there is no folder {folder}", hint="look for it with: ls")
-    there = sorted(each.name for each in folder.iterdir() if each.suffix == ".py")
+    kind = ".toml" if path.suffix == ".toml" else ".py"
+    there = sorted(each.name for each in folder.iterdir() if each.suffix == kind)
     near = get_close_matches(path.stem, [Path(each).stem for each in there], 1)
     sample = path.stem.lower().replace("_", "-")
     if near:
-        hint = f"did you mean {folder / near[0]}.py?"
+        hint = f"did you mean {folder / near[0]}{kind}?"
+    elif kind == ".toml":
+        hint = "elib evolve TASK writes the best controller that it finds into its folder, as best.toml"
     elif sample in behaviours():
         hint = f"elib run {sample} runs the behaviour that comes with elib"
     elif there:
@@ -134,6 +149,32 @@ def find_program(name: str) -> Path:
     else:
         hint = f"there is no program in that folder; elib new avoid {name} makes one to start from"
     raise ArgumentError(f"there is no file {path.name} in {folder.absolute()}", hint=hint)
+
+
+def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> AbstractContextManager[Behaviour]:
+    """Return a context that yields the controller of a file as a behaviour.
+
+    Args:
+        path: The file.
+        arguments: Must be empty.
+        is_named: Whether robots were named. Otherwise they are virtual, in the world of the task.
+
+    Raises:
+        ArgumentError: There are arguments, or the file cannot be read.
+        SimulationError: The file breaks a rule.
+    """
+    from elib.learn.champion import load_champion  # programs do without it
+
+    if arguments:
+        raise ArgumentError(f"{path.name} takes no arguments, but there is {arguments[0]!r}", hint="leave out --")
+    champion = load_champion(path)
+    try:
+        champion.find_task()
+    except ArgumentError:
+        if not is_named:
+            raise
+        return contextlib.nullcontext(champion.behaviour())  # the file of its task is on another computer
+    return champion.in_its_world()
 
 
 class ProgramRun:
@@ -204,7 +245,7 @@ class ProgramRun:
                 code, self.reason = INTERRUPTED, "interrupt"
             except BaseException as error:
                 code, self.reason = FAILED, "error"
-                if isinstance(error, ArgumentError) and not is_own(error):
+                if isinstance(error, ElibError) and not is_own(error):
                     code = complain(error)
                 else:
                     say(own_traceback(error))
@@ -216,6 +257,14 @@ class ProgramRun:
     def execute(self, path: Path, arguments: Sequence[str]) -> None:
         """Run the program."""
         run_file(path, arguments, has_driven=lambda: bool(self.robots), play=self._play)
+
+    def drive(self, champion: Behaviour) -> None:
+        """Run the best controller of a study, and print what it tells the user."""
+
+        def listen(context: RunContext, robots: tuple[Epuck, ...]) -> None:
+            context.listeners.append(lambda event: say(event.text) if isinstance(event, RunMessage) else None)
+
+        self._play(champion, watch=listen, watchdog=is_supported())
 
     def finish(self) -> ElibError | None:
         """Finish the files, and return the error of the first that could not be written."""
@@ -272,9 +321,9 @@ class ProgramRun:
             "plot": plot if self.robots else None,
         }
 
-    def _play(self, behaviour: Behaviour) -> None:
+    def _play(self, behaviour: Behaviour, **more: Any) -> None:
         seconds, self.seconds = self.seconds, None  # a behaviour ends by itself when its time is over
-        self.reason = play(behaviour, seconds=seconds).reason
+        self.reason = play(behaviour, seconds=seconds, **more).reason
 
     def _expire(self) -> None:
         """End the program because its time is over, as Ctrl-C does."""

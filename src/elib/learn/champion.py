@@ -221,18 +221,18 @@ class Champion:
 
     async def _check(self, robot: Epuck) -> None:
         """Check that the robot has all sensors, before it moves."""
-        profile, sees = robot.context.profile, "the controller sees {}, but {} does not have this sensor"
+        profile = robot.context.profile
         for sensor in self.network.sensors:
             reason = profile.absent.get(COMMANDS[sensor])
             if reason is not None:
                 raise Unsupported(
-                    f"{sees.format(sensor, profile.name)}: {reason}",
+                    f"the controller sees {sensor}, which {profile.name} does not have: {reason}",
                     hint="use a robot that has it, or learn the task without it",
                 )
         found = await self._read(robot.within(CHECKING, tries=3))
         if max(found.get("ground", [1])) <= 0:  # Even a hole in the floor reads more.
             raise Unsupported(
-                f"{sees.format('ground', robot.name)}: all its ground sensors read 0",
+                f"the controller sees ground, but all ground sensors of {robot.name} read 0",
                 hint="is the ground module plugged in? A BTcom firmware must be built for it, too",
             )
 

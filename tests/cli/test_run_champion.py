@@ -1,0 +1,151 @@
+"""``elib run best.toml``: the best controller of a study drives, and the wheels stand at the end, however it ends."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+from elib_process import COMMAND, environment
+
+from elib.cli import main
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
+from elib.learn import Champion
+from elib.robot.watchdog import is_supported
+from shared import PATIENCE
+
+NEAR = [-3.6, -2.8, -1.6, 0.0, 0.0, 0.8, 2.0, 2.4]
+FAST = "sim://square?speed=max"
+
+TASK = """
+from elib import Scene
+from elib.learn import Task
+
+TASK = Task("nothing", "Do nothing.", (Scene(0.77, 0.6, step=1 / 40),), reward=lambda world, i: 0.0, robots=2)
+"""
+
+
+@pytest.fixture
+def best(tmp_path: Path) -> Path:
+    """Return the file of a champion that drives and avoids; its task is in a file beside it."""
+    (tmp_path / "my_task.py").write_text(TASK)
+    file = tmp_path / "best.toml"
+    parameters = (0.7, *NEAR, 0.7, *NEAR[::-1])
+    Champion(f"{tmp_path}/my_task.py:TASK", "braitenberg", ("proximity",), parameters).save(file)
+    return file
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[object, str, str]:
+    """Run ``elib run`` in this process; return its exit code and what it printed."""
+    try:
+        code: object = main(["run", *arguments])
+    except SystemExit as ending:
+        code = ending.code
+    return code, *capsys.readouterr()
+
+
+def test_without_a_robot_it_drives_virtual_ones_in_the_world_of_its_task(
+    best: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, err = run(capsys, str(best), "--for", "1", "--json")
+    assert code == 0, err
+    summary = json.loads(out)
+    assert summary["outcome"] == "time"
+    assert [robot["path"] for robot in summary["robots"]] == ["world", "world"]
+    assert all("nothing.toml" in robot["url"] for robot in summary["robots"])
+    assert summary["distance"] > 0.05
+
+
+def test_a_robot_that_is_named_needs_no_task(best: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (best.parent / "my_task.py").unlink()
+    plot, log = best.with_name("drive.svg"), best.with_name("drive.log")
+    options = ("--for", "10", "--plot", str(plot), "--log", str(log))
+    code, _, err = run(capsys, str(best), "--robot", FAST, "--robot", FAST + "&firmware=epuck2", *options)
+    assert code == 0, err
+    assert "robot time  10.0 s, its time was over" in err
+    assert "robots      2 opened" in err
+    assert plot.stat().st_size > 1000
+    assert log.stat().st_size > 1000
+    code, _, err = run(capsys, str(best), "--for", "1")
+    assert code == 2
+    assert "there is no file" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (("best.toml", "--", "--fast"), 2, "error: best.toml takes no arguments, but there is '--fast'"),
+        (("bets.toml",), 2, "hint: did you mean best.toml?"),
+        (("else/no.toml",), 2, "hint: elib evolve TASK writes the best controller"),
+        (("bad.toml",), 1, "error: bad.toml:5: hiden is not a key of a controller's file\nhint: did you mean hidden?"),
+        (("best.toml", "--robot", "tcp://127.0.0.1:1"), 1, "error: "),
+        (("best.toml", "--robot", "sim://?speed=max", "--for", "0"), 2, "error: --for is 0 s"),
+    ],
+)
+def test_what_cannot_run_is_refused_with_a_cure(
+    best: Path,
+    arguments: list[str],
+    code: int,
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (best.parent / "else").mkdir()
+    (best.parent / "bad.toml").write_text(best.read_text().replace("hidden", "hiden"))
+    monkeypatch.chdir(best.parent)
+
+    ended, _, err = run(capsys, *arguments)
+    assert ended == code
+    assert message in err
+    assert "Traceback" not in err
+
+
+ENDS = [signal.SIGINT, signal.SIGTERM, *([signal.SIGKILL] if is_supported() else [])]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize("end", [None, *ENDS])
+def test_the_wheels_stand_at_its_end_whatever_ends_it(best: Path, end: signal.Signals | None) -> None:
+    asyncio.run(drive_and_end(best, end))
+
+
+async def drive_and_end(best: Path, end: signal.Signals | None) -> None:
+    motors: list[object] = []
+    meet = lambda control: motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # noqa: E731
+    limit = ["--for", "1"] if end is None else []
+    async with serve(SimulationSettings("square"), tcp="0", control=meet) as served:
+        process = await asyncio.create_subprocess_exec(
+            *COMMAND,
+            "run",
+            str(best),
+            "--robot",
+            served[0].url,
+            *limit,
+            env=environment(),
+            stderr=asyncio.subprocess.PIPE,
+        )
+        try:
+            await until(motors, are_turning=True)
+            if end is not None:
+                process.send_signal(end)
+            await until(motors, are_turning=False)
+            await asyncio.wait_for(process.communicate(), PATIENCE)
+            await asyncio.sleep(0.2)
+            assert not any(motor.speed for motor in motors)  # type: ignore[attr-defined]
+            expected = {None: 0, signal.SIGKILL: -signal.SIGKILL}.get(end, 128 + (end or 0))
+            assert process.returncode == expected
+        finally:
+            if process.returncode is None:
+                process.kill()
+                await process.wait()
+
+
+async def until(motors: list[object], *, are_turning: bool) -> None:
+    """Wait until a wheel turns, or until none does."""
+    async with asyncio.timeout(PATIENCE):
+        while any(motor.speed for motor in motors) != are_turning:  # type: ignore[attr-defined]  # noqa: ASYNC110
+            await asyncio.sleep(0.01)
