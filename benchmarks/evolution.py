@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -121,7 +122,10 @@ def solve(options: argparse.Namespace) -> None:
 
 
 def loop(options: argparse.Namespace) -> None:
-    """Measure which share of the time of an evolution passes outside of its episodes."""
+    """Measure which share of an evolution is not spent on episodes: here, and of the coordinator of two workers.
+
+    With workers each individual plays ten episodes, so that a generation takes some seconds.
+    """
     for algorithm in ("ga", "cma"):
         settings = Settings("avoid", algorithm=algorithm, generations=options.generations)
         warm(settings.evaluation())
@@ -132,16 +136,21 @@ def loop(options: argparse.Namespace) -> None:
             processor = time.process_time() - began
         print(
             f"{algorithm}, in this process: {1 - timed.wall / seconds:.1%} of {seconds:.1f} s by the clock,"
-            f" {1 - timed.processor / processor:.1%} of {processor:.1f} s of the processor"
+            f" {1 - timed.processor / processor:.1%} of {processor:.1f} s of the processor",
+            flush=True,
         )
+        settings = replace(settings, scenarios=10, generations=options.generations // 5)
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         with open_executor(workers=2) as workers:
             began = time.process_time()
             _, seconds, _ = evolved(settings, workers)
             own = time.process_time() - began
-        spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         print(
-            f"{algorithm}, 2 workers: this process used {own:.2f} s of the processor in {seconds:.1f} s by the clock;"
-            f" all worker processes so far {spent.ru_utime + spent.ru_stime:.1f} s with their start"
+            f"{algorithm}, 2 workers: this process used {own:.2f} s of the processor, {own / (own + spent):.1%} of all,"
+            f" in {seconds:.1f} s by the clock",
+            flush=True,
         )
 
 

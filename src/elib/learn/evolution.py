@@ -156,8 +156,7 @@ class Evolution:
         ticks = len(population) * len(seeds) * task.ticks * task.robots
         count = max(math.ceil(ticks / JOB_TICKS), JOBS_A_WORKER * width if width > 1 else 1)
         parts = np.array_split(population, min(count, len(population)))
-        threads = 1 if width > 1 else None  # Each worker has a core of its own; alone, this process has all.
-        jobs = [(self.evaluation, part, seeds, threads) for part in parts]
+        jobs = [(self.evaluation, part, seeds, self._executor.threads) for part in parts]
         found: list[Scores] = [Scores(np.empty(0), np.empty(0))] * len(parts)
         self._told(0, len(parts))
         for done, (k, scores) in enumerate(self._executor.run(evaluate, jobs), start=1):

@@ -73,9 +73,11 @@ class Executor(ABC):
 
     Attributes:
         width: How many jobs run at once. On a cluster it changes when workers come and go.
+        threads: How many threads a job may use: None means one a core.
     """
 
     width: int = 1
+    threads: int | None = 1
 
     @abstractmethod
     def run(self, function: Callable[..., Any], jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
@@ -140,6 +142,8 @@ def open_executor(
 
 
 class _Here(Executor):
+    threads = None
+
     def run(self, function: Callable[..., Any], jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
         for k, job in enumerate(jobs):
             try:
