@@ -206,7 +206,7 @@ async def page(*words: str) -> AsyncIterator[Tab]:
 
 
 async def panel_pictures() -> None:
-    """Take the pictures of the panel and of the live view."""
+    """Take the pictures of the panel, of the live view and of the page of a study."""
 
     async def take(tab: Tab, name: str, size: tuple[int, int] = PANEL, **options: bool) -> None:
         await tab.size(*size, **options)
@@ -234,6 +234,10 @@ async def panel_pictures() -> None:
         await tab.run(press("Rays"))
         await take(tab, "live-view.png", (1280, 800))
         await take(tab, "live-view-phone.png", PHONE, phone=True, dark=True)
+    async with page("evolve", "avoid", "--view", "0") as tab:
+        await tab.until("app.place?.study?.generations.length >= 40")
+        await asyncio.sleep(15)
+        await take(tab, "evolve.png", (1280, 800))
 
 
 async def start(tab: Tab) -> None:

@@ -103,8 +103,8 @@ export class Part {
     const done = this.generations.length,
       best = news.bests.at(-1),
       { count, seconds } = this.about;
-    const state = news.outcome || (done ? `${age(news.left)} left` : "the first one is being tried out …");
-    say(this.text, `${done} of ${count} generations · ${state}`);
+    const left = done ? `${age(news.left)} left` : "the first one is being tried out …";
+    say(this.text, news.outcome || `${done} of ${count} generations · ${left}`);
     say(
       this.best,
       best ? `Best${news.outcome ? "" : " so far"}: ${number(best[1], 3)}, of generation ${best[0]}` : COMPILING,
