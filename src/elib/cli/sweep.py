@@ -1,0 +1,123 @@
+"""``elib sweep``: run a behaviour, or a champion, over many parameters, worlds, faults and seeds, and compare them."""
+
+from __future__ import annotations
+
+import importlib.util
+import json as jsonlib
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter as Cli
+
+from elib.cli.arguments import AsJson, Seconds, check_duration
+from elib.cli.terminal import say
+from elib.errors import ArgumentError, Unsupported
+from elib.extras import install
+
+Target = Annotated[
+    str, Cli(help="A behaviour, FILE.py or FILE.py:NAME with one of yours, or the best.toml of a study.")
+]
+Grid = Annotated[
+    list[str] | None,
+    Cli(metavar="NAME=A,B,C", negative="", help="A parameter with its values, or NAME=A..B:COUNT at equal distances."),
+]
+Sample = Annotated[
+    list[str] | None,
+    Cli(metavar="NAME=A..B:COUNT", negative="", help="A parameter of which random values are drawn."),
+]
+Worlds = Annotated[str | None, Cli(name="--world", metavar="A,B", help="The worlds; by default that of the target.")]
+Seeds = Annotated[int, Cli(metavar="N", help="Do every run with the seeds 1 to N.")]
+Faults = Annotated[
+    str | None,
+    Cli(name="--fault", metavar="A,B", help="Fault scripts, settings of the link such as loss=0.1, or none."),
+]
+Workers = Annotated[int | None, Cli(metavar="N", help="Use N processes of this computer.")]
+Cluster = Annotated[str | None, Cli(metavar="URL", help="Use a Dask cluster: the address of its scheduler.")]
+Out = Annotated[str | None, Cli(metavar="FOLDER", help="The folder for the results; a sweep in it goes on.")]
+Metric = Annotated[str, Cli(name="--plot", metavar="COLUMN", help="The column to draw, such as path or contact_time.")]
+
+
+def sweep(
+    target: Target,
+    /,
+    *,
+    grid: Grid = None,
+    sample: Sample = None,
+    world: Worlds = None,
+    seeds: Seeds = 1,
+    fault: Faults = None,
+    seconds: Seconds = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
+    out: Out = None,
+    plot: Metric = "",
+    json: AsJson = False,
+) -> None:
+    """Run a behaviour over a grid or a sample of its parameters, in several worlds, with several seeds and faults.
+
+    Every run is a row of runs.parquet: its parameters, and what was measured in the true world. sweep.svg shows it.
+    A sweep that was interrupted goes on with the same command.
+    """
+    if importlib.util.find_spec("duckdb") is None or importlib.util.find_spec("matplotlib") is None:
+        raise Unsupported("elib sweep needs DuckDB and Matplotlib, which are not installed", hint=install("learn"))
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from elib.learn.executor import open_executor
+    from elib.learn.sweep import (
+        NO_FAULT,
+        PLOT,
+        TABLE,
+        Sweep,
+        check_metric,
+        draw_sweep,
+        parse_grid,
+        parse_sample,
+        read_program,
+        run_sweep,
+    )
+
+    check_duration(seconds)
+    asked = Sweep(
+        target,
+        tuple(map(parse_grid, grid or ())),
+        tuple(map(parse_sample, sample or ())),
+        _names("world", world, ""),
+        _names("fault", fault, NO_FAULT),
+        seeds,
+        seconds,
+        read_program(target),
+    )
+    metric = check_metric(asked, plot)
+    runs = asked.check()
+    folder = Path(out or f"sweep-{Path(target.partition(':')[0]).stem}")
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    rows = []
+    with (
+        Progress(*columns, console=Console(stderr=True)) as bar,
+        open_executor(workers, cluster, tell=lambda text: bar.console.print(text, markup=False)) as executor,
+    ):
+        work = bar.add_task("runs", total=len(runs))
+        for row in run_sweep(asked, folder, executor):
+            rows.append(row)
+            bar.advance(work)
+    rows.sort(key=lambda row: row["run"])
+    draw_sweep(folder / PLOT, asked, rows, metric)
+    failed = [row for row in rows if row.get("error")]
+    if failed:
+        say(f"{len(failed)} of {len(rows)} runs ended with an error, such as: {failed[0]['error']}")
+    if json:
+        files = {"table": str(folder / TABLE), "plot": str(folder / PLOT)}
+        print(jsonlib.dumps({"runs": len(rows), "errors": len(failed), "metric": metric, **files}))
+    else:
+        print(f"{len(rows)} runs in {folder / TABLE}, drawn in {folder / PLOT}")
+
+
+def _names(option: str, text: str | None, default: str) -> tuple[str, ...]:
+    """Return the names of a list with commas."""
+    names = tuple(each.strip() for each in text.split(",")) if text is not None else (default,)
+    if text is not None and "" in names:
+        raise ArgumentError(f"--{option} {text!r} has an empty name")
+    if len(set(names)) < len(names):
+        raise ArgumentError(f"--{option} {text!r} names one twice")
+    return names

@@ -1,0 +1,653 @@
+"""Sweeps: one run for every combination of parameters, worlds, faults and seeds, measured, and kept in one table.
+
+A behaviour runs through the whole chain, link and firmware included. A champion of an evolution runs in the physics
+alone, where faults of the link do not exist.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import itertools
+import json
+import math
+import platform
+import random
+import statistics
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Literal
+
+from elib import __version__
+from elib.behaviours import Behaviour, BehaviourStyle, RunContext, find, play
+from elib.emulator import faultscript
+from elib.emulator.settings import DEFAULT_WORLD, settings_of
+from elib.errors import ArgumentError, ElibError
+from elib.et.formats import writing
+from elib.et.table import Header, Table
+from elib.fields import Whole, nearest
+from elib.files import parse_json, read_file, write_file
+from elib.learn.champion import Champion, load_champion
+from elib.learn.executor import Executor
+from elib.learn.journal import Journal
+from elib.learn.study import Evaluation, evaluate
+from elib.physics.scene import Scene
+from elib.physics.task import Randomisation
+from elib.protocol.quantities import number_from
+from elib.robot.aio import Epuck, on_open
+from elib.session.statistics import merged
+from elib.transport import Url, parse_url
+from elib.view.drive import RobotReport
+from elib.view.report import COLOURS, INK, PAPER, save
+
+SETTINGS, RUNS, TABLE, PLOT = "sweep.json", "runs.jsonl", "runs.parquet", "sweep.svg"
+NO_FAULT = "none"
+MOST_RUNS = 1_000_000
+LARGEST_PROGRAM = 1_000_000
+"""Bytes of a program at most: each job carries it to its worker."""
+CELL = 0.1
+"""m. Edge of the squares in which the visited area is counted: somewhat more than a robot."""
+BINS = 8
+"""Parts into which a parameter with more values than :data:`MOST_TICKS` is divided for the line of a plot."""
+MOST_TICKS = 12
+
+Value = float | str
+Row = dict[str, Any]
+
+DRIVE = {
+    "path": "length of the path, m",
+    "distance": "distance from the start, m",
+    "mean_speed": "mean speed, m/s",
+    "contact_time": "time in contact, s",
+    "contacts": "contacts",
+    "area": "visited area, m²",
+    "end_x": "x at the end, m",
+    "end_y": "y at the end, m",
+    "end_heading": "heading at the end, rad",
+    "duration": "duration, s",
+    "requests": "requests",
+    "timeouts": "requests without an answer",
+}
+"""What is measured of a behaviour, in the true world. Of a swarm: the mean over its robots; the end is the first's."""
+EPISODE = {
+    "fitness": "fitness",
+    "solved": "part of the episodes that were solved",
+    "left_steps": "steps of the left motor",
+    "right_steps": "steps of the right motor",
+}
+"""What is measured of a champion."""
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """Numbers between two bounds.
+
+    Attributes:
+        low: The lower bound.
+        high: The upper bound.
+        count: How many numbers.
+    """
+
+    low: float
+    high: float
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One run of a sweep.
+
+    Attributes:
+        number: Its number, from 0.
+        parameters: Name and value of each parameter that is varied.
+        world: Name or file of its world; empty for that of the target.
+        fault: A fault script, settings of the link such as ``loss=0.1``, or ``none``.
+        seed: Seed of the world and of the behaviour.
+    """
+
+    number: int
+    parameters: tuple[tuple[str, Value], ...]
+    world: str
+    fault: str
+    seed: int
+
+    @property
+    def url(self) -> str:
+        """The URL of its robot."""
+        given = parse_url(f"sim://{self.world}")
+        extra = [] if self.fault == NO_FAULT else [self.fault if "=" in self.fault else f"fault={self.fault}"]
+        keys = dict(pair.partition("=")[::2] for pair in "&".join(extra).split("&") if pair)
+        keys = {**given.keys, **keys, "speed": "max", "seed": str(self.seed)}
+        return str(parse_url(str(Url("sim", given.target, tuple(keys.items())))))
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """What is to be run.
+
+    Attributes:
+        target: Name of a behaviour, ``FILE.py`` or ``FILE.py:NAME`` with one of yours, or ``best.toml``.
+        grid: Names and values of the parameters of which every combination is run.
+        samples: Names and ranges of the parameters of which random values are drawn, all together.
+        worlds: Names or files of worlds; an empty name stands for that of the target.
+        faults: Fault scripts, settings of the link such as ``loss=0.1&latency=0.02``, or ``none``.
+        seeds: Every combination is run with the seeds 1 to this.
+        seconds: Robot time for each run, s; None lets it end by itself.
+        source: The text of the program, if the target is one: workers on other computers do not have the file.
+    """
+
+    target: str
+    grid: tuple[tuple[str, tuple[Value, ...]], ...] = ()
+    samples: tuple[tuple[str, Range], ...] = ()
+    worlds: tuple[str, ...] = ("",)
+    faults: tuple[str, ...] = (NO_FAULT,)
+    seeds: int = 1
+    seconds: float | None = None
+    source: str | None = None
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The names of the parameters."""
+        return tuple(name for name, _ in (*self.grid, *self.samples))
+
+    @property
+    def metrics(self) -> Mapping[str, str]:
+        """What is measured: names of columns, and what they are."""
+        return EPISODE if self.target.endswith(".toml") else DRIVE
+
+    def runs(self) -> list[Run]:
+        """Return all runs, in the order of the table."""
+        points = [dict(zip((n for n, _ in self.samples), each, strict=True)) for each in self._drawn()]
+        corners = [
+            dict(zip((n for n, _ in self.grid), each, strict=True))
+            for each in itertools.product(*(values for _, values in self.grid))
+        ]
+        every = itertools.product(corners, points, self.worlds, self.faults, range(1, self.seeds + 1))
+        return [
+            Run(k, tuple({**corner, **point}.items()), world, fault, seed)
+            for k, (corner, point, world, fault, seed) in enumerate(every)
+        ]
+
+    def check(self) -> list[Run]:
+        """Return all runs, after everything that can be checked before the first one was.
+
+        Raises:
+            ArgumentError: A name or a value is wrong.
+        """
+        Whole(1).require(self.seeds, "seeds")
+        names = self.varied
+        for name in names:
+            if names.count(name) > 1:
+                raise ArgumentError(f"the parameter {name!r} is given twice", hint="once, with all its values")
+            if name in {**self.metrics, "run": "", "world": "", "fault": "", "seed": "", "ended": "", "error": ""}:
+                raise ArgumentError(f"the parameter {name!r} has the name of a column of the table")
+        counts = {values.count for _, values in self.samples}
+        if len(counts) > 1:
+            raise ArgumentError(
+                f"the samples have different numbers: {', '.join(map(str, sorted(counts)))}",
+                hint="they are drawn together, so all need the same number",
+            )
+        total = math.prod([*(len(values) for _, values in self.grid), len(self.worlds), len(self.faults), self.seeds])
+        total *= next(iter(counts), 1)
+        if total > MOST_RUNS:
+            raise ArgumentError(f"this would be {total} runs; the limit is {MOST_RUNS}", hint="take fewer values")
+        runs = self.runs()
+        _target(self).check(runs)
+        return runs
+
+    def _drawn(self) -> list[tuple[float, ...]]:
+        """Return the points of the samples, a Latin hypercube: each of equal parts of a range has one of its values."""
+        columns = []
+        for name, values in self.samples:
+            generator = random.Random(f"{name} {values}")
+            parts = list(range(values.count))
+            generator.shuffle(parts)
+            width = (values.high - values.low) / values.count
+            columns.append([values.low + width * (part + generator.random()) for part in parts])
+        return list(zip(*columns, strict=True)) if columns else [()]
+
+
+def parse_grid(text: str) -> tuple[str, tuple[Value, ...]]:
+    """Return name and values of ``cruise=0.2,0.4``, or of ``cruise=0.2..0.6:5``: five values at equal distances.
+
+    Raises:
+        ArgumentError: It is neither.
+    """
+    name, _, rest = text.partition("=")
+    name = name.strip().replace("-", "_")
+    if ".." in rest:
+        name, values = parse_sample(text)
+        step = (values.high - values.low) / max(1, values.count - 1)
+        return name, tuple(values.low + k * step for k in range(values.count))
+    found = [number_from(each.strip()) for each in rest.split(",")]
+    if not name or "" in found:
+        raise ArgumentError(f"{text!r} is not a parameter with its values", hint="such as cruise=0.2,0.4,0.6")
+    return name, tuple(each if isinstance(each, float | int) else str(each) for each in found)
+
+
+def parse_sample(text: str) -> tuple[str, Range]:
+    """Return name and range of ``base=0.1..0.5:20``: twenty random numbers.
+
+    Raises:
+        ArgumentError: It is not of this form.
+    """
+    name, _, rest = text.partition("=")
+    low, _, rest = rest.partition("..")
+    high, _, count = rest.partition(":")
+    with contextlib.suppress(ValueError):
+        found = Range(float(low), float(high), int(count))
+        if name.strip() and math.isfinite(found.low) and found.low < found.high < math.inf and found.count > 0:
+            return name.strip().replace("-", "_"), found
+    raise ArgumentError(f"{text!r} is not a parameter with a range and a number", hint="such as base=0.1..0.5:20")
+
+
+class _Drive:
+    """A behaviour as the target of a sweep."""
+
+    def __init__(self, behaviour: Behaviour) -> None:
+        self._behaviour = behaviour
+        if behaviour.style is BehaviourStyle.BYTES:
+            raise ArgumentError(f"{behaviour.name} writes bytes to the line itself: no robot can be measured")
+
+    def check(self, runs: Sequence[Run]) -> None:
+        for run in runs:
+            self._behaviour.check(dict(run.parameters))
+        for url in {replace(run, number=0, seed=1, parameters=()).url for run in runs}:
+            settings = settings_of(parse_url(self._behaviour.resolve_url(url)))
+            Scene.load(settings.world, robots=settings.robots)
+            if settings.fault is not None:
+                faultscript.load(settings.fault)
+
+    def world_of(self, run: Run) -> str:
+        return parse_url(self._behaviour.resolve_url(run.url)).target or DEFAULT_WORLD
+
+    def measure(self, run: Run, seconds: float | None) -> Row:
+        robots: list[RobotReport] = []
+        contexts: list[RunContext] = []
+
+        def watch(context: RunContext, opened: tuple[Epuck, ...]) -> None:
+            contexts.append(context)
+            robots.extend(RobotReport(robot, context.began) for robot in opened)
+
+        error = None
+        try:
+            with contextlib.redirect_stdout(io.StringIO()):  # a thousand runs would print a thousand times
+                ended = play(
+                    self._behaviour,
+                    run.url,
+                    seconds=seconds,
+                    options=dict(run.parameters),
+                    seed=run.seed,
+                    watch=watch,
+                ).reason
+        except Exception as problem:  # that a run failed is a result of it
+            ended, error = "error", f"{type(problem).__name__}: {problem}"
+        for robot in robots:
+            robot.close()
+        return {**_drive_row(robots), "ended": ended, "error": error}
+
+
+def _drive_row(robots: Sequence[RobotReport]) -> Row:
+    """Return what robots did; their columns are empty if none was opened."""
+    if not robots:
+        return dict.fromkeys(DRIVE)
+
+    def mean(value: Callable[[RobotReport], float]) -> float:
+        return statistics.fmean(map(value, robots))
+
+    first = robots[0].path[-1]
+    links = merged([each.robot.statistics for each in robots])
+    duration = max(each.time for each in robots)
+    path = mean(lambda each: each.distance)
+    return {
+        "path": path,
+        "distance": mean(lambda each: math.dist(_place(each, 0), _place(each, -1))),
+        "mean_speed": path / duration if duration else 0.0,
+        "contact_time": mean(lambda each: each.contact_time),
+        "contacts": sum(each.contacts for each in robots),
+        "area": mean(
+            lambda each: round(CELL * CELL * len({(int(p.x // CELL), int(p.y // CELL)) for p in each.path}), 4)
+        ),
+        "end_x": first.x,
+        "end_y": first.y,
+        "end_heading": first.heading,
+        "duration": duration,
+        "requests": links.count,
+        "timeouts": links.lost,
+    }
+
+
+def _place(robot: RobotReport, k: int) -> tuple[float, float]:
+    return robot.path[k].x, robot.path[k].y
+
+
+class _Episode:
+    """A champion as the target of a sweep: its parameters are what episodes of its task draw."""
+
+    def __init__(self, champion: Champion) -> None:
+        self._champion = champion
+
+    def check(self, runs: Sequence[Run]) -> None:
+        for run in runs:
+            if run.fault != NO_FAULT:
+                raise ArgumentError(
+                    f"fault {run.fault!r} is one of the link, and a champion is run in the physics, without a link",
+                    hint="elib transfer runs it over a link; here, vary latency and noise",
+                )
+        for run in {replace(each, number=0, seed=1) for each in runs}:
+            self._evaluation(run, None)
+
+    def world_of(self, run: Run) -> str:
+        return run.world or f"of {self._champion.task}"
+
+    def _evaluation(self, run: Run, seconds: float | None) -> Evaluation:
+        champion, task = self._champion, self._champion.find_task()
+        known = [each.name for each in fields(Randomisation)]
+        for name, value in run.parameters:
+            if name not in known:
+                raise ArgumentError(f"a task has no parameter {name!r}", hint=nearest(name, known))
+            if isinstance(value, str):
+                raise ArgumentError(f"{name} is {value!r}; it must be a number")
+        drawn: dict[str, Any] = {name: (value, value) for name, value in run.parameters}
+        task = replace(
+            task,
+            randomisation=replace(task.randomisation, **drawn),
+            sensors=champion.network.sensors,
+            period=champion.period,
+            seconds=seconds or task.seconds,
+            scenes=(replace(Scene.load(run.world), step=task.step),) if run.world else task.scenes,
+        )
+        key = json.dumps([asdict(champion), run.parameters, run.world, seconds])
+        return Evaluation(task, champion.network, key=key)
+
+    def measure(self, run: Run, seconds: float | None) -> Row:
+        import numpy as np
+
+        evaluation = self._evaluation(run, seconds)
+        scores = evaluate(evaluation, np.array([self._champion.parameters]), [run.seed], threads=1)
+        fitness = float(scores.fitness[0][0])
+        left, right = map(float, scores.steps[0][0])
+        return {
+            "fitness": fitness,
+            "solved": float(fitness >= evaluation.task.solved),
+            "left_steps": left,
+            "right_steps": right,
+        }
+
+
+@lru_cache(maxsize=4)
+def _target(sweep: Sweep) -> _Drive | _Episode:
+    """Return what is run.
+
+    Raises:
+        ArgumentError: There is no such behaviour, program or champion.
+    """
+    name, _, variable = sweep.target.partition(".py:")
+    if sweep.target.endswith(".toml"):
+        return _Episode(load_champion(sweep.target))
+    if variable or name.endswith(".py"):
+        return _Drive(_behaviour_of(Path(name if not variable else f"{name}.py"), sweep.source or "", variable))
+    return _Drive(find(name))
+
+
+def read_program(target: str) -> str | None:
+    """Return the text of the program that *target* names; None if it names something else.
+
+    Raises:
+        ArgumentError: The file cannot be read.
+    """
+    file = target.partition(".py:")[0] + ".py" if ".py:" in target else target
+    if not file.endswith(".py"):
+        return None
+    content = read_file(file, "the program", largest=LARGEST_PROGRAM)
+    if len(content) > LARGEST_PROGRAM:
+        raise ArgumentError(f"the program {file} is larger than {LARGEST_PROGRAM} bytes")
+    try:
+        return content.decode()
+    except UnicodeDecodeError:
+        raise ArgumentError(f"the program {file} is not text in UTF-8") from None
+
+
+def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
+    """Return a behaviour of a program, which is imported; the file itself need not be there."""
+    module = ModuleType(f"elib.swept.{file.stem}")
+    module.__file__ = str(file)
+    sys.modules[module.__name__] = module
+    sys.path.insert(0, str(file.parent))
+
+    async def refuse(robot: Epuck) -> None:
+        raise ArgumentError(
+            f"{file} drives a robot as soon as it is imported",
+            hint='put what does that below: if __name__ == "__main__":',
+        )
+
+    try:
+        with on_open(refuse):
+            exec(compile(source, str(file), "exec", dont_inherit=True), vars(module))
+    except ElibError:
+        raise
+    except Exception as error:
+        raise ArgumentError(f"{file} fails: {error!r}", hint="run it with Python to see where") from error
+    finally:
+        sys.path.remove(str(file.parent))
+    own = {
+        key: each
+        for key, each in vars(module).items()
+        if isinstance(each, Behaviour) and each.function.__module__ == module.__name__
+    }
+    if name and name not in own:
+        raise ArgumentError(f"{file} has no behaviour {name!r}", hint=nearest(name, own))
+    if not name and len(own) != 1:
+        raise ArgumentError(
+            f"{file} has {len(own)} behaviours{': ' if own else ''}{', '.join(own)}",
+            hint="name one: FILE.py:NAME" if own else "decorate a function with @elib.behaviour",
+        )
+    return own[name] if name else next(iter(own.values()))
+
+
+def measure(sweep: Sweep, run: Run) -> Row:
+    """Do one run, and return its row of the table."""
+    target = _target(sweep)
+    measured = target.measure(run, sweep.seconds)
+    where = {
+        "run": run.number,
+        **dict(run.parameters),
+        "world": target.world_of(run),
+        "fault": run.fault,
+        "seed": run.seed,
+    }
+    return {**where, **measured}
+
+
+def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
+    """Do the runs that are not in the folder yet, and write table and plot at the end.
+
+    Yields:
+        The rows in the order in which they come: first those that are there already.
+
+    Raises:
+        ArgumentError: A parameter is wrong, or the folder holds something else.
+        ElibError: The folder cannot be written, or another program writes into it.
+    """
+    runs = sweep.check()
+    with _open_folder(sweep, folder) as journal:
+        rows = {int(row["run"]): row for row in journal.lines}
+        if not rows.keys() <= set(range(len(runs))):
+            raise ElibError(f"{folder / RUNS} has runs that do not belong to this sweep", hint="choose a new folder")
+        yield from list(rows.values())
+        left = [run for run in runs if run.number not in rows]
+        for _, row in executor.run(measure, [(sweep, run) for run in left]):
+            journal.append(row)
+            rows[row["run"]] = row
+            yield row
+        table = [rows[k] for k in range(len(runs))]
+        write_table(folder / TABLE, table)
+
+
+def _open_folder(sweep: Sweep, folder: Path) -> Journal:
+    """Open the folder of a sweep, a new one or one that was interrupted."""
+    versions = {"elib": __version__, "python": platform.python_version()}
+    settings = json.loads(json.dumps({"sweep": asdict(sweep), "versions": versions}))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        there = {each.name for each in folder.iterdir() if not each.name.startswith(".")}
+    except OSError as error:
+        raise ArgumentError(f"{folder} cannot be the folder of a sweep: {error.strerror}") from None
+    if there - {SETTINGS, RUNS, TABLE, PLOT} or (there and SETTINGS not in there):
+        raise ArgumentError(f"{folder} holds other files", hint="choose a new folder with --out, or an empty one")
+    journal = Journal(folder / RUNS)
+    try:
+        if SETTINGS in there:
+            before = parse_json(read_file(folder / SETTINGS, "the sweep", largest=2 * LARGEST_PROGRAM))
+            _compare(folder, before if isinstance(before, dict) else {}, settings)
+        else:
+            write_file(folder / SETTINGS, json.dumps(settings, indent=1).encode())
+    except ValueError as error:
+        journal.close()
+        if isinstance(error, ArgumentError):
+            raise
+        raise ArgumentError(f"{folder / SETTINGS} is damaged: {error}", hint="choose a new folder") from None
+    return journal
+
+
+def _compare(folder: Path, before: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+    """Check that a sweep may go on.
+
+    Raises:
+        ArgumentError: It began as another one.
+    """
+    old, new = before.get("sweep", {}), now["sweep"]
+    differences = [
+        f"the program {new['target']} was changed"
+        if key == "source"
+        else f"{key} was {old.get(key)}, and is {new[key]}"
+        for key in new
+        if old.get(key) != new[key]
+    ]
+    began = before.get("versions", {}).get("elib")
+    if began != __version__:
+        differences.append(f"elib was {began}, and is {__version__}")
+    if differences:
+        raise ArgumentError(
+            f"{folder} holds another sweep: {'; '.join(differences)}", hint="choose a new folder with --out"
+        )
+
+
+def write_table(path: Path, rows: Sequence[Row]) -> None:
+    """Write rows as Parquet.
+
+    Raises:
+        ElibError: The disk is full.
+    """
+    headers = [Header(name, _kind_of([row.get(name) for row in rows])) for name in rows[0]]
+    with writing("parquet", str(path)) as writer:
+        writer.write(Table(headers, ([row.get(header.name) for header in headers] for row in rows)))
+
+
+def _kind_of(values: Sequence[object]) -> Literal["whole", "number", "text"]:
+    there = [value for value in values if value is not None]
+    if there and all(isinstance(value, int) for value in there):
+        return "whole"
+    return "number" if there and all(isinstance(value, int | float) for value in there) else "text"
+
+
+def draw_sweep(path: Path, sweep: Sweep, rows: Sequence[Row], metric: str = "") -> None:
+    """Draw a metric against each parameter that is varied.
+
+    Every run is a dot, the line joins the medians, and the band holds the middle half of the runs.
+
+    Args:
+        path: The file to write, ending in .svg, .png or .pdf.
+        sweep: What was run.
+        rows: The table.
+        metric: Name of the column; by default the first one that is measured.
+
+    Raises:
+        ArgumentError: There is no such column.
+        ElibError: The file cannot be written.
+    """
+    from matplotlib.figure import Figure
+
+    metric = check_metric(sweep, metric)
+    names = [name for name in sweep.varied if _kind_of([row[name] for row in rows]) != "text"]
+    others = [name for name in ("world", "fault", *sweep.varied) if name not in names]
+    kinds = {_kind(row, others): None for row in rows}
+    varying = [n for n, name in enumerate(others) if len({kind[n] for kind in kinds}) > 1]
+    # A dollar would begin a formula.
+    labels = [", ".join(str(kind[n]) for n in varying).replace("$", r"\$") for kind in kinds]
+    panels = names or [""]
+    figure = Figure(figsize=(1.2 + 4.6 * len(panels), 4.2), facecolor=PAPER, layout="constrained")
+    figure.suptitle(f"{sweep.target}: {len(rows)} runs".replace("$", r"\$"), color=INK, fontsize=12, x=0.01, ha="left")
+    shared: Any = None
+    for k, name in enumerate(panels):
+        axes = shared = figure.add_subplot(1, len(panels), k + 1, sharey=shared)
+        for n, kind in enumerate(kinds):
+            of_kind = [row for row in rows if _kind(row, others) == kind and row[metric] is not None]
+            points = [(float(row[name]) if name else float(n), float(row[metric])) for row in of_kind]
+            _draw_kind(axes, points, COLOURS[(5 + 3 * n) % len(COLOURS)], labels[n])
+        axes.set_xlabel(name.replace("_", " ") if name else ", ".join(others[n] for n in varying), color=INK)
+        if not name:
+            axes.set_xticks(range(len(kinds)), labels)
+            axes.set_xlim(-0.6, len(kinds) - 0.4)
+        axes.grid(axis="y", color="#e3e6eb", linewidth=0.8)
+        axes.set_axisbelow(True)
+        axes.tick_params(colors=INK, length=0)
+        for side in ("top", "right", "left"):
+            axes.spines[side].set_visible(False)
+        if k == 0:
+            axes.set_ylabel(sweep.metrics[metric], color=INK)
+    if names and varying:
+        shared.legend(frameon=False, fontsize=9, labelcolor=INK)
+    save(figure, path)
+
+
+def check_metric(sweep: Sweep, metric: str) -> str:
+    """Return the name of the column that is drawn.
+
+    Raises:
+        ArgumentError: There is no such column of numbers.
+    """
+    name = (metric or next(iter(sweep.metrics))).replace("-", "_")
+    if name not in sweep.metrics:
+        raise ArgumentError(f"{metric!r} is not measured", hint=f"choose from {', '.join(sweep.metrics)}")
+    return name
+
+
+def _kind(row: Row, names: Sequence[str]) -> tuple[Value, ...]:
+    return tuple(row[name] for name in names)
+
+
+def _draw_kind(axes: Any, points: Sequence[tuple[float, float]], colour: str, label: str) -> None:
+    """Draw the runs of one world, fault and so on."""
+    if not points:
+        return
+    low, high = min(x for x, _ in points), max(x for x, _ in points)
+    groups: dict[float, list[float]] = {}
+    are_binned = len({x for x, _ in points}) > MOST_TICKS
+    for x, y in points:
+        part = min(BINS - 1, int((x - low) / (high - low) * BINS)) if are_binned else 0
+        groups.setdefault(low + (part + 0.5) * (high - low) / BINS if are_binned else x, []).append(y)
+    middle = sorted(groups)
+    quartiles = [
+        statistics.quantiles(groups[x], n=4, method="inclusive") if len(groups[x]) > 1 else groups[x] * 3
+        for x in middle
+    ]
+    axes.scatter(*zip(*points, strict=True), s=14, color=colour, alpha=0.3, linewidths=0)
+    if len(middle) > 1:
+        axes.fill_between(middle, [q[0] for q in quartiles], [q[2] for q in quartiles], color=colour, alpha=0.15, lw=0)
+        axes.plot(middle, [q[1] for q in quartiles], color=colour, lw=2, marker="o", ms=4, label=label)
+    else:
+        axes.errorbar(
+            middle,
+            [q[1] for q in quartiles],
+            yerr=[[q[1] - q[0] for q in quartiles], [q[2] - q[1] for q in quartiles]],
+            color=colour,
+            marker="o",
+            lw=2,
+            capsize=5,
+            label=label,
+        )
