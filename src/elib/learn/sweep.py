@@ -419,7 +419,7 @@ def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
     sys.modules[module.__name__] = module
     sys.path.insert(0, str(file.parent))
 
-    async def refuse(robot: Epuck) -> None:
+    def refuse(robot: Epuck) -> None:
         raise ArgumentError(
             f"{file} drives a robot as soon as it is imported",
             hint='put what does that below: if __name__ == "__main__":',
