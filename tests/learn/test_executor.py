@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import signal
+import socket
+import subprocess
 import sys
-from collections.abc import Iterator
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 
-from elib.errors import ArgumentError, ElibError
+import elib
+from elib.errors import ArgumentError, ElibError, LinkError, LinkNotFound
+from elib.learn import executor as module
 from elib.learn.executor import Executor, open_executor
 
+dask = pytest.importorskip("dask", reason="needs the extra learn")
 pytest.importorskip("distributed", reason="needs the extra learn")
+
+
+HERE = str(Path(__file__).parent)
 
 
 def square(number: int) -> tuple[int, int]:
@@ -26,6 +40,18 @@ def fail_at_three(number: int) -> int:
 
 def leave(number: int) -> None:
     sys.exit(number)
+
+
+def orbit(number: int, steps: int) -> tuple[float, int]:
+    """Return a number whose last bit depends on every step, and the process that calculated it."""
+    value = number / 7
+    for _ in range(steps):
+        value = 3.9 * value * (1 - value) if 0 < value < 1 else 0.3
+    return value, os.getpid()
+
+
+def crash(number: int) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +91,208 @@ def test_a_job_that_exits_does_not_take_its_worker_along(two_workers: Executor) 
     with pytest.raises(ElibError, match="SystemExit: 7"):
         list(two_workers.run(leave, [(7,)]))
     assert dict(two_workers.run(square, [(4,)]))[0][0] == 16
+
+
+def test_killed_workers_change_nothing_in_the_result() -> None:
+    jobs = [(k, 200_000) for k in range(16)]
+    undisturbed = {k: orbit(*job)[0] for k, job in enumerate(jobs)}
+    found: dict[int, float] = {}
+    killed = set()
+    with open_executor(2) as executor:
+        for k, (value, process) in executor.run(orbit, jobs):
+            found[k] = value
+            if len(found) % 5 == 0:  # by the count of results, not by time: the one that gave the last one dies
+                os.kill(process, signal.SIGKILL)
+                killed.add(process)
+    assert len(killed) == 3
+    assert found == undisturbed
+
+
+def test_a_job_that_kills_its_workers_ends_the_run_at_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_LOSSES", 1)
+    allowed = dask.config.set({"distributed.scheduler.allowed-failures": 0})
+    with (
+        allowed,
+        open_executor(1) as executor,
+        pytest.raises(ElibError, match=r"job 0 of 1, crash.*: its worker died 1 times"),
+    ):
+        list(executor.run(crash, [(1,)]))
+
+
+def test_workers_listen_on_this_computer_only_and_end_with_their_parent() -> None:
+    psutil = pytest.importorskip("psutil")
+    program = (
+        "import threading\n"
+        "from elib.learn.executor import open_executor\n"
+        "if __name__ == '__main__':\n"
+        "    with open_executor(1) as executor:\n"
+        "        print('open', flush=True)\n"
+        "        threading.Event().wait()\n"
+    )
+    path = Path(tempfile.mkdtemp()) / "holds_workers.py"
+    path.write_text(program)
+    with subprocess.Popen([sys.executable, str(path)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as parent:
+        assert parent.stdout is not None
+        assert parent.stdout.readline() == b"open\n"
+        family = [psutil.Process(parent.pid), *psutil.Process(parent.pid).children(recursive=True)]
+        ports = [each.laddr for process in family for each in process.net_connections() if each.status == "LISTEN"]
+        assert ports
+        assert {port.ip for port in ports} == {"127.0.0.1"}
+        parent.kill()
+    _, alive = psutil.wait_procs(family[1:], timeout=20)
+    assert alive == []
+
+
+class Cluster:
+    """A Dask cluster of other processes: a scheduler and one worker, which tests kill and start."""
+
+    def __init__(self, folder: Path) -> None:
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            self.port = server.getsockname()[1]
+        self.address = f"tcp://127.0.0.1:{self.port}"
+        self._folder = folder
+        self._processes: list[subprocess.Popen[bytes]] = []
+
+    def start_scheduler(self) -> subprocess.Popen[bytes]:
+        return self._start(
+            "scheduler", "--host", "127.0.0.1", "--port", str(self.port), "--dashboard-address", "127.0.0.1:0"
+        )
+
+    def start_worker(self, **environment: str) -> subprocess.Popen[bytes]:
+        options = ["--nthreads", "1", "--no-dashboard", "--host", "127.0.0.1", "--local-directory", str(self._folder)]
+        return self._start("worker", self.address, "--no-nanny", *options, **environment)
+
+    def _start(self, *line: str, **environment: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-c", "from dask.__main__ import main; main()", *line]
+        with (self._folder / "log").open("ab") as log:
+            process = subprocess.Popen(
+                command, stdout=log, stderr=log, env={**os.environ, "PYTHONPATH": HERE, **environment}
+            )
+        self._processes.append(process)
+        return process
+
+    def close(self) -> None:
+        for process in self._processes:
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    found = Cluster(tmp_path)
+    yield found
+    found.close()
+
+
+def open_patiently(cluster: Cluster, tell: Callable[[str], object] = print) -> contextlib.ExitStack:
+    """Open an executor as soon as the cluster answers; its processes take some seconds to start."""
+    for _ in range(30):
+        stack = contextlib.ExitStack()
+        try:
+            stack.enter_context(open_executor(cluster=cluster.address, tell=tell))
+        except LinkError as error:
+            last = error
+            threading.Event().wait(0.5)
+            continue
+        return stack
+    raise last
+
+
+def test_a_run_survives_its_scheduler_and_its_worker(cluster: Cluster) -> None:
+    scheduler, worker = cluster.start_scheduler(), cluster.start_worker()
+    told: list[str] = []
+    open_patiently(cluster).close()
+    with open_executor(cluster=cluster.address, tell=told.append) as executor:
+        found: dict[int, float] = {}
+        for k, (value, _) in executor.run(orbit, [(k, 200_000) for k in range(12)]):
+            found[k] = value
+            if len(found) == 4:
+                scheduler.kill()
+                scheduler.wait()
+                worker.kill()
+                worker.wait()
+                scheduler, worker = cluster.start_scheduler(), cluster.start_worker()
+    assert found == {k: orbit(k, 200_000)[0] for k in range(12)}
+    assert "the connection to the scheduler is lost; the jobs that it had run again" in told
+
+
+def test_workers_with_another_elib_or_without_it_are_refused(
+    cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cluster.start_scheduler()
+    good = cluster.start_worker()
+    open_patiently(cluster).close()
+    with monkeypatch.context() as patch:
+        patch.setattr(elib, "__version__", "9.9.9")
+        with (
+            pytest.raises(LinkError, match=r"has elib .*, and this computer has 9\.9\.9"),
+            open_executor(cluster=cluster.address),
+        ):
+            pass
+    with monkeypatch.context() as patch:
+        patch.setattr(module.platform, "python_version", lambda: "3.99.1")
+        with (
+            pytest.raises(LinkError, match=r"the scheduler .* has Python .*, and this computer has 3\.99"),
+            open_executor(cluster=cluster.address),
+        ):
+            pass
+    good.kill()
+    good.wait()
+    (tmp_path / "without" / "elib").mkdir(parents=True)
+    (tmp_path / "without" / "elib" / "__init__.py").write_text("raise ModuleNotFoundError('No module named elib')")
+    cluster.start_worker(PYTHONPATH=str(tmp_path / "without"))
+    monkeypatch.setattr(module, "ANSWER_TIME", 20.0)
+    with (
+        pytest.raises(LinkError, match=r"cannot run elib: .*No module named elib"),
+        open_executor(cluster=cluster.address),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("greeting", [b"", b"SSH-2.0-OpenSSH_9.2 and so on"])
+def test_what_is_not_a_scheduler_is_said_soon(greeting: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "ANSWER_TIME", 0.3)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+
+        def answer() -> None:
+            with server.accept()[0] as line:
+                line.sendall(greeting)
+                threading.Event().wait(1)
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        with pytest.raises(LinkNotFound, match="no Dask scheduler answers at"), open_executor(cluster=address):
+            pass
+        thread.join()
+    with pytest.raises(LinkNotFound, match="no Dask scheduler answers at"), open_executor(cluster=address):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"workers": 0}, "workers is 0"),
+        ({"workers": 2, "cluster": "tcp://127.0.0.1:8786"}, "exclude each other"),
+        ({"cluster": "127.0.0.1:8786"}, "the address of a Dask scheduler"),
+        ({"cluster": "tcp://127.0.0.1:port"}, "the address of a Dask scheduler"),
+    ],
+)
+def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(ArgumentError, match=message), open_executor(**arguments):
+        pass
+
+
+def test_a_cluster_without_workers_is_waited_for_not_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("POLL", "REPORT_INTERVAL"):
+        monkeypatch.setattr(module, name, 0.2)
+    monkeypatch.setattr(module, "PATIENCE", 1.0)
+    told: list[str] = []
+
+    def connect(stack: contextlib.ExitStack) -> None:
+        raise LinkError("there is nobody")
+
+    executor = module._Dask(connect, told.append)
+    with pytest.raises(LinkError, match="there is nobody, for 1 s now"):
+        list(executor.run(orbit, [(1, 1)]))
+    assert told[0].startswith("there is nobody, for 0 s now; elib gives up after 1 s")

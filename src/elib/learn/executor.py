@@ -337,11 +337,11 @@ class _Run:
         self._losses[k] += 1
         if self._losses[k] >= MOST_LOSSES:
             reason = LinkLost(
-                f"{MOST_LOSSES * (error.allowed_failures + 1)} workers died while they had it",
+                f"its worker died {MOST_LOSSES * (error.allowed_failures + 1)} times",
                 hint="does it need more memory than there is? Does it crash Python?",
             )
             raise _failed(self._function, self._jobs, k, reason) from error
-        self._tell(f"job {k} of {len(self._jobs)} lost {error.allowed_failures + 1} workers; it runs again")
+        self._tell(f"job {k} of {len(self._jobs)} lost its worker {error.allowed_failures + 1} times; it runs again")
 
 
 def _call(payload: bytes) -> bytes:
