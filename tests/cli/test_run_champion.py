@@ -56,7 +56,7 @@ def test_without_a_robot_it_drives_virtual_ones_in_the_world_of_its_task(
     summary = json.loads(out)
     assert summary["outcome"] == "time"
     assert [robot["path"] for robot in summary["robots"]] == ["world", "world"]
-    assert all("nothing.toml" in robot["url"] for robot in summary["robots"])
+    assert all("world.toml?robots=2" in robot["url"] for robot in summary["robots"])
     assert summary["distance"] > 0.05
 
 

@@ -272,7 +272,7 @@ class Champion:
         """
         task = self.find_task()
         with TemporaryDirectory(prefix="elib-") as folder:
-            path = Path(folder, f"{task.name}.toml")
+            path = Path(folder, "world.toml")
             path.write_text(written_scene(task.scenes[0], task.summary), "utf-8")
             yield self.behaviour(f"{path.as_posix()}?robots={task.robots}")
 
@@ -323,8 +323,8 @@ def _turns(speed: float, fastest: float) -> float:
     """Return a wheel's speed, steps/s, as the command takes it, rev/s. The physics also cuts the fraction off."""
     if math.isnan(speed):
         return 0.0
-    limited = min(max(speed / STEPS_PER_REVOLUTION, -fastest), fastest)
-    return int(limited * STEPS_PER_REVOLUTION) / STEPS_PER_REVOLUTION
+    most = fastest * STEPS_PER_REVOLUTION
+    return int(min(max(speed, -most), most)) / STEPS_PER_REVOLUTION
 
 
 def _relative(name: str, folder: Path) -> str:

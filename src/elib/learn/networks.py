@@ -86,11 +86,6 @@ rotation, which are signed. A higher input means nearer, brighter or louder.
 """
 
 
-def count_inputs(sensors: Sequence[str]) -> int:
-    """Return how many inputs these sensors give."""
-    return sum(INPUTS[sensor].count for sensor in sensors)
-
-
 @dataclass(frozen=True)
 class Network:
     """A neural network from the readings of a robot to the speeds of its wheels.
@@ -138,7 +133,7 @@ class Network:
     @property
     def inputs(self) -> int:
         """How many inputs it has."""
-        return count_inputs(self.sensors)
+        return sum(INPUTS[sensor].count for sensor in self.sensors)
 
     @property
     def size(self) -> int:
