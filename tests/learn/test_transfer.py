@@ -25,7 +25,7 @@ from elib.errors import ArgumentError
 from elib.learn import transfer as module
 from elib.learn.champion import Champion
 from elib.learn.executor import open_executor
-from elib.learn.linked import play_on_robot, play_on_wire
+from elib.learn.linked import can_be_measured, play_on_robot, play_on_wire
 from elib.learn.transfer import FIRST, TransferPlan, Trouble, bootstrap, crossing, transfer
 from elib.learn.transferreport import COLUMNS, row_of, to_json, write_folder
 from elib.physics import Episodes, SensorView
@@ -52,6 +52,7 @@ FAST = Task("fast", "Drive fast.", (ROOM,), speed, seconds=2.0, on_board=True, s
 CLEAR = Task("clear", "Drive where nothing is near.", (ROOM,), clear, reward_sensors=("proximity",), seconds=1.0)
 BOTH = Task("both", "Drive fast, two of them.", (ROOM,), speed, robots=2, seconds=1.0)
 FAR = Task("far", "Drive 10 cm.", (ROOM,), place, is_over=is_far, fitness="sum", seconds=20.0, solved=0.09)
+NEAR = Task("near", "See.", (ROOM,), clear, reward_sensors=("proximity",), seconds=0.5, on_board=True)
 EYES = Task("eyes", "See far.", (ROOM,), speed, sensors=("proximity", "distance"), seconds=0.5)
 """
 SHORT = TransferPlan(runs=2, firmwares=(FIRST,), profiles=(), sweeps=False, engine="interpreted")
@@ -179,7 +180,7 @@ def test_a_firmware_without_the_sensors_is_left_out(champion: Callable[[str], Ch
     report = transfer(champion("EYES"), replace(SHORT, firmwares=(FIRST, "epuck2")))
     assert [stage.name for stage in report.stages] == ["physics", "randomised", "wire epuck2", "poor link"]
     (left_out,) = report.left_out
-    assert left_out.startswith(f"wire {FIRST}: the controller sees distance, but {FIRST} does not have this sensor")
+    assert left_out.startswith(f"wire {FIRST}: the controller sees distance")
 
 
 def test_robots_of_other_profiles_are_tried(champion: Callable[[str], Champion], tmp_path: Path) -> None:
@@ -212,7 +213,7 @@ def test_what_breaks_the_controller_first_stands_first(
     assert loss.margin == loss.limit / 0.02
 
 
-def test_the_same_seed_gives_the_same_report_on_any_number_of_workers(champion: Callable[[str], Champion]) -> None:
+def test_the_same_seed_gives_the_same_report_and_another_seed_other_runs(champion: Callable[[str], Champion]) -> None:
     best, plan = champion("CLEAR"), replace(SHORT, seed=5, latency=0.03, loss=0.1)
     report = transfer(best, plan)
     with open_executor() as executor:
@@ -255,6 +256,17 @@ def test_a_reward_that_needs_the_place_is_not_measured_on_a_robot(champion: Call
     assert math.isnan(robot.mean)
     assert row_of(robot)[:3] == ("robot", "1", "not measured")
     assert "not measured" in robot.about
+
+
+def test_a_reward_that_needs_a_sensor_that_the_controller_does_not_see_is_not_measured(
+    champion: Callable[[str], Champion],
+) -> None:
+    best = champion("NEAR")
+    assert can_be_measured(best)
+    blind = Champion(best.task, "braitenberg", ("ambient_light",), best.parameters)
+    assert not can_be_measured(blind)
+    assert math.isnan(play_on_robot(blind, "sim://square?speed=max"))
+    assert play_on_robot(best, "sim://square?speed=max") > 0.0
 
 
 def test_a_robot_is_stopped_when_the_controller_fails(

@@ -24,7 +24,7 @@ from elib.runner import run_on
 from elib.transport.url import Url
 
 GRACE = 10.0
-"""s after the time of an episode in which a robot whose answers are lost may still end it."""
+"""s that a robot whose answers are lost may take longer to begin an episode, or to end it."""
 
 
 def play_on_wire(champion: Champion, world: str, keys: Mapping[str, object]) -> tuple[float, bool]:
@@ -72,10 +72,11 @@ async def _episode(champion: Champion, url: Url) -> tuple[float, bool]:
         drives = [
             asyncio.ensure_future(champion.drive(robot, counter.begin, number=i)) for i, robot in enumerate(robots)
         ]
+        latest = simulation.time + GRACE
         try:
             while not counter.is_over and all(map(is_of_link, ended(drives))):
-                if len(ended(drives)) == len(drives):
-                    counter.begin()  # If no robot can decide anything, the episode passes without it.
+                if simulation.time > latest or len(ended(drives)) == len(drives):
+                    counter.begin()  # If no robot can decide anything, the episode passes without them.
                 await asyncio.sleep(task.period)
                 simulation.catch_up()
         finally:
@@ -141,6 +142,12 @@ class RewardCounter:
         return self._earned * scale / self._task.robots
 
 
+def can_be_measured(champion: Champion) -> bool:
+    """Return whether the readings that the controller sees, and its speeds, are enough for the task's reward."""
+    task = champion.find_task()
+    return task.on_board and set(task.reward_sensors) <= set(champion.network.sensors)
+
+
 def play_on_robot(champion: Champion, url: str) -> float:
     """Drive a robot for an episode; it is stopped at the end, whatever happens.
 
@@ -152,7 +159,7 @@ def play_on_robot(champion: Champion, url: str) -> float:
         url: The robot.
 
     Returns:
-        The fitness; nan if the reward needs more than readings and wheel speeds.
+        The fitness; nan if it cannot be measured.
 
     Raises:
         ElibError: The robot could not be reached, was lost, or does not have a sensor of the controller.
@@ -162,7 +169,7 @@ def play_on_robot(champion: Champion, url: str) -> float:
     parts = {"setting": [Setting(step=task.step)], "robots": [here], "views": [view]}
     records = Records(**dict.fromkeys(Records._fields, ()) | parts)  # type: ignore[arg-type]
     generation = task.scenes[0].model.generation
-    earned = 0.0
+    is_measured, earned = can_be_measured(champion), 0.0
 
     async def main(robot: Epuck) -> None:
         began = before = math.nan
@@ -172,8 +179,8 @@ def play_on_robot(champion: Champion, url: str) -> float:
             now = robot.time
             if math.isnan(began):
                 began = now
-            elif task.on_board:
-                for sensor in task.sensors:
+            elif is_measured:
+                for sensor in champion.network.sensors:
                     setattr(view, sensor, getattr(seen, sensor))
                 earned += task.reward(records, 0) * (min(now, began + task.seconds) - before) / task.step
                 if task.is_over is not None and task.is_over(records):
@@ -193,6 +200,6 @@ def play_on_robot(champion: Champion, url: str) -> float:
                 await drive
 
     run_on(url, main, watchdog=is_supported())
-    if not task.on_board:
+    if not is_measured:
         return math.nan
     return earned / task.ticks if task.fitness == "mean" else earned

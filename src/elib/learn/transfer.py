@@ -29,7 +29,7 @@ from elib.errors import ArgumentError, ElibError, Unsupported
 from elib.fields import SEED, Whole
 from elib.learn.champion import Champion
 from elib.learn.executor import Executor, open_executor
-from elib.learn.linked import play_on_robot, play_on_wire
+from elib.learn.linked import can_be_measured, play_on_robot, play_on_wire
 from elib.physics import Episodes, EpuckModel, Randomisation, Task
 from elib.physics.profiles import PROFILES
 from elib.physics.worldwriter import written_scene
@@ -75,8 +75,8 @@ TROUBLES = (
     Trouble("sensor noise", "times", "physics", "sensor_noise", 1.0, (1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)),
     Trouble("motor noise", "of the travel", "physics", "motor_noise", 0.03, (0.03, 0.06, 0.1, 0.15, 0.2, 0.3)),
     Trouble("wheel spread", "of the radius", "physics", "wheel_spread", 0.004, (0.004, 0.01, 0.02, 0.04, 0.07, 0.1)),
-    Trouble("latency", "s each way", "wire", "latency", 0.01, (0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.5)),
-    Trouble("loss", "of the answers", "wire", "loss", 0.02, (0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.5)),
+    Trouble("latency", "s each way", "wire", "latency", 0.01, (0.01, 0.03, 0.06, 0.12, 0.25, 0.5)),
+    Trouble("loss", "of the answers", "wire", "loss", 0.02, (0.02, 0.05, 0.1, 0.2, 0.4)),
 )
 
 
@@ -453,10 +453,10 @@ class _Transfer:
 
     def _robot(self, url: str, fitness: Sequence[float]) -> None:
         """Add the stage on the robot."""
-        if self.task.on_board:
+        if can_be_measured(self.champion):
             self.stages.append(self._stage("robot", url, fitness, on_robot=True))
         else:
-            about = f"{url}; the reward needs more than readings and wheel speeds, so it is not measured"
+            about = f"{url}; the reward needs more than wheel speeds and what the controller sees: it is not measured"
             self.stages.append(StageResult("robot", about, len(fitness)))
 
 

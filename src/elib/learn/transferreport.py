@@ -200,7 +200,7 @@ def _draw_stages(axes: Any, stages: list[StageResult]) -> None:
     axes.text(
         BROKEN * stages[0].mean,
         -0.75,
-        f"{BROKEN:.0%} of physics",
+        f"{100 * BROKEN:.0f} % of physics",
         fontsize=7.5,
         color=INK,
         ha="center",
