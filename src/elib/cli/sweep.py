@@ -70,12 +70,12 @@ def sweep(
         TABLE,
         Sweep,
         check_metric,
-        draw_sweep,
         parse_grid,
         parse_sample,
         read_program,
         run_sweep,
     )
+    from elib.learn.sweepplot import draw_sweep
 
     check_duration(seconds)
     asked = Sweep(

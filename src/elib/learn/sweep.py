@@ -42,18 +42,16 @@ from elib.robot.aio import Epuck, on_open
 from elib.session.statistics import merged
 from elib.transport import Url, parse_url
 from elib.view.drive import RobotReport
-from elib.view.report import COLOURS, INK, PAPER, save
 
 SETTINGS, RUNS, TABLE, PLOT = "sweep.json", "runs.jsonl", "runs.parquet", "sweep.svg"
+CHAMPION = ".toml"
+"""What the name of a champion's file ends in."""
 NO_FAULT = "none"
 MOST_RUNS = 1_000_000
 LARGEST_PROGRAM = 1_000_000
 """Bytes of a program at most: each job carries it to its worker."""
 CELL = 0.1
 """m. Edge of the squares in which the visited area is counted: somewhat more than a robot."""
-BINS = 8
-"""Parts into which a parameter with more values than :data:`MOST_TICKS` is divided for the line of a plot."""
-MOST_TICKS = 12
 
 Value = float | str
 Row = dict[str, Any]
@@ -137,7 +135,8 @@ class Sweep:
         faults: Fault scripts, settings of the link such as ``loss=0.1&latency=0.02``, or ``none``.
         seeds: Every combination is run with the seeds 1 to this.
         seconds: Robot time for each run, s; None lets it end by itself.
-        source: The text of the program, if the target is one: workers on other computers do not have the file.
+        source: The text of the target's file, if it is one: another text is another sweep, and workers on other
+            computers do not have the program.
     """
 
     target: str
@@ -157,7 +156,7 @@ class Sweep:
     @property
     def metrics(self) -> Mapping[str, str]:
         """What is measured: names of columns, and what they are."""
-        return EPISODE if self.target.endswith(".toml") else DRIVE
+        return EPISODE if self.target.endswith(CHAMPION) else DRIVE
 
     def runs(self) -> list[Run]:
         """Return all runs, in the order of the table."""
@@ -267,10 +266,8 @@ class _Drive:
 
     def measure(self, run: Run, seconds: float | None) -> Row:
         robots: list[RobotReport] = []
-        contexts: list[RunContext] = []
 
         def watch(context: RunContext, opened: tuple[Epuck, ...]) -> None:
-            contexts.append(context)
             robots.extend(RobotReport(robot, context.began) for robot in opened)
 
         error = None
@@ -342,7 +339,7 @@ class _Episode:
             self._evaluation(run, None)
 
     def world_of(self, run: Run) -> str:
-        return run.world or f"of {self._champion.task}"
+        return run.world or f"task {self._champion.task}"
 
     def _evaluation(self, run: Run, seconds: float | None) -> Evaluation:
         champion, task = self._champion, self._champion.find_task()
@@ -387,7 +384,7 @@ def _target(sweep: Sweep) -> _Drive | _Episode:
         ArgumentError: There is no such behaviour, program or champion.
     """
     name, _, variable = sweep.target.partition(".py:")
-    if sweep.target.endswith(".toml"):
+    if sweep.target.endswith(CHAMPION):
         return _Episode(load_champion(sweep.target))
     if variable or name.endswith(".py"):
         return _Drive(_behaviour_of(Path(name if not variable else f"{name}.py"), sweep.source or "", variable))
@@ -395,21 +392,21 @@ def _target(sweep: Sweep) -> _Drive | _Episode:
 
 
 def read_program(target: str) -> str | None:
-    """Return the text of the program that *target* names; None if it names something else.
+    """Return the text of the file that *target* names, a program or a champion; None if it names something else.
 
     Raises:
         ArgumentError: The file cannot be read.
     """
     file = target.partition(".py:")[0] + ".py" if ".py:" in target else target
-    if not file.endswith(".py"):
+    if not file.endswith((".py", CHAMPION)):
         return None
-    content = read_file(file, "the program", largest=LARGEST_PROGRAM)
+    content = read_file(file, "the file", largest=LARGEST_PROGRAM)
     if len(content) > LARGEST_PROGRAM:
-        raise ArgumentError(f"the program {file} is larger than {LARGEST_PROGRAM} bytes")
+        raise ArgumentError(f"{file} is larger than {LARGEST_PROGRAM} bytes")
     try:
         return content.decode()
     except UnicodeDecodeError:
-        raise ArgumentError(f"the program {file} is not text in UTF-8") from None
+        raise ArgumentError(f"{file} is not text in UTF-8") from None
 
 
 def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
@@ -543,66 +540,17 @@ def write_table(path: Path, rows: Sequence[Row]) -> None:
     Raises:
         ElibError: The disk is full.
     """
-    headers = [Header(name, _kind_of([row.get(name) for row in rows])) for name in rows[0]]
+    headers = [Header(name, kind_of([row.get(name) for row in rows])) for name in rows[0]]
     with writing("parquet", str(path)) as writer:
         writer.write(Table(headers, ([row.get(header.name) for header in headers] for row in rows)))
 
 
-def _kind_of(values: Sequence[object]) -> Literal["whole", "number", "text"]:
+def kind_of(values: Sequence[object]) -> Literal["whole", "number", "text"]:
+    """Return what the cells of a column are."""
     there = [value for value in values if value is not None]
     if there and all(isinstance(value, int) for value in there):
         return "whole"
     return "number" if there and all(isinstance(value, int | float) for value in there) else "text"
-
-
-def draw_sweep(path: Path, sweep: Sweep, rows: Sequence[Row], metric: str = "") -> None:
-    """Draw a metric against each parameter that is varied.
-
-    Every run is a dot, the line joins the medians, and the band holds the middle half of the runs.
-
-    Args:
-        path: The file to write, ending in .svg, .png or .pdf.
-        sweep: What was run.
-        rows: The table.
-        metric: Name of the column; by default the first one that is measured.
-
-    Raises:
-        ArgumentError: There is no such column.
-        ElibError: The file cannot be written.
-    """
-    from matplotlib.figure import Figure
-
-    metric = check_metric(sweep, metric)
-    names = [name for name in sweep.varied if _kind_of([row[name] for row in rows]) != "text"]
-    others = [name for name in ("world", "fault", *sweep.varied) if name not in names]
-    kinds = {_kind(row, others): None for row in rows}
-    varying = [n for n, name in enumerate(others) if len({kind[n] for kind in kinds}) > 1]
-    # A dollar would begin a formula.
-    labels = [", ".join(str(kind[n]) for n in varying).replace("$", r"\$") for kind in kinds]
-    panels = names or [""]
-    figure = Figure(figsize=(1.2 + 4.6 * len(panels), 4.2), facecolor=PAPER, layout="constrained")
-    figure.suptitle(f"{sweep.target}: {len(rows)} runs".replace("$", r"\$"), color=INK, fontsize=12, x=0.01, ha="left")
-    shared: Any = None
-    for k, name in enumerate(panels):
-        axes = shared = figure.add_subplot(1, len(panels), k + 1, sharey=shared)
-        for n, kind in enumerate(kinds):
-            of_kind = [row for row in rows if _kind(row, others) == kind and row[metric] is not None]
-            points = [(float(row[name]) if name else float(n), float(row[metric])) for row in of_kind]
-            _draw_kind(axes, points, COLOURS[(5 + 3 * n) % len(COLOURS)], labels[n])
-        axes.set_xlabel(name.replace("_", " ") if name else ", ".join(others[n] for n in varying), color=INK)
-        if not name:
-            axes.set_xticks(range(len(kinds)), labels)
-            axes.set_xlim(-0.6, len(kinds) - 0.4)
-        axes.grid(axis="y", color="#e3e6eb", linewidth=0.8)
-        axes.set_axisbelow(True)
-        axes.tick_params(colors=INK, length=0)
-        for side in ("top", "right", "left"):
-            axes.spines[side].set_visible(False)
-        if k == 0:
-            axes.set_ylabel(sweep.metrics[metric], color=INK)
-    if names and varying:
-        shared.legend(frameon=False, fontsize=9, labelcolor=INK)
-    save(figure, path)
 
 
 def check_metric(sweep: Sweep, metric: str) -> str:
@@ -615,39 +563,3 @@ def check_metric(sweep: Sweep, metric: str) -> str:
     if name not in sweep.metrics:
         raise ArgumentError(f"{metric!r} is not measured", hint=f"choose from {', '.join(sweep.metrics)}")
     return name
-
-
-def _kind(row: Row, names: Sequence[str]) -> tuple[Value, ...]:
-    return tuple(row[name] for name in names)
-
-
-def _draw_kind(axes: Any, points: Sequence[tuple[float, float]], colour: str, label: str) -> None:
-    """Draw the runs of one world, fault and so on."""
-    if not points:
-        return
-    low, high = min(x for x, _ in points), max(x for x, _ in points)
-    groups: dict[float, list[float]] = {}
-    are_binned = len({x for x, _ in points}) > MOST_TICKS
-    for x, y in points:
-        part = min(BINS - 1, int((x - low) / (high - low) * BINS)) if are_binned else 0
-        groups.setdefault(low + (part + 0.5) * (high - low) / BINS if are_binned else x, []).append(y)
-    middle = sorted(groups)
-    quartiles = [
-        statistics.quantiles(groups[x], n=4, method="inclusive") if len(groups[x]) > 1 else groups[x] * 3
-        for x in middle
-    ]
-    axes.scatter(*zip(*points, strict=True), s=14, color=colour, alpha=0.3, linewidths=0)
-    if len(middle) > 1:
-        axes.fill_between(middle, [q[0] for q in quartiles], [q[2] for q in quartiles], color=colour, alpha=0.15, lw=0)
-        axes.plot(middle, [q[1] for q in quartiles], color=colour, lw=2, marker="o", ms=4, label=label)
-    else:
-        axes.errorbar(
-            middle,
-            [q[1] for q in quartiles],
-            yerr=[[q[1] - q[0] for q in quartiles], [q[2] - q[1] for q in quartiles]],
-            color=colour,
-            marker="o",
-            lw=2,
-            capsize=5,
-            label=label,
-        )
