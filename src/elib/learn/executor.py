@@ -316,7 +316,7 @@ class _Run:
         return None
 
     def take_back(self) -> None:
-        """Let no job be at the cluster."""
+        """Let all jobs that are at the cluster wait again."""
         self._waiting.extendleft(sorted(self._sent, reverse=True))
         for future in self._sent.values():
             with contextlib.suppress(Exception):
@@ -331,7 +331,10 @@ class _Run:
         """
         from distributed.scheduler import KilledWorker
 
-        error = future.exception(timeout=ANSWER_TIME)
+        try:
+            error = future.exception(timeout=ANSWER_TIME)
+        except Exception:  # the connection broke meanwhile: the job runs again
+            return
         if not isinstance(error, KilledWorker):
             raise _failed(self._function, self._jobs, k, error) from error
         self._losses[k] += 1
@@ -345,7 +348,7 @@ class _Run:
 
 
 def _call(payload: bytes) -> bytes:
-    """Do a job on a worker, and return its result or its error, pickled here: Dask takes neither for its own then."""
+    """Do a job on a worker, and return its result and its error, pickled: an error that Dask raises is then its own."""
     import cloudpickle
 
     try:
@@ -418,7 +421,11 @@ def _restore(environment: Mapping[str, str | None]) -> None:
 
 
 def _parse(address: str) -> tuple[str, str, int]:
-    """Return scheme, host and port of a scheduler."""
+    """Return scheme, host and port of a scheduler.
+
+    Raises:
+        ArgumentError: It is not the address of one.
+    """
     try:
         url = urlsplit(address)
         if url.scheme in ("tcp", "tls") and url.hostname:
@@ -434,7 +441,7 @@ def _knock(address: str) -> None:
     """Check that a scheduler answers: Dask itself would wait for ever for a computer that is connected and silent.
 
     Raises:
-        OSError: It does not.
+        OSError: It does not answer, or something else does.
     """
     scheme, host, port = _parse(address)
     with socket.create_connection((host, port), ANSWER_TIME) as line:
