@@ -1,4 +1,10 @@
-"""Come together: a swarm of robots, each of which sees only whether another one is ahead."""
+"""Come together: a swarm of robots, each of which sees what is near, and how far it is to what is ahead.
+
+The world is a room whose edge is a step, too low for the infrared and the distance sensors; the walls around it are at
+least 1 m away. So what a robot sees nearer than that is another robot. Eight robots start anywhere. To be solved, an
+episode needs a mean distance of 25 cm between two robots: that is one cluster, for most of the time. The controller of
+Gauci and others earns 0.83.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,10 @@
-"""Drive fast and straight, away from walls: the experiment with which evolutionary robotics began."""
+"""Drive fast and straight, away from walls: the experiment with which evolutionary robotics began.
+
+The worlds are a corridor round a block, as in the paper, the world ``arena``, and six rooms with posts and boxes at
+random places. The robot starts anywhere. A robot that drives at full speed and turns away from walls earns 0.7 to 0.8
+in each tick. One that only drives in circles where there is room earns less than 0.6, and so does one that stops or
+turns on the spot at each wall for long.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +25,15 @@ FULL_SCALE: Final = 4095.0
 
 
 def reward(world: Records, i: int) -> float:
-    """Return V (1 - sqrt(dv)) (1 - n), 0..1: fast, straight, and far from everything.
+    """Return V (1 - sqrt(dv)) (1 - n), -1..1: fast forward, straight, and far from everything.
 
-    V is the mean of both wheels' speeds without their signs, dv half their difference with the signs, both as parts of
-    the top speed, and n the highest of the eight infrared readings as a part of the full scale.
+    V is the mean speed of the wheels and dv half of their difference, both as parts of the top speed, and n the highest
+    of the eight infrared readings as a part of the full scale. In the paper V has no sign; then a robot that shakes to
+    and fro on one spot would earn as much as one that drives.
     """
     left = world.robots[i].left_speed / TOP_SPEED
     right = world.robots[i].right_speed / TOP_SPEED
-    fast = min(0.5 * (abs(left) + abs(right)), 1.0)
+    fast = min(max(0.5 * (left + right), -1.0), 1.0)
     turning = min(0.5 * abs(left - right), 1.0)
     nearest = 0
     for s in range(8):

@@ -1,4 +1,8 @@
-"""Push a box to a lamp, together: it is too heavy for one robot."""
+"""Push a box to a lamp, together: the box is too heavy for one robot.
+
+The box stands between four robots and a lamp. It is lower than the infrared sensors, so it does not hide the lamp:
+robots that drive to the lamp meet it. One robot alone can only turn it; two move it. It is solved if the box arrives.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ from elib.physics.geometry import unit
 from elib.physics.records import Records
 from elib.physics.task import Task
 
-COUNT = 3
+COUNT = 4
 
 LAMP = (1.5, 0.5)
 """Where the lamp is, m."""
@@ -61,7 +65,7 @@ def scene(seed: int) -> Scene:
     starts = tuple(
         Pose(
             round(draw.uniform(0.1, 0.38), 3),
-            round(0.3 + 0.2 * k + draw.uniform(-0.05, 0.05), 3),
+            round(0.2 + 0.2 * k + draw.uniform(-0.04, 0.04), 3),
             round(draw.uniform(-math.pi, math.pi), 3),
         )
         for k in range(COUNT)

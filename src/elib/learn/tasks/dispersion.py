@@ -1,4 +1,9 @@
-"""Spread out: a swarm of robots that start close together."""
+"""Spread out: a swarm of robots that start close together.
+
+The world is an empty room, in which nine robots start side by side at one of eight places. To be solved, an episode
+needs a mean distance of 18 cm to the nearest robot. That is as far as the infrared sensors see another robot, so
+robots that stop as soon as they see no other one do not reach it: they have to drive on for a while.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,10 @@
-"""Find the way through a maze to a goal that beeps."""
+"""Find the way through a maze to a goal that beeps.
+
+The worlds are the world ``maze`` and its three mirror images, so that a sequence of turns learned by heart is of no
+use. The robot starts in the corner opposite to the goal. It is solved if the robot reaches the goal in time. The way is
+2.3 times as long as the straight line: a robot that follows the sound ends in a dead end. One that keeps a hand on the
+wall finds it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Bring a ball into a goal behind which a lamp shines."""
+"""Bring a ball into a goal behind which a lamp shines: a team of two, without opponents.
+
+The world is the field of the world ``soccer``. The robots start behind the ball, 10 to 36 cm away. The ball rolls, so
+each touch decides where it goes. It is solved if the ball is in the goal in time.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Follow the walls of a room, which the robot keeps on its right."""
+"""Follow the walls of a room, which the robot keeps on its right.
+
+The worlds are rooms with blocks, so that there are inner and outer corners, and walls that stand aslant. The robot
+starts anywhere, and has to find a wall first. A robot that drives along the walls at full speed, 2 to 3 cm away, and
+loses them for a short time at corners, earns 0.5 to 0.7.
+"""
 
 from __future__ import annotations
 
@@ -25,15 +30,15 @@ RIGHT: Final = 2
 
 
 def reward(world: Records, i: int) -> float:
-    """Return v d (1 - n), 0..1: how fast the robot drives forward along a wall on its right.
+    """Return v d (1 - n), -1..1: how fast the robot drives forward along a wall on its right.
 
-    v is the mean speed of the wheels as a part of the top speed, 0 if it is backwards. d is 1 while the right sensor
+    v is the mean speed of the wheels as a part of the top speed. d is 1 while the right sensor
     reads 200 to 1000 counts, a wall 1.6 to 3.5 cm away, and falls to 0 at 0 and at 3000 counts. n is the higher of the
     two front readings as a part of the full scale.
     """
     robot = world.robots[i]
     view = world.views[i]
-    forward = min(max(0.5 * (robot.left_speed + robot.right_speed) / TOP_SPEED, 0.0), 1.0)
+    forward = min(max(0.5 * (robot.left_speed + robot.right_speed) / TOP_SPEED, -1.0), 1.0)
     right = view.proximity[RIGHT]
     beside = min(right / FAR, 1.0, max((TOUCHING - right) / (TOUCHING - NEAR), 0.0))
     ahead = max(view.proximity[0], view.proximity[7]) / 4095.0
