@@ -235,8 +235,8 @@ async def panel_pictures() -> None:
         await take(tab, "live-view.png", (1280, 800))
         await take(tab, "live-view-phone.png", PHONE, phone=True, dark=True)
     async with page("evolve", "avoid", "--view", "0") as tab:
-        await tab.until("app.place?.study?.generations.length >= 40")
-        await asyncio.sleep(15)
+        await tab.until("app.place?.study?.generations.length >= 60")
+        await asyncio.sleep(25)
         await take(tab, "evolve.png", (1280, 800))
 
 
