@@ -9,7 +9,7 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.cli.arguments import AsJson, Seconds, check_duration
+from elib.cli.arguments import AsJson, check_duration
 from elib.cli.terminal import say
 from elib.errors import ArgumentError, Unsupported
 from elib.extras import install
@@ -30,6 +30,10 @@ Seeds = Annotated[int, Cli(metavar="N", help="Do every run with the seeds 1 to N
 Faults = Annotated[
     str | None,
     Cli(name="--fault", metavar="A,B", help="Fault scripts, settings of the link such as loss=0.1, or none."),
+]
+Seconds = Annotated[
+    float | None,
+    Cli(name="--for", metavar="S", help="Robot time for each run, seconds; by default 30, or what the task says."),
 ]
 Workers = Annotated[int | None, Cli(metavar="N", help="Use N processes of this computer.")]
 Cluster = Annotated[str | None, Cli(metavar="URL", help="Use a Dask cluster: the address of its scheduler.")]

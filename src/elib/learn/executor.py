@@ -53,6 +53,7 @@ REPORT_INTERVAL = 30.0
 MOST_LOSSES = 10
 """How often Dask may give a job up before elib does. Dask gives it up when its fourth worker has died
 (``distributed.scheduler.allowed-failures``); after forty workers it is the job that kills them."""
+MOST_WORKERS = 1000
 AHEAD = 2
 """Jobs at the cluster for each thread of its workers: a worker that has ended one begins the next at once."""
 ONE_THREAD = dict.fromkeys(
@@ -119,7 +120,7 @@ def open_executor(
             "workers and cluster exclude each other", hint="a cluster has its own workers: leave workers out"
         )
     if workers is not None:
-        workers = Whole(1).require(workers, "workers")
+        workers = Whole(1, MOST_WORKERS).require(workers, "workers")
     if cluster is not None:
         _parse(cluster)
     if workers is None and cluster is None:

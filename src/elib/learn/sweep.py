@@ -47,6 +47,8 @@ SETTINGS, RUNS, TABLE, PLOT = "sweep.json", "runs.jsonl", "runs.parquet", "sweep
 CHAMPION = ".toml"
 """What the name of a champion's file ends in."""
 NO_FAULT = "none"
+SECONDS = 30.0
+"""s of robot time for a run of a behaviour, unless another time is given: many behaviours never end by themselves."""
 MOST_RUNS = 1_000_000
 LARGEST_PROGRAM = 1_000_000
 """Bytes of a program at most: each job carries it to its worker."""
@@ -134,7 +136,7 @@ class Sweep:
         worlds: Names or files of worlds; an empty name stands for that of the target.
         faults: Fault scripts, settings of the link such as ``loss=0.1&latency=0.02``, or ``none``.
         seeds: Every combination is run with the seeds 1 to this.
-        seconds: Robot time for each run, s; None lets it end by itself.
+        seconds: Robot time for each run, s; None stands for 30 s, or for what the task of a champion says.
         source: The text of the target's file, if it is one: another text is another sweep, and workers on other
             computers do not have the program.
     """
@@ -276,7 +278,7 @@ class _Drive:
                 ended = play(
                     self._behaviour,
                     run.url,
-                    seconds=seconds,
+                    seconds=seconds or SECONDS,
                     options=dict(run.parameters),
                     seed=run.seed,
                     watch=watch,
