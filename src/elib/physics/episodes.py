@@ -50,6 +50,10 @@ DRAW: Final = 8194  # +0..7
 SHARED = ("tables", "cells", "lamps", "tones", "fans", "response", "floor")
 """Records that nothing changes while a world runs: the worlds of one scene share them."""
 
+TEMPORARY = ("visible_walls", "visible_discs", "scratch")
+"""Records that hold nothing from one robot to the next: the worlds of one thread share them, so they stay in its cache.
+"""
+
 SMALL = 2_000
 """Robot-ticks of a call below which threads cost more than they save."""
 
@@ -185,7 +189,6 @@ def packed_restore(course: Course, w: int, scene: int) -> None:
     copied(worlds.heads, at[13], originals.heads, a[13], b[13])
     copied(worlds.listings, at[14], originals.listings, a[14], b[14])
     copied(worlds.lists, at[15], originals.lists, a[15], b[15])
-    copied(worlds.scratch, at[18], originals.scratch, a[18], b[18])
     for k in range(len(at)):
         if k == 1 or 7 <= k <= 12:  # SHARED
             worlds.first[w][k] = a[k]
@@ -503,7 +506,8 @@ class Episodes:
             controller: Its control function, and how much that remembers; the sensors are those of the task, and its
                 own parameters are not used.
             population: Parameters of the control function, (individuals, n); the robots of a world share them.
-            seeds: The seeds of the episodes, 0 <= seed < 2**64. With the same seed all individuals have the same conditions.
+            seeds: The seeds of the episodes, 0 <= seed < 2**64. With the same seed all individuals have the same
+                conditions.
 
         Raises:
             ArgumentError: A number is out of its range, or the control function fails.
@@ -600,7 +604,11 @@ class Episodes:
 
     def _cuts(self, count: int, ticks: int) -> list[tuple[int, int]]:
         """Return the first and the last + 1 of each thread's part of so many things that take so many ticks."""
-        parts = min(self.threads, count) if ticks >= SMALL else 1
+        return self._parts(count) if ticks >= SMALL else [(0, count)]
+
+    def _parts(self, count: int) -> list[tuple[int, int]]:
+        """Return the same for all threads."""
+        parts = min(self.threads, count)
         return [(k * count // parts, (k + 1) * count // parts) for k in range(parts)]
 
     def _whole(self, numbers: Sequence[int]) -> Any:
@@ -636,7 +644,9 @@ class Episodes:
 
         task, robots, models = self.task, self.task.robots, self._records_of_models()
         return Course(
-            worlds=_packed_copies(models, count) if self._is_compiled else [models[0]] * count,  # restore() makes them
+            worlds=_packed_copies(models, self._parts(count))
+            if self._is_compiled
+            else [models[0]] * count,  # restore() makes them
             **self._scenes,
             episodes=self._engine.records(Episode, [Episode() for _ in range(count)]),
             memory=self._table(np.zeros((count, robots, memory))),
@@ -694,19 +704,28 @@ def _packed(models: Sequence[Records]) -> Packed:
     return Packed._make([*columns, first, end])
 
 
-def _packed_copies(models: Sequence[Records], count: int) -> Packed:
-    """Make room for *count* worlds, each of which can be that of any model; what nothing changes is shared."""
+def _packed_copies(models: Sequence[Records], parts: Sequence[tuple[int, int]]) -> Packed:
+    """Make room for worlds, each of which can be that of any model.
+
+    Args:
+        models: The worlds of all scenes.
+        parts: The first and the last + 1 of the worlds of each thread.
+    """
     import numpy as np
 
     packed = _packed(models)
     columns: list[Any] = []
+    count = parts[-1][1]
+    threads = np.repeat(np.arange(len(parts)), [end - first for first, end in parts])
     first = np.zeros((count, len(Records._fields)), dtype=np.int64)
     for k, name in enumerate(Records._fields):
         column = packed[k]
         if name not in SHARED:
             room = max(len(model[k]) for model in models)
-            first[:, k] = np.arange(count) * room
-            column = _recorded(np.zeros(count * room, dtype=np.asarray(column).dtype), models[0][k])
+            place = threads if name in TEMPORARY else np.arange(count)
+            first[:, k] = place * room
+            made = np.zeros((int(place[-1]) + 1) * room, dtype=np.asarray(column).dtype)
+            column = _recorded(made, models[0][k])
         columns.append(column)
     return Packed._make([*columns, first, first.copy()])
 
