@@ -37,7 +37,7 @@ from elib.learn.envs import TaskEnv, TaskVectorEnv
 from elib.physics import Controller, Episodes, World
 
 BRAITENBERG = Controller.braitenberg()
-SHORT = 20
+SHORT = 100
 """The loop runs so many times fewer robot-steps than the others."""
 LOOPED = 10
 """Environments in the loop. More make it no faster."""

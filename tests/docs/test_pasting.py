@@ -33,6 +33,7 @@ REASONS = {
     "a robot": "a real one, on a port, a radio or a network",
     "a checkout": "make works in the folder of the project",
     "an administrator": "the system asks for a password",
+    "Stable-Baselines3": "it brings PyTorch, hundreds of megabytes",
     "bubblewrap": "it isolates programs of other people, and is not everywhere",
     "an open network": "it listens to other computers",
     "the internet": "it installs packages",

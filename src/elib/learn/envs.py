@@ -5,19 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple, cast
 
-import gymnasium
 import numpy as np
-from gymnasium.spaces import Box
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from elib.errors import ArgumentError
+from elib.errors import ArgumentError, Unsupported
+from elib.extras import install
 from elib.learn.catalogue import find_task
 from elib.learn.liveview import LiveView, picture
 from elib.learn.sensors import Channel, channels_of
 from elib.physics import Episodes, Task
 from elib.physics.engine import EngineName
+
+try:
+    import gymnasium
+    from gymnasium.spaces import Box
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space
+except ImportError:
+    raise Unsupported("environments need Gymnasium, which is not installed", hint=install("learn")) from None
 
 Floats32 = NDArray[np.float32]
 
@@ -64,6 +69,7 @@ class Worlds:
         speed = self.task.top_speed
         self.acted = tuple(Channel(f"{side}_wheel", "m/s", -speed, speed) for side in ("left", "right"))
         self.fitness = np.zeros(count)
+        self._ended = np.zeros(count, dtype=np.bool_)
         # A mean fitness is a share of the whole episode, and too small a number for a single decision.
         self._scale = float(self.task.decisions) if self.task.fitness == "mean" else 1.0
         self._low, self._high = (np.array(edge, np.float32) for edge in _edges(self.observed))
@@ -82,34 +88,24 @@ class Worlds:
         else:
             for world, own in zip(chosen, seed, strict=True):
                 self.episodes.reset(None if own is None else (int(own) - world) % (1 << 64), [world])
-        self.fitness[chosen] = 0.0
+        self.fitness[chosen], self._ended[chosen] = 0.0, False
 
     def step(self, actions: ArrayLike, *, begin_again: bool = False) -> Outcome:
         """Let one decision pass in every world; see :meth:`Episodes.step`."""
-        was_over = self.ended if begin_again else None
         earned = self.episodes.step(actions, begin_again=begin_again)
+        if begin_again:
+            self.fitness[self._ended] = 0.0
         self.fitness += earned.mean(axis=1)
-        if was_over is not None:
-            self.fitness[was_over] = 0.0
         over = self.episodes.is_over
-        return Outcome(earned * self._scale, over, self.is_late & ~over)
+        late: NDArray[np.bool_] = self.episodes.ticks >= self.task.ticks
+        self._ended = over | late
+        return Outcome(earned * self._scale, over, late & ~over)
 
     def observe(self) -> Floats32:
         """Return what all robots observe, (worlds, robots, n): a new array each time."""
         seen = [self.episodes.readings(sensor) for sensor in self.task.sensors]
         found = np.concatenate(seen, axis=2, dtype=np.float32, casting="unsafe")
         return np.clip(found, self._low, self._high, out=found)
-
-    @property
-    def is_late(self) -> NDArray[np.bool_]:
-        """Whether the time of the episode is over, (worlds,)."""
-        late: NDArray[np.bool_] = self.episodes.ticks >= self.task.ticks
-        return late
-
-    @property
-    def ended(self) -> NDArray[np.bool_]:
-        """Whether the episode has ended, (worlds,)."""
-        return self.episodes.is_over | self.is_late
 
     def all_robots(self, channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
         """Return the channels of all robots of a world, one robot after the other."""

@@ -5,14 +5,21 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from gymnasium import Space
-from pettingzoo import ParallelEnv
 
-from elib.errors import ArgumentError
+from elib.errors import ArgumentError, Unsupported
+from elib.extras import install
 from elib.learn.envs import HUMAN, RGB_ARRAY, Floats32, Worlds, check_render_mode, ending, require_shape, space_of
 from elib.learn.liveview import LiveView, picture
 from elib.physics import Task
 from elib.physics.engine import EngineName
+
+try:
+    from gymnasium import Space
+    from pettingzoo import ParallelEnv
+except ImportError:
+    raise Unsupported(
+        "the environments of swarms need PettingZoo, which is not installed", hint=install("learn")
+    ) from None
 
 
 class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types

@@ -448,7 +448,8 @@ class Episodes:
 
         task = self.task
         given = np.asarray(actions, dtype=np.float64).reshape(self.count, task.robots, 2)
-        wanted = np.clip(np.nan_to_num(given), -task.top_speed, task.top_speed) / METRES_PER_STEP
+        wanted = np.clip(given, -task.top_speed, task.top_speed) / METRES_PER_STEP
+        wanted[np.isnan(wanted)] = 0.0
         table = wanted if self._is_compiled else wanted.tolist()
         cut = self._cuts(self.count, self.count * task.robots * task.ticks_a_period)
         jobs = [
