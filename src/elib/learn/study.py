@@ -62,9 +62,9 @@ class Settings:
     controller: Annotated[str, Text(1000)] = "recurrent"
     hidden: Annotated[int, Whole(0, 100)] = 0
     algorithm: Annotated[str, Text()] = "cma"
-    population: Annotated[int, Whole(2, 100_000)] = 100
+    population: Annotated[int, Whole(2, 100_000)] = 50
     generations: Annotated[int, Whole(1, 1_000_000)] = 100
-    scenarios: Annotated[int, Whole(1, 10_000)] = 1
+    scenarios: Annotated[int, Whole(1, 10_000)] = 4
     seconds: Annotated[float, Number(0, 1e6, "s")] = 0.0
     seed: Annotated[int, Whole(0, 2**63 - 1)] = 1
 
