@@ -102,8 +102,9 @@ def scaled(fitness: Floats, best_copies: float) -> Floats:
 class CmaEs:
     """CMA-ES by the package ``cmaes``. If a search has converged, the next one begins somewhere else."""
 
-    SIGMA = 1.0
-    """Standard deviation of the first weights: inputs and outputs of the networks lie within -1 to 1."""
+    SIGMA = 0.5
+    """Standard deviation of the first weights. Twice as much saturates most neurons, where a search learns little: 7 of
+    10 seeds learned to follow a line, and 9 do so with this one."""
 
     def __init__(self, size: int, population: int, seed: int) -> None:
         """Begin around zero weights.
