@@ -37,6 +37,7 @@ REASONS = {
     "bubblewrap": "it isolates programs of other people, and is not everywhere",
     "an open network": "it listens to other computers",
     "the internet": "it installs packages",
+    "minutes": "it computes for minutes",
 }
 """What a page may say that a block needs."""
 BY_PROGRAMS = {"docs/guides/link-faults.md", "docs/guides/pandas.md", "docs/guides/records.md"}
