@@ -189,8 +189,9 @@ class MapElites:
 
     def ask(self) -> Floats:
         """Return the next population."""
-        self._asked: Floats = self._emitter.ask()
-        return self._asked
+        asked: Floats = self._emitter.ask()
+        self._asked = asked
+        return asked
 
     def tell(self, fitness: Floats, descriptors: Floats) -> None:
         """Put those into the archive that are better than what is in their cell."""

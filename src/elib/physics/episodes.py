@@ -134,7 +134,9 @@ def listed_world(worlds: Any, w: int) -> Records:
 
 def listed_restore(course: Course, w: int, scene: int) -> None:
     """Make world *w* of a list as its scene was laid out."""
-    course.worlds[w] = copy.deepcopy(course.originals[scene])
+    original = course.originals[scene]
+    own = {name: copy.deepcopy(part) for name, part in original._asdict().items() if name not in SHARED}
+    course.worlds[w] = original._replace(**own)
 
 
 @kernel
