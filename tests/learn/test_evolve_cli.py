@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from elib.learn.evolution import Evolution
 from elib.learn.executor import Executor, open_executor
 from elib.learn.networks import Network
 from elib.learn.progress import Generation as Shown
-from elib.learn.study import Settings, Study, read_study
+from elib.learn.study import Settings, Study, evaluate, read_study
 
 SMALL = ["--population", "3", "--generations", "3", "--algorithm", "ga"]
 
@@ -81,6 +82,23 @@ def test_the_result_does_not_depend_on_how_many_work_and_in_which_order(task: Pa
     for width in (2, 5):
         run(tmp_path / str(width), settings, Shuffled(width))
         assert content_of(tmp_path / str(width)) == content_of(tmp_path / "here")
+
+
+def test_two_evaluations_at_a_time_do_not_mix(tmp_path: Path, task: Path) -> None:
+    """As on a worker with several threads: another evaluation begins while this one looks for its worlds."""
+    one, other = (settings_for(task, seconds=seconds).evaluation("interpreted") for seconds in (0.5, 1.0))
+    population = np.full((1, one.controller.size), 0.1)
+
+    class Meanwhile(str):
+        def __eq__(self, key: object) -> bool:
+            evaluate(other, population, [1])
+            return str.__eq__(self, key)
+
+        __hash__ = str.__hash__
+
+    expected = evaluate(one, population, [1]).steps.tolist()
+    assert evaluate(replace(one, key=Meanwhile(one.key)), population, [1]).steps.tolist() == expected
+    assert evaluate(other, population, [1]).steps.tolist() != expected
 
 
 def test_another_seed_gives_another_result(task: Path, tmp_path: Path) -> None:

@@ -123,7 +123,7 @@ class Evaluation:
     key: str = ""
 
 
-_latest: list[tuple[Evaluation, int | None, Episodes]] = []
+_latest: tuple[Evaluation, int | None, Episodes] | None = None
 """The worlds of the last evaluation of this process: to lay them out and to compile takes longer than an episode."""
 
 
@@ -136,9 +136,11 @@ def evaluate(evaluation: Evaluation, population: Floats, seeds: Sequence[int], t
         seeds: What fixes the conditions of each episode that an individual plays.
         threads: How many run at once; None means one a core. The result does not depend on it.
     """
-    if not any(_is_same(known, evaluation) and limit == threads for known, limit, _ in _latest):
-        _latest[:] = [(evaluation, threads, Episodes(evaluation.task, engine=evaluation.engine, threads=threads))]
-    known, _, episodes = _latest[0]
+    global _latest
+    latest = _latest  # Read once: a Dask worker with several threads evaluates several things at a time.
+    if latest is None or latest[1] != threads or not _is_same(latest[0], evaluation):
+        latest = _latest = evaluation, threads, Episodes(evaluation.task, engine=evaluation.engine, threads=threads)
+    known, _, episodes = latest
     return episodes.play(known.controller.controller(population), population, seeds)
 
 
