@@ -227,6 +227,23 @@ def test_a_task_with_a_mistake_says_which(change, message):
         Episodes(task(BARE, **change), engine="interpreted")
 
 
+def light(world, i):
+    return world.lamps[0].x
+
+
+def test_a_reward_that_reads_what_one_of_the_scenes_does_not_have_is_refused():
+    with pytest.raises(ArgumentError, match="a function of task 'test' fails in the first tick: IndexError"):
+        Episodes(task(FULL, BARE, reward=light), engine="interpreted")
+    Episodes(task(FULL, replace(FULL, boxes=()), reward=light), engine="interpreted")
+
+
+@pytest.mark.parametrize("seed", [None, 1])
+@pytest.mark.parametrize("which", [[2], [-1], [0.5]])
+def test_a_world_that_does_not_exist_cannot_begin_again(seed, which):
+    with pytest.raises(ArgumentError, match=r"the number of a world is .* from 0 to 1"):
+        Episodes(task(BARE), 2, engine="interpreted").reset(seed, which)
+
+
 def test_ranges_with_mistakes_and_tasks_without_scenes_are_refused():
     with pytest.raises(ArgumentError, match=r"the range of motor_noise is \(0.2, 0.1\)"):
         Randomisation(motor_noise=(0.2, 0.1))

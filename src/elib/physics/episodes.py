@@ -54,6 +54,9 @@ TEMPORARY = ("visible_walls", "visible_discs", "scratch")
 """Records that hold nothing from one robot to the next: the worlds of one thread share them, so they stay in its cache.
 """
 
+COUNTED = ("walls", "discs", "things", "lamps")
+"""Records of which scenes may have different numbers, and which a reward may read by their place."""
+
 SMALL = 2_000
 """Robot-ticks of a call below which threads cost more than they save."""
 
@@ -421,17 +424,21 @@ class Episodes:
             which: Numbers of the worlds that begin again; None means all.
 
         Raises:
-            ArgumentError: *seed* is out of its range.
+            ArgumentError: *seed* is out of its range, or there is no such world.
         """
-        self._begin(self._steered, seed, range(self.count) if which is None else which)
+        worlds = range(self.count)
+        # Compiled code does not check an index.
+        chosen = (
+            worlds if which is None else [Whole(0, self.count - 1).require(w, "the number of a world") for w in which]
+        )
+        self._begin(self._steered, seed, chosen)
 
     def _begin(self, course: Course, seed: int | None, which: Sequence[int]) -> None:
-        chosen = [int(w) for w in which]
         if seed is not None:
             first = check_seed(seed)
-            for w in chosen:
+            for w in which:
                 course.episodes[w].key = _episode_key(first + w)
-        self._run(begin_worlds, course, self._whole(chosen), int(seed is None))
+        self._run(begin_worlds, course, self._whole(which), int(seed is None))
 
     def step(self, actions: ArrayLike, *, begin_again: bool = True) -> NDArray[np.float64]:
         """Let one period pass in every world.
@@ -544,11 +551,21 @@ class Episodes:
     def _check_functions(self) -> None:
         """Call the functions of the task once, interpreted: compiled code does not check an index.
 
+        Scenes that have as many things, lamps and so on as an earlier one are left out.
+
         Raises:
             ArgumentError: One of them fails, or the reward is not a finite number.
         """
+        kinds = {
+            tuple(len(getattr(model.records, name)) for name in COUNTED): scene
+            for model, scene in zip(reversed(self._models), reversed(self.task.scenes), strict=True)
+        }
+        for scene in kinds.values():
+            self._check_in(scene)
+
+    def _check_in(self, scene: Scene) -> None:
         task = self.task
-        world = World(task.scenes[0], robots=task.robots)
+        world = World(scene, robots=task.robots)
         world.step()
         for sensor in (*task.sensors, *task.reward_sensors):
             world.readings(sensor)
@@ -596,7 +613,7 @@ class Episodes:
             ) from error
 
     def _all(self, jobs: Sequence[Callable[[], None]]) -> None:
-        """Run jobs, those after the first one in threads if there are several."""
+        """Run jobs, in threads if there are several."""
         if len(jobs) == 1:
             jobs[0]()
             return
