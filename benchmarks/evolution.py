@@ -25,8 +25,9 @@ import numpy as np
 
 from elib.learn.evolution import Evolution
 from elib.learn.executor import Executor, open_executor
-from elib.learn.results import curves, save
+from elib.learn.results import curves
 from elib.learn.study import Evaluation, Generation, Settings, Study, evaluate
+from elib.view.report import save
 
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "evolution-avoid.svg"
 
@@ -95,7 +96,7 @@ def avoid(options: argparse.Namespace) -> None:
     axes.set_ylim(0, 1)
     axes.axvline(50, color="#2b2d33", linewidth=0.8, linestyle=":")
     axes.text(51, 0.03, "1994, on a real robot: the best are\nnear the optimum from about here on", fontsize=8)
-    save(PICTURE, figure)
+    save(figure, PICTURE)
 
 
 def solve(options: argparse.Namespace) -> None:

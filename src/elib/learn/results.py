@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from elib.errors import ElibError, Unsupported
 from elib.et.formats import writing
-from elib.et.plot import COLOURS, GRID, INK
 from elib.et.table import Cell, Header, Table
 from elib.extras import install
-from elib.files import reason_of, replacing
+from elib.files import reason_of
 from elib.learn.evolution import replay
 from elib.learn.study import GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT, Generation, Settings
 from elib.quantiles import quantile
+from elib.view.report import COLOURS, GRID, INK, PAPER, save, trim
 
 
 def write_results(folder: Path, settings: Settings, generations: Sequence[Generation], size: int) -> None:
@@ -37,9 +36,10 @@ def write_results(folder: Path, settings: Settings, generations: Sequence[Genera
     try:
         _write(folder / GENERATIONS_TABLE, Table(summary, map(_summary, generations)))
         _write(folder / INDIVIDUALS_TABLE, Table(each, _individuals(settings, list(generations), size)))
-        draw(folder / PLOT, settings, generations)
     except OSError as error:
         raise ElibError(f"{folder}: {reason_of(error)}", hint="is there room on the disk?") from None
+    title = f"{settings.task}, {settings.controller}, {settings.algorithm}, seed {settings.seed}"
+    save(curves([generations], title), folder / PLOT)
 
 
 def _write(path: Path, table: Table) -> None:
@@ -60,17 +60,6 @@ def _individuals(settings: Settings, generations: list[Generation], size: int) -
             yield generation.generation, k, fitness, left, right, *parameters
 
 
-def draw(path: Path, settings: Settings, generations: Sequence[Generation]) -> None:
-    """Draw best and mean fitness of each generation into a file.
-
-    Raises:
-        OSError: The file cannot be written.
-        Unsupported: Matplotlib is not installed.
-    """
-    title = f"{settings.task}, {settings.controller}, {settings.algorithm}, seed {settings.seed}"
-    save(path, curves([generations], title))
-
-
 def curves(studies: Sequence[Sequence[Generation]], title: str) -> Any:
     """Return a figure of best and mean fitness of each generation; of several studies the mean, and the range.
 
@@ -83,11 +72,11 @@ def curves(studies: Sequence[Sequence[Generation]], title: str) -> Any:
         from matplotlib.figure import Figure
     except ImportError:
         raise Unsupported("plots need Matplotlib, which is not installed", hint=install("learn")) from None
-    figure = Figure(figsize=(8, 4.5), facecolor="#ffffff", layout="constrained")
+    figure = Figure(figsize=(8, 4.5), facecolor=PAPER, layout="constrained")
     axes: Any = figure.add_subplot()
     axes.grid(color=GRID, linewidth=0.5)
     numbers = [each.generation for each in studies[0]]
-    for name, take, colour in (("best", np.max, COLOURS[0]), ("mean", np.mean, COLOURS[1])):
+    for name, take, colour in (("best", np.max, COLOURS[5]), ("mean", np.mean, COLOURS[0])):
         lines = np.array([[take(each.fitness) for each in study] for study in studies])
         axes.plot(numbers, lines.mean(axis=0), color=colour, label=name)
         if len(lines) > 1:
@@ -95,20 +84,6 @@ def curves(studies: Sequence[Sequence[Generation]], title: str) -> Any:
     axes.set_xlabel("generation", color=INK)
     axes.set_ylabel("fitness", color=INK)
     axes.set_title(title.replace("$", r"\$"), loc="left", fontsize=11, color=INK)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    trim(axes)
     axes.legend(frameon=False)
     return figure
-
-
-def save(path: Path, figure: Any) -> None:
-    """Write a figure; its bytes are the same on every run.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
-    from matplotlib import rc_context
-
-    with rc_context({"svg.hashsalt": "elib"}), warnings.catch_warnings(), replacing(str(path)) as beside:
-        warnings.simplefilter("ignore")  # characters that the font does not have become boxes
-        figure.savefig(beside, metadata={"Date": None})

@@ -14,7 +14,7 @@ from elib.et.formats import writing
 from elib.et.table import Cell, Header, Table
 from elib.files import write_file
 from elib.learn.transfer import BROKEN, StageResult, TransferReport
-from elib.view.report import COLOURS, INK, PAPER, check_report, save
+from elib.view.report import COLOURS, GRID, INK, PAPER, check_report, save, trim
 
 COLUMNS = ("stage", "runs", "fitness", "95 %", "success", "ratio", "95 %")
 RUNS = (
@@ -172,7 +172,6 @@ def draw(report: TransferReport, path: Path, title: str) -> None:
         ArgumentError: The file cannot be written.
     """
     check_report(path)
-    import matplotlib
     from matplotlib.figure import Figure
 
     measured = [stage for stage in report.stages if stage.fitness]
@@ -183,9 +182,7 @@ def draw(report: TransferReport, path: Path, title: str) -> None:
     _draw_stages(axes[0], measured)
     if report.sweeps:
         _draw_sweeps(axes[1], report)
-    # The names of an SVG's parts are random without a salt, and so the file would differ from run to run.
-    with matplotlib.rc_context({"svg.hashsalt": "elib"}):
-        save(figure, path)
+    save(figure, path)
 
 
 def _draw_stages(axes: Any, stages: list[StageResult]) -> None:
@@ -210,7 +207,8 @@ def _draw_stages(axes: Any, stages: list[StageResult]) -> None:
     axes.set_ylim(len(stages) - 0.4, -1.0)
     axes.set_xlim(left=min(0.0, *(min(stage.fitness) for stage in stages)))
     axes.set_xlabel("fitness", color=INK)
-    _plain(axes)
+    axes.grid(color=GRID, linewidth=0.5)
+    trim(axes)
 
 
 def _draw_sweeps(axes: Any, report: TransferReport) -> None:
@@ -228,13 +226,5 @@ def _draw_sweeps(axes: Any, report: TransferReport) -> None:
     axes.set_xlabel("how much of it, over what a real robot has", color=INK)
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="lower left", fontsize=8, frameon=False)
-    _plain(axes)
-
-
-def _plain(axes: Any) -> None:
-    axes.grid(color="#c9ced6", linewidth=0.5)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_color("#9aa0aa")
-    axes.tick_params(colors=INK, labelsize=8)
+    axes.grid(color=GRID, linewidth=0.5)
+    trim(axes)

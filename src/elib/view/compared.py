@@ -11,7 +11,7 @@ import numpy as np
 from elib.calibration.comparison import Comparison, Run
 from elib.calibration.series import Series
 from elib.physics import Snapshot
-from elib.view.report import INK, PAPER, check_report, save
+from elib.view.report import INK, PAPER, check_report, save, trim
 
 FIRST, SECOND = "#3d7ebf", "#d1495b"
 """Of A and of B."""
@@ -133,8 +133,5 @@ def _latencies(axes: Any, found: Comparison) -> None:
 
 
 def _tidy(axes: Any) -> None:
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_color("#9aa0aa")
-    axes.tick_params(colors=INK, labelsize=7)
+    trim(axes)
+    axes.tick_params(labelsize=7)

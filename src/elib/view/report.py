@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import io
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -21,7 +22,7 @@ from elib.view.top import Trail
 SUFFIXES = (".png", ".svg", ".pdf")
 HOLE = 2.0
 """s without a reading after which its line is broken."""
-INK, PAPER = "#2b2d33", "#ffffff"
+INK, PAPER, GRID = "#2b2d33", "#ffffff", "#c9ced6"
 COLOURS = ("#d1495b", "#e38b29", "#b8a028", "#5a9e52", "#2a9d8f", "#3d7ebf", "#6a5cb8", "#a64d8f")
 """Of the lines of a chart, in order; eight of one lightness, so that none is louder than another."""
 SHADES = ("#eef1f5", "#dde4ee")
@@ -116,13 +117,28 @@ def draw_report(
 def save(figure: Any, path: str | PathLike[str]) -> None:
     """Write a figure of Matplotlib into a file, in the form that its name says.
 
+    An SVG has the same bytes on every run: the names of its parts are random without a salt.
+
     Raises:
         ArgumentError: The file cannot be written.
         ElibError: The disk is full.
     """
+    from matplotlib import rc_context
+
     form, page = Path(path).suffix.lower().removeprefix("."), io.BytesIO()
-    figure.savefig(page, format=form, metadata={"Date": None} if form == "svg" else None)
+    with rc_context({"svg.hashsalt": "elib"}), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # characters that the font does not have become boxes
+        figure.savefig(page, format=form, metadata={"Date": None} if form == "svg" else None)
     write_file(path, page.getvalue())
+
+
+def trim(axes: Any) -> None:
+    """Draw no frame above and on the right, and the rest of it faintly."""
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_color("#9aa0aa")
+    axes.tick_params(colors=INK, labelsize=8)
 
 
 def _map(axes: Any, floor: Snapshot, trails: Sequence[Trail]) -> None:
@@ -170,11 +186,7 @@ def _lines(axes: Any, chart: Chart) -> None:
         times, shown = (chart.times, values) if chart.is_stepped else _broken(chart.times, values)
         axes.plot(times, shown, color=colour, linewidth=1.1, label=name, **style)
     axes.set_title(chart.title, loc="left", fontsize=9, color=INK, pad=14)
-    axes.grid(axis="y", color="#c9ced6", linewidth=0.5)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_color("#9aa0aa")
-    axes.tick_params(colors=INK, labelsize=8)
+    axes.grid(axis="y", color=GRID, linewidth=0.5)
+    trim(axes)
     if chart.lines:
         axes.legend(loc="center left", bbox_to_anchor=(1.005, 0.5), fontsize=7, frameon=False, handlelength=1.2)
