@@ -249,6 +249,8 @@ def test_ranges_with_mistakes_and_tasks_without_scenes_are_refused():
         Randomisation(motor_noise=(0.2, 0.1))
     with pytest.raises(ArgumentError, match=r"0 <= low <= high <= 0\.3"):
         Randomisation(motor_noise=(0.0, 0.4))
+    with pytest.raises(ArgumentError, match=r"0 <= low <= high <= 4095"):
+        Randomisation(ambient=(0.0, 4096.0))
     with pytest.raises(ArgumentError, match="has no scenes"):
         task()
     with pytest.raises(ArgumentError, match="its scenes have different steps"):

@@ -9,7 +9,8 @@ from typing import Annotated, Literal, TypeAlias
 
 from elib.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.errors import ArgumentError
-from elib.fields import Number, Text, Whole, check
+from elib.fields import Number, Text, Whole, check, fields_of
+from elib.physics.body import EpuckModel
 from elib.physics.records import SENSORS, Records
 from elib.physics.scene import Scene
 
@@ -24,17 +25,6 @@ Range: TypeAlias = tuple[float, float]
 
 FASTEST = step_rate(FASTEST_2, 1) * METRES_PER_STEP
 """m/s. How fast the wheels of an e-puck1 turn at most: 0.129 m/s."""
-
-LIMITS = {
-    "motor_noise": 0.3,
-    "sensor_noise": 10.0,
-    "wheel_spread": 0.1,
-    "axle_spread": 0.1,
-    "gain_spread": 0.3,
-    "offset_spread": 200.0,
-    "ambient": 4095.0,
-}
-"""The highest value of each number of :class:`~elib.physics.body.EpuckModel` that can be drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +55,13 @@ class Randomisation:
     latency: Range = (0.0, 0.0)
 
     def __post_init__(self) -> None:
+        limits = {each.name: each.rule for each in fields_of(EpuckModel)}
         for entry in fields(self):
             given = getattr(self, entry.name)
             if given is None:
                 continue
             low, high = given
-            most = LIMITS.get(entry.name, math.inf)
+            most = getattr(limits.get(entry.name), "high", math.inf)
             if not 0.0 <= low <= high <= most:
                 raise ArgumentError(
                     f"the range of {entry.name} is {given}; it must be (low, high) with 0 <= low <= high <= {most}"
