@@ -6,6 +6,8 @@ import importlib
 import importlib.util
 import pkgutil
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -66,13 +68,24 @@ def _module_of(file: Path) -> ModuleType:
     if spec is None or spec.loader is None or not file.is_file():
         raise ArgumentError(f"there is no file {file}", hint="give the path of a Python file, FILE.py:NAME")
     module = importlib.util.module_from_spec(spec)
+    with importing(file):
+        spec.loader.exec_module(module)
+    return module
+
+
+@contextmanager
+def importing(file: Path) -> Iterator[None]:
+    """Let a Python file of the user that runs in the block import what lies beside it.
+
+    Raises:
+        ArgumentError: The file fails.
+    """
     sys.path.insert(0, str(file.parent))
     try:
-        spec.loader.exec_module(module)
+        yield
     except ElibError:
         raise
     except Exception as error:
         raise ArgumentError(f"{file} fails: {error!r}", hint="run it with Python to see where") from error
     finally:
         sys.path.remove(str(file.parent))
-    return module

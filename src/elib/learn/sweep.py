@@ -31,6 +31,7 @@ from elib.et.formats import writing
 from elib.et.table import Header, Table
 from elib.fields import Whole, nearest
 from elib.files import parse_json, read_file, write_file
+from elib.learn.catalogue import importing
 from elib.learn.champion import Champion, load_champion
 from elib.learn.executor import Executor
 from elib.learn.journal import Journal
@@ -416,7 +417,6 @@ def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
     module = ModuleType(f"elib.swept.{file.stem}")
     module.__file__ = str(file)
     sys.modules[module.__name__] = module
-    sys.path.insert(0, str(file.parent))
 
     def refuse(robot: Epuck) -> None:
         raise ArgumentError(
@@ -424,15 +424,8 @@ def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
             hint='put what does that below: if __name__ == "__main__":',
         )
 
-    try:
-        with on_open(refuse):
-            exec(compile(source, str(file), "exec", dont_inherit=True), vars(module))
-    except ElibError:
-        raise
-    except Exception as error:
-        raise ArgumentError(f"{file} fails: {error!r}", hint="run it with Python to see where") from error
-    finally:
-        sys.path.remove(str(file.parent))
+    with importing(file), on_open(refuse):
+        exec(compile(source, str(file), "exec", dont_inherit=True), vars(module))
     own = {
         key: each
         for key, each in vars(module).items()
