@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
-import json as jsonlib
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import AsJson, check_duration
+from elib.cli.readings import print_json
 from elib.cli.terminal import say
 from elib.errors import ArgumentError, Unsupported
 from elib.extras import install
@@ -112,7 +112,7 @@ def sweep(
         say(f"{len(failed)} of {len(rows)} runs ended with an error, such as: {failed[0]['error']}")
     if json:
         files = {"table": str(folder / TABLE), "plot": str(folder / PLOT)}
-        print(jsonlib.dumps({"runs": len(rows), "errors": len(failed), "metric": metric, **files}))
+        print_json({"runs": len(rows), "errors": len(failed), "metric": metric, **files})
     else:
         print(f"{len(rows)} runs in {folder / TABLE}, drawn in {folder / PLOT}")
 
