@@ -215,6 +215,22 @@ def test_a_plot_is_drawn_of_words_and_of_many_values(program: str, tmp_path: Pat
     assert "$maze" in (tmp_path / "words.svg").read_text()
 
 
+def test_a_full_disk_leaves_the_runs_and_is_an_error_with_a_reason(program: str, tmp_path: Path) -> None:
+    resource = pytest.importorskip("resource")
+    sweep = sweep_of(program, 0.2, 0.3)
+    rows = rows_of(sweep, tmp_path / "out")
+    (tmp_path / "out" / "runs.parquet").unlink()
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
+    try:
+        with pytest.raises(ElibError, match=r"runs.parquet cannot be written: .*\nhint: is there room on the disk"):
+            rows_of(sweep, tmp_path / "out")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert rows_of(sweep, tmp_path / "out") == rows
+    assert len(table(tmp_path / "out")) == 4
+
+
 def test_a_champion_is_run_in_the_physics_with_what_its_task_draws(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -23,7 +23,7 @@ from elib.errors import ArgumentError, ElibError, Unsupported
 from elib.et.rows import Block
 from elib.et.table import Cell, Header, Table, aligned
 from elib.extras import install
-from elib.files import named, replacing
+from elib.files import named, reason_of, replacing
 from elib.plaintext import plain
 
 FORMATS = ("text", "csv", "json", "jsonl", "parquet")
@@ -217,6 +217,20 @@ def writing(format_name: str, destination: str | None) -> Iterator[Writer]:
             yield writer
             writer.end()
         _to_parquet(rows, path, destination, writer.headers, folder)
+
+
+def write_table(path: Path, table: Table) -> None:
+    """Write a table into a file, in the format that its ending names; an existing file is replaced.
+
+    Raises:
+        ArgumentError: The file cannot be made.
+        ElibError: The disk is full, or fails; an existing file stays as it was.
+    """
+    try:
+        with writing(path.suffix.removeprefix("."), str(path)) as writer:
+            writer.write(table)
+    except OSError as error:
+        raise ElibError(f"{path} cannot be written: {reason_of(error)}", hint="is there room on the disk?") from None
 
 
 def _to_parquet(rows: Path, path: Path, target: str, headers: Sequence[Header], folder: str) -> None:

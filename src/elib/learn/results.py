@@ -6,11 +6,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from elib.errors import ElibError, Unsupported
-from elib.et.formats import writing
+from elib.errors import Unsupported
+from elib.et.formats import write_table
 from elib.et.table import Cell, Header, Table
 from elib.extras import install
-from elib.files import reason_of
 from elib.learn.evolution import replay
 from elib.learn.study import GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT, Generation, Settings
 from elib.quantiles import quantile
@@ -33,18 +32,10 @@ def write_results(folder: Path, settings: Settings, generations: Sequence[Genera
     summary = [Header("generation", "whole"), *map(Header, ("best", "mean", "median", "worst"))]
     each = [Header("generation", "whole"), Header("individual", "whole"), *map(Header, ("fitness", "left", "right"))]
     each += [Header(f"p{k}") for k in range(size)]
-    try:
-        _write(folder / GENERATIONS_TABLE, Table(summary, map(_summary, generations)))
-        _write(folder / INDIVIDUALS_TABLE, Table(each, _individuals(settings, list(generations), size)))
-    except OSError as error:
-        raise ElibError(f"{folder}: {reason_of(error)}", hint="is there room on the disk?") from None
+    write_table(folder / GENERATIONS_TABLE, Table(summary, map(_summary, generations)))
+    write_table(folder / INDIVIDUALS_TABLE, Table(each, _individuals(settings, list(generations), size)))
     title = f"{settings.task}, {settings.controller}, {settings.algorithm}, seed {settings.seed}"
     save(curves([generations], title), folder / PLOT)
-
-
-def _write(path: Path, table: Table) -> None:
-    with writing("parquet", str(path)) as writer:
-        writer.write(table)
 
 
 def _summary(generation: Generation) -> Sequence[Cell]:

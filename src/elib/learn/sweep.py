@@ -27,7 +27,7 @@ from elib.behaviours import Behaviour, BehaviourStyle, RunContext, find, play
 from elib.emulator import faultscript
 from elib.emulator.settings import DEFAULT_WORLD, settings_of
 from elib.errors import ArgumentError, ElibError
-from elib.et.formats import writing
+from elib.et.formats import write_table
 from elib.et.table import Header, Table
 from elib.fields import Whole, nearest
 from elib.files import parse_json, read_file, write_file
@@ -476,8 +476,7 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
             journal.append(row)
             rows[row["run"]] = row
             yield row
-        table = [rows[k] for k in range(len(runs))]
-        write_table(folder / TABLE, table)
+        write_table(folder / TABLE, table_of([rows[k] for k in range(len(runs))]))
 
 
 def _open_folder(sweep: Sweep, folder: Path) -> Journal:
@@ -529,15 +528,10 @@ def _compare(folder: Path, before: Mapping[str, Any], now: Mapping[str, Any]) ->
         )
 
 
-def write_table(path: Path, rows: Sequence[Row]) -> None:
-    """Write rows as Parquet.
-
-    Raises:
-        ElibError: The disk is full.
-    """
+def table_of(rows: Sequence[Row]) -> Table:
+    """Return rows as a table: its columns are those of the first row."""
     headers = [Header(name, kind_of([row.get(name) for row in rows])) for name in rows[0]]
-    with writing("parquet", str(path)) as writer:
-        writer.write(Table(headers, ([row.get(header.name) for header in headers] for row in rows)))
+    return Table(headers, ([row.get(header.name) for header in headers] for row in rows))
 
 
 def kind_of(values: Sequence[object]) -> Literal["whole", "number", "text"]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from elib import __version__
 from elib.errors import ArgumentError
-from elib.et.formats import writing
+from elib.et.formats import write_table
 from elib.et.table import Cell, Header, Table
 from elib.files import write_file
 from elib.learn.transfer import BROKEN, StageResult, TransferReport
@@ -117,10 +117,8 @@ def write_folder(report: TransferReport, folder: Path, title: str) -> list[Path]
         ArgumentError: A file cannot be written.
         ElibError: The disk is full.
     """
-    form = "parquet" if importlib.util.find_spec("duckdb") else "csv"
-    runs = folder / f"runs.{form}"
-    with writing(form, str(runs)) as writer:
-        writer.write(Table(RUNS, _runs(report)))
+    runs = folder / f"runs.{'parquet' if importlib.util.find_spec('duckdb') else 'csv'}"
+    write_table(runs, Table(RUNS, _runs(report)))
     page, plot = folder / "report.md", folder / "transfer.svg"
     write_file(page, _page(report, title).encode())
     draw(report, plot, title)
