@@ -95,7 +95,8 @@ def avoid(options: argparse.Namespace) -> None:
     axes = figure.axes[0]
     axes.set_ylim(0, 1)
     axes.axvline(50, color="#2b2d33", linewidth=0.8, linestyle=":")
-    axes.text(51, 0.03, "1994, on a real robot: from about here on\nthe best drove smoothly and touched nothing", fontsize=8)
+    note = "1994, on a real robot: from about here on\nthe best drove smoothly and touched nothing"
+    axes.text(51, 0.03, note, fontsize=8)
     save(figure, PICTURE)
 
 
