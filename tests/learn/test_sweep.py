@@ -251,6 +251,25 @@ def test_a_champion_is_run_in_the_physics_with_what_its_task_draws(
             wrong.check()
 
 
+def test_a_champion_whose_fitness_is_not_a_number_is_an_error_with_a_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "Evaluation", partial(Evaluation, engine="interpreted"))
+    (tmp_path / "far.py").write_text(
+        "import math\nfrom dataclasses import replace\nimport elib\nfrom elib.learn import Task\n"
+        "def reward(world, i):\n    return math.inf if world.setting[0].tick > 9 else 0.0\n"
+        "SCENE = replace(elib.Scene.load('square'), step=0.05)\n"
+        "TASK = Task('far', 'Drive far.', (SCENE,), reward)\n"
+    )
+    path = tmp_path / "best.toml"
+    size = Network("braitenberg", ("proximity",)).size
+    Champion(f"{tmp_path}/far.py:TASK", "braitenberg", ("proximity",), (0.1,) * size).save(path)
+    with pytest.raises(
+        ElibError, match=r"the fitness is inf\nhint: the reward of the task far must be a finite number"
+    ):
+        rows_of(Sweep(str(path), seconds=1.0, source=read_program(str(path))), tmp_path / "out")
+
+
 @pytest.mark.slow
 def test_a_killed_sweep_with_workers_goes_on_to_the_same_table(program: str, tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="needs the extra learn")

@@ -370,6 +370,11 @@ class _Episode:
         evaluation = self._evaluation(run, seconds)
         scores = evaluate(evaluation, np.array([self._champion.parameters]), [run.seed], threads=1)
         fitness = float(scores.fitness[0][0])
+        if not math.isfinite(fitness):
+            raise ArgumentError(
+                f"the fitness is {fitness}",
+                hint=f"the reward of the task {evaluation.task.name} must be a finite number in every tick",
+            )
         left, right = map(float, scores.steps[0][0])
         return {
             "fitness": fitness,
