@@ -521,11 +521,16 @@ def _check_versions(address: str, client: Any, tell: Callable[[str], object]) ->
 
 def describe() -> dict[str, str]:
     """Return what the results on a computer depend on."""
-    versions = {"elib": elib.__version__, "machine": platform.machine()}
-    for package in ("numpy", "numba"):
+    return {"elib": elib.__version__, "machine": platform.machine(), **versions_of("numpy", "numba")}
+
+
+def versions_of(*packages: str) -> dict[str, str]:
+    """Return the versions of those packages that are installed."""
+    found = {}
+    for package in packages:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            versions[package] = importlib.metadata.version(package)
-    return versions
+            found[package] = importlib.metadata.version(package)
+    return found
 
 
 def _minor(version: str) -> str:

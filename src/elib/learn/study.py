@@ -8,7 +8,6 @@ import platform
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
@@ -17,6 +16,7 @@ from elib.errors import ArgumentError, ElibError
 from elib.fields import Number, Text, Whole, check
 from elib.files import read_file, write_file
 from elib.learn.catalogue import find_task
+from elib.learn.executor import versions_of
 from elib.learn.journal import Journal, read_lines
 from elib.learn.networks import Law, Network, find_controller
 from elib.learn.optimisers import Optimiser, optimiser
@@ -307,12 +307,7 @@ def _read(folder: Path) -> dict[str, dict[str, Any]]:
 
 def _written(settings: Settings) -> str:
     """Return the content of study.toml for a new study."""
-    versions = {"elib": __version__, "python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:
-            continue
+    versions = {"elib": __version__, "python": platform.python_version(), **versions_of(*PACKAGES)}
     return _toml({"settings": asdict(settings), "sources": settings.sources, "versions": versions})
 
 

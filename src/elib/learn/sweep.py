@@ -33,7 +33,7 @@ from elib.fields import Whole, nearest
 from elib.files import parse_json, read_file, write_file
 from elib.learn.catalogue import importing
 from elib.learn.champion import Champion, load_champion
-from elib.learn.executor import Executor
+from elib.learn.executor import Executor, versions_of
 from elib.learn.journal import Journal
 from elib.learn.study import Evaluation, evaluate
 from elib.physics.scene import Scene
@@ -486,7 +486,7 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
 
 def _open_folder(sweep: Sweep, folder: Path) -> Journal:
     """Open the folder of a sweep, a new one or one that was interrupted."""
-    versions = {"elib": __version__, "python": platform.python_version()}
+    versions = {"elib": __version__, "python": platform.python_version(), **versions_of("numpy", "numba")}
     settings = json.loads(json.dumps({"sweep": asdict(sweep), "versions": versions}))
     try:
         folder.mkdir(parents=True, exist_ok=True)
