@@ -20,7 +20,7 @@ from elib.errors import ArgumentError
 from elib.learn.evolution import Evolution
 from elib.learn.executor import Executor, open_executor
 from elib.learn.networks import Network
-from elib.learn.progress import Generation as Shown
+from elib.learn.progress import Spread
 from elib.learn.study import Settings, Study, evaluate, read_study
 
 SMALL = ["--population", "3", "--generations", "3", "--algorithm", "ga"]
@@ -255,7 +255,7 @@ def test_a_law_of_your_own_evolves(task: Path, tmp_path: Path) -> None:
 
 
 def test_the_plot_shows_the_mean_as_a_surface_and_the_best_as_points() -> None:
-    done = [Shown(best, best, mean, 0, 0) for best, mean in ((0.5, 0.0), (1.0, 0.5), (1.0, 1.0))]
+    done = [Spread(best, best, mean, 0, 0) for best, mean in ((0.5, 0.0), (1.0, 0.5), (1.0, 1.0))]
     assert plotted(done, 4, width=10, height=4) == [
         "        1  ••",
         "          • █",
@@ -264,5 +264,5 @@ def test_the_plot_shows_the_mean_as_a_surface_and_the_best_as_points() -> None:
         "          • best ▄ mean fitness",
     ]
     assert plotted([], 4, width=10) == []
-    assert plotted([Shown(0, 0, 0, 0, 0)], 4, width=10, height=3)[2].endswith("•")
+    assert plotted([Spread(0, 0, 0, 0, 0)], 4, width=10, height=3)[2].endswith("•")
     assert max(map(len, plotted(done * 300, 900, width=50))) == 60

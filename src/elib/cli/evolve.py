@@ -31,7 +31,7 @@ from elib.learn.study import BEST, SETTINGS, Settings, Study, settings_of
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from elib.learn.progress import Generation
+    from elib.learn.progress import Spread
 
 PACKAGES = {"numba": "Numba", "duckdb": "DuckDB", "matplotlib": "Matplotlib"}
 """What every study needs; the optimisers say themselves what they need."""
@@ -236,7 +236,7 @@ class Display:
             self._live.stop()
 
 
-def plotted(done: Sequence[Generation], count: int, width: int, height: int = ROWS) -> list[str]:
+def plotted(done: Sequence[Spread], count: int, width: int, height: int = ROWS) -> list[str]:
     """Return the lines of a plot: the mean fitness as a filled curve, the best one as points.
 
     Args:

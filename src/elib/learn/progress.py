@@ -19,8 +19,8 @@ RECENT = 20
 """Generations from whose time the time left is told: earlier ones may have come from a checkpoint, at once."""
 
 
-class Generation(NamedTuple):
-    """The fitness of one generation."""
+class Spread(NamedTuple):
+    """How the fitness of one generation is spread over its individuals."""
 
     best: float
     upper: float  # A quarter of the individuals are better.
@@ -68,7 +68,7 @@ class Progress:
         self.controller = controller
         self.generations = generations
         self.settings = settings
-        self.done: list[Generation] = []
+        self.done: list[Spread] = []
         self.bests: list[Best] = []
         self.outcome = ""
         self._times = [perf_counter()]
@@ -84,7 +84,7 @@ class Progress:
         lowest, lower, upper = np.quantile(fitness, (0, 0.25, 0.75)).tolist()
         if not self.bests or fitness[best] > self.bests[-1].fitness:
             self.bests.append(Best(len(self.done) + 1, float(fitness[best]), population[best].copy()))
-        self.done.append(Generation(float(fitness[best]), upper, float(fitness.mean()), lower, lowest))
+        self.done.append(Spread(float(fitness[best]), upper, float(fitness.mean()), lower, lowest))
         self._times = [*self._times[-RECENT:], perf_counter()]
 
     @property
@@ -106,4 +106,4 @@ class Progress:
         self.outcome = outcome
 
 
-__all__ = ["Best", "Generation", "Progress"]
+__all__ = ["Best", "Progress", "Spread"]
