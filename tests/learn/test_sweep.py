@@ -250,6 +250,9 @@ def test_a_champion_is_run_in_the_physics_with_what_its_task_draws(
     ):
         with pytest.raises(ArgumentError, match=message):
             wrong.check()
+    path.write_text(path.read_text() + "# changed\n")
+    with pytest.raises(ElibError, match=r"best\.toml is not what it was when the sweep began"):
+        rows_of(replace(sweep, seeds=3), tmp_path / "other")
 
 
 def test_a_champion_whose_fitness_is_not_a_number_is_an_error_with_a_reason(

@@ -389,10 +389,12 @@ def _target(sweep: Sweep) -> _Drive | _Episode:
     """Return what is run.
 
     Raises:
-        ArgumentError: There is no such behaviour, program or champion.
+        ArgumentError: There is no such behaviour, program or champion, or the champion is another one by now.
     """
     name, _, variable = sweep.target.partition(".py:")
     if sweep.target.endswith(CHAMPION):
+        if sweep.source not in (None, read_program(sweep.target)):  # perhaps on one of several computers only
+            raise ArgumentError(f"{sweep.target} is not what it was when the sweep began", hint="put that one back")
         return _Episode(load_champion(sweep.target))
     if variable or name.endswith(".py"):
         return _Drive(_behaviour_of(Path(name if not variable else f"{name}.py"), sweep.source or "", variable))
