@@ -33,7 +33,7 @@ class Outcome(NamedTuple):
     """What came of a decision in several worlds.
 
     Attributes:
-        rewards: Of each robot, (worlds, robots).
+        rewards: What each robot earned, (worlds, robots).
         terminated: Whether the task ended the episode, (worlds,).
         truncated: Whether the time of the episode is over, (worlds,).
     """

@@ -78,7 +78,7 @@ class Progress:
 
         Args:
             fitness: The fitness of each individual, (P,).
-            population: Their parameters, (P, n).
+            population: The parameters of the individuals, (P, n).
         """
         best = int(np.argmax(fitness))
         lowest, lower, upper = np.quantile(fitness, (0, 0.25, 0.75)).tolist()

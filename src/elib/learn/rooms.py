@@ -70,8 +70,8 @@ def cluster(seed: int, robots: int, x: float, y: float) -> tuple[Pose, ...]:
     Args:
         seed: The seed.
         robots: How many.
-        x: Middle of the first three rows, m.
-        y: The same.
+        x: Where the middle of the first three rows is, m.
+        y: Where the middle of the first three rows is, m.
     """
     draw = random.Random(seed)
     return tuple(

@@ -158,7 +158,7 @@ class Generation(NamedTuple):
         seeds: What fixed the conditions of each episode.
         fitness: Of each individual: the mean over its episodes.
         left: Mean speed of the left wheel of each individual, as a part of the top speed.
-        right: The same of the right wheel.
+        right: Mean speed of the right wheel of each individual, as a part of the top speed.
     """
 
     generation: int
@@ -187,6 +187,7 @@ class Study:
         settings: What the study begins with, or began with.
 
     Attributes:
+        folder: As given.
         settings: As given.
         generations: What is recorded.
 

@@ -31,12 +31,12 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
     Attributes:
         task: The task.
         possible_agents: The names of all robots.
-        agents: The same during an episode; empty after it.
+        agents: The names of all robots during an episode; empty after it.
         observation_names: The names of the numbers of an agent's observation, in order.
-        observation_units: Their units.
+        observation_units: The units of these numbers.
         action_names: The names of the numbers of an agent's action, in order.
-        action_units: Their units.
-        render_mode: As given.
+        action_units: The units of these numbers.
+        render_mode: The render mode, as given.
     """
 
     metadata: dict[str, Any] = {"render_modes": [HUMAN, RGB_ARRAY], "is_parallelizable": True}

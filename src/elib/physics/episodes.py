@@ -353,7 +353,7 @@ class Scores(NamedTuple):
     """What came of episodes.
 
     Attributes:
-        fitness: Of each individual with each seed, (individuals, seeds).
+        fitness: The fitness of each individual with each seed, (individuals, seeds).
         steps: Steps of the left and the right motor at the end, mean over the robots, (individuals, seeds, 2).
     """
 
@@ -623,11 +623,11 @@ class Episodes:
             done.result()
 
     def _cuts(self, count: int, ticks: int) -> list[tuple[int, int]]:
-        """Return the first and the last + 1 of each thread's part of so many things that take so many ticks."""
+        """Return the parts of so many things that take so many ticks: only one if threads cost more than they save."""
         return self._parts(count) if ticks >= SMALL else [(0, count)]
 
     def _parts(self, count: int) -> list[tuple[int, int]]:
-        """Return the same for all threads."""
+        """Return the first and the last + 1 of each thread's part of so many things."""
         parts = min(self.threads, count)
         return [(k * count // parts, (k + 1) * count // parts) for k in range(parts)]
 
