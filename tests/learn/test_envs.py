@@ -252,6 +252,13 @@ def test_an_action_of_another_shape_is_refused_with_the_right_one() -> None:
         several(2).step(np.zeros(2, np.float32))
 
 
+def test_an_action_that_is_no_number_is_refused_before_it_counts_as_standing_still() -> None:
+    env = single()
+    env.reset(seed=1)
+    with pytest.raises(ArgumentError, match="not a finite number"):
+        env.step(np.array([np.nan, 0.1], np.float32))
+
+
 def test_modes_that_do_not_exist_are_refused() -> None:
     with pytest.raises(ArgumentError, match="render_mode is 'ansi'"):
         single(render_mode="ansi")

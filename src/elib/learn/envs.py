@@ -150,6 +150,11 @@ def require_shape(actions: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.floa
             f"the action has the shape {given.shape}; it must have the shape {shape}",
             hint="give the speeds of the left and the right wheel of each robot, m/s",
         )
+    if not np.isfinite(given).all():
+        raise ArgumentError(
+            "the action has a speed that is not a finite number",
+            hint="look at what chooses the actions: it may diverge",
+        )
     return given
 
 
