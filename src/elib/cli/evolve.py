@@ -103,8 +103,9 @@ def evolve(
     with contextlib.ExitStack() as stack:
         study = stack.enter_context(Study(folder, settings))
         shown = {each.name: getattr(settings, each.name) for each in fields(Settings)}
+        shown |= {"seconds": evaluation.task.seconds, "folder": str(folder)}
         controller = evaluation.controller.controller
-        progress = Progress(evaluation.task, controller, settings.generations, {**shown, "folder": str(folder)})
+        progress = Progress(evaluation.task, controller, settings.generations, shown)
         if view is not None:
             from elib.learn.studypage import study_page
 
