@@ -74,9 +74,9 @@ class Task:
 
     The reward function is called as ``reward(world, i)`` after every tick, for each robot. It reads the records of the
     world (:class:`~elib.physics.records.Records`): ``world.robots[i].x``, ``.before_x`` (one tick ago), ``.heading_x``,
-    ``.left_speed`` (m/s), ``world.views[i].proximity``, ``world.things[0].x``, ``world.lamps[0].x``. It must change
-    nothing. It is plain Python that Numba compiles, like the function of a
-    :class:`~elib.physics.controller.Controller`.
+    ``.left_speed`` (m/s), ``world.views[i].proximity``; and of the scene ``world.things[0].x`` (what can be pushed),
+    ``world.lamps[0].x`` (lights) and ``world.tones[0].x`` (sounds). It must change nothing. It is plain Python that
+    Numba compiles, like the function of a :class:`~elib.physics.controller.Controller`.
 
     Attributes:
         name: A short name, such as ``avoid``.
