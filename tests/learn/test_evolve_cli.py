@@ -137,6 +137,21 @@ def test_a_reward_that_is_not_finite_is_named_and_not_recorded(tmp_path: Path, t
     assert (tmp_path / "study" / "generations.jsonl").read_bytes() == b""
 
 
+def test_a_reward_that_fails_is_told_without_the_job_that_met_it(tmp_path: Path, task: Path) -> None:
+    task.write_text(task.read_text().replace("    return ", "    1 / 0\n    return "))
+    settings = settings_for(task)
+    with open_executor() as here, Study(tmp_path / "study", settings) as study:
+        evolution = Evolution(study, here, evaluation=settings.evaluation("interpreted"))
+        with pytest.raises(ArgumentError, match=r"^a function of task 'straight' fails in the first tick"):
+            next(evolution.run())
+
+
+def test_a_task_file_that_exits_is_named(task: Path) -> None:
+    task.write_text("import sys\nsys.exit(3)\n")
+    with pytest.raises(ArgumentError, match=r"straight\.py fails: SystemExit\(3\)"):
+        settings_for(task).evaluation()
+
+
 @pytest.mark.usefixtures("interpreted")
 def test_a_study_from_command_to_best(task: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_of(f"{task}:TASK", *SMALL) == 0

@@ -121,11 +121,25 @@ def test_a_file_of_the_user_that_was_changed_is_refused(tmp_path: Path) -> None:
     task = tmp_path / "mine.py"
     task.write_text("TASK = 1\n")
     settings = replace(SETTINGS, task=f"{task}:TASK")
-    Study(tmp_path / "study", settings).close()
+    with Study(tmp_path / "study", settings) as study:
+        study.append(line(1))
     Study(tmp_path / "study", settings).close()
     task.write_text("TASK = 2\n")
     with pytest.raises(ArgumentError, match=r"mine\.py was changed"):
         Study(tmp_path / "study", settings)
+
+
+def test_a_study_without_a_generation_begins_anew_with_a_mended_task_and_other_settings(tmp_path: Path) -> None:
+    task = tmp_path / "mine.py"
+    task.write_text("TASK = 1\n")
+    settings = replace(SETTINGS, task=f"{task}:TASK")
+    Study(tmp_path / "study", settings).close()
+    task.write_text("TASK = 2\n")
+    mended = replace(settings, seed=8)
+    with Study(tmp_path / "study", mended) as study:
+        study.append(line(1))
+    Study(tmp_path / "study", mended).close()
+    assert settings_of(tmp_path / "study") == mended
 
 
 def test_a_study_may_get_more_generations_but_not_fewer_than_it_has(folder: Path) -> None:

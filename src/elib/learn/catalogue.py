@@ -85,7 +85,7 @@ def importing(file: Path) -> Iterator[None]:
         yield
     except ElibError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ArgumentError(f"{file} fails: {error!r}", hint="run it with Python to see where") from error
     finally:
         sys.path.remove(str(file.parent))

@@ -159,9 +159,14 @@ class Evolution:
         jobs = [(self.evaluation, part, seeds, self._executor.threads) for part in parts]
         found: list[Scores] = [Scores(np.empty(0), np.empty(0))] * len(parts)
         self._told(0, len(parts))
-        for done, (k, scores) in enumerate(self._executor.run(evaluate, jobs), start=1):
-            found[k] = scores
-            self._told(done, len(parts))
+        try:
+            for done, (k, scores) in enumerate(self._executor.run(evaluate, jobs), start=1):
+                found[k] = scores
+                self._told(done, len(parts))
+        except ElibError as error:
+            if isinstance(error.__cause__, ElibError):  # It names the task; which job failed helps nobody.
+                raise error.__cause__ from None
+            raise
         return Scores(*(np.concatenate([each[k] for each in found]) for k in (0, 1)))
 
     def _save(self, best: Best, fitness: float) -> None:

@@ -221,7 +221,8 @@ class Study:
     def _resume(self) -> None:
         settings, lines = self.settings, self._journal.lines
         written = _written(settings)
-        if (self.folder / SETTINGS).exists():
+        is_new = not lines and not (self.folder / BEST).exists()  # Nothing is lost if a mended task begins anew.
+        if not is_new and (self.folder / SETTINGS).exists():
             _compare(self.folder, _read(self.folder), tomllib.loads(written))
         elif lines:
             raise ArgumentError(f"{self.folder} has generations but no {SETTINGS}", hint="choose another with --out")
@@ -231,7 +232,7 @@ class Study:
                 f"{self.folder} already has {len(lines)} generations, more than {settings.generations}",
                 hint="ask for more with --generations, or choose another folder with --out",
             )
-        if not (self.folder / SETTINGS).exists() or _read(self.folder)["settings"] != asdict(settings):
+        if is_new or not (self.folder / SETTINGS).exists() or _read(self.folder)["settings"] != asdict(settings):
             write_file(self.folder / SETTINGS, written.encode())
         for name in (SETTINGS, BEST, GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT):
             for left in self.folder.glob(f".{name}.*"):  # what a killed program had begun to write
