@@ -136,7 +136,7 @@ def test_a_control_function_is_compiled_once_for_all_processes_and_again_when_an
 
 def test_two_processes_may_compile_at_once_and_the_folder_may_vanish_meanwhile(program, tmp_path):
     processes = [program.start("3") for _ in range(2)]
-    assert all(result_of(process) > 0 for process in processes)
+    assert max([result_of(process) for process in processes]) > 0  # on a busy computer one may come after the other
     assert program("3") == 0
     assert program("3", "rmtree", "4") > 0
     assert list((tmp_path / "cache").rglob("*.nbc"))
