@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import threading
 
 import pytest
 from world_rig import ENGINES, segments
@@ -9,7 +10,9 @@ from world_rig import ENGINES, segments
 from elib.errors import ArgumentError, SimulationError
 from elib.extras import install
 from elib.physics import Batch, Box, Controller, Cylinder, EpuckModel, Light, Pose, Scene, Stripe, Wall, World
-from elib.physics.senses import SENSORS
+from elib.physics.engine import Compiled
+from elib.physics.episodes import sense_robots
+from elib.physics.senses import SENSORS, sensors_named
 from shared import run_python
 
 CONTROLLER = Controller.braitenberg()
@@ -276,3 +279,19 @@ def test_kernels_never_read_beyond_their_sequences():
         world.run(20)
         for robot in range(6):
             world.proximity(robot)
+
+
+def test_two_threads_that_need_a_kernel_at_once_compile_it_once():
+    pytest.importorskip("numba")
+    engine, found, barrier = Compiled(), [], threading.Barrier(2)
+
+    def work():
+        barrier.wait(10)
+        found.append(engine.ready(sense_robots, sense=sensors_named(("proximity",))))
+
+    both = [threading.Thread(target=work) for _ in range(2)]
+    for each in both:
+        each.start()
+    for each in both:
+        each.join(30)
+    assert found[0] is found[1]

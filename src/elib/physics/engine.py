@@ -211,8 +211,8 @@ class Compiled:
         digests = tuple((name, digest_of(each)) for name, each in substitutes.items())
         is_parallel = threads > 1 and not _is_forked
         key = (function, is_parallel, absent, digests)
-        if key not in self._ready:
-            with _one_compiler:
+        with _one_compiler:
+            if key not in self._ready:  # two threads that compile it twice would take twice as long
                 compiler = self._compiler(None, {})
                 compiler = self._compiler(compiler, dict.fromkeys(absent, nothing))
                 if is_parallel or substitutes:
