@@ -164,7 +164,7 @@ class Evolution:
                 found[k] = scores
                 self._told(done, len(parts))
         except ElibError as error:
-            if isinstance(error.__cause__, ElibError):  # It names the task; which job failed helps nobody.
+            if isinstance(error.__cause__, ElibError):  # It names the task; the number of the job says nothing more.
                 raise error.__cause__ from None
             raise
         return Scores(*(np.concatenate([each[k] for each in found]) for k in (0, 1)))

@@ -221,7 +221,7 @@ class Study:
     def _resume(self) -> None:
         settings, lines = self.settings, self._journal.lines
         written = _written(settings)
-        is_new = not lines and not (self.folder / BEST).exists()  # Nothing is lost if a mended task begins anew.
+        is_new = not lines and not (self.folder / BEST).exists()  # Nothing is lost if a mended task begins again.
         if not is_new and (self.folder / SETTINGS).exists():
             _compare(self.folder, _read(self.folder), tomllib.loads(written))
         elif lines:
