@@ -50,6 +50,9 @@ DRAW: Final = 8194  # +0..7
 SHARED = ("tables", "cells", "lamps", "tones", "fans", "response", "floor")
 """Records that nothing changes while a world runs: the worlds of one scene share them."""
 
+IS_SHARED: Final = tuple(name in SHARED for name in Records._fields)
+"""The same for each kind of record, in the order of the fields of Records."""
+
 TEMPORARY = ("visible_walls", "visible_discs", "scratch")
 """Records that hold nothing from one robot to the next: the worlds of one thread share them, so they stay in its cache.
 """
@@ -195,7 +198,7 @@ def packed_restore(course: Course, w: int, scene: int) -> None:
     copied(worlds.listings, at[14], originals.listings, a[14], b[14])
     copied(worlds.lists, at[15], originals.lists, a[15], b[15])
     for k in range(len(at)):
-        if k == 1 or 7 <= k <= 12:  # SHARED
+        if IS_SHARED[k]:
             worlds.first[w][k] = a[k]
         worlds.end[w][k] = worlds.first[w][k] + b[k] - a[k]
 
