@@ -23,6 +23,14 @@ from elib.physics.geometry import unit
 from elib.physics.motion import rim_speed
 from elib.physics.neighbours import list_near
 from elib.physics.noise import bits, numbered_key, seed_key, uniform
+from elib.physics.packing import (
+    listed_restore,
+    listed_world,
+    packed,
+    packed_copies,
+    packed_restore,
+    packed_world,
+)
 from elib.physics.placement import places
 from elib.physics.records import Episode, Records, SensorView
 from elib.physics.scene import Scene, check_seed
@@ -47,47 +55,11 @@ SCENE: Final = 8192
 START: Final = 8193
 DRAW: Final = 8194  # +0..7
 
-SHARED = ("tables", "cells", "lamps", "tones", "fans", "response", "floor")
-"""Records that nothing changes while a world runs: the worlds of one scene share them."""
-
-IS_SHARED: Final = tuple(name in SHARED for name in Records._fields)
-"""The same for each kind of record, in the order of the fields of Records."""
-
-TEMPORARY = ("visible_walls", "visible_discs", "scratch")
-"""Records that hold nothing from one robot to the next: the worlds of one thread share them, so they stay in its cache.
-"""
-
 COUNTED = ("walls", "discs", "things", "lamps")
 """Records of which scenes may have different numbers, and which a reward may read by their place."""
 
 SMALL = 2_000
 """Robot-ticks of a call below which threads cost more than they save."""
-
-
-class Packed(NamedTuple):
-    """The records of many worlds, each kind in one array, and where those of each world are."""
-
-    setting: Any
-    tables: Any
-    robots: Any
-    views: Any
-    walls: Any
-    discs: Any
-    things: Any
-    lamps: Any
-    tones: Any
-    fans: Any
-    response: Any
-    floor: Any
-    cells: Any
-    heads: Any
-    listings: Any
-    lists: Any
-    visible_walls: Any
-    visible_discs: Any
-    scratch: Any
-    first: Any  # (worlds, kinds): where those of a world begin, in the order of the fields of Records.
-    end: Any  # (worlds, kinds): where they end.
 
 
 class Course(NamedTuple):
@@ -127,80 +99,9 @@ def world_at(worlds: Any, w: int) -> Records:
     raise NotImplementedError
 
 
-def restore(course: Course, w: int, scene: int) -> None:
+def restore(worlds: Any, originals: Any, w: int, scene: int) -> None:
     """Stand for the function that makes world *w* as its scene was laid out: each engine has its own."""
     raise NotImplementedError
-
-
-def listed_world(worlds: Any, w: int) -> Records:
-    """Return the records of world *w* from a list."""
-    world: Records = worlds[w]
-    return world
-
-
-def listed_restore(course: Course, w: int, scene: int) -> None:
-    """Make world *w* of a list as its scene was laid out."""
-    original = course.originals[scene]
-    own = {name: copy.deepcopy(part) for name, part in original._asdict().items() if name not in SHARED}
-    course.worlds[w] = original._replace(**own)
-
-
-@kernel
-def packed_world(worlds: Packed, w: int) -> Records:
-    """Return the records of world *w*: parts of the arrays of all worlds."""
-    a = worlds.first[w]
-    b = worlds.end[w]
-    return Records(
-        worlds.setting[a[0] : b[0]],
-        worlds.tables[a[1] : b[1]],
-        worlds.robots[a[2] : b[2]],
-        worlds.views[a[3] : b[3]],
-        worlds.walls[a[4] : b[4]],
-        worlds.discs[a[5] : b[5]],
-        worlds.things[a[6] : b[6]],
-        worlds.lamps[a[7] : b[7]],
-        worlds.tones[a[8] : b[8]],
-        worlds.fans[a[9] : b[9]],
-        worlds.response[a[10] : b[10]],
-        worlds.floor[a[11] : b[11]],
-        worlds.cells[a[12] : b[12]],
-        worlds.heads[a[13] : b[13]],
-        worlds.listings[a[14] : b[14]],
-        worlds.lists[a[15] : b[15]],
-        worlds.visible_walls[a[16] : b[16]],
-        worlds.visible_discs[a[17] : b[17]],
-        worlds.scratch[a[18] : b[18]],
-    )
-
-
-@kernel
-def copied(target: Any, at: int, source: Any, first: int, end: int) -> None:
-    """Copy ``source[first:end]`` to ``target[at:]``."""
-    for k in range(end - first):
-        target[at + k] = source[first + k]
-
-
-@kernel
-def packed_restore(course: Course, w: int, scene: int) -> None:
-    """Make world *w* as its scene was laid out: its own parts are copied, the others are those of the scene."""
-    worlds = course.worlds
-    originals = course.originals
-    at = worlds.first[w]
-    a = originals.first[scene]
-    b = originals.end[scene]
-    copied(worlds.setting, at[0], originals.setting, a[0], b[0])
-    copied(worlds.robots, at[2], originals.robots, a[2], b[2])
-    copied(worlds.views, at[3], originals.views, a[3], b[3])
-    copied(worlds.walls, at[4], originals.walls, a[4], b[4])
-    copied(worlds.discs, at[5], originals.discs, a[5], b[5])
-    copied(worlds.things, at[6], originals.things, a[6], b[6])
-    copied(worlds.heads, at[13], originals.heads, a[13], b[13])
-    copied(worlds.listings, at[14], originals.listings, a[14], b[14])
-    copied(worlds.lists, at[15], originals.lists, a[15], b[15])
-    for k in range(len(at)):
-        if IS_SHARED[k]:
-            worlds.first[w][k] = a[k]
-        worlds.end[w][k] = worlds.first[w][k] + b[k] - a[k]
 
 
 @kernel
@@ -215,7 +116,7 @@ def drawn(course: Course, scene: int, key: int, k: int) -> float:
 def begin(course: Course, w: int, key: int) -> None:
     """Begin an episode of world *w*: the key decides its scene, its starts, its noise and all that is drawn."""
     scene = bits(key, SCENE) % len(course.starts)
-    restore(course, w, scene)
+    restore(course.worlds, course.originals, w, scene)
     world = world_at(course.worlds, w)
     setting = world.setting[0]
     setting.motor_noise = drawn(course, scene, key, 0)
@@ -616,13 +517,16 @@ class Episodes:
             ) from error
 
     def _all(self, jobs: Sequence[Callable[[], None]]) -> None:
-        """Run jobs, in threads if there are several."""
-        if len(jobs) == 1:
-            jobs[0]()
-            return
-        if self._pool is None or self._pool[0] != os.getpid():  # A forked process has no threads.
-            self._pool = os.getpid(), concurrent.futures.ThreadPoolExecutor(self.threads)
-        for done in [self._pool[1].submit(job) for job in jobs]:
+        """Run the first job here, and the others in threads."""
+        first, *others = jobs
+        if others and (self._pool is None or self._pool[0] != os.getpid()):  # A forked process has no threads.
+            self._pool = os.getpid(), concurrent.futures.ThreadPoolExecutor(self.threads - 1)
+        running = [self._pool[1].submit(job) for job in others] if self._pool else []
+        try:
+            first()
+        finally:
+            concurrent.futures.wait(running)
+        for done in running:
             done.result()
 
     def _cuts(self, count: int, ticks: int) -> list[tuple[int, int]]:
@@ -653,7 +557,7 @@ class Episodes:
         # Starts that the scenes name are the same in each set.
         sets = 1 if all(len(scene.starts) >= task.robots for scene in task.scenes) else STARTS
         return {
-            "originals": _packed(models) if self._is_compiled else models,
+            "originals": packed(models) if self._is_compiled else models,
             "starts": self._table(np.array([_starts(scene, task.robots, sets) for scene in task.scenes])),
             "ranges": self._table(np.array([_ranges(task, scene) for scene in task.scenes])),
         }
@@ -667,7 +571,7 @@ class Episodes:
 
         task, robots, models = self.task, self.task.robots, self._records_of_models()
         return Course(
-            worlds=_packed_copies(models, self._parts(count))
+            worlds=packed_copies(models, self._parts(count))
             if self._is_compiled
             else [models[0]] * count,  # restore() makes them
             **self._scenes,
@@ -702,59 +606,3 @@ def _ranges(task: Task, scene: Scene) -> list[tuple[float, float]]:
     wanted = task.randomisation
     own = ((getattr(scene.model, name),) * 2 for name in DRAWN)
     return [*(getattr(wanted, name) or each for name, each in zip(DRAWN, own, strict=True)), wanted.latency]
-
-
-def _packed(models: Sequence[Records]) -> Packed:
-    """Put the records of several worlds behind each other; parts that are the same array are put there once."""
-    import numpy as np
-
-    kinds = len(Records._fields)
-    first, end = np.zeros((len(models), kinds), dtype=np.int64), np.zeros((len(models), kinds), dtype=np.int64)
-    columns: list[Any] = []
-    for k, name in enumerate(Records._fields):
-        parts: list[Any] = []
-        places_of: dict[int, int] = {}
-        length = 0
-        for w, model in enumerate(models):
-            part = getattr(model, name)
-            if id(part) not in places_of:
-                places_of[id(part)] = length
-                parts.append(np.asarray(part))
-                length += len(part)
-            first[w, k] = places_of[id(part)]
-            end[w, k] = first[w, k] + len(part)
-        columns.append(_recorded(np.concatenate(parts), models[0][k]))
-    return Packed._make([*columns, first, end])
-
-
-def _packed_copies(models: Sequence[Records], parts: Sequence[tuple[int, int]]) -> Packed:
-    """Make room for worlds, each of which can be that of any model.
-
-    Args:
-        models: The worlds of all scenes.
-        parts: The first and the last + 1 of the worlds of each thread.
-    """
-    import numpy as np
-
-    packed = _packed(models)
-    columns: list[Any] = []
-    count = parts[-1][1]
-    threads = np.repeat(np.arange(len(parts)), [end - first for first, end in parts])
-    first = np.zeros((count, len(Records._fields)), dtype=np.int64)
-    for k, name in enumerate(Records._fields):
-        column = packed[k]
-        if name not in SHARED:
-            room = max(len(model[k]) for model in models)
-            place = threads if name in TEMPORARY else np.arange(count)
-            first[:, k] = place * room
-            made = np.zeros((int(place[-1]) + 1) * room, dtype=np.asarray(column).dtype)
-            column = _recorded(made, models[0][k])
-        columns.append(column)
-    return Packed._make([*columns, first, first.copy()])
-
-
-def _recorded(array: Any, like: Any) -> Any:
-    """Return *array* as an array of records, if *like* is one: that is another type for the compiler."""
-    import numpy as np
-
-    return array.view(np.recarray) if isinstance(like, np.recarray) else array
