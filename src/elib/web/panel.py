@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Protocol
 
 from elib.emulator.control import Control
-from elib.errors import ArgumentError, ElibError
+from elib.errors import ArgumentError, ElibError, LinkLost
 from elib.physics.worldfile import gallery
 from elib.transport import robots_of
 from elib.transport.url import parse_url
@@ -267,6 +267,19 @@ def short(url: str) -> str:
     return f"epuck-{found.keys['robot']}" if "robot" in found.keys else f"epuck-1 ({last or 'arena'})"
 
 
+def check_standing(moving: Sequence[str]) -> None:
+    """Complain of the robots that did not confirm their last stop, by their names, if there are any.
+
+    Raises:
+        LinkLost: There are.
+    """
+    if moving:
+        raise LinkLost(
+            f"{', '.join(moving)} did not confirm that it stands: it may still be moving",
+            hint="switch it off, or hold it",
+        )
+
+
 async def _part(slot: Slot) -> None:
     """Stop a robot, disconnect it, and end what drove it."""
     with contextlib.suppress(TimeoutError):
@@ -308,4 +321,4 @@ def _refuse_files(text: str) -> None:
         )
 
 
-__all__ = ["LONGEST_NAME", "LONGEST_URL", "MOST_ROBOTS", "Panel"]
+__all__ = ["LONGEST_NAME", "LONGEST_URL", "MOST_ROBOTS", "Panel", "check_standing"]

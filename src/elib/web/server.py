@@ -16,13 +16,12 @@ from aiohttp import WSCloseCode, WSMsgType, web
 from elib.emulator.control import Control
 from elib.emulator.control_server import Bucket, time_factor
 from elib.emulator.loopback import bind
-from elib.errors import LinkLost
 from elib.robot.running import ending
 from elib.web.access import Access, is_same
 from elib.web.listening import Address
 from elib.web.messages import LONGEST, decode
 from elib.web.page import Page
-from elib.web.panel import Panel
+from elib.web.panel import Panel, check_standing
 from elib.web.pictures import world_picture
 
 VIEW_PORT = 8600
@@ -109,11 +108,7 @@ async def serve(
             finally:
                 server.is_ending = True  # before the robots are stopped: no page drives them again
                 moving = await panel.close()
-    if moving:
-        raise LinkLost(
-            f"{', '.join(moving)} did not confirm that it stands: it may still be moving",
-            hint="switch it off, or hold it",
-        )
+    check_standing(moving)
 
 
 def _end_when_empty(panel: Panel, seconds: float, stop: asyncio.Event) -> None:

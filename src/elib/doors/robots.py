@@ -1,0 +1,53 @@
+"""The robots behind a door: connected when it opens, stopped and disconnected when it closes."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Sequence
+
+from elib.errors import LinkClosed
+from elib.web.listening import Address
+from elib.web.panel import Panel, check_standing
+from elib.web.server import Server, served
+
+
+@contextlib.asynccontextmanager
+async def connected(
+    urls: Sequence[str], *, page: Address | None = None, token: str | None = None
+) -> AsyncIterator[Panel]:
+    """Connect robots; stop and disconnect them when the block is left, whatever ends it.
+
+    Args:
+        urls: URLs of the robots; a URL of a world may have several of them.
+        page: A bound port on which the panel shows the same robots, so that a person can watch and stop them; None
+            for no page.
+        token: What a browser is asked for before it sees the page; None asks for nothing.
+
+    Yields:
+        A panel with these robots. Its keys, "1", "2" and so on, are the names of the robots for clients.
+
+    Raises:
+        ArgumentError: A URL is wrong.
+        ElibError: A robot could not be connected; this is the error of the first such robot.
+        LinkLost: At the end, a robot did not confirm that it stands.
+    """
+    panel = Panel(is_shared=token is not None)
+    server: Server | None = None
+    async with contextlib.AsyncExitStack() as stack:
+        try:
+            for url in urls:
+                panel.add_all(url, is_trusted=True)
+            if not await asyncio.gather(*(slot.connect() for slot in panel.slots.values())):
+                raise LinkClosed("there is no robot", hint="name its URL")
+            for slot in panel.slots.values():
+                if slot.error is not None and not slot.is_connected:
+                    raise slot.error
+            if page is not None:
+                server = await stack.enter_async_context(served(panel, page, token))
+            yield panel
+        finally:
+            if server is not None:
+                server.is_ending = True  # before the robots are stopped: no page drives them again
+            moving = await panel.close()
+    check_standing(moving)
