@@ -20,14 +20,20 @@ licences are installed with the package. The tools for developing elib are not l
 """
 WHY = {
     "aiohttp": "the server of the pages in the browser",
+    "cmaes": "evolution by CMA-ES",
     "cyclopts": "the command line",
+    "distributed": "workers on this computer and on others: Dask",
     "duckdb": "writes Parquet files",
+    "foxglove-sdk": "the server of Foxglove's protocol",
+    "gymnasium": "environments for learning programs",
     "intelhex": "reads Intel HEX files",
     "matplotlib": "draws plots",
     "mcap": "reads and writes recordings",
+    "mcp": "the Model Context Protocol of agents",
     "msgspec": "the messages between server and page",
     "numba": "compiles the simulator",
     "numpy": "arrays: pictures, worlds, tables",
+    "pettingzoo": "environments with several agents",
     "pillow": "picture files",
     "rich": "help pages and live lines in the terminal",
     "serialx": "serial ports",
@@ -49,7 +55,8 @@ def page() -> str:
     parts = [INTRODUCTION, "## The core\n\n" + _table(in_core, core, packages, known)]
     for extra, lines in project["optional-dependencies"].items():
         direct = {_name(line): _versions(line) for line in lines}
-        if project["name"] not in direct:
+        direct.pop(project["name"], None)  # an extra may contain other extras
+        if direct:
             rest = _with_needs(set(direct), packages) - in_core
             parts.append(f"## The extra {extra}\n\n{_table(rest, direct, packages, known)}")
     return "\n\n".join(part.strip() for part in parts)
@@ -72,6 +79,8 @@ def _locked() -> Packages:
     for block in re.split(r"^(?=\w)", text, flags=re.MULTILINE)[1:]:
         system = re.search(r"sys_platform == '(\w+)'", block)
         users = set(re.findall(r"[\w.-]+", block.partition("# via ")[2]))
+        if system and system[1] == "emscripten":  # Python in a browser has no ports
+            continue
         found[_name(block)] = users, SYSTEMS[system[1]] if system else ""
     return found
 
