@@ -55,7 +55,7 @@ FAR = Task("far", "Drive 10 cm.", (ROOM,), place, is_over=is_far, fitness="sum",
 NEAR = Task("near", "See.", (ROOM,), clear, reward_sensors=("proximity",), seconds=0.5, on_board=True)
 EYES = Task("eyes", "See far.", (ROOM,), speed, sensors=("proximity", "distance"), seconds=0.5)
 """
-SHORT = TransferPlan(runs=2, firmwares=(FIRST,), profiles=(), sweeps=False, engine="interpreted")
+SHORT = TransferPlan(runs=2, firmwares=(FIRST,), profiles=(), sensitivity=False, engine="interpreted")
 """Physics, randomised, one firmware and a poor link."""
 STRAIGHT = 0.75
 """Part of the top speed at which the controller below drives, whatever it sees; 0.0751 m/s are what the motors make."""
@@ -201,8 +201,8 @@ def test_what_breaks_the_controller_first_stands_first(
         Trouble("loss", "of the answers", "wire", "loss", 0.02, (0.3, 0.6, 0.9)),
     )
     monkeypatch.setattr(module, "TROUBLES", troubles)
-    report = transfer(champion("FAST"), replace(SHORT, sweeps=True, runs=3))
-    loss, motor = report.sweeps
+    report = transfer(champion("FAST"), replace(SHORT, sensitivity=True, runs=3))
+    loss, motor = report.sensitivities
     assert (loss.trouble.name, motor.trouble.name) == ("loss", "motor noise")
     assert motor.values == (0.0, 0.1, 0.3)
     assert motor.limit == math.inf

@@ -44,7 +44,7 @@ Seed = Annotated[int, Cli(name="--seed", metavar="N", help="Seed of all runs: th
 Out = Annotated[
     Path | None, Cli(name="--out", metavar="FOLDER", help="Write report.md, transfer.svg and all runs there.")
 ]
-Sweeps = Annotated[bool, Cli(name="--breaks", negative="--no-breaks", help="Look for what breaks it first.")]
+Breaks = Annotated[bool, Cli(name="--breaks", negative="--no-breaks", help="Look for what breaks it first.")]
 Workers = Annotated[
     int | None, Cli(name="--workers", metavar="N", help="Processes that run the stages on the wire; one unless given.")
 ]
@@ -64,7 +64,7 @@ def transfer(
     loss: Loss = PLAN.loss,
     seed: Seed = PLAN.seed,
     out: Out = None,
-    breaks: Sweeps = True,
+    breaks: Breaks = True,
     workers: Workers = None,
     yes: Yes = False,
     json: AsJson = False,
@@ -86,7 +86,7 @@ def transfer(
         jitter=seconds_of(jitter, "--jitter"),
         loss=loss,
         profiles=profile,
-        sweeps=breaks,
+        sensitivity=breaks,
         robot=robot,
         robot_runs=robot_runs,
     )
@@ -144,9 +144,9 @@ def show(report: TransferReport) -> None:
     for stage in report.stages:
         table.add_row(*row_of(stage))
     Console(width=columns(), highlight=False).print(table)
-    for each in report.left_out:
-        say(f"left out: {each}")
-    if report.sweeps:
+    for reason in report.left_out:
+        say(f"left out: {reason}")
+    if report.sensitivities:
         print("\nwhat breaks it first")
-        for number, sweep in enumerate(report.sweeps, 1):
-            print(f"{number}  {sweep.text}")
+        for number, each in enumerate(report.sensitivities, 1):
+            print(f"{number}  {each.text}")

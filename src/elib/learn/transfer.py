@@ -41,7 +41,7 @@ RESAMPLES = 10_000
 CONFIDENCE = 0.95
 FIRST = SimulationSettings().firmware
 ALL_FIRMWARES = (FIRST, *(name for name in (*FIRMWARES, *WIFI_FIRMWARES) if name != FIRST))
-"""Every firmware, that of ``sim://`` first: links, profiles and sweeps are tried on the first that has the sensors."""
+"""Every firmware, that of ``sim://`` first: links, profiles and troubles are tried on the first with the sensors."""
 USUAL_DRAWS = Randomisation(
     sensor_noise=(0.5, 2.0), motor_noise=(0.0, 0.06), wheel_spread=(0.0, 0.01), gain_spread=(0.0, 0.1)
 )
@@ -120,12 +120,12 @@ class StageResult:
 
 
 @dataclass(frozen=True, slots=True)
-class Sweep:
+class Sensitivity:
     """How the fitness falls as one trouble grows.
 
     Attributes:
         trouble: The trouble.
-        stages: A stage of the sweep for each value.
+        stages: A stage for each value.
         values: The value of each stage. The first one is what the worlds of the task have.
         limit: Where the mean fitness falls below 80 % of that in physics, interpolated between two values that were
             tried; infinite if it never does, 0 if it is below already without the trouble.
@@ -161,14 +161,14 @@ class TransferReport:
         task: Name of the task.
         seed: The seed that the seeds of all runs are made of.
         stages: In the order in which they ran; physics is the first one.
-        sweeps: One for each trouble, the most fragile first.
+        sensitivities: One for each trouble, the most fragile first.
         left_out: Stages that could not run, each with the reason.
     """
 
     task: str
     seed: int
     stages: tuple[StageResult, ...]
-    sweeps: tuple[Sweep, ...] = ()
+    sensitivities: tuple[Sensitivity, ...] = ()
     left_out: tuple[str, ...] = ()
 
 
@@ -184,7 +184,7 @@ class TransferPlan:
         jitter: Standard deviation of that delay, s.
         loss: Probability that the poor link loses an answer.
         profiles: Other robots: names of response profiles, and files of robot profiles. None: all response profiles.
-        sweeps: Whether to look for what breaks the controller.
+        sensitivity: Whether to look for what breaks the controller.
         robot: URL of a robot to run on, or None.
         robot_runs: Runs on the robot.
         engine: The engine of the physics; the result does not depend on it.
@@ -200,7 +200,7 @@ class TransferPlan:
     jitter: float = 0.01
     loss: float = 0.02
     profiles: Sequence[str] | None = None
-    sweeps: bool = True
+    sensitivity: bool = True
     robot: str | None = None
     robot_runs: int = 5
     engine: Literal["compiled", "interpreted"] | None = None
@@ -332,8 +332,8 @@ class _Transfer:
         self._profiles(firmware)
         if plan.robot is not None:
             self._robot(plan.robot, on_robot)
-        sweeps = self._sweeps(firmware) if plan.sweeps else []
-        return TransferReport(self.task.name, plan.seed, tuple(self.stages), tuple(sweeps), tuple(self.left_out))
+        found = self._sensitivities(firmware) if plan.sensitivity else []
+        return TransferReport(self.task.name, plan.seed, tuple(self.stages), tuple(found), tuple(self.left_out))
 
     def _worlds(self) -> list[str]:
         """Return the world of each seed's episode, with the robots at their starts, as the text of a world file."""
@@ -411,15 +411,16 @@ class _Transfer:
             ratio_interval=bootstrap(fitness, base, paired=not on_robot, seed=seed),
         )
 
-    def _sweeps(self, firmware: str | None) -> list[Sweep]:
+    def _sensitivities(self, firmware: str | None) -> list[Sensitivity]:
         """Look for what breaks the controller; return the most fragile first."""
         if self.stages[0].mean <= 0.0:
             self.left_out.append("what breaks it: its mean fitness in physics is not above 0")
             return []
-        sweeps = [self._sweep(each, firmware) for each in TROUBLES if each.where == "physics" or firmware is not None]
-        return sorted(sweeps, key=lambda sweep: (sweep.margin, sweep.stages[-1].mean))
+        tried = [each for each in TROUBLES if each.where == "physics" or firmware is not None]
+        found = [self._sensitivity(each, firmware) for each in tried]
+        return sorted(found, key=lambda each: (each.margin, each.stages[-1].mean))
 
-    def _sweep(self, trouble: Trouble, firmware: str | None) -> Sweep:
+    def _sensitivity(self, trouble: Trouble, firmware: str | None) -> Sensitivity:
         """Let one trouble grow until the controller is broken, or to the end of its range."""
         name, unit, where, key, _, tried = trouble
         physics = self.stages[0]
@@ -438,7 +439,8 @@ class _Transfer:
                 fitness, _ = self._chain(firmware or "", {key: value})
             values.append(value)
             stages.append(self._stage(f"{name} {value:g}", f"{value:g} {unit}", fitness))
-        return Sweep(trouble, tuple(values), tuple(stages), crossing(values, [stage.mean for stage in stages], least))
+        limit = crossing(values, [stage.mean for stage in stages], least)
+        return Sensitivity(trouble, tuple(values), tuple(stages), limit)
 
     def _runs_on_robot(self, url: str, ask: Callable[[str], object] | None) -> list[float]:
         """Return the fitness of each run on the robot, which stands still before, between and after them."""

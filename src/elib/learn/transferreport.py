@@ -70,17 +70,17 @@ def to_json(report: TransferReport) -> dict[str, object]:
         "stages": [_stage(stage) for stage in report.stages],
         "breaks": [
             {
-                "name": sweep.trouble.name,
-                "where": sweep.trouble.where,
-                "unit": sweep.trouble.unit,
-                "usual": sweep.trouble.usual,
-                "limit": sweep.limit,
-                "margin": sweep.margin,
-                "values": sweep.values,
-                "means": [stage.mean for stage in sweep.stages],
-                "ratios": [stage.ratio for stage in sweep.stages],
+                "name": each.trouble.name,
+                "where": each.trouble.where,
+                "unit": each.trouble.unit,
+                "usual": each.trouble.usual,
+                "limit": each.limit,
+                "margin": each.margin,
+                "values": each.values,
+                "means": [stage.mean for stage in each.stages],
+                "ratios": [stage.ratio for stage in each.stages],
             }
-            for sweep in report.sweeps
+            for each in report.sensitivities
         ],
         "left_out": report.left_out,
     }
@@ -128,9 +128,9 @@ def write_folder(report: TransferReport, folder: Path, title: str) -> list[Path]
 def _runs(report: TransferReport) -> Iterator[tuple[Cell, ...]]:
     for stage in report.stages:
         yield from _rows("stage", stage, None)
-    for sweep in report.sweeps:
-        for value, stage in zip(sweep.values[1:], sweep.stages[1:], strict=True):
-            yield from _rows(sweep.trouble.name, stage, value)
+    for each in report.sensitivities:
+        for value, stage in zip(each.values[1:], each.stages[1:], strict=True):
+            yield from _rows(each.trouble.name, stage, value)
 
 
 def _rows(part: str, stage: StageResult, value: float | None) -> Iterator[tuple[Cell, ...]]:
@@ -144,10 +144,10 @@ def _page(report: TransferReport, title: str) -> str:
     lines += [_row(row_of(stage)) for stage in report.stages]
     lines += ["", *(f"- {stage.name}: {stage.about}." for stage in report.stages)]
     lines += [f"- Left out: {each}." for each in report.left_out]
-    if report.sweeps:
+    if report.sensitivities:
         lines += ["", "## What breaks it first", ""]
-        lines += [f"{number}. {sweep.text}." for number, sweep in enumerate(report.sweeps, 1)]
-        usual = (f"{each.trouble.name} {each.trouble.usual:g} {each.trouble.unit}" for each in report.sweeps)
+        lines += [f"{number}. {each.text}." for number, each in enumerate(report.sensitivities, 1)]
+        usual = (f"{each.trouble.name} {each.trouble.usual:g} {each.trouble.unit}" for each in report.sensitivities)
         lines += ["", f"Usual on a real robot: {'; '.join(usual)}."]
     lines += ["", "![Fitness of each stage, and how it falls as each trouble grows](transfer.svg)", ""]
     lines += [
@@ -176,10 +176,10 @@ def draw(report: TransferReport, path: Path, title: str) -> None:
     height = max(3.6, 0.36 * len(measured) + 1.6)
     figure = Figure(figsize=(11, height), dpi=110, facecolor=PAPER, layout="constrained")
     figure.suptitle(f"Transfer of {title}", color=INK, fontsize=13, x=0.01, ha="left")
-    axes = figure.subplots(1, 2 if report.sweeps else 1, squeeze=False)[0]
+    axes = figure.subplots(1, 2 if report.sensitivities else 1, squeeze=False)[0]
     _draw_stages(axes[0], measured)
-    if report.sweeps:
-        _draw_sweeps(axes[1], report)
+    if report.sensitivities:
+        _draw_sensitivities(axes[1], report)
     save(figure, path)
 
 
@@ -209,15 +209,15 @@ def _draw_stages(axes: Any, stages: list[StageResult]) -> None:
     trim(axes)
 
 
-def _draw_sweeps(axes: Any, report: TransferReport) -> None:
+def _draw_sensitivities(axes: Any, report: TransferReport) -> None:
     axes.set_title("mean fitness over that in physics, as each trouble grows", loc="left", fontsize=9, color=INK)
-    for number, sweep in enumerate(report.sweeps):
-        usual, colour = sweep.trouble.usual, COLOURS[number * len(COLOURS) // len(report.sweeps)]
-        if len(sweep.values) > 1:
-            times = [value / usual for value in sweep.values[1:]]
-            axes.plot(times, [stage.ratio for stage in sweep.stages[1:]], ".-", color=colour, label=sweep.trouble.name)
-        if 0.0 < sweep.margin < math.inf:
-            axes.plot([sweep.margin], [BROKEN], "x", color=colour, markersize=8, markeredgewidth=2)
+    for number, each in enumerate(report.sensitivities):
+        usual, colour = each.trouble.usual, COLOURS[number * len(COLOURS) // len(report.sensitivities)]
+        if len(each.values) > 1:
+            times = [value / usual for value in each.values[1:]]
+            axes.plot(times, [stage.ratio for stage in each.stages[1:]], ".-", color=colour, label=each.trouble.name)
+        if 0.0 < each.margin < math.inf:
+            axes.plot([each.margin], [BROKEN], "x", color=colour, markersize=8, markeredgewidth=2)
     axes.axhline(BROKEN, color=INK, linewidth=0.8, linestyle=":")
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter("{x:g}")
