@@ -179,7 +179,10 @@ class Number(Rule):
     @property
     def range(self) -> str:
         """The bounds, in words."""
-        return f"from {_short(self.low)} to {_short(self.high)}{self.unit and f' {self.unit}'}"
+        unit = self.unit and f" {self.unit}"
+        if self.high == LARGEST_NUMBER:
+            return f"from {_short(self.low)}{unit} on"
+        return f"from {_short(self.low)} to {_short(self.high)}{unit}"
 
     def __str__(self) -> str:
         return "a finite number" if self.high == LARGEST_NUMBER else f"a number {self.range}"

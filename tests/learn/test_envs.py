@@ -264,10 +264,20 @@ def test_modes_that_do_not_exist_are_refused() -> None:
         single(render_mode="ansi")
     with pytest.raises(ArgumentError, match="render_mode is 'human'"):
         several(1, render_mode="human")
-    with pytest.raises(ArgumentError, match="begin again by themselves"):
-        several(1, autoreset_mode="Disabled")
+    for mode in ("Disabled", AutoresetMode.DISABLED, "next", None):
+        with pytest.raises(ArgumentError, match="begin again by themselves\nhint: choose from NextStep, SameStep"):
+            several(1, autoreset_mode=mode)  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match="the number of worlds is 0; it must be a whole number from 1 on"):
+        several(0)
     with pytest.raises(ArgumentError, match="2 seeds for 3 worlds"):
         several(3).reset(seed=[1, 2])
+
+
+def test_a_step_before_the_first_reset_is_refused() -> None:
+    with pytest.raises(ArgumentError, match=r"step\(\) was called before reset\(\)\nhint: call reset\(\) first"):
+        single().step(np.zeros(2, np.float32))
+    with pytest.raises(ArgumentError, match=r"step\(\) was called before reset\(\)"):
+        several(2).step(np.zeros((2, 2), np.float32))
 
 
 # -- pictures --

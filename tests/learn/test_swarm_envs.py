@@ -104,6 +104,8 @@ def test_every_robot_earns_its_own_reward_and_the_end_tells_their_fitness() -> N
 
 def test_actions_are_needed_for_every_agent_and_of_the_right_shape() -> None:
     env = meeting()
+    with pytest.raises(ArgumentError, match=r"step\(\) was called before reset\(\)"):
+        env.step({agent: np.zeros(2, np.float32) for agent in env.possible_agents})
     env.reset(seed=1)
     with pytest.raises(ArgumentError, match=r"there are actions for \['robot_1'\]"):
         env.step({"robot_1": np.zeros(2, np.float32)})

@@ -216,7 +216,7 @@ def not_a_number(world, i):
         ({"is_over": fails}, "a function of task 'test' fails"),
         ({"sensors": ("sonar",)}, "there is no sensor 'sonar'"),
         ({"period": 0.03}, "a period of 0.03 s is not a whole number of ticks of 0.025 s"),
-        ({"seconds": 0.05}, "an episode is shorter than a period"),
+        ({"seconds": 0.05}, r"an episode of 0.05 s is shorter than a period, 0.1 s"),
         ({"robots": 0}, "the task's robots"),
         ({"top_speed": 0.2}, "the task's top_speed"),
         ({"randomisation": Randomisation(latency=(0, 0.2))}, "a latency of 0.2 s is longer than its period"),

@@ -60,6 +60,7 @@ class Worlds:
         observed: The numbers that one robot observes.
         acted: The numbers that steer one robot.
         fitness: The fitness of each world's episode so far, (worlds,).
+        has_begun: Whether the first episodes have begun.
     """
 
     def __init__(self, task: Task | str, count: int, engine: EngineName, threads: int | None) -> None:
@@ -69,6 +70,7 @@ class Worlds:
         speed = self.task.top_speed
         self.acted = tuple(Channel(f"{side}_wheel", "m/s", -speed, speed) for side in ("left", "right"))
         self.fitness = np.zeros(count)
+        self.has_begun = False
         self._ended = np.zeros(count, dtype=np.bool_)
         # A mean fitness is a share of the whole episode, and too small a number for a single decision.
         self._scale = float(self.task.decisions) if self.task.fitness == "mean" else 1.0
@@ -89,9 +91,24 @@ class Worlds:
             for world, own in zip(chosen, seed, strict=True):
                 self.episodes.reset(None if own is None else (int(own) - world) % (1 << 64), [world])
         self.fitness[chosen], self._ended[chosen] = 0.0, False
+        self.has_begun = True
+
+    def check_begun(self) -> None:
+        """Check that the first episodes have begun.
+
+        Raises:
+            ArgumentError: They have not.
+        """
+        if not self.has_begun:
+            raise ArgumentError("step() was called before reset()", hint="call reset() first: it begins an episode")
 
     def step(self, actions: ArrayLike, *, begin_again: bool = False) -> Outcome:
-        """Let one decision pass in every world; see :meth:`Episodes.step`."""
+        """Let one decision pass in every world; see :meth:`Episodes.step`.
+
+        Raises:
+            ArgumentError: The first episodes have not begun.
+        """
+        self.check_begun()
         earned = self.episodes.step(actions, begin_again=begin_again)
         if begin_again:
             self.fitness[self._ended] = 0.0
@@ -224,7 +241,6 @@ class TaskEnv(_Named, gymnasium.Env[Floats32, Floats32]):
         self.action_space = space_of(self._worlds.all_robots(self._worlds.acted))
         self.render_mode = render_mode
         self._view = LiveView(self.task.period) if render_mode == HUMAN else None
-        self._has_begun = False
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -237,9 +253,8 @@ class TaskEnv(_Named, gymnasium.Env[Floats32, Floats32]):
             options: Not used.
         """
         super().reset(seed=seed)
-        if seed is None and not self._has_begun:
+        if seed is None and not self._worlds.has_begun:
             seed = int(self.np_random.integers(1 << 63))
-        self._has_begun = True
         self._worlds.begin(seed)
         if self._view is not None:
             self._view.show(self._worlds.episodes.world(0), is_new=True)
@@ -252,7 +267,7 @@ class TaskEnv(_Named, gymnasium.Env[Floats32, Floats32]):
             action: Speeds of the left and the right wheel, m/s.
 
         Raises:
-            ArgumentError: The action has another shape.
+            ArgumentError: The action has another shape, or :meth:`reset` was not called yet.
         """
         outcome = self._worlds.step(require_shape(action, (2 * self.task.robots,)).reshape(1, -1, 2))
         if self._view is not None:
@@ -315,9 +330,14 @@ class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
         """
         check_render_mode(render_mode, self.metadata["render_modes"])
         self._worlds = Worlds(task, num_envs, engine, threads)
-        self._mode = AutoresetMode(autoreset_mode)
-        if self._mode is AutoresetMode.DISABLED:
-            raise ArgumentError("the worlds begin again by themselves", hint="choose NextStep or SameStep")
+        modes = {mode.value: mode for mode in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)}
+        mode = modes.get(getattr(autoreset_mode, "value", autoreset_mode))
+        if mode is None:
+            raise ArgumentError(
+                f"autoreset_mode is {autoreset_mode!r}, but the worlds begin again by themselves",
+                hint=f"choose from {', '.join(modes)}",
+            )
+        self._mode = mode
         self.metadata = {
             **self.metadata,
             "autoreset_mode": self._mode,
@@ -329,7 +349,6 @@ class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
         self.single_action_space = space_of(self._worlds.all_robots(self._worlds.acted))
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._has_begun = False
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -349,9 +368,8 @@ class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
                 raise ArgumentError(f"there are {len(seed)} seeds for {self.num_envs} worlds", hint="give one for each")
         else:
             super().reset(seed=seed)
-        if seed is None and not self._has_begun:
+        if seed is None and not self._worlds.has_begun:
             seed = int(self.np_random.integers(1 << 63))
-        self._has_begun = True
         self._worlds.begin(seed)
         return self._observations(), {}
 
@@ -362,7 +380,7 @@ class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
             actions: Speeds of the left and the right wheel, m/s, (worlds, 2 for each robot).
 
         Raises:
-            ArgumentError: The actions have another shape.
+            ArgumentError: The actions have another shape, or :meth:`reset` was not called yet.
         """
         worlds, is_same_step = self._worlds, self._mode is AutoresetMode.SAME_STEP
         given = require_shape(actions, (self.num_envs, 2 * self.task.robots)).reshape(self.num_envs, -1, 2)

@@ -76,7 +76,6 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
         self.action_units = tuple(channel.unit for channel in worlds.acted)
         self.render_mode = render_mode
         self._view = LiveView(self.task.period) if render_mode == HUMAN else None
-        self._has_begun = False
 
     def observation_space(self, agent: str) -> Space[Floats32]:
         """Return what an agent can observe."""
@@ -95,9 +94,8 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
             seed: The seed of the episode, as for :meth:`elib.learn.envs.TaskEnv.reset`; None means the next episode.
             options: Not used.
         """
-        if seed is None and not self._has_begun:
+        if seed is None and not self._worlds.has_begun:
             seed = int(np.random.default_rng().integers(1 << 63))
-        self._has_begun = True
         self._worlds.begin(seed)
         self.agents = list(self.possible_agents)
         self._show(is_new=True)
@@ -112,8 +110,9 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
             actions: For each agent the speeds of its left and right wheel, m/s.
 
         Raises:
-            ArgumentError: There is not an action of two numbers for every agent.
+            ArgumentError: There is not an action of two numbers for every agent, or :meth:`reset` was not called yet.
         """
+        self._worlds.check_begun()
         if not self.agents:
             return {}, {}, {}, {}, {}
         if actions.keys() != set(self.agents):

@@ -189,8 +189,8 @@ def _draw_stages(axes: Any, stages: list[StageResult]) -> None:
         colour = COLOURS[5] if stage.name.startswith(("wire", "poor")) else COLOURS[4] if y < 2 else COLOURS[1]
         axes.plot(stage.fitness, [y] * len(stage.fitness), "|", color=colour, alpha=0.4, markersize=9)
         if not math.isnan(stage.interval[0]):
-            axes.plot(stage.interval, (y, y), color=colour, linewidth=4, solid_capstyle="butt")
-        axes.plot([stage.mean], [y], "o", color=colour, markersize=6, markeredgecolor=PAPER)
+            axes.plot(stage.interval, (y, y), color=colour, linewidth=6, solid_capstyle="butt")
+        axes.plot([stage.mean], [y], "o", color=PAPER, markersize=4, markeredgecolor=colour)
     axes.axvline(BROKEN * stages[0].mean, color=INK, linewidth=0.8, linestyle=":")
     axes.text(
         BROKEN * stages[0].mean,
@@ -210,6 +210,8 @@ def _draw_stages(axes: Any, stages: list[StageResult]) -> None:
 
 
 def _draw_sensitivities(axes: Any, report: TransferReport) -> None:
+    from matplotlib.ticker import LogLocator, NullLocator
+
     axes.set_title("mean fitness over that in physics, as each trouble grows", loc="left", fontsize=9, color=INK)
     for number, each in enumerate(report.sensitivities):
         usual, colour = each.trouble.usual, COLOURS[number * len(COLOURS) // len(report.sensitivities)]
@@ -220,7 +222,9 @@ def _draw_sensitivities(axes: Any, report: TransferReport) -> None:
             axes.plot([each.margin], [BROKEN], "x", color=colour, markersize=8, markeredgewidth=2)
     axes.axhline(BROKEN, color=INK, linewidth=0.8, linestyle=":")
     axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel("how much of it, over what a real robot has", color=INK)
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="lower left", fontsize=8, frameon=False)

@@ -134,7 +134,10 @@ class Task:
             if scene.step != self.scenes[0].step:
                 raise ArgumentError(f"task {self.name!r}: its scenes have different steps", hint="give all the same")
         if self.decisions < 1:
-            raise ArgumentError(f"task {self.name!r}: an episode is shorter than a period")
+            raise ArgumentError(
+                f"task {self.name!r}: an episode of {self.seconds:g} s is shorter than a period, {self.period:g} s",
+                hint="make the episodes longer: at least one decision is made in each",
+            )
         if self.randomisation.latency[1] > self.period:
             raise ArgumentError(
                 f"task {self.name!r}: a latency of {self.randomisation.latency[1]} s is longer than its period",
