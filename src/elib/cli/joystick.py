@@ -53,7 +53,7 @@ def joystick(
     check_web()
     from elib.web.server import serve
 
-    address = listen(host, _port(port))
+    address = listen(host, port_number(port))
     token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None
 
     def announce(url: str) -> None:
@@ -70,7 +70,12 @@ def joystick(
         run_coroutine(lambda: serve(address, urls, token=token, close_after=close_after, on_ready=announce))
 
 
-def _port(text: str | None) -> int | None:
+def port_number(text: str | None) -> int | None:
+    """Return the port that an option names; None without the option.
+
+    Raises:
+        ArgumentError: There is no such port.
+    """
     if text is None:
         return None
     if not (text.isascii() and text.isdecimal() and int(text) <= 65535):

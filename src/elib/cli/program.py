@@ -38,6 +38,7 @@ COMMANDS = {
     "fit": "Fit wheels, link and sensors of a robot to a recorded drive.",
     "bench": "Measure how long each command takes.",
     "joystick": "Drive and watch robots in the browser.",
+    "serve": "Serve robots to programs in any language.",
     "simulate": "Offer virtual robots on serial ports, TCP ports or Wi-Fi.",
     "world": "List the worlds that come with elib, show one, check your own.",
     "lab": "Copy a lab, and check a program against its goals.",

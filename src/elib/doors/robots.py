@@ -9,12 +9,12 @@ from collections.abc import AsyncIterator, Sequence
 from elib.errors import LinkClosed
 from elib.web.listening import Address
 from elib.web.panel import Panel, check_standing
-from elib.web.server import Server, served
+from elib.web.server import Door, Server, served
 
 
 @contextlib.asynccontextmanager
 async def connected(
-    urls: Sequence[str], *, page: Address | None = None, token: str | None = None
+    urls: Sequence[str], *, page: Address | None = None, token: str | None = None, door: Door | None = None
 ) -> AsyncIterator[Panel]:
     """Connect robots; stop and disconnect them when the block is left, whatever ends it.
 
@@ -23,6 +23,7 @@ async def connected(
         page: A bound port on which the panel shows the same robots, so that a person can watch and stop them; None
             for no page.
         token: What a browser is asked for before it sees the page; None asks for nothing.
+        door: One more address of the page's server, for programs.
 
     Yields:
         A panel with these robots. Its keys, "1", "2" and so on, are the names of the robots for clients.
@@ -44,7 +45,7 @@ async def connected(
                 if slot.error is not None and not slot.is_connected:
                     raise slot.error
             if page is not None:
-                server = await stack.enter_async_context(served(panel, page, token))
+                server = await stack.enter_async_context(served(panel, page, token, door))
             yield panel
         finally:
             if server is not None:

@@ -9,6 +9,7 @@ import logging
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from functools import partial
 from importlib.resources import files
+from typing import Protocol
 from urllib.parse import parse_qs
 
 from aiohttp import WSCloseCode, WSMsgType, web
@@ -65,6 +66,26 @@ POLICY = (
 """Scripts, styles and pictures come from this server; no other site may show the page in a frame."""
 NOTE = b"<!-- note -->"
 """Stands in the login page where it says why it is shown again."""
+
+
+class Door(Protocol):
+    """One more address of the server, for programs: it checks itself from which site a request comes, and the token.
+
+    Attributes:
+        path: The path of its address.
+    """
+
+    path: str
+
+    def refusal(self, request: web.Request, access: Access) -> tuple[int, str] | None:
+        """Return status and text for a request that is refused; None if it may go on."""
+
+    async def answer(self, request: web.Request, server: Server) -> web.StreamResponse:
+        """Answer a request."""
+
+    async def close(self) -> None:
+        """End all connections, because the server ends."""
+
 
 log = logging.getLogger("elib.web")
 SILENT = logging.Logger("elib.web.http", logging.CRITICAL + 1)
@@ -208,15 +229,18 @@ async def shown(panel: Panel, address: Address, token: str | None = None) -> Asy
 
 
 @contextlib.asynccontextmanager
-async def served(panel: Panel, address: Address, token: str | None = None) -> AsyncIterator[Server]:
+async def served(
+    panel: Panel, address: Address, token: str | None = None, door: Door | None = None
+) -> AsyncIterator[Server]:
     """Serve the page until the block is left.
 
     Args:
         panel: The robots.
         address: A bound port.
         token: What a browser is asked for before it sees anything; None asks for nothing.
+        door: One more address for programs.
     """
-    server = Server(panel, Access(address.host, address.port, token))
+    server = Server(panel, Access(address.host, address.port, token), door)
     runner = web.AppRunner(server.application(), shutdown_timeout=CLOSING_TIME)
     await runner.setup()
     assert runner.server is not None
@@ -248,14 +272,17 @@ class Server:
     Args:
         panel: The robots.
         access: Who may use the page.
+        door: One more address for programs.
 
     Attributes:
+        panel: As given.
+        access: As given.
         is_ending: Whether the program ends. Then pages are still told what happens, but what they ask for is not done.
     """
 
-    def __init__(self, panel: Panel, access: Access) -> None:
+    def __init__(self, panel: Panel, access: Access, door: Door | None = None) -> None:
         self.is_ending = False
-        self._panel, self._access = panel, access
+        self.panel, self.access, self._door = panel, access, door
         self._files = _static_files()
         self._sockets: set[web.WebSocketResponse] = set()
 
@@ -269,14 +296,18 @@ class Server:
         application = web.Application(middlewares=[self._guard], client_max_size=LONGEST_FORM)
         application.on_response_prepare.append(self._add_headers)
         application.router.add_get("/ws", self._socket)
+        if self._door is not None:
+            application.router.add_get(self._door.path, partial(self._door.answer, server=self), allow_head=False)
         application.router.add_get("/worlds/{name}.png", self._picture)
         application.router.add_post("/login", self._login)
         application.router.add_get("/{path:.*}", self._file)
         return application
 
     async def close(self) -> None:
-        """Close all pages."""
+        """Close all pages, and the door."""
         self.is_ending = True
+        if self._door is not None:
+            await self._door.close()
         closing = [ws.close(code=WSCloseCode.GOING_AWAY, message=b"the program has ended") for ws in self._sockets]
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(CLOSING_TIME * time_factor()):
@@ -289,7 +320,8 @@ class Server:
         refusal = self._refusal(request)
         if refusal is not None:
             return web.Response(status=refusal[0], text=refusal[1])
-        if not self._access.is_let_in(request) and request.path not in ("/login", "/login.css"):
+        is_open = request.path in ("/login", "/login.css") or self._is_for_door(request)
+        if not is_open and not self.access.is_let_in(request):
             return self._login_page(401)
         try:
             return await handler(request)  # type: ignore[misc,no-any-return]
@@ -303,20 +335,26 @@ class Server:
 
     def _refusal(self, request: web.Request) -> tuple[int, str] | None:
         """Return status and text for a request that is refused; None if it may go on."""
-        if self._access.host_of(request) is None:
+        if self.access.host_of(request) is None:
             return 403, "This page answers to its own address alone."
         if not request.raw_path.startswith("/"):  # a request to a proxy
             return 400, "That is not the address of a page."
         if request.method not in ("GET", "HEAD", "POST"):
             return 405, "Pages can only be looked at."
-        if not self._access.is_own(request):
+        if self._door is not None and self._is_for_door(request):
+            if (refusal := self._door.refusal(request, self.access)) is not None:
+                return refusal
+        elif not self.access.is_own(request):
             return 403, "Another site may not use this page."
         if request.method != "POST" and request.body_exists:
             return 400, "A request for a page has no body."
         return None
 
+    def _is_for_door(self, request: web.Request) -> bool:
+        return self._door is not None and request.path == self._door.path
+
     async def _add_headers(self, request: web.Request, response: web.StreamResponse) -> None:
-        host = self._access.host_of(request)
+        host = self.access.host_of(request)
         response.headers.update(HEADERS)
         response.headers["Content-Security-Policy"] = POLICY.format(host=host or "invalid.invalid")
         response.headers.setdefault("Cache-Control", "no-store")
@@ -326,7 +364,7 @@ class Server:
 
     async def _file(self, request: web.Request) -> web.StreamResponse:
         path = "/index.html" if request.path == "/" else request.path
-        if path == "/login" and self._access.token is not None:
+        if path == "/login" and self.access.token is not None:
             return self._login_page(200)
         if path not in self._files or path == "/login.html":
             return web.Response(status=404, text="There is no such page.")
@@ -348,10 +386,10 @@ class Server:
         return web.Response(body=body, content_type="image/png", headers={"Cache-Control": "max-age=3600"})
 
     async def _login(self, request: web.Request) -> web.StreamResponse:
-        token, address = self._access.token, request.remote or ""
+        token, address = self.access.token, request.remote or ""
         if token is None:
             return web.Response(status=404, text="There is no such page.")
-        if not self._access.may_try(address):
+        if not self.access.may_try(address):
             return self._login_page(429, "Too many wrong tokens. Wait ten seconds, then try again.")
         try:
             async with asyncio.timeout(FORM_TIME * time_factor()):
@@ -362,7 +400,7 @@ class Server:
         if len(shown) != 1 or not is_same(shown[0].strip(), token):
             return self._login_page(403, "That is not the token.")
         response = web.Response(status=303, headers={"Location": "/"})
-        response.set_cookie(self._access.cookie, self._access.session, path="/", httponly=True, samesite="Strict")
+        response.set_cookie(self.access.cookie, self.access.session, path="/", httponly=True, samesite="Strict")
         return response
 
     async def _socket(self, request: web.Request) -> web.StreamResponse:
@@ -384,18 +422,18 @@ class Server:
         self._sockets.add(ws)
         try:
             await ws.prepare(request)
-            self._panel.on_visit()
+            self.panel.on_visit()
             await self._converse(ws)
         finally:
             self._sockets.discard(ws)
             if not self._sockets:
-                self._panel.on_empty()
+                self.panel.on_empty()
         return ws
 
     async def _converse(self, ws: web.WebSocketResponse) -> None:
         """Hear a page until it leaves, or says what no page says."""
         messages = Bucket(MESSAGES, MESSAGES_AT_ONCE)
-        page = Page(self._panel, ws, decode)
+        page = Page(self.panel, ws, decode)
         code, reason = WSCloseCode.POLICY_VIOLATION, ""
         try:
             async for message in ws:
@@ -536,4 +574,4 @@ def _static_files() -> dict[str, tuple[bytes, str]]:
     return found
 
 
-__all__ = ["Server", "closed_view_of", "own_address", "serve", "served", "shown", "view_of"]
+__all__ = ["Door", "Server", "closed_view_of", "own_address", "serve", "served", "shown", "view_of"]

@@ -378,7 +378,7 @@ class Slot:
             raise ArgumentError(f"a raw command is one line of 1 to {LONGEST_TEXT} characters")
         if name == "stop":
             self.drive.stop()
-        if _may_drive(name, arguments) and not self.drive.watch_over(page):
+        if may_drive(name, arguments) and not self.drive.watch_over(page):
             raise ArgumentError(f"{name} was not sent: another page drives", hint="take over first")
         patient = robot.within(max(lifecycle.patience(robot), SPECS[name].timeout if name in SPECS else 0.0))
         value: object = await getattr(patient, name)(*arguments)
@@ -525,11 +525,11 @@ class Slot:
         return task
 
 
-def _may_drive(name: str, arguments: tuple[object, ...]) -> bool:
+def may_drive(name: str, arguments: tuple[object, ...]) -> bool:
     """Return whether the robot may drive on by itself after a command."""
     if name == "text":  # the e-puck2 reads small letters as capitals
         return str(arguments[0]).lstrip().upper().startswith("D")
     return catalogue()[name].wheels == "drive"
 
 
-__all__ = ["Line", "Phase", "Slot"]
+__all__ = ["Line", "Phase", "Slot", "may_drive"]

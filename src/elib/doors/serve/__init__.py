@@ -1,0 +1,1 @@
+"""``elib serve``: robots for programs in any language, by JSON messages over a WebSocket."""

@@ -1,0 +1,408 @@
+"""One program that is connected: it carries out what the program asks for, and answers every request once."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import logging
+import secrets
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+import msgspec
+from aiohttp import WSMsgType, web
+
+from elib import __version__
+from elib.doors.serve.answers import Answer, Error, Event, Failure, Trouble
+from elib.doors.serve.values import Json, plain
+from elib.doors.serve.watching import Broadcasts
+from elib.emulator.control_server import time_factor
+from elib.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
+from elib.robot.actions import CatalogueEntry
+from elib.robot.snapshot import watched_names
+from elib.web import lifecycle
+from elib.web.access import is_same
+from elib.web.slot import Slot, may_drive
+
+if TYPE_CHECKING:
+    from elib.web.server import Server
+
+PROTOCOL = 1
+"""Version of the protocol; the path of the door's address has the same number."""
+MOST_WAITING = 32
+"""Requests of one program that wait for an answer at the same time."""
+MOST_UNREAD = 256 * 1024
+"""Bytes of answers that a program may leave unread."""
+MOST_WATCHES = 8
+"""Watches of one program."""
+ANSWERS, ANSWERS_AT_ONCE = 500.0, 1000.0
+"""Answers to one program per second for long, and at once; later ones wait. A robot on a serial line gives fewer."""
+LONGEST_WAIT = 20.0
+"""s within which a request is answered whatever happens; the slowest command, the calibration, has 8 s."""
+EVENT_PERIOD = 0.1
+"""s between two looks into the event logs."""
+GREETING = "say hello first, with the token"
+
+log = logging.getLogger("elib.serve")
+
+
+class Request(Protocol):
+    """One message of a program: ``elib.doors.serve.messages`` has them all."""
+
+    id: int
+    is_greeting: ClassVar[bool]
+
+    def carry_out(self, client: Client) -> Awaitable[object] | object:
+        """Do it, and return the result, or an awaitable of it."""
+
+
+class Client:
+    """One program, from the opening of its WebSocket to its end.
+
+    Args:
+        server: The server that it came to.
+        broadcasts: Where it may watch readings.
+        request: The request that opened the WebSocket.
+        ws: The WebSocket.
+        decode: Gives number and request of a text, or what is wrong with it.
+
+    Attributes:
+        key: The program's name at the drive locks. A program acts under this name alone: no message has one.
+        is_let_in: Whether it has shown the token, if there is one.
+    """
+
+    def __init__(
+        self,
+        server: Server,
+        broadcasts: Broadcasts,
+        request: web.Request,
+        ws: web.WebSocketResponse,
+        decode: Callable[[str], tuple[int, Request | ArgumentError]],
+    ) -> None:
+        self.key = f"program-{secrets.token_hex(8)}"
+        self.is_let_in = server.access.token is None
+        self._name = ""
+        self._server, self._broadcasts, self._ws, self._decode = server, broadcasts, ws, decode
+        self._address = request.remote or ""
+        assert request.transport is not None
+        self._transport = request.transport
+        self._loop = asyncio.get_running_loop()
+        self._known: set[Slot] = set()
+        self._requests: set[asyncio.Future[Any]] = set()
+        self._watches: dict[tuple[str, tuple[str, ...]], Callable[[], None]] = {}
+        self._events: asyncio.Task[None] | None = None
+        self._due = 0.0
+
+    # -- what the program says --
+
+    async def hear(self, text: str) -> str:
+        """Carry out one message; return why the connection is to be closed, or an empty string."""
+        if self._transport.get_write_buffer_size() > MOST_UNREAD:
+            return "the program does not read its answers"
+        number, message = self._decode(text)
+        if isinstance(message, ArgumentError):
+            await self._answer(number, message)
+            return "" if self.is_let_in else GREETING
+        if not self.is_let_in and not message.is_greeting:
+            await self._answer(number, ArgumentError(GREETING))
+            return GREETING
+        self._beat()
+        try:
+            if self._server.is_ending:
+                raise LinkClosed("elib serve ends")
+            result = message.carry_out(self)
+            if inspect.iscoroutine(result):
+                if len(self._requests) >= MOST_WAITING:
+                    result.close()
+                    raise ArgumentError(
+                        f"{MOST_WAITING} requests wait for their answers, and no more can", hint="wait for answers"
+                    )
+                self._begin(self._finish(message.id, result))
+                return ""
+        except Exception as error:
+            await self._answer(message.id, error)
+            return "" if self.is_let_in else "this is not the token"
+        if self._pause() > 0:
+            self._begin(self._answer_later(message.id, result))
+        else:
+            await self._answer(message.id, result)
+        return ""
+
+    def _begin(self, work: Awaitable[None]) -> None:
+        task = asyncio.ensure_future(work)
+        self._requests.add(task)
+        task.add_done_callback(self._requests.discard)
+
+    async def _finish(self, number: int, work: Awaitable[object]) -> None:
+        """Wait for the result of a request, and answer it."""
+        result: object
+        try:
+            async with asyncio.timeout(LONGEST_WAIT * time_factor()):
+                result = await work
+        except TimeoutError as error:
+            own = ReplyTimeout(f"the request did not end within {LONGEST_WAIT:g} s")
+            result = error if isinstance(error, ElibError) else own
+        except asyncio.CancelledError:
+            result = LinkClosed("the connection ends before the request did")
+        except Exception as error:
+            result = error
+        else:
+            with contextlib.suppress(asyncio.CancelledError):
+                await asyncio.sleep(self._pause() if number else 0.0)
+        await self._answer(number, result)
+
+    async def _answer_later(self, number: int, result: object) -> None:
+        with contextlib.suppress(asyncio.CancelledError):
+            await asyncio.sleep(self._pause())
+        await self._answer(number, result)
+
+    def _pause(self) -> float:
+        """Return how long an answer waits now, s, because many went before it."""
+        return max(0.0, self._due - self._loop.time() - ANSWERS_AT_ONCE / ANSWERS * time_factor())
+
+    async def _answer(self, number: int, result: object) -> None:
+        """Send the one answer of a request: a result or an error."""
+        self._due = max(self._due, self._loop.time()) + time_factor() / ANSWERS
+        try:
+            if isinstance(result, BaseException):
+                raise result
+            if not number:
+                return
+            data = msgspec.json.encode(Answer(id=number, result=result))
+        except ElibError as error:
+            data = _failure(number, Trouble(kind=type(error).__name__, message=error.message, hint=error.hint))
+        except Exception as error:
+            log.error("a request of a program failed", exc_info=error)
+            mistake = Trouble(kind="Error", message="elib serve made a mistake", hint="its terminal says more")
+            data = _failure(number, mistake)
+        await self.send(data)
+
+    # -- robots --
+
+    @property
+    def _slots(self) -> Iterable[tuple[str, Slot]]:
+        return self._server.panel.slots.items()
+
+    def meet(self) -> None:
+        """Note that the program is there: the robots are read for it. Call it again for robots that come later."""
+        for slot in set(self._server.panel.slots.values()) - self._known:
+            slot.join(self.key)
+            self._known.add(slot)
+
+    def slot(self, key: str) -> Slot:
+        """Return a robot by its key; without a key the only one.
+
+        Raises:
+            ArgumentError: There is no such robot, or it is not clear which one is meant.
+        """
+        slots = self._server.panel.slots
+        if not key:
+            if len(slots) != 1:
+                raise ArgumentError(f"there are {len(slots)} robots", hint=f'add "robot", one of {_listed(slots)}')
+            (key,) = slots
+        found = slots.get(key)
+        if found is None:
+            raise ArgumentError(f"there is no robot {key!r}", hint=f"there are {_listed(slots)}")
+        return found
+
+    def _key_of(self, slot: Slot) -> str:
+        return next(key for key, each in self._slots if each is slot)
+
+    def greet(self, name: str, token: str) -> dict[str, Json]:
+        """Let a program in, and return what it is told first.
+
+        Raises:
+            ArgumentError: It does not show the token, or its name cannot be shown.
+        """
+        access = self._server.access
+        if access.token is not None and not self.is_let_in:
+            if not access.may_try(self._address):
+                raise ArgumentError("too many wrong tokens came from this address", hint="wait ten seconds")
+            if not is_same(token.strip(), access.token):
+                raise ArgumentError("this is not the token", hint="elib serve printed it when it began")
+            self.is_let_in = True
+            self.meet()
+        if not name.isprintable():
+            raise ArgumentError("the name has characters that cannot be shown")
+        self._name = name or self._name
+        robots: list[Json] = [
+            {
+                "robot": key,
+                "name": slot.name,
+                "url": slot.url,
+                "firmware": slot.firmware,
+                "state": slot.phase.name.lower(),
+                "driver": {"": "", self.key: "you"}.get(slot.drive.driver, "another"),
+            }
+            for key, slot in self._slots
+        ]
+        return {"protocol": PROTOCOL, "elib": __version__, "robots": robots}
+
+    # -- driving --
+
+    def _beat(self) -> None:
+        self.meet()
+        for slot in self._known:
+            slot.drive.beat(self.key)
+
+    def driven(self) -> list[str]:
+        """Return the keys of the robots that the program drives."""
+        return [key for key, slot in self._slots if slot.drive.driver == self.key]
+
+    def take(self, key: str, *, by_force: bool) -> None:
+        """Let the program drive a robot, also one that somebody has stopped.
+
+        Raises:
+            ArgumentError: Another one drives it.
+            LinkClosed: The robot is not connected.
+        """
+        slot = self.slot(key)
+        robot = slot.robot
+        before = slot.drive.driver
+        if not slot.drive.take(self.key, by_force=by_force):
+            raise _refusal(slot)
+        slot.drive.is_latched = False
+        if before != self.key:
+            slot.note(f"{self._name or self.key} drives {robot.name}")
+
+    async def command(self, key: str, entry: CatalogueEntry, arguments: Sequence[object]) -> object:
+        """Send a command to a robot and return its answer.
+
+        Raises:
+            ElibError: The robot did not carry it out, or another one drives it.
+        """
+        slot = self.slot(key)
+        if may_drive(entry.name, tuple(arguments)):
+            if slot.drive.driver not in ("", self.key):
+                raise _refusal(slot)
+            if slot.drive.is_latched and slot.drive.driver:
+                raise ArgumentError(
+                    f"{entry.name} was not sent: somebody has stopped the robot", hint='send {"do": "drive"} to go on'
+                )
+        return plain(await slot.command(entry.name, *arguments, page=self.key))
+
+    async def stop(self, key: str) -> None:
+        """Stop a robot, or all; wait until they have confirmed it.
+
+        Raises:
+            ElibError: A robot did not confirm it.
+        """
+        connected = [slot for _, slot in self._slots if slot.is_connected]
+        slots = [self.slot(key)] if key or not connected else connected
+        ends = await asyncio.gather(*map(self._stop, slots), return_exceptions=True)
+        for end in ends:
+            if end is not None:
+                raise end
+
+    async def _stop(self, slot: Slot) -> None:
+        robot, drive = slot.robot, slot.drive
+        was_latched = drive.is_latched
+        slot.stop()
+        if drive.driver == self.key:
+            drive.is_latched = was_latched  # the driver's own stop needs no leave to drive on
+        await robot.within(lifecycle.patience(robot)).stop()
+
+    # -- watching --
+
+    def watch(self, key: str, readings: Sequence[str], rate: float) -> dict[str, Json]:
+        """Begin to watch readings of a robot, or change the rate.
+
+        Raises:
+            ArgumentError: There is no such robot or reading, or the program has too many watches.
+            Unsupported: The robot's firmware does not have a reading.
+            LinkClosed: The robot is not connected.
+        """
+        slot = self.slot(key)
+        context = slot.context or slot.robot.context
+        names = watched_names(readings, context.profile)
+        where = self._key_of(slot), names
+        if where not in self._watches and len(self._watches) >= MOST_WATCHES:
+            raise ArgumentError(f"there are {MOST_WATCHES} watches, and no more are possible", hint="unwatch one")
+        old = self._watches.pop(where, None)
+        if old is not None:
+            old()
+        self._watches[where] = self._broadcasts.join(self, (*where, float(rate)))
+        return {"readings": list(names), "rate": rate}
+
+    def unwatch(self, key: str, readings: Sequence[str]) -> None:
+        """End a watch of a robot, or all of them."""
+        own = self._key_of(self.slot(key))
+        for where in tuple(self._watches):
+            if where[0] == own and (not readings or set(where[1]) == set(readings)):
+                self._watches.pop(where)()
+
+    def tell_events(self, *, on: bool) -> None:
+        """Begin to tell what happens, or end it."""
+        if self._events is not None:
+            self._events.cancel()
+            self._events = None
+        if on:
+            self._events = self._loop.create_task(self._tell_events(), name="elib serve events")
+
+    async def _tell_events(self) -> None:
+        """Send every new line of the event logs; a program that does not read loses the oldest ones."""
+        told = {slot: slot.log.count for _, slot in self._slots}
+        while True:
+            await asyncio.sleep(EVENT_PERIOD * time_factor())
+            for key, slot in tuple(self._slots):
+                seen, count = told.get(slot, 0), slot.log.count
+                new = list(slot.log.lines)[-(count - seen) :] if count > seen else []
+                for number, line in enumerate(new, count - len(new)):
+                    if self.is_behind:
+                        break
+                    event = Event(
+                        robot=key,
+                        time=round(line.time, 6),
+                        kind=line.kind,
+                        text=line.text,
+                        is_bad=line.is_bad,
+                        missed=number - seen,
+                    )
+                    seen = number + 1
+                    await self.send(msgspec.json.encode(event))
+                told[slot] = seen
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether the program has not taken yet what it was sent before."""
+        return self._transport.get_write_buffer_size() > 0
+
+    async def send(self, data: bytes) -> None:
+        """Send a message; a program that is gone gets none."""
+        if not self._ws.closed:
+            with contextlib.suppress(ConnectionError):
+                await self._ws.send_frame(data, WSMsgType.TEXT)
+
+    # -- the end --
+
+    async def close(self) -> None:
+        """Leave all robots: what the program drove stops now; every request that waits is answered."""
+        for slot in self._known:
+            slot.leave(self.key)
+        self._known.clear()
+        self.tell_events(on=False)
+        for leave in self._watches.values():
+            leave()
+        self._watches.clear()
+        await asyncio.sleep(0)  # so that every request has begun, and answers when it is cancelled
+        tasks = tuple(self._requests)
+        for task in tasks:
+            task.cancel()
+        if tasks:
+            await asyncio.wait(tasks)
+
+
+def _failure(number: int, error: Trouble) -> bytes:
+    return msgspec.json.encode(Failure(id=number, error=error) if number else Error(error=error))
+
+
+def _refusal(slot: Slot) -> ArgumentError:
+    return ArgumentError(f"another one drives {slot.name}", hint='{"do": "drive", "force": true} takes over')
+
+
+def _listed(keys: Iterable[str]) -> str:
+    return ", ".join(f'"{key}"' for key in keys) or "none"
+
+
+__all__ = ["PROTOCOL", "Client"]

@@ -1,0 +1,173 @@
+"""The protocol as JSON Schema, made from the classes of the messages, the catalogue of commands and the readings."""
+
+from __future__ import annotations
+
+import inspect
+import types
+from typing import Any, cast, get_args, get_type_hints
+
+import msgspec
+
+from elib.doors.serve.answers import TOLD
+from elib.doors.serve.client import PROTOCOL
+from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES, MESSAGES, Message
+from elib.doors.serve.values import ROLES
+from elib.protocol import values as v
+from elib.protocol.values import READING_TYPES, FieldInfo, Reading, Sensors, describe
+
+Schema = dict[str, Any]
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+REF = "#/$defs/{name}"
+TIME: Schema = {"type": ["number", "null"], "description": "When it came, s on the clock of the door.", "x-unit": "s"}
+JSON_TYPES = {int: "integer", float: "number", bool: "boolean", str: "string", type(None): "null"}
+PICTURE: Schema = {
+    "title": "Picture",
+    "description": "An upright picture of the camera.",
+    "type": "object",
+    "properties": {
+        "width": {"type": "integer", "x-unit": "pixels"},
+        "height": {"type": "integer", "x-unit": "pixels"},
+        "mode": {"enum": ["grey", "colour"]},
+        "png": {"type": "string", "contentEncoding": "base64", "contentMediaType": "image/png"},
+        "time": TIME,
+    },
+    "required": ["width", "height", "mode", "png", "time"],
+}
+ROBOT: Schema = {
+    "title": "RobotInfo",
+    "description": "A robot of the door.",
+    "type": "object",
+    "properties": {
+        "robot": {"type": "string", "description": "Its key, as messages name it."},
+        "name": {"type": "string"},
+        "url": {"type": "string"},
+        "firmware": {"type": "string", "description": "Empty while it is not connected."},
+        "state": {"enum": ["disconnected", "connecting", "connected", "gap", "playing", "failed"]},
+        "driver": {"enum": ["", "you", "another"], "description": "Who drives it; empty for nobody."},
+    },
+    "required": ["robot", "name", "url", "firmware", "state", "driver"],
+}
+WELCOME: Schema = {
+    "title": "Welcome",
+    "description": "What a program is told first.",
+    "type": "object",
+    "properties": {
+        "protocol": {"const": PROTOCOL},
+        "elib": {"type": "string", "description": "Version of elib."},
+        "robots": {"type": "array", "items": {"$ref": REF.format(name="RobotInfo")}},
+    },
+    "required": ["protocol", "elib", "robots"],
+}
+RESULTS: dict[str, Schema] = {
+    "hello": {"$ref": REF.format(name="Welcome")},
+    "beat": {
+        "type": "object",
+        "properties": {
+            "drives": {"type": "array", "items": {"type": "string"}, "description": "Keys of the robots it drives."}
+        },
+        "required": ["drives"],
+    },
+    "watch": {
+        "type": "object",
+        "properties": {
+            "readings": {"type": "array", "items": {"type": "string"}, "description": "What is watched, in order."},
+            "rate": {"type": "number", "x-unit": "Hz"},
+        },
+        "required": ["readings", "rate"],
+    },
+}
+"""What the door's own messages give; null where there is nothing here."""
+
+
+def schema() -> Schema:
+    """Return the JSON Schema of the protocol: what a program may send, and what it is told."""
+    own, parts = msgspec.json.schema_components(MESSAGES, ref_template="#/$defs/{name}")
+    told, more = msgspec.json.schema_components(TOLD, ref_template="#/$defs/{name}")
+    found: dict[str, Schema] = {name: cast("Schema", part) for name, part in (parts | more).items()}
+    for kind in MESSAGES:
+        found[kind.__name__]["x-result"] = result_of(kind)
+        found[kind.__name__]["description"] = inspect.getdoc(kind) or ""
+        found[kind.__name__]["additionalProperties"] = False
+    for each in TOLD:
+        message = found[each.__name__]
+        message["required"] = list(message["properties"])  # a message is always sent whole
+        for part in message["properties"].values():
+            part.pop("default", None)
+    found |= {"Picture": PICTURE, "RobotInfo": ROBOT, "Welcome": WELCOME}
+    found |= {_title(kind): reading_schema(kind) for kind in reading_kinds()}
+    found["ClientMessage"] = {"description": "What a program sends.", "oneOf": list(own)}
+    found["ServerMessage"] = {"description": "What a program is told.", "oneOf": list(told)}
+    return {
+        "$schema": DRAFT,
+        "title": f"elib serve, protocol {PROTOCOL}",
+        "description": "Each text message of the WebSocket is one JSON object. x-result is what the answer has.",
+        "x-protocol": PROTOCOL,
+        "$ref": REF.format(name="ClientMessage"),
+        "$defs": dict(sorted(found.items())),
+    }
+
+
+def result_of(kind: type[Message]) -> Schema:
+    """Return the schema of the result of a request."""
+    if kind in DOOR_MESSAGES:
+        return RESULTS.get(str(kind.__struct_config__.tag), {"type": "null"})
+    entry = next(each.entry for each in COMMANDS.values() if each is kind)
+    text = str(entry.signature.return_annotation).removeprefix("v.")
+    simple = {"None": "null", "str": "string", "int": "integer"}
+    if text in simple:
+        return {"type": simple[text]}
+    if text == "list[int]":
+        return {"type": "array", "items": {"type": "integer"}}
+    if text.startswith("NDArray"):
+        return {"type": "array", "items": {"type": "array", "items": {"type": "integer"}}}
+    if text == "Image":
+        return {"$ref": REF.format(name="Picture")}
+    return {"$ref": REF.format(name=_title(getattr(v, text)))}
+
+
+def reading_kinds() -> tuple[type[Reading], ...]:
+    """Return the classes of all readings that a program gets."""
+    return (*READING_TYPES.values(), Sensors, v.CameraSettings, v.Version)
+
+
+def reading_schema(kind: type[Reading]) -> Schema:
+    """Return the schema of a reading, with the units of its fields."""
+    properties: dict[str, Schema]
+    if kind is Sensors:
+        properties = {
+            name: {"oneOf": [{"$ref": REF.format(name=_title(each))}, {"type": "null"}]}
+            for name, each in READING_TYPES.items()
+        }
+    else:
+        hints = get_type_hints(kind)
+        properties = {info.name: _field(info, hints.get(info.name)) for info in describe(kind, *ROLES)}
+    properties["time"] = TIME
+    return {
+        "title": _title(kind),
+        "description": (inspect.getdoc(kind) or "").partition("\n\n")[0],
+        "type": "object",
+        "properties": properties,
+        "required": list(properties),
+    }
+
+
+def _field(info: FieldInfo, hint: object) -> Schema:
+    kinds = [each for each in (get_args(hint) if isinstance(hint, types.UnionType) else (hint,)) if each in JSON_TYPES]
+    found: Schema = {}
+    if info.names:
+        found = {"type": "array", "items": {"type": "integer" if int in get_args(hint) else "number"}}
+        found["description"] = f"In order: {', '.join(info.names)}."
+    elif kinds:
+        names = [JSON_TYPES[each] for each in kinds]
+        found = {"type": names[0] if len(names) == 1 else names}
+    if info.unit:
+        found["x-unit"] = info.unit
+    return found
+
+
+def _title(kind: type[Reading]) -> str:
+    """Return the name of a reading's schema; some are called like the commands that read them."""
+    return f"{kind.__name__}Reading"
+
+
+__all__ = ["reading_kinds", "reading_schema", "result_of", "schema"]
