@@ -17,10 +17,9 @@ from pathlib import Path
 
 from elib.errors import ArgumentError, Unsupported
 from elib.extras import install
-from elib.recording.encoding import encoded, fields_of
 from elib.recording.mcapwriter import McapWriter
-from elib.recording.messages import WARNING, Event, Message, Noted, Translator
-from elib.recording.topics import ABOUT, WORLD_FILE, Schema
+from elib.recording.messages import WARNING, Event, Message, Noted, Translator, channel_of, json_of
+from elib.recording.topics import ABOUT, WORLD_FILE
 
 AT_ONCE = 8
 """Events that are written between two pauses for other threads, some 50 us: an answer waits no longer than that."""
@@ -83,16 +82,11 @@ class McapFile(McapWriter):
 
     def write(self, message: Message) -> None:
         """Add a message to the chunk that is being filled."""
-        time, topic, data, reading, _ = message
-        channel = self._numbers.get((topic.name, reading)) or self._register(message)
-        nanoseconds = self._epoch + round(time * 1e9)
+        channel = self._numbers.get((message.topic.name, message.reading)) or self._register(message)
+        nanoseconds = self._epoch + round(message.time * 1e9)
         if nanoseconds < 0:  # a robot's clock may show any time, but the file's clock begins in 1970
             nanoseconds = 0
-        if not isinstance(data, bytes):
-            if "timestamp" in _properties(topic.schema):
-                data = {"timestamp": {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}, **data}
-            data = encoded(data)
-        self.add_message(channel, nanoseconds, data)
+        self.add_message(channel, nanoseconds, json_of(message, nanoseconds))
 
     def flush(self) -> None:
         """End the chunk and write it: from now on it is in the file even if the program dies."""
@@ -113,13 +107,9 @@ class McapFile(McapWriter):
             self._stream.close()
 
     def _register(self, message: Message) -> int:
-        topic, reading, value = message.topic, message.reading, message.value
-        schema = topic.schema
-        if schema is None:
-            schema = schema_of({} if value is None else fields_of(value), reading)
-        name = topic.schema_name + "".join(word.capitalize() for word in reading.split("_"))
-        channel = self.register(topic.name + reading, name, json.dumps(schema).encode())
-        self._numbers[topic.name, reading] = channel
+        topic, schema_name, schema = channel_of(message)
+        channel = self.register(topic, schema_name, json.dumps(schema).encode())
+        self._numbers[message.topic.name, message.reading] = channel
         return channel
 
 
@@ -200,19 +190,6 @@ class Parts:
         return file
 
 
-def schema_of(data: Mapping[str, object], title: str) -> Schema:
-    """Return the JSON schema of a reading; each of its fields may be null."""
-    kinds = {bool: "boolean", int: "integer", float: "number", str: "string", list: "array"}
-    properties: Schema = {
-        # A field with an int may hold a float in the next message: the schema says number for both.
-        name: {"type": [{"integer": "number"}.get(kind, kind), "null"]}
-        if (kind := kinds.get(type(value))) is not None
-        else {}
-        for name, value in data.items()
-    }
-    return {"type": "object", "title": title, "properties": properties}
-
-
 def part_of(path: Path, number: int) -> Path:
     """Return the name of a later part of a recording."""
     return path.with_name(f"{path.stem}.part{number}{path.suffix}")
@@ -227,8 +204,3 @@ def nanoseconds_of(moment: datetime) -> int:
     """Return a moment in nanoseconds since 1970."""
     passed = moment - datetime(1970, 1, 1, tzinfo=UTC)
     return (passed.days * 86_400 + passed.seconds) * 10**9 + passed.microseconds * 1000
-
-
-def _properties(schema: Schema | None) -> Mapping[str, object]:
-    found = {} if schema is None else schema.get("properties")
-    return found if isinstance(found, dict) else {}

@@ -13,17 +13,23 @@ from elib.errors import LinkClosed, Unsupported
 from elib.pose import Pose
 from elib.protocol.image import Image
 from elib.protocol.table import Request
-from elib.protocol.values import Reading, Sensors
+from elib.protocol.values import Distance, Proximity, Reading, Sensors
 from elib.recording.encoding import (
     bytes_message,
     call_message,
+    encoded,
+    fields_of,
     outcome_message,
     picture_fields,
     reading_message,
 )
+from elib.recording.ranges import distance_cloud, infrared_cloud
 from elib.recording.topics import (
+    AHEAD,
     BYTES,
     CALLS,
+    INFRARED,
+    LINK,
     MEASURED,
     NOTES,
     ODOMETRY,
@@ -31,7 +37,9 @@ from elib.recording.topics import (
     PICTURES,
     READINGS,
     SCENE,
+    TRANSFORM,
     WORLD,
+    Schema,
     Topic,
 )
 from elib.session import (
@@ -49,9 +57,12 @@ from elib.session import (
     TraceEvent,
     Wrote,
 )
+from elib.session.statistics import LinkStats
 
-INFORMATION, WARNING = 2, 3
+INFORMATION, WARNING, ERROR = 2, 3, 4
 """Levels of ``foxglove.Log``."""
+ROBOT = "robot"
+"""Name of the frame that moves with the robot: x forward, y to the left, on the floor between its wheels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,10 +87,23 @@ class Located:
     Attributes:
         pose: The pose, with its time.
         is_measured: Whether it was measured from outside; otherwise it comes from the step counters.
+        moves_frame: Whether the robot's own frame, in which its ranges are, goes with this pose.
     """
 
     pose: Pose
     is_measured: bool
+    moves_frame: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class LinkChecked:
+    """The health of the link.
+
+    Attributes:
+        statistics: The statistics at that moment.
+    """
+
+    statistics: LinkStats
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +119,7 @@ class Observed:
     scene: str = ""
 
 
-Event = TraceEvent | Noted | Located | Observed
+Event = TraceEvent | Noted | Located | LinkChecked | Observed
 
 
 class Message(NamedTuple):
@@ -116,6 +140,43 @@ class Message(NamedTuple):
     value: Reading | None = None
 
 
+def channel_of(message: Message) -> tuple[str, str, Schema]:
+    """Return the name of the topic, of its schema, and the schema, with which a message is announced."""
+    topic, reading, value = message.topic, message.reading, message.value
+    schema = topic.schema
+    if schema is None:
+        schema = schema_of({} if value is None else fields_of(value), reading)
+    return topic.name + reading, topic.schema_name + "".join(word.capitalize() for word in reading.split("_")), schema
+
+
+def json_of(message: Message, nanoseconds: int) -> bytes:
+    """Return the JSON of a message, with the time stamp of the file's own clock where the schema has one."""
+    data = message.data
+    if isinstance(data, bytes):
+        return data
+    if "timestamp" in _properties(message.topic.schema):
+        data = {"timestamp": {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}, **data}
+    return encoded(data)
+
+
+def schema_of(data: Mapping[str, object], title: str) -> Schema:
+    """Return the JSON schema of a reading; each of its fields may be null."""
+    kinds = {bool: "boolean", int: "integer", float: "number", str: "string", list: "array"}
+    properties: Schema = {
+        # A field with an int may hold a float in the next message: the schema says number for both.
+        name: {"type": [{"integer": "number"}.get(kind, kind), "null"]}
+        if (kind := kinds.get(type(value))) is not None
+        else {}
+        for name, value in data.items()
+    }
+    return {"type": "object", "title": title, "properties": properties}
+
+
+def _properties(schema: Schema | None) -> Mapping[str, object]:
+    found = {} if schema is None else schema.get("properties")
+    return found if isinstance(found, dict) else {}
+
+
 class Translator:
     """Turns events into messages, and numbers the calls."""
 
@@ -127,10 +188,11 @@ class Translator:
             Ended: self._ended,
             Wrote: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=True)),),
             Received: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=False)),),
-            Pushed: lambda time, event: _readings_of(time, "image", event.value),
+            Pushed: lambda time, event: reading_messages(time, "image", event.value),
             SessionOpened: self._opened,
             Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
             Located: self._located,
+            LinkChecked: self._checked,
             Observed: self._observed,
             **dict.fromkeys((Resynced, Greeted, ResetNoticed, Disconnected, Reconnected, Ending), self._happened),
         }
@@ -152,7 +214,7 @@ class Translator:
         number = self._number_of(request)
         found = [Message(time, OUTCOMES, outcome_message(time, number, event))]
         if event.value is not None:
-            found += _readings_of(time, request.name, event.value)
+            found += reading_messages(time, request.name, event.value)
         return found
 
     def _number_of(self, request: Request[object]) -> int:
@@ -177,16 +239,24 @@ class Translator:
     def _located(self, time: float, event: Located) -> Iterable[Message]:
         pose = event.pose
         half = pose.heading / 2
+        position = {"x": pose.x, "y": pose.y, "z": 0.0}
+        orientation = {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)}
+        frame = "world" if event.is_measured else "start"
         data = {
-            "frame_id": "world" if event.is_measured else "start",
-            "pose": {
-                "position": {"x": pose.x, "y": pose.y, "z": 0.0},
-                "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)},
-            },
+            "frame_id": frame,
+            "pose": {"position": position, "orientation": orientation},
             "time": pose.time,
             "heading": pose.heading,
         }
-        return (Message(time, MEASURED if event.is_measured else ODOMETRY, data),)
+        yield Message(time, MEASURED if event.is_measured else ODOMETRY, data)
+        if event.moves_frame:
+            moved = {"parent_frame_id": frame, "child_frame_id": ROBOT, "translation": position}
+            yield Message(time, TRANSFORM, {**moved, "rotation": orientation, "time": time})
+
+    def _checked(self, time: float, event: LinkChecked) -> Iterable[Message]:
+        data = dataclasses.asdict(event.statistics)
+        del data["age"]  # the time of /outcomes says it better
+        return (Message(time, LINK, {"time": time, **data}),)
 
     def _happened(self, time: float, event: TraceEvent) -> Iterable[Message]:
         match event:
@@ -226,7 +296,7 @@ def readings_in(name: str, value: object) -> Iterator[tuple[str, Reading | Image
         yield name, value
 
 
-def _readings_of(time: float, name: str, value: object) -> list[Message]:
+def reading_messages(time: float, name: str, value: object) -> list[Message]:
     """Return the messages of each reading in an answer, or in a packet that came without being asked for."""
     found: list[Message] = []
     for each, reading in readings_in(name, value):
@@ -237,7 +307,11 @@ def _readings_of(time: float, name: str, value: object) -> list[Message]:
 def _reading(time: float, name: str, value: Reading) -> Iterable[Message]:
     if not math.isfinite(value.time):
         value = dataclasses.replace(value, time=time)
-    return (Message(value.time, READINGS, reading_message(value), name, value),)
+    yield Message(value.time, READINGS, reading_message(value), name, value)
+    if isinstance(value, Proximity):
+        yield Message(value.time, INFRARED, {"frame_id": ROBOT, **infrared_cloud(value.numbers), "time": value.time})
+    elif isinstance(value, Distance):
+        yield Message(value.time, AHEAD, {"frame_id": ROBOT, **distance_cloud(value.metres), "time": value.time})
 
 
 def _picture(time: float, picture: Image) -> Iterable[Message]:

@@ -17,7 +17,7 @@ from elib.errors import ArgumentError, ElibError
 from elib.pose import Pose
 from elib.recording.background import CLOSING_TIME, Background
 from elib.recording.mcapfile import Parts, check_mcap, exists, versions
-from elib.recording.messages import Event, Located, Noted, Observed
+from elib.recording.messages import Event, LinkChecked, Located, Noted, Observed
 from elib.recording.topics import FORMAT
 from elib.session import Ended, Ending, Pushed, Reconnected, Robot, SessionOpened, TraceEvent
 
@@ -34,6 +34,8 @@ LEAST_PART = 10_000
 """Bytes. A smaller part would hold little more than its own header."""
 OBSERVING_PERIOD = 0.1
 """s of robot time between two recorded states of a simulated world."""
+CHECKING_PERIOD = 1.0
+"""s of robot time between two recorded states of the link."""
 
 
 @runtime_checkable
@@ -51,6 +53,74 @@ class Observable(Protocol):
     def observe(self) -> tuple[Pose, Mapping[str, object]] | None:
         """Return where the robot is and the message of ``/world``; None where there is nothing to see."""
         ...
+
+
+class Tap:
+    """Gives a function everything that a recording holds of an open robot, until :meth:`leave`.
+
+    Args:
+        robot: An open robot.
+        put: Called with a time, s on the robot's clock, and an event: first by the caller, then in the event loop.
+        began: The time of the beginning.
+        on_ending: Called when the robot's link has ended for good.
+        is_in_loop: Whether the caller is in the robot's event loop; otherwise the world is not observed at once.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        put: Callable[[tuple[float, Event]], object],
+        began: float,
+        on_ending: Callable[[], object],
+        *,
+        is_in_loop: bool = True,
+    ) -> None:
+        self._robot, self._put, self._on_ending = robot, put, on_ending
+        self._channel = robot.session
+        self._pose = robot.odometry_pose
+        self._observed = self._checked = -math.inf
+        transport = self._channel.transport
+        self._layout = transport.layout if isinstance(transport, Observable) else None
+        self._is_in_world = isinstance(transport, Observable) and "world" in transport.describe()
+        put((began, SessionOpened(self._channel.opening)))
+        self._locate(began, replace(self._pose, time=began))
+        if is_in_loop:  # from outside the event loop the world may be moving just now
+            self._observe(began)
+        self._channel.hooks.append(self._see)
+
+    def leave(self) -> None:
+        """Give no more events. Safe to repeat."""
+        with contextlib.suppress(ValueError):
+            self._channel.hooks.remove(self._see)
+
+    def _see(self, time: float, event: TraceEvent) -> None:
+        self._put((time, event))
+        if isinstance(event, Ended | Pushed):
+            if event.value is not None and (pose := self._robot.odometry_pose) is not self._pose:
+                self._pose = pose
+                self._locate(time, pose)
+            if time - self._observed >= OBSERVING_PERIOD:
+                self._observe(time)
+            if time - self._checked >= CHECKING_PERIOD:
+                self._checked = time
+                self._put((time, LinkChecked(self._robot.statistics)))
+        elif isinstance(event, Reconnected):
+            self._observe(time)
+        elif isinstance(event, Ending) and self._channel.error is not None:
+            self._on_ending()
+
+    def _locate(self, time: float, pose: Pose) -> None:
+        self._put((time, Located(pose, is_measured=False, moves_frame=not self._is_in_world)))
+
+    def _observe(self, time: float) -> None:
+        transport = self._channel.transport
+        if isinstance(transport, Observable) and (seen := transport.observe()) is not None:
+            self._observed = time
+            pose, state = seen
+            is_rebuilt = transport.layout is not self._layout
+            self._layout = transport.layout
+            self._put((time, Located(pose, is_measured=True, moves_frame=True)))
+            self._put((time, Observed(state, transport.describe().get("scene", "") if is_rebuilt else "")))
 
 
 class Recorder:
@@ -89,12 +159,7 @@ class Recorder:
         check_new(path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
         self.path = Path(path)
         self._robot = robot
-        self._channel = robot.session
-        self._pose = robot.odometry_pose
-        self._observed = -math.inf
         began = robot.time
-        transport = self._channel.transport
-        self._layout = transport.layout if isinstance(transport, Observable) else None
         about = _about(robot, began)
         self._parts = Parts(self.path, about, began, about.pop("scene", ""), part_bytes, part_seconds, keep)
         self._work: Background[tuple[float, Event]] = Background(
@@ -106,11 +171,7 @@ class Recorder:
             gathered=GATHERED,
         )
         self._put = self._work.put
-        self._put((began, SessionOpened(self._channel.opening)))
-        self._put((began, Located(replace(self._pose, time=began), is_measured=False)))
-        if clock is None:  # outside the event loop the world may be moving just now
-            self._observe(began)
-        self._channel.hooks.append(self._see)
+        self._tap = Tap(robot, self._put, began, self._end, is_in_loop=clock is None)
 
     @property
     def is_closed(self) -> bool:
@@ -167,7 +228,7 @@ class Recorder:
         Raises:
             ElibError: The recording could not be written.
         """
-        self._leave()
+        self._tap.leave()
         if not self._work.end():
             raise ElibError(
                 f"the recording {self.path} did not take its last events within {CLOSING_TIME:g} s",
@@ -186,38 +247,13 @@ class Recorder:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.path} {'closed' if self.is_closed else 'running'}>"
 
-    # -- in the event loop --
-
-    def _see(self, time: float, event: TraceEvent) -> None:
-        self._put((time, event))
-        if isinstance(event, Ended | Pushed):
-            if event.value is not None and (pose := self._robot.odometry_pose) is not self._pose:
-                self._pose = pose
-                self._put((time, Located(pose, is_measured=False)))
-            if time - self._observed >= OBSERVING_PERIOD:
-                self._observe(time)
-        elif isinstance(event, Reconnected):
-            self._observe(time)
-        elif isinstance(event, Ending) and self._channel.error is not None:
-            self._leave()
-            self._work.end(ROBOT_CLOSING_TIME)
+    def _end(self) -> None:
+        """End with the robot."""
+        self._tap.leave()
+        self._work.end(ROBOT_CLOSING_TIME)
 
     def _write(self, batch: list[tuple[float, Event]], dropped: int) -> None:
         self._parts.write(batch, dropped, self._work.yield_gil)
-
-    def _observe(self, time: float) -> None:
-        transport = self._channel.transport
-        if isinstance(transport, Observable) and (seen := transport.observe()) is not None:
-            self._observed = time
-            pose, state = seen
-            is_rebuilt = transport.layout is not self._layout
-            self._layout = transport.layout
-            self._put((time, Located(pose, is_measured=True)))
-            self._put((time, Observed(state, transport.describe().get("scene", "") if is_rebuilt else "")))
-
-    def _leave(self) -> None:
-        with contextlib.suppress(ValueError):
-            self._channel.hooks.remove(self._see)
 
     def _check_open(self) -> None:
         self._check()

@@ -135,6 +135,66 @@ MEASURED: Final = Topic(
     "true pose of the robot: from the simulated world, or measured from outside",
     _POSE,
 )
+TRANSFORM: Final = Topic(
+    "/tf",
+    "foxglove.FrameTransform",
+    "where the robot's own frame is: in the simulated world, or by odometry from where the robot began",
+    _object(
+        "transform",
+        timestamp=STAMP,
+        parent_frame_id=_text("world or start"),
+        child_frame_id=_text("robot"),
+        translation=_VECTOR,
+        rotation=_QUATERNION,
+        time=TIME,
+    ),
+)
+_POINTS: Final = _object(
+    "points",
+    timestamp=STAMP,
+    frame_id=_text("robot"),
+    pose=_object("pose", position=_VECTOR, orientation=_QUATERNION),
+    point_stride={"type": "integer", "description": "bytes of a point"},
+    fields={
+        "type": "array",
+        "items": _object(
+            "field",
+            name=_text("x, y, z or range, m"),
+            offset={"type": "integer"},
+            type={"type": "integer", "description": "7: a number of 32 bits with a fraction"},
+        ),
+    },
+    data=_text("the points", **_BYTES),
+    time=TIME,
+)
+INFRARED: Final = Topic(
+    "/ranges/infrared",
+    "foxglove.PointCloud",
+    "what the infrared sensors see, by the usual curve of a white wall; a sensor that sees nothing has no point",
+    _POINTS,
+)
+AHEAD: Final = Topic(
+    "/ranges/distance", "foxglove.PointCloud", "what the time-of-flight sensor sees straight ahead", _POINTS
+)
+LINK: Final = Topic(
+    "/link",
+    "elib.Link",
+    "the health of the link since it was opened, once a second while answers come",
+    _object(
+        "link",
+        time=TIME,
+        count={"type": "integer", "description": "answers received"},
+        lost={"type": "integer", "description": "calls that were sent and not answered in time"},
+        refused={"type": "integer", "description": "calls that ended in another error after they were sent"},
+        unsent={"type": "integer", "description": "calls whose deadline passed before they could be sent"},
+        median={"type": ["number", "null"], "description": "median round trip of the newest answers, s"},
+        p99={"type": ["number", "null"], "description": "the round trip that 99 % of them do not exceed, s"},
+        resyncs={"type": "integer", "description": "times the line had to be brought into sync"},
+        resets={"type": "integer", "description": "greetings that the robot sent unasked"},
+        waiting={"type": "integer", "description": "calls that wait for their turn"},
+        unanswered={"type": "integer", "description": "calls without an outcome yet"},
+    ),
+)
 WORLD: Final = Topic(
     "/world",
     "elib.World",
@@ -169,4 +229,19 @@ NOTES: Final = Topic(
     ),
 )
 
-TOPICS: Final = (BYTES, CALLS, OUTCOMES, READINGS, PICTURES, ODOMETRY, MEASURED, WORLD, SCENE, NOTES)
+TOPICS: Final = (
+    BYTES,
+    CALLS,
+    OUTCOMES,
+    READINGS,
+    PICTURES,
+    ODOMETRY,
+    MEASURED,
+    TRANSFORM,
+    INFRARED,
+    AHEAD,
+    LINK,
+    WORLD,
+    SCENE,
+    NOTES,
+)

@@ -10,6 +10,7 @@ from elib.protocol.context import Context
 from elib.protocol.table import Request
 from elib.protocol.values import Version
 from elib.protocol.wifi_connection import Wanted
+from elib.session.statistics import LinkStats
 from elib.session.trace import TraceHook, Transcript
 from elib.transport.base import Transport
 
@@ -150,6 +151,10 @@ class Robot(Protocol):
     @property
     def call_count(self) -> int:
         """Number of calls that have ended."""
+
+    @property
+    def statistics(self) -> LinkStats:
+        """How the link has been so far."""
 
     @property
     def time_given(self) -> float:
