@@ -39,13 +39,14 @@ class Address:
         return f"http://{joined(reachable(self.host), self.port)}/"
 
 
-def listen(host: str = LOOPBACK, port: int | None = None, option: str = "--port") -> Address:
-    """Take the panel's port.
+def listen(host: str = LOOPBACK, port: int | None = None, option: str = "--port", first: int | None = None) -> Address:
+    """Take the port of the panel, or of another server.
 
     Args:
         host: An address or a name of this computer.
-        port: 0 for any free one; None for the first free one from :data:`PORT` on.
+        port: 0 for any free one; None for the first free one from *first* on.
         option: The option that names the port, for hints.
+        first: The first port to try where none is named; the panel's, :data:`PORT`, unless given.
 
     Raises:
         ArgumentError: There is no such port.
@@ -53,6 +54,7 @@ def listen(host: str = LOOPBACK, port: int | None = None, option: str = "--port"
         LinkDenied: This user may not use the port.
         LinkError: This computer has no such address.
     """
+    first = PORT if first is None else first
     if port is not None and not 0 <= port <= 65535:
         raise ArgumentError(f"the port is {port}; it must be from 0 to 65535", hint="port 0 is any free one")
     try:
@@ -62,11 +64,11 @@ def listen(host: str = LOOPBACK, port: int | None = None, option: str = "--port"
             f"{host!r} is not an address of this computer", hint="0.0.0.0 means all addresses that it has"
         ) from None
     is_shared = not ipaddress.ip_address(str(where[0]).partition("%")[0]).is_loopback
-    tried = range(PORT, PORT + PORTS) if port is None else (port,)
+    tried = range(first, first + PORTS) if port is None else (port,)
     for number in tried:
         with contextlib.suppress(LinkBusy):
             return Address(_listening(str(where[0]), number), host, is_shared)
-    taken = f"port {port} of {host} is" if port is not None else f"the ports {PORT} to {PORT + PORTS - 1} are"
+    taken = f"port {port} of {host} is" if port is not None else f"the ports {first} to {first + PORTS - 1} are"
     raise LinkBusy(f"{taken} taken", hint=f"choose another with {option}, or 0 for a free one")
 
 

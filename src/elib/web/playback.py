@@ -20,13 +20,24 @@ from elib.protocol.profiles import profile_named
 from elib.protocol.quantities import CameraMode
 from elib.recording.reader import Entry, Recording
 from elib.recording.timeline import KINDS
-from elib.recording.topics import CALLS, MEASURED, NOTES, ODOMETRY, OUTCOMES, PICTURES, READINGS
+from elib.recording.topics import (
+    CALLS,
+    LINK,
+    MEASURED,
+    NOTES,
+    ODOMETRY,
+    OUTCOMES,
+    PICTURES,
+    READINGS,
+    SCENE,
+    WORLD,
+)
 from elib.robot.snapshot import IMAGE
 from elib.timebase import require_speed
 from elib.transport.url import Url, speed_of
 
 ORIGIN = "replay"
-TOPICS = (READINGS, PICTURES, MEASURED, ODOMETRY, CALLS, OUTCOMES, NOTES)
+TOPICS = (READINGS, PICTURES, MEASURED, ODOMETRY, CALLS, OUTCOMES, LINK, WORLD, SCENE, NOTES)
 AT_ONCE = 500
 """Messages that are shown at once before other tasks may run."""
 
@@ -46,6 +57,7 @@ class Playback:
         on_reading: Called with the name and the value of each reading and picture, on the clock of the event loop.
         on_pose: Called with each pose of the robot.
         on_line: Called with kind, text and whether it is bad, for each line of the event log.
+        on_entry: Called with each message as it was recorded, and its time on the clock of the event loop.
 
     Raises:
         ArgumentError: There is no such file, or it is not a recording.
@@ -60,6 +72,7 @@ class Playback:
         self.on_reading: Callable[[str, v.Reading | Image], object] = lambda name, value: None
         self.on_pose: Callable[[Pose], object] = lambda pose: None
         self.on_line: Callable[[str, str, bool], object] = lambda kind, text, is_bad: None
+        self.on_entry: Callable[[Entry, float], object] = lambda entry, now: None
         self._calls: dict[int, tuple[str, tuple[int, ...]]] = {}
         self._is_measured = False
         self.at = self.length = 0.0
@@ -121,6 +134,7 @@ class Playback:
         return max(times, default=self.recording.began) - self.recording.began
 
     def _take(self, entry: Entry, now: float) -> None:
+        self.on_entry(entry, now)
         data, name = entry.data, entry.topic.removeprefix(READINGS.name)
         if name in v.READING_TYPES:
             self.on_reading(name, _reading(v.READING_TYPES[name], entry, now))

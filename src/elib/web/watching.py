@@ -16,7 +16,9 @@ from elib.robot.aio import Epuck
 from elib.robot.snapshot import IMAGE
 
 RATE = 10.0
-"""Snapshots of all sensors a second."""
+"""Snapshots of all sensors a second, unless a program asks for another rate."""
+SLOW, FAST = 1.0, 50.0
+"""Snapshots a second that a program may ask for."""
 STALE = 1.0
 """s after which a value counts as old; three periods of its watch if that is longer."""
 PERIODS = 3
@@ -50,6 +52,7 @@ class ReadingsWatcher:
         self._complain, self._on_lost = complain, on_lost
         self._loop = asyncio.get_running_loop()
         self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._rate = RATE
         self._pictures: float | None = None
         self._robot: Epuck | None = None
         self._rests = False
@@ -59,6 +62,26 @@ class ReadingsWatcher:
         """Seconds between two live pictures; None if there are none."""
         return self._pictures
 
+    @property
+    def rate(self) -> float:
+        """Snapshots of all sensors a second."""
+        return self._rate
+
+    def watch_sensors(self, rate: float) -> None:
+        """Read all sensors so many times a second, 1 to 50.
+
+        Raises:
+            ArgumentError: The rate is not a number from 1 to 50.
+        """
+        if not SLOW <= rate <= FAST:
+            raise ArgumentError(f"the rate of the sensors is {rate!r} a second; it must be from {SLOW:g} to {FAST:g}")
+        self._rate = float(rate)
+        old = self._tasks.pop("", None)
+        if old is not None:
+            old.cancel()
+        if self._robot is not None and not self._rests:
+            self._follow("", self._rate)
+
     def age(self, name: str) -> float:
         """Return how old a reading is, s; infinite before the first one."""
         reading = self.readings.get(name)
@@ -66,7 +89,7 @@ class ReadingsWatcher:
 
     def is_stale(self, name: str) -> bool:
         """Return whether a reading is too old to be believed."""
-        period = self._pictures if name == IMAGE and self._pictures is not None else 1 / RATE
+        period = self._pictures if name == IMAGE and self._pictures is not None else 1 / self._rate
         return self.age(name) > max(STALE, PERIODS * period)
 
     def begin(self, robot: Epuck) -> None:
@@ -90,7 +113,7 @@ class ReadingsWatcher:
 
     def _go_on(self) -> None:
         if self._robot is not None:
-            self._follow("", RATE)
+            self._follow("", self._rate)
             self.watch_camera(self._pictures)
 
     def forget(self) -> None:

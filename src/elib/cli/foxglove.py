@@ -1,0 +1,134 @@
+"""``elib foxglove``: robots live in the Foxglove app."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import secrets
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+from urllib.parse import quote
+
+from cyclopts import Parameter as Cli
+
+from elib.cli.joystick import TOKEN_BYTES, Host, port_number
+from elib.emulator.loopback import LOOPBACK, joined, reachable
+from elib.errors import ArgumentError, Unsupported
+from elib.extras import check_web, install
+from elib.files import write_file
+from elib.robot.running import ending, run_coroutine
+
+if TYPE_CHECKING:
+    from elib.web.listening import Address
+
+PORT = 8765
+"""The port that the Foxglove app proposes; the next ones follow."""
+
+Robots = Annotated[str, Cli(help="sim://crowd?robots=3, serial:///dev/rfcomm0, replay://run.mcap, ...; several too.")]
+DoorPort = Annotated[
+    str | None, Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on).")
+]
+View = Annotated[bool, Cli(name="--view", help="Show the same robots in the browser too, to watch and to stop them.")]
+Origins = Annotated[
+    list[str] | None,
+    Cli(name="--allow-origin", metavar="URL", help="A page that may connect, beside the Foxglove app's; several too."),
+]
+LayoutFile = Annotated[
+    str | None, Cli(name="--layout", metavar="FILE", help="Write a layout for the app, to be imported there.")
+]
+RecordTo = Annotated[
+    str | None,
+    Cli(name="--record", metavar="FILE.mcap", help="Record it too; of several robots, each in its own file."),
+]
+
+
+def foxglove(
+    *urls: Robots,
+    port: DoorPort = None,
+    host: Host = LOOPBACK,
+    view: View = False,
+    allow_origin: Origins = None,
+    layout: LayoutFile = None,
+    record: RecordTo = None,
+) -> None:
+    """Show robots live in the Foxglove app, and drive them from there, until Ctrl-C.
+
+    Open the address that is printed in the app: Open connection, Foxglove WebSocket. With --layout and without a robot,
+    only the layout is written.
+    """
+    if layout is not None and not urls:
+        _write_layout(layout, [""])
+        return
+    if not urls:
+        raise ArgumentError("elib foxglove needs a robot: its URL", hint="elib foxglove sim://")
+    check_web()
+    try:
+        import foxglove as _sdk  # noqa: F401
+    except ImportError:
+        raise Unsupported(
+            "elib foxglove needs the package foxglove-sdk, which is not installed", hint=install("foxglove")
+        ) from None
+    from elib.doors.foxglove.relay import ORIGINS
+    from elib.web.listening import listen
+
+    with contextlib.ExitStack() as stack:
+        address = listen(host, port_number(port), first=PORT)
+        stack.callback(address.socket.close)
+        page = listen() if view else None
+        if page is not None:
+            stack.callback(page.socket.close)
+        stack.enter_context(contextlib.suppress(KeyboardInterrupt))
+        origins = (*ORIGINS, *(allow_origin or ()))
+        run_coroutine(lambda: _serve(urls, address, page, origins, layout, record))
+
+
+async def _serve(
+    urls: Sequence[str],
+    address: Address,
+    page: Address | None,
+    origins: Sequence[str],
+    layout: str | None,
+    record: str | None,
+) -> None:
+    """Serve robots until Ctrl-C, SIGTERM or SIGHUP; then stop and disconnect them."""
+    from elib.doors.foxglove.door import opened, prefix_of
+    from elib.doors.robots import connected
+
+    token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None
+    stop = asyncio.Event()
+    with ending(stop):
+        async with connected(urls, page=page) as panel:
+            count = len(panel.slots)
+            if layout is not None:
+                _write_layout(layout, [prefix_of(key, count) for key in panel.slots])
+            if record is not None:
+                for key, slot in panel.slots.items():
+                    slot.start_recorder(record if count == 1 else _numbered(record, key))
+            async with opened(panel, address, origins=origins, token=token, on_refused=_complain):
+                place = f"ws://{joined(reachable(address.host), address.port)}/{token or ''}"
+                if token is not None:
+                    print("The connection is not encrypted: use this in a network you trust.", file=sys.stderr)
+                print(place, flush=True)
+                app = f"https://app.foxglove.dev/?ds=foxglove-websocket&ds.url={quote(place, safe='')}"
+                print(f"In the browser: {app}", file=sys.stderr)
+                if page is not None:
+                    print(f"The panel: {page.url}", file=sys.stderr)
+                await stop.wait()
+
+
+def _write_layout(path: str, prefixes: Sequence[str]) -> None:
+    from elib.doors.foxglove.layout import layout_of
+
+    write_file(path, layout_of(prefixes).encode())
+
+
+def _numbered(path: str, key: str) -> str:
+    """Return the name of one robot's recording."""
+    found = Path(path)
+    return str(found.with_name(f"{found.stem}-{key}{found.suffix}"))
+
+
+def _complain(origin: str) -> None:
+    print(f"a page of {origin[:80]!a} was refused; --allow-origin lets it in", file=sys.stderr)

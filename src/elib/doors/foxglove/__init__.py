@@ -1,0 +1,1 @@
+"""The door to Foxglove: robots as live topics, parameters, and topics by which a client drives."""

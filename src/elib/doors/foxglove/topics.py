@@ -1,0 +1,163 @@
+"""The topics of one robot: what a recording of it would hold, as it happens."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import time
+from collections.abc import Mapping
+
+from foxglove import Channel, Context, Schema
+
+from elib.pose import Pose
+from elib.protocol.image import Image
+from elib.protocol.values import Reading
+from elib.recording.messages import (
+    ERROR,
+    INFORMATION,
+    Event,
+    Located,
+    Message,
+    Noted,
+    Translator,
+    channel_of,
+    json_of,
+    reading_messages,
+)
+from elib.recording.reader import Entry
+from elib.recording.recorder import Tap
+from elib.recording.topics import MEASURED, ODOMETRY, PICTURES, READINGS, TOPICS, TRANSFORM
+from elib.robot.aio import Epuck
+from elib.web.playback import Playback
+from elib.web.slot import Slot
+
+WORLD_FRAME = "world"
+"""The frame that robots share."""
+FRAMES = ("frame_id", "parent_frame_id", "child_frame_id")
+OF_THE_LINK = frozenset({"link", "robot", "call"})
+"""Kinds of lines of the event log that the messages of a link already tell."""
+_BY_NAME = {topic.name: topic for topic in TOPICS}
+
+
+class Topics:
+    """Publishes what happens to one robot, in the panel's event loop.
+
+    Args:
+        slot: The robot.
+        prefix: Stands before the names of its topics and frames; empty if there is no other robot.
+        context: The SDK's context.
+    """
+
+    def __init__(self, slot: Slot, prefix: str, context: Context) -> None:
+        self._slot, self._prefix, self._context = slot, prefix, context
+        self._epoch = time.time_ns() - round(asyncio.get_running_loop().time() * 1e9)
+        self._channels: dict[tuple[str, str], Channel] = {}
+        for topic in TOPICS:
+            if topic.schema is not None:
+                self._register((topic.name, ""), topic.name, topic.schema_name, topic.schema)
+        self._translator = Translator()
+        self._robot: Epuck | None = None
+        self._tap: Tap | None = None
+        self._playback: Playback | None = None
+        self._has_measured = False
+        self._lines = 0
+
+    @property
+    def shows_pictures(self) -> bool:
+        """Whether a client looks at the camera."""
+        return self._channels[PICTURES.name, ""].has_sinks()
+
+    def follow(self) -> None:
+        """Publish from now on what the robot does that is connected now, or the recording that is played now."""
+        slot = self._slot
+        robot = slot.robot if slot.is_connected else None
+        if robot is not self._robot:
+            self.leave()
+            self._robot = robot
+            if robot is not None:
+                self._translator = Translator()
+                self._tap = Tap(robot, self._put, robot.time, self.leave)
+        playback = slot.playback if slot.is_playing else None
+        if playback is not self._playback:
+            self._playback = playback
+            if playback is not None:
+                self._play(playback)
+        self._tell_lines()
+
+    def leave(self) -> None:
+        """Follow the robot no more. Safe to repeat."""
+        if self._tap is not None:
+            self._tap.leave()
+            self._tap = None
+
+    def _put(self, item: tuple[float, Event]) -> None:
+        for message in self._translator.messages(*item):
+            self._publish(message)
+
+    def _publish(self, message: Message) -> None:
+        key = (message.topic.name, message.reading)
+        channel = self._channels.get(key)
+        if channel is None:
+            channel = self._register(key, *channel_of(message))
+        if not channel.has_sinks():
+            return
+        moment = self._epoch + round(message.time * 1e9)
+        if self._prefix and not isinstance(message.data, bytes):
+            message = message._replace(data=self._renamed(message.data))
+        channel.log(json_of(message, moment), log_time=moment)
+
+    def _renamed(self, data: Mapping[str, object]) -> Mapping[str, object]:
+        """Return a message whose frames are this robot's own, beside those of the others."""
+        own = {
+            name: f"{self._prefix[1:]}/{data[name]}" for name in FRAMES if data.get(name, WORLD_FRAME) != WORLD_FRAME
+        }
+        return {**data, **own}
+
+    def _register(self, key: tuple[str, str], topic: str, schema_name: str, schema: Mapping[str, object]) -> Channel:
+        described = Schema(name=schema_name, encoding="jsonschema", data=json.dumps(schema).encode())
+        channel = Channel(self._prefix + topic, schema=described, message_encoding="json", context=self._context)
+        self._channels[key] = channel
+        return channel
+
+    def _tell_lines(self) -> None:
+        """Publish the new lines of the event log that no message of the link has told."""
+        log = self._slot.log
+        new = min(log.count - self._lines, len(log.lines))
+        self._lines = log.count
+        for line in list(log.lines)[len(log.lines) - new :]:
+            if self._tap is None or line.kind not in OF_THE_LINK:
+                self._put((line.time, Noted(line.text, line.kind, ERROR if line.is_bad else INFORMATION)))
+
+    # -- recordings --
+
+    def _play(self, playback: Playback) -> None:
+        """Publish a recording from its beginning, at the time at which everything happened."""
+        before = playback.on_reading
+
+        def read(name: str, value: Reading | Image) -> None:
+            before(name, value)
+            for message in reading_messages(value.time, name, value):
+                self._publish(message)
+
+        playback.on_reading, playback.on_entry = read, self._replay
+        self._has_measured = False
+        playback.seek(0.0)
+
+    def _replay(self, entry: Entry, now: float) -> None:
+        topic = _BY_NAME.get(entry.topic)
+        if topic is None or topic is PICTURES or entry.topic.startswith(READINGS.name):
+            return
+        with contextlib.suppress(KeyError, TypeError, ValueError):  # a message elib did not write
+            if topic in (MEASURED, ODOMETRY):
+                self._has_measured |= topic is MEASURED
+                place = entry.pose
+                located = Located(
+                    Pose(place.x, place.y, place.heading, time=now),
+                    is_measured=topic is MEASURED,
+                    moves_frame=self._has_measured == (topic is MEASURED),
+                )
+                self._put((now, located))
+            elif topic is not TRANSFORM:
+                kept = {name: value for name, value in entry.data.items() if name != "timestamp"}
+                self._publish(Message(now, topic, {**kept, "time": now}))
