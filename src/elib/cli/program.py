@@ -40,6 +40,7 @@ COMMANDS = {
     "joystick": "Drive and watch robots in the browser.",
     "serve": "Serve robots to programs in any language.",
     "foxglove": "Show robots live in the Foxglove app, and drive from there.",
+    "agent": "Let an agent drive robots by the Model Context Protocol.",
     "simulate": "Offer virtual robots on serial ports, TCP ports or Wi-Fi.",
     "world": "List the worlds that come with elib, show one, check your own.",
     "lab": "Copy a lab, and check a program against its goals.",

@@ -32,6 +32,7 @@ from elib.behaviours import (
 from elib.errors import ArgumentError, ElibError
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
+from elib.session import Channel
 from elib.web.drivelock import DriveLock
 from elib.web.interlock import Bridge, Interlock, ProxiedRobot
 
@@ -104,6 +105,7 @@ class BehaviourRunner:
         self._going_on: asyncio.Task[None] | None = None
         self._interlock: Interlock | None = None
         self._context: RunContext | None = None
+        self._release: Callable[[], object] | None = None
         self._ended = 0.0
         slot.drive.on_hand = self._on_hand
 
@@ -124,8 +126,13 @@ class BehaviourRunner:
 
     # -- what a page does --
 
-    def start(self, name: str, options: Mapping[str, object] | None = None) -> None:
+    def start(self, name: str, options: Mapping[str, object] | None = None, *, channel: Channel | None = None) -> None:
         """Start a behaviour with some of its options.
+
+        Args:
+            name: Name of the behaviour.
+            options: Its options that have other values than their defaults.
+            channel: A channel in front of the robot's own that limits what the behaviour may do; None for no limits.
 
         Raises:
             ArgumentError: There is no such behaviour or option, it cannot run here, or a behaviour or a person drives.
@@ -143,7 +150,7 @@ class BehaviourRunner:
             raise ArgumentError(f"{what.name} was not started: a person drives", hint="let go of the stick")
         robot = self._slot.robot
         self._slot.drive.relieve()
-        interlock = self._interlock = Interlock(robot.session, self._slot.drive)
+        interlock = self._interlock = Interlock(robot.session if channel is None else channel, self._slot.drive)
         context = self._context = RunContext(self._loop.time)
         self.name, self.state, self.error, self.reason = what.name, "", "", ""
         self.phase = RunPhase.RUNNING
@@ -171,6 +178,12 @@ class BehaviourRunner:
         Raises:
             ArgumentError: A person drives.
         """
+        if self._release is not None:
+            release, self._release = self._release, None
+            self.phase, self.reason = RunPhase.IDLE, ""
+            self._slot.note(f"{self.name} may drive again", kind="state")
+            release()
+            return
         if self.phase is not RunPhase.PAUSED or self._interlock is None or self._going_on is not None:
             return
         if self._slot.drive.has_hand:
@@ -178,9 +191,22 @@ class BehaviourRunner:
         self._slot.drive.relieve()
         self._going_on = self._loop.create_task(self._go_on(self._interlock), name="elib behaviour goes on")
 
+    def hold(self, name: str, reason: str, release: Callable[[], object]) -> None:
+        """Show a program that a person has stopped as paused, until a person continues it; no behaviour starts before.
+
+        Args:
+            name: Name of the program.
+            reason: Why it pauses.
+            release: Called when a person continues it.
+        """
+        self.halt()
+        self.name, self.state, self.error, self.reason = name, "", "", reason
+        self.phase, self._release = RunPhase.PAUSED, release
+        self._slot.note(f"{name}: {reason}", kind="state")
+
     def halt(self, reason: str = "stopped") -> None:
         """End the behaviour and stop the robot, without waiting: no command of it reaches the robot any more."""
-        if not self.is_active or self._interlock is None or self._context is None:
+        if not self.is_active or self._interlock is None or self._context is None or self._release is not None:
             return
         self._ended = self._context.time
         self.phase, self.reason = RunPhase.STOPPED, ""
@@ -192,9 +218,14 @@ class BehaviourRunner:
     async def stop(self) -> None:
         """End the behaviour, and wait for its end for at most 10 s. Safe to repeat."""
         self.halt()
+        await self.finished(ENDING_TIME)
+
+    async def finished(self, timeout: float) -> bool:
+        """Wait for the behaviour's end for so many seconds; return whether it has ended."""
         task = self._task
         if task is not None:
-            await asyncio.wait([task], timeout=ENDING_TIME)
+            await asyncio.wait([task], timeout=timeout)
+        return self._task is None
 
     def join(self, page: str) -> None:
         """Record that a page shows the panel."""
@@ -245,8 +276,8 @@ class BehaviourRunner:
         self._finish(context, failure)
 
     def _finish(self, context: RunContext, failure: BaseException | None) -> None:
-        if self.phase is RunPhase.STOPPED:  # what went wrong with its end is the drive's business
-            return
+        if self.phase is RunPhase.STOPPED or self._release is not None:
+            return  # what went wrong with its end is the drive's business
         self._ended = context.time
         self.reason = ""
         self.phase = RunPhase.ENDED if failure is None else RunPhase.FAILED

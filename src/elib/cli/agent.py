@@ -1,0 +1,122 @@
+"""``elib agent``: a Model Context Protocol server, through which an agent drives robots within limits."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import Annotated, TextIO
+
+from cyclopts import Parameter as Cli
+
+from elib.emulator.loopback import bind
+from elib.errors import ArgumentError, Unsupported
+from elib.extras import check_web, install
+from elib.robot.running import run_coroutine
+from elib.transport import parse_url, speed_of
+
+WORLD = "sim://red-boxes"
+"""The virtual robot that an agent gets where no URL is named: there are boxes of several colours to look for."""
+PORT = 8710
+"""The first port to try for HTTP; the next ones follow."""
+VIRTUAL = ("sim", "replay")
+REAL_FENCE, VIRTUAL_FENCE = 0.5, 2.0
+"""m: a table for real robots; the arenas of the virtual ones are smaller than that."""
+
+Robots = Annotated[str, Cli(help=f"sim://maze, serial:///dev/rfcomm0 with --allow-real, ... (default: {WORLD})")]
+AllowReal = Annotated[bool, Cli(name="--allow-real", help="Let the agent drive robots that are not virtual.")]
+Fence = Annotated[
+    float | None,
+    Cli(
+        name="--fence",
+        metavar="M",
+        help=f"Circle around each robot's start that it may not leave, m (default: {VIRTUAL_FENCE:g}, with a real "
+        f"robot {REAL_FENCE:g}).",
+    ),
+]
+Speed = Annotated[float, Cli(name="--speed", metavar="M/S", help="Top speed of each wheel, m/s.")]
+Calls = Annotated[int, Cli(name="--calls", metavar="N", help="Calls that may reach a robot.")]
+Seconds = Annotated[float, Cli(name="--driving", metavar="S", help="Seconds of driving, all robots together.")]
+Http = Annotated[bool, Cli(name="--http", help="Serve HTTP on this computer instead of standard input and output.")]
+Port = Annotated[
+    int | None,
+    Cli(name="--port", metavar="P", help=f"Port of --http; 0 takes a free one (default: the first from {PORT} on)."),
+]
+View = Annotated[bool, Cli(name="--view", help="Show the robots in the browser, with Stop for a person.")]
+Log = Annotated[Path | None, Cli(name="--log", metavar="FILE", help="Append a line of JSON for each call to FILE.")]
+
+
+def agent(
+    *urls: Robots,
+    allow_real: AllowReal = False,
+    fence: Fence = None,
+    speed: Speed = 0.1,
+    calls: Calls = 500,
+    driving: Seconds = 600.0,
+    http: Http = False,
+    port: Port = None,
+    view: View = False,
+    log: Log = None,
+) -> None:
+    """Let an agent drive robots by the Model Context Protocol, within a fence, a speed limit and a budget.
+
+    The agent's program starts this command and speaks to it by standard input and output. Its robot is a virtual one
+    unless --allow-real is given. Whatever ends the agent, its robots stop.
+    """
+    check_web()
+    try:
+        import mcp  # noqa: F401
+    except ImportError:
+        raise Unsupported(
+            "an agent's door needs the package mcp, which is not installed", hint=install("agent")
+        ) from None
+    from elib.doors.agent.limits import Limits
+
+    urls = urls or (WORLD,)
+    is_real = _check_real(urls, allow_real)
+    if port is not None and not http:
+        raise ArgumentError("--port belongs to --http", hint=f"elib agent --http --port {port}")
+    wide = REAL_FENCE if is_real else VIRTUAL_FENCE
+    limits = Limits(wide if fence is None else fence, speed, calls, driving)
+    speeds = {speed_of(url) for url in urls}
+    if len(speeds) > 1 or "max" in speeds:
+        raise ArgumentError("an agent's robots share one clock, which cannot jump", hint="use speed=10, or no speed")
+    from elib.doors.agent.running import run
+
+    with contextlib.ExitStack() as stack:
+        file = None if log is None else stack.enter_context(_opened(log))
+        stack.enter_context(contextlib.suppress(KeyboardInterrupt))
+        if http:
+            socket = stack.enter_context(contextlib.closing(bind("" if port is None else str(port), PORT)))
+            run_coroutine(lambda: run(urls, limits, file=file, view=view, http=socket), speeds.pop())
+        else:
+            from elib.doors.agent.pipes import standard_pipes
+
+            pipes = stack.enter_context(standard_pipes())
+            run_coroutine(lambda: run(urls, limits, file=file, view=view, pipes=pipes), speeds.pop())
+
+
+def _check_real(urls: tuple[str, ...], is_allowed: bool) -> bool:
+    """Return whether a robot is real.
+
+    Raises:
+        ArgumentError: One is, and that was not allowed.
+    """
+    real = [url for url in urls if parse_url(url).scheme not in VIRTUAL]
+    if real and not is_allowed:
+        raise ArgumentError(
+            f"{real[0]} is not a virtual robot, and an agent gets a real one only with --allow-real",
+            hint="stand beside the robot, and read docs/guides/agent.md first",
+        )
+    return bool(real)
+
+
+def _opened(path: Path) -> TextIO:
+    """Return a log that lines are appended to.
+
+    Raises:
+        ArgumentError: The file cannot be written.
+    """
+    try:
+        return path.open("a", encoding="utf-8")
+    except OSError as error:
+        raise ArgumentError(f"--log {path} cannot be written: {error.strerror}", hint="name another file") from None
