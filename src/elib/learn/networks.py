@@ -86,8 +86,44 @@ rotation, which are signed. A higher input means nearer, brighter or louder.
 """
 
 
+class _Learned:
+    """What networks and laws have in common. Both have sensors, a top speed, a size, a memory and a function."""
+
+    def controller(self: Any, parameters: ArrayLike) -> Controller:
+        """Return a controller that runs this network or law.
+
+        Args:
+            parameters: As many as :attr:`size` says, or an array of which each row has so many.
+
+        Raises:
+            ArgumentError: They are not so many, or not finite numbers.
+        """
+        controller = Controller(self.function, parameters, sensors=self.sensors, memory=self.memory)
+        count = controller.parameters.shape[-1]
+        if count != self.size:
+            raise ArgumentError(
+                f"there are {count} parameters; the controller has {self.size}", hint="give one for each"
+            )
+        return controller
+
+    def _check(self: Any) -> None:
+        """Check the sensors and the top speed, and make a tuple of a list."""
+        given = self.sensors
+        if isinstance(given, str) or not isinstance(given, Sequence):
+            raise ArgumentError(f"sensors is {given!r}; it must be a list of names", hint='such as ["proximity"]')
+        sensors = tuple(given)
+        for sensor in sensors:
+            if sensor not in INPUTS:
+                raise ArgumentError(f"there is no sensor {sensor!r}", hint=nearest(str(sensor), INPUTS))
+        if len(set(sensors)) < len(sensors):
+            raise ArgumentError(f"a sensor stands twice in {', '.join(sensors)}", hint="name each of them once")
+        object.__setattr__(self, "sensors", sensors)
+        top_speed = Number(0.001, FASTEST, "m/s").require(self.top_speed, "top_speed")
+        object.__setattr__(self, "top_speed", top_speed)
+
+
 @dataclass(frozen=True)
-class Network:
+class Network(_Learned):
     """A neural network from the readings of a robot to the speeds of its wheels.
 
     Every neuron adds its bias and its weighted inputs. The parameters are, neuron by neuron, the bias and then the
@@ -120,7 +156,7 @@ class Network:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "kind", Choice(KINDS).require(self.kind, "the kind of network"))
-        _check(self)
+        self._check()
         if not self.sensors:
             raise ArgumentError("a network needs a sensor", hint=f"choose from {', '.join(SENSORS)}")
         Whole(0, MOST_HIDDEN).require(self.hidden, "hidden")
@@ -153,20 +189,9 @@ class Network:
         """The control function; equal networks have the same one."""
         return _network_function(self)
 
-    def controller(self, parameters: ArrayLike) -> Controller:
-        """Return a controller that runs this network.
-
-        Args:
-            parameters: As many as :attr:`size` says, or an array of which each row has so many.
-
-        Raises:
-            ArgumentError: They are not so many, or not finite numbers.
-        """
-        return _controller(self, parameters)
-
 
 @dataclass(frozen=True)
-class Law:
+class Law(_Learned):
     """A control function of your own with free parameters.
 
     Example:
@@ -193,7 +218,7 @@ class Law:
     def __post_init__(self) -> None:
         if not callable(self.law):
             raise ArgumentError(f"{self.law!r} is not a control function", hint="give it (robot, parameters, memory)")
-        _check(self)
+        self._check()
         Whole(1, MOST_MEMORY).require(self.size, "size")
         Whole(0, MOST_MEMORY).require(self.memory, "memory")
 
@@ -201,17 +226,6 @@ class Law:
     def function(self) -> Function:
         """The control function, bounded by the top speed."""
         return _bounded(getattr(self.law, "py_func", self.law), self.top_speed)
-
-    def controller(self, parameters: ArrayLike) -> Controller:
-        """Return a controller that runs this law.
-
-        Args:
-            parameters: As many as :attr:`size` says, or an array of which each row has so many.
-
-        Raises:
-            ArgumentError: They are not so many, or not finite numbers.
-        """
-        return _controller(self, parameters)
 
 
 def find_controller(
@@ -249,30 +263,6 @@ def find_controller(
             hint=f"write there {variable} = elib.learn.Law(function, size=3)",
         )
     return replace(law, sensors=law.sensors or tuple(sensors), top_speed=top_speed)
-
-
-def _check(each: Network | Law) -> None:
-    """Check what networks and laws have in common, and make tuples of lists."""
-    given: Any = each.sensors
-    if isinstance(given, str) or not isinstance(given, Sequence):
-        raise ArgumentError(f"sensors is {given!r}; it must be a list of names", hint='such as ["proximity"]')
-    sensors = tuple(given)
-    for sensor in sensors:
-        if sensor not in INPUTS:
-            raise ArgumentError(f"there is no sensor {sensor!r}", hint=nearest(str(sensor), INPUTS))
-    if len(set(sensors)) < len(sensors):
-        raise ArgumentError(f"a sensor stands twice in {', '.join(sensors)}", hint="name each of them once")
-    object.__setattr__(each, "sensors", sensors)
-    top_speed = Number(0.001, FASTEST, "m/s").require(each.top_speed, "top_speed")
-    object.__setattr__(each, "top_speed", top_speed)
-
-
-def _controller(each: Network | Law, parameters: ArrayLike) -> Controller:
-    controller = Controller(each.function, parameters, sensors=each.sensors, memory=each.memory)
-    count = controller.parameters.shape[-1]
-    if count != each.size:
-        raise ArgumentError(f"there are {count} parameters; the controller has {each.size}", hint="give one for each")
-    return controller
 
 
 # What follows makes functions that Numba compiles: the numbers in their closures become constants of the code.
