@@ -148,7 +148,22 @@ def test_a_reward_that_fails_is_told_without_the_job_that_met_it(tmp_path: Path,
 
 def test_a_task_file_that_exits_is_named(task: Path) -> None:
     task.write_text("import sys\nsys.exit(3)\n")
-    with pytest.raises(ArgumentError, match=r"straight\.py fails: SystemExit\(3\)"):
+    with pytest.raises(ArgumentError, match=r"straight\.py:2 fails: SystemExit\(3\)"):
+        settings_for(task).evaluation()
+
+
+def test_a_task_file_that_is_not_python_is_named_with_its_line(task: Path, tmp_path: Path) -> None:
+    (tmp_path / "beside.py").write_text("def reward(world, i)\n    return 1.0\n")
+    task.write_text("import beside\n")
+    with pytest.raises(ArgumentError, match=r"beside\.py:1 is not Python: .*\nhint: mend this line: def reward\(world"):
+        settings_for(task).evaluation()
+    task.write_text("\n\nTASK = = 1\n")
+    with pytest.raises(
+        ArgumentError, match=r"straight\.py:3 is not Python: invalid syntax\nhint: mend this line: TASK"
+    ):
+        settings_for(task).evaluation()
+    task.write_text("text = '\0'\n")
+    with pytest.raises(ArgumentError, match=r"straight\.py"):
         settings_for(task).evaluation()
 
 

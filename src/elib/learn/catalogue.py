@@ -6,6 +6,7 @@ import importlib
 import importlib.util
 import pkgutil
 import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -85,7 +86,14 @@ def importing(file: Path) -> Iterator[None]:
         yield
     except ElibError:
         raise
+    except SyntaxError as error:
+        hint = f"mend this line: {error.text.strip()}" if error.text else "run it with Python to see where"
+        raise ArgumentError(
+            f"{error.filename or file}:{error.lineno or 1} is not Python: {error.msg}", hint=hint
+        ) from error
     except (Exception, SystemExit) as error:
-        raise ArgumentError(f"{file} fails: {error!r}", hint="run it with Python to see where") from error
+        lines = [each.lineno for each in traceback.extract_tb(error.__traceback__) if each.filename == str(file)]
+        place = f"{file}:{lines[-1]}" if lines else str(file)
+        raise ArgumentError(f"{place} fails: {error!r}", hint="run it with Python to see where") from error
     finally:
         sys.path.remove(str(file.parent))
