@@ -2,12 +2,14 @@
 
 ``avoid`` repeats the experiment and draws docs/images/evolution-avoid.svg. ``solve TASK ...`` says for how many seeds a
 task is solved. ``loop`` measures which share of the processor is not spent on episodes. ``chaos`` kills an evolution
-on two workers twice, at drawn moments, and compares the folder with that of an undisturbed one.
+on two workers twice, at drawn moments, and with ``--every 20`` one of its workers every 20 s as well. Then it compares
+the folder with that of an undisturbed evolution.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import random
 import resource
@@ -15,6 +17,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -22,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 
 from elib.learn.evolution import Evolution
 from elib.learn.executor import Executor, open_executor
@@ -162,14 +166,30 @@ def loop(options: argparse.Namespace) -> None:
         )
 
 
+def kill_workers(every: float, is_over: threading.Event) -> None:
+    """Kill a worker of the evolution that runs, every so many seconds."""
+    draws = random.Random(1)
+    while not is_over.wait(every):
+        children = psutil.Process().children(recursive=True)
+        with contextlib.suppress(psutil.NoSuchProcess, IndexError):
+            victim = draws.choice([each for each in children if "spawn_main" in " ".join(each.cmdline())])
+            victim.kill()
+            print(f"killed worker {victim.pid}", flush=True)
+
+
 def chaos(options: argparse.Namespace) -> None:
-    """Kill an evolution on two workers twice, at drawn moments, and let it go on."""
+    """Kill an evolution on two workers twice, at drawn moments, and let it go on; kill its workers too, if asked to."""
     draws = random.Random(options.seed)
+    is_over = threading.Event()
     with tempfile.TemporaryDirectory() as place:
-        command = [sys.executable, "-m", "elib", "evolve", "avoid", "--workers", "2", "--seconds", "20"]
-        command += ["--generations", str(options.generations), "--out"]
+        command = [sys.executable, "-m", "elib", "evolve", "avoid", "--workers", "2"]
+        for name in ("seconds", "population", "generations"):
+            command += [f"--{name}", str(getattr(options, name))]
+        command.append("--out")
         whole, killed = Path(place) / "whole", Path(place) / "killed"
         subprocess.run([*command, str(whole)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        if options.every:
+            threading.Thread(target=kill_workers, args=(options.every, is_over), daemon=True).start()
         for _ in range(2):
             until = draws.randrange(options.generations // 10, options.generations // 2)
             before = _recorded(killed)
@@ -183,11 +203,14 @@ def chaos(options: argparse.Namespace) -> None:
             driver.wait()
             print(f"killed after generation {_recorded(killed)}", flush=True)
         subprocess.run([*command, str(killed)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        is_over.set()
         names = sorted(path.name for path in whole.iterdir())
         assert names == sorted(path.name for path in killed.iterdir())
-        for name in names:
-            same = (whole / name).read_bytes() == (killed / name).read_bytes()
-            print(f"{name}: {'the same bytes' if same else 'DIFFERENT'}")
+        are_same = [(whole / name).read_bytes() == (killed / name).read_bytes() for name in names]
+        for name, is_same in zip(names, are_same, strict=True):
+            print(f"{name}: {'the same bytes' if is_same else 'DIFFERENT'}")
+        if not all(are_same):
+            raise SystemExit(1)
 
 
 def _recorded(folder: Path) -> int:
@@ -217,6 +240,9 @@ def main() -> None:
     mode.set_defaults(run=loop)
     mode = modes.add_parser("chaos")
     mode.add_argument("--generations", type=int, default=40)
+    mode.add_argument("--population", type=int, default=50)
+    mode.add_argument("--seconds", type=float, default=20.0, help="length of an episode")
+    mode.add_argument("--every", type=float, default=0.0, help="s between two kills of a worker; 0 kills none")
     mode.add_argument("--seed", type=int, default=1)
     mode.set_defaults(run=chaos)
     options = parser.parse_args()

@@ -259,15 +259,19 @@ def test_the_tables_hold_every_individual(task: Path, tmp_path: Path) -> None:
         (["{task}:TASK", "--population", "1"], "population is 1; it must be"),
         (["{task}:TASK", "--hidden", "3", "--controller", "braitenberg"], "no hidden neurons"),
         (["{task}:TASK", "--workers", "2", "--cluster", "tcp://127.0.0.1:1"], "exclude each other"),
+        (["{task}:TASK", "--cluster", "tcp://127.0.0.1:1"], "no Dask scheduler answers"),
+        (["{task}:TASK", "--view", "WRONG"], "WRONG"),
+        (["{task}:TASK", "--view", "0.0.0.0:0"], "0.0.0.0"),
     ],
 )
-def test_a_wrong_command_line_is_refused_with_a_reason(
-    line: list[str], said: str, task: Path, capsys: pytest.CaptureFixture[str]
+def test_a_wrong_command_line_is_refused_with_a_reason_before_a_folder_is_made(
+    line: list[str], said: str, task: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert exit_of(*(word.format(task=task) for word in line)) == 2
+    assert exit_of(*(word.format(task=task) for word in line)) in (1, 2)
     error = capsys.readouterr().err
     assert said in error
     assert "Traceback" not in error
+    assert not (tmp_path / "straight-study").exists()
 
 
 @pytest.mark.usefixtures("interpreted")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import importlib.util
 import json
 import math
 import threading
@@ -332,6 +333,20 @@ def test_the_command_prints_a_table_and_writes_the_folder(
     assert "wire epuck2-wifi" in out
     assert "profile gctronic" in out
     assert {path.name.split(".")[0] for path in (tmp_path / "out").iterdir()} == {"report", "transfer", "runs"}
+
+
+def test_without_numba_the_command_says_that_it_is_slow(
+    champion: Callable[[str], Champion],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    champion("FAST").save(tmp_path / "best.toml")
+    monkeypatch.setattr(command, "TransferPlan", partial(TransferPlan, firmwares=(), profiles=(), engine="interpreted"))
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "numba" else found(name))
+    assert main(["transfer", str(tmp_path / "best.toml"), "--runs", "1", "--no-breaks"]) == 0
+    assert "Numba is not installed: the physics runs interpreted" in capsys.readouterr().err
 
 
 def test_the_command_prints_json(

@@ -30,6 +30,10 @@ RobotUrl = Annotated[
     ),
 ]
 AsJson = Annotated[bool, Cli(name="--json", help="Print one line of JSON.")]
+Workers = Annotated[int | None, Cli(name="--workers", metavar="N", help="Worker processes of this computer (Dask).")]
+Cluster = Annotated[
+    str | None, Cli(name="--cluster", metavar="URL", help="A Dask cluster's scheduler: tcp://HOST:8786.")
+]
 Seconds = Annotated[float | None, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.cli.arguments import AsJson
+from elib.cli.arguments import AsJson, Cluster, Workers
 from elib.cli.readings import print_json
 from elib.cli.terminal import BLOCKS, is_live, say, table
 from elib.errors import ArgumentError, Unsupported
@@ -76,8 +76,8 @@ def evolve(
     /,
     *,
     options: Annotated[Options, Cli(name="*")] = Options(),
-    workers: Annotated[int | None, Cli(metavar="N", help="Worker processes of this computer (Dask).")] = None,
-    cluster: Annotated[str | None, Cli(metavar="URL", help="A Dask cluster's scheduler: tcp://HOST:8786.")] = None,
+    workers: Workers = None,
+    cluster: Cluster = None,
     out: Annotated[str | None, Cli(metavar="FOLDER", help="Folder of the study (default: TASK-study).")] = None,
     view: Annotated[
         str | None, Cli(metavar="[HOST:PORT]", help="Show it live in the browser, from 127.0.0.1:8600 unless told.")
@@ -101,16 +101,20 @@ def evolve(
     evaluation = settings.evaluation()
     settings.optimiser(evaluation.controller.size)  # Its package may be missing: say so before a folder is made.
     with contextlib.ExitStack() as stack:
-        study = stack.enter_context(Study(folder, settings))
+        # What can be refused comes before the folder is made.
         shown = {each.name: getattr(settings, each.name) for each in fields(Settings)}
         shown |= {"seconds": evaluation.task.seconds, "folder": str(folder)}
         controller = evaluation.controller.controller
         progress = Progress(evaluation.task, controller, settings.generations, shown)
+        url = ""
         if view is not None:
             from elib.learn.studypage import study_page
 
-            say(f"view {stack.enter_context(study_page(progress, view))}")
+            url = stack.enter_context(study_page(progress, view))
         executor = stack.enter_context(open_executor(workers, cluster))
+        study = stack.enter_context(Study(folder, settings))
+        if url:
+            say(f"view {url}")
         say(
             f"{folder}: {'goes on after' if study.generations else 'begins,'} {len(study.generations)} of"
             f" {settings.generations} generations"

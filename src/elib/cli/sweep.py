@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.cli.arguments import AsJson, check_duration
+from elib.cli.arguments import AsJson, Cluster, Workers, check_duration
 from elib.cli.readings import print_json
 from elib.cli.terminal import say
 from elib.errors import ArgumentError, Unsupported
@@ -35,8 +35,6 @@ Seconds = Annotated[
     float | None,
     Cli(name="--for", metavar="S", help="Robot time for each run, seconds; by default 30, or what the task says."),
 ]
-Workers = Annotated[int | None, Cli(metavar="N", help="Use N processes of this computer.")]
-Cluster = Annotated[str | None, Cli(metavar="URL", help="Use a Dask cluster: the address of its scheduler.")]
 Out = Annotated[str | None, Cli(metavar="FOLDER", help="The folder for the results; a sweep in it goes on.")]
 Metric = Annotated[str, Cli(name="--plot", metavar="COLUMN", help="The column to draw, such as path or contact_time.")]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -10,10 +11,11 @@ from cyclopts import Parameter as Cli
 from rich.console import Console
 from rich.table import Table
 
-from elib.cli.arguments import AsJson
+from elib.cli.arguments import AsJson, Cluster, Workers
 from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, LiveLine, columns, say
 from elib.errors import ArgumentError
+from elib.extras import install
 from elib.learn.champion import load_champion
 from elib.learn.executor import open_executor
 from elib.learn.transfer import TransferPlan, TransferReport
@@ -45,9 +47,6 @@ Out = Annotated[
     Path | None, Cli(name="--out", metavar="FOLDER", help="Write report.md, transfer.svg and all runs there.")
 ]
 Breaks = Annotated[bool, Cli(name="--breaks", negative="--no-breaks", help="Look for what breaks it first.")]
-Workers = Annotated[
-    int | None, Cli(name="--workers", metavar="N", help="Processes that run the stages on the wire; one unless given.")
-]
 Yes = Annotated[bool, Cli(name="--yes", negative="", help="Do not ask before each run on the robot.")]
 
 
@@ -66,6 +65,7 @@ def transfer(
     out: Out = None,
     breaks: Breaks = True,
     workers: Workers = None,
+    cluster: Cluster = None,
     yes: Yes = False,
     json: AsJson = False,
 ) -> None:
@@ -94,9 +94,11 @@ def transfer(
         parse_url(robot)
     if out is not None:
         check_folder(out)
+    if importlib.util.find_spec("numba") is None:
+        say(f"Numba is not installed: the physics runs interpreted, far slower, to the same report; {install('learn')}")
     line = LiveLine()
     try:
-        with open_executor(workers) as executor:
+        with open_executor(workers, cluster) as executor:
             report = run_transfer(
                 champion,
                 plan,
