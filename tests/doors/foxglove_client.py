@@ -115,8 +115,9 @@ class Client:
         await self.socket.send(struct.pack("<BI", MESSAGE_DATA, number) + content)
 
     async def set(self, **values: object) -> None:
-        """Set parameters."""
+        """Set parameters, and hear of their changes from now on."""
         found = [{"name": f"/{name.replace('__', '/')}", "value": value} for name, value in values.items()]
+        await self.say("subscribeParameterUpdates", parameterNames=[each["name"] for each in found])
         await self.say("setParameters", parameters=found, id="set")
 
     async def first(self, topic: str, since: int = 0) -> dict[str, Any]:

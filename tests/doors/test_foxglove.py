@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
+import random
+import signal
+import struct
 import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -13,11 +17,17 @@ import pytest
 pytest.importorskip("foxglove", reason="the extra foxglove is not installed: pip install '.[foxglove]'")
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "recording"))
+import websockets
+from elib_process import started
 from foxglove_client import connected_to, until
 from recordings import complaints, read
 
+from elib.doors.foxglove.commands import CLIENT_TOPICS
 from elib.doors.foxglove.door import opened
+from elib.doors.foxglove.layout import layout_of
 from elib.doors.robots import connected
+from elib.recording.topics import TOPICS
+from elib.runner import run_on
 from elib.web.listening import listen
 from elib.web.panel import Panel
 from elib.web.slot import Slot
@@ -134,3 +144,297 @@ async def test_a_client_that_is_killed_while_it_drives_leaves_a_robot_that_stand
                 process.kill()
             await process.wait()
         assert took < STAND
+
+
+async def test_one_client_drives_at_a_time_and_everybody_may_stop() -> None:
+    async with door() as (panel, url), connected_to(url) as one, connected_to(url) as other:
+        slot = panel.slots["1"]
+        first, second = await one.advertise("/drive"), await other.advertise("/drive")
+        stop = await other.advertise("/stop")
+
+        async def hold() -> None:
+            while True:
+                await one.publish(first, {"left": 0.03, "right": 0.03})
+                await asyncio.sleep(0.05)
+
+        holding = asyncio.create_task(hold())
+        await until(lambda: not standing(slot))
+        await other.publish(second, {"left": -0.03, "right": -0.03})
+        await until(lambda: any("driven by somebody else" in each for each in other.statuses))
+        assert wheels(slot) == (233, 233)
+        await other.publish(stop, {})
+        await until(lambda: standing(slot) and slot.drive.is_latched)
+        await asyncio.sleep(0.3)
+        assert standing(slot)  # the stick is still held
+        holding.cancel()
+
+
+async def test_leds_and_parameters() -> None:
+    async with door() as (panel, url), connected_to(url) as client:
+        slot = panel.slots["1"]
+        number = await client.advertise("/leds")
+        await client.publish(number, {"ring": [True, False] * 4, "body": True})
+        await until(lambda: slot.control is not None and slot.control.world.snapshot().robots[0].lamps.body)
+        await client.say("getParameters", parameterNames=[], id="all")
+        await until(lambda: "/top_speed" in client.parameters)
+        await client.set(top_speed=0.1, rate=20, camera=True, name="mine", nothing=1)
+        await until(lambda: slot.drive.limit > 0.7 and slot.watcher.rate == 20 and slot.watcher.pictures)
+        await until(lambda: client.parameters["/rate"] == 20 and client.parameters["/camera"] is True)
+        assert client.parameters["/name"] == "sim://square"
+        await client.set(top_speed=99)
+        await until(lambda: any("top_speed" in each for each in client.statuses))
+        assert slot.drive.limit < 1
+        await client.set(camera=False)
+        await until(lambda: slot.watcher.pictures is None)
+
+
+async def test_several_robots_have_topics_and_frames_of_their_own() -> None:
+    async with door("sim://square?robots=2", "sim://arena") as (panel, url), connected_to(url) as client:
+        await client.subscribe("/robot1/tf", "/robot3/readings/proximity", "/robot3/tf")
+        found = await client.first("/robot1/tf")
+        assert (found["parent_frame_id"], found["child_frame_id"]) == ("world", "robot1/robot")
+        await client.first("/robot3/readings/proximity")
+        assert not [name for name in client.topics if not name.startswith(("/robot1/", "/robot2/", "/robot3/"))]
+        number = await client.advertise("/robot2/drive")
+        await client.publish(number, {"left": 0.03, "right": 0.03})
+        await until(lambda: not standing(panel.slots["2"]))
+        assert standing(panel.slots["1"])
+        assert standing(panel.slots["3"])
+
+
+async def test_a_recording_is_played_with_the_same_topics_and_takes_no_commands(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+
+    async def program(robot) -> None:  # type: ignore[no-untyped-def]
+        with robot.record(path):
+            await robot.set_speed(0.2, 0.2)
+            for _ in range(20):
+                await robot.proximity()
+                await robot.encoders()
+                await robot.sleep(0.1)
+
+    run_on("sim://square?speed=max", program)
+    async with door(f"replay://{path}") as (panel, url), connected_to(url) as client:
+        await client.subscribe("/readings/proximity", "/tf", "/ranges/infrared", "/calls", "/pose/measured")
+        for name in ("/readings/proximity", "/tf", "/ranges/infrared", "/calls", "/pose/measured"):
+            await client.first(name)
+        number = await client.advertise("/drive")
+        await client.publish(number, {"left": 0.03, "right": 0.03})
+        await until(lambda: any("recording" in each for each in client.statuses))
+        since = len(client.messages)
+        await asyncio.sleep(2.5)  # it lasts 2 s, and begins again
+        await client.first("/readings/proximity", since)
+        slot = panel.slots["1"]
+        await until(lambda: slot.is_playing and 0.2 < slot.playback.at < 1.0)
+        await client.set(paused=True)
+        await until(lambda: client.parameters.get("/paused") is True)
+
+
+# -- strangers --
+
+
+async def refused(url: str, **options: object) -> int:
+    """Return the status with which a connection is refused."""
+    with pytest.raises(websockets.InvalidStatus) as raised:
+        async with connected_to(url, **options):
+            raise AssertionError("it was let in")
+    return raised.value.response.status_code
+
+
+async def test_pages_of_other_sites_are_refused() -> None:
+    said: list[str] = []
+    async with door(on_refused=said.append, origins=("https://app.foxglove.dev",)) as (_, url):
+        for origin in (
+            "https://evil.example",
+            "http://127.0.0.1:8700",
+            "null",
+            "https://app.foxglove.dev.evil.example",
+        ):
+            assert await refused(url, origin=origin) == 403
+        assert said[0] == "https://evil.example"
+        async with connected_to(url, origin="https://app.foxglove.dev"):
+            pass
+
+
+async def test_a_token_is_the_path_of_the_address() -> None:
+    async with door(token="secret") as (_, url):
+        assert await refused(url.removesuffix("secret")) == 403
+        assert await refused(url + "s") == 403
+        async with connected_to(url):
+            pass
+
+
+async def test_a_client_that_did_not_come_through_the_door_moves_nothing() -> None:
+    async with connected(["sim://square"]) as panel:
+        address = listen(port=0)
+        async with opened(panel, address) as behind:
+            assert behind.relay is not None
+            host, port = behind.relay._target
+            async with connected_to(f"ws://{host}:{port}/") as client:
+                number = await client.advertise("/drive")
+                await client.publish(number, {"left": 0.03, "right": 0.03})
+                await client.set(top_speed=0.0)
+                await asyncio.sleep(0.3)
+                assert standing(panel.slots["1"])
+                assert panel.slots["1"].drive.limit == 0.5
+
+
+def resident() -> int:
+    """Return the memory of this process, bytes."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+
+def malformed(drawn: random.Random) -> str | bytes:
+    """Return something that is not a message of the protocol."""
+    match drawn.randrange(5):
+        case 0:
+            return drawn.randbytes(drawn.randrange(200))
+        case 1:
+            return "".join(map(chr, drawn.choices(range(32, 0x2000), k=drawn.randrange(200))))
+        case 2:
+            return json.dumps(
+                {"op": drawn.choice(["subscribe", "advertise", "x", 7, None]), "channels": drawn.random()}
+            )
+        case 3:
+            return struct.pack("<BI", drawn.randrange(256), drawn.getrandbits(32)) + drawn.randbytes(50)
+        case _:
+            return "[" * drawn.randrange(3000)
+
+
+WRONG: list[object] = [None, True, "1", [], {}, 1e308, -1e308, 2**70, [[1]], "NaN", {"x": "a"}, {"x": 1e400}]
+
+
+def hostile(drawn: random.Random) -> bytes:
+    """Return the content of a message that nothing may follow from, except that the robot stands."""
+    names = ["left", "right", "linear", "angular", "ring", "body", "__class__", "x" * 50]
+    match drawn.randrange(4):
+        case 0:
+            return json.dumps({drawn.choice(names): drawn.choice(WRONG) for _ in range(3)} | {"extra": 1}).encode()
+        case 1:
+            return b'{"left": NaN, "right": Infinity}'
+        case 2:
+            return b"{" * drawn.randrange(5000)
+        case _:
+            return drawn.randbytes(drawn.randrange(3000))
+
+
+async def still_serves(url: str, slot: Slot) -> None:
+    """Check that a new client sees and drives the robot."""
+    async with connected_to(url) as client:
+        await client.subscribe("/readings/proximity")
+        await client.first("/readings/proximity")
+        number = await client.advertise("/drive")
+        await client.publish(number, {"left": 0.03, "right": 0.03})
+        await until(lambda: not standing(slot))
+    await until(lambda: standing(slot))
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read as Linux shows it")
+async def test_a_thousand_malformed_and_a_thousand_hostile_messages_are_refused() -> None:
+    drawn = random.Random(20)
+    async with door() as (panel, url):
+        slot = panel.slots["1"]
+        await still_serves(url, slot)
+        before = resident()
+        sent = 0
+        while sent < 1000:
+            with contextlib.suppress(websockets.ConnectionClosed):
+                async with connected_to(url) as client:
+                    for _ in range(100):
+                        await client.socket.send(malformed(drawn))
+                        sent += 1
+                        await asyncio.sleep(0.002)
+        sent = 0
+        async with connected_to(url) as client:
+            numbers = [
+                await client.advertise(topic) for topic in ("/drive", "/leds", "/robot1/drive", "/elib/x", "/tf")
+            ]
+            for sent in range(1000):
+                await client.publish(numbers[sent % len(numbers)], hostile(drawn))
+                assert slot.drive.target == (0.0, 0.0)
+                await asyncio.sleep(0.006)  # faster ones are dropped before they are read
+            assert sent == 999
+            assert len(client.statuses) < 100
+        assert standing(slot)
+        assert resident() - before < 20_000_000
+        await still_serves(url, slot)
+
+
+async def test_a_client_that_sends_too_much_is_cut_off() -> None:
+    async with door() as (panel, url):
+        async with connected_to(url) as client:
+            await client.socket.send(b"x" * 100_000)
+            await until(lambda: client.socket.close_code is not None)
+        async with connected_to(url) as client:
+            channels = [{"id": k, "topic": "/drive", "encoding": "json", "schemaName": ""} for k in range(1, 300)]
+            await client.say("advertise", channels=channels)
+            await until(lambda: client.socket.close_code is not None)
+        await still_serves(url, panel.slots["1"])
+
+
+# -- the command --
+
+
+def test_ctrl_c_stops_the_robot_and_writes_what_was_asked_for(tmp_path: Path) -> None:
+    words = ("foxglove", "sim://square", "--port", "0", "--layout", "layout.json", "--record", "run.mcap")
+    with started(*words, cwd=tmp_path) as run:
+        url = run.out.line()
+
+        async def drive() -> None:
+            async with connected_to(url) as client:
+                number = await client.advertise("/drive")
+                await client.subscribe("/readings/encoders")
+                for _ in range(20):
+                    await client.publish(number, {"left": 0.05, "right": 0.05})
+                    await asyncio.sleep(0.1)
+                assert await asyncio.to_thread(run.end, signal.SIGINT) == 0
+
+        asyncio.run(drive())
+    assert json.loads((tmp_path / "layout.json").read_text()) == json.loads(layout_of([""]))
+    calls = [each.data["command"] for each in read(tmp_path / "run.mcap") if each.topic == "/calls"]
+    assert calls[-1] == "stop"
+    assert "set_speed" in calls
+
+
+# -- the layout --
+
+
+def topics_in(value: object) -> set[str]:
+    """Return everything in a layout that is called like a topic."""
+    match value:
+        case dict():
+            return set().union(*map(topics_in, [*value, *value.values()]))
+        case list():
+            return set().union(*map(topics_in, value))
+        case str() if value.startswith("/"):
+            return {value}
+    return set()
+
+
+@pytest.mark.parametrize("prefixes", [[""], ["/robot1", "/robot2"]])
+async def test_the_layout_names_topics_and_fields_that_are_there(prefixes: list[str]) -> None:
+    layout = json.loads(layout_of(prefixes))
+    panels = layout["configById"]
+    shown = topics_in(panels)
+    assert {prefix + name for prefix in prefixes for name in ("/drive", "/pictures", "/notes")} <= shown
+    async with (
+        door("sim://square?robots=2" if len(prefixes) == 2 else "sim://square") as (_, url),
+        connected_to(url) as client,
+    ):
+        await until(lambda: all(prefix + "/readings/encoders" in client.topics for prefix in prefixes))
+        ours = {prefix + name for prefix in prefixes for name in CLIENT_TOPICS}
+        for name in shown - ours:
+            topic, _, field = name.partition(".")
+            await until(lambda topic=topic: topic in client.topics)
+            assert topic in client.topics, name
+            assert not field or field in client.topics[topic].schema["properties"], name
+
+    def leaves(place: object) -> list[str]:
+        if isinstance(place, str):
+            tabs = panels[place].get("tabs", []) if place.startswith("Tab!") else []
+            return [place, *(leaf for tab in tabs for leaf in leaves(tab["layout"]))]
+        assert isinstance(place, dict)
+        return leaves(place["first"]) + leaves(place["second"])
+
+    assert sorted(leaves(layout["layout"])) == sorted(panels)
+    assert len({topic.name for topic in TOPICS} & set(CLIENT_TOPICS)) == 0

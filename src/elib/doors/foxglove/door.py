@@ -265,9 +265,12 @@ class Door(ServerListener):
             try:
                 self._parameters[key].change(name, value)
             except ElibError as error:
-                self._complain(key, f"the parameter {name} was not set: {error.message}")
+                self._complain(name, f"the parameter {name} was not set: {error.message}")
+            else:
+                self._complain(name, "")
         if wanted:
-            self._refresh(*wanted)
+            # Later, because the SDK's answer, with the values from before, may still be on its way to the clients.
+            self._loop.call_later(PERIOD, self._refresh, *wanted)
 
     def _drop(self, client: int) -> None:
         secret = self._secrets.get(client)
@@ -287,7 +290,7 @@ class Door(ServerListener):
             self._server.publish_parameter_values([Parameter(name, value=values[name]) for name in changed])
 
     def _complain(self, key: str, text: str) -> None:
-        """Tell clients what was refused; an empty text takes back what was told before of this robot."""
+        """Tell clients what was refused of a robot or a parameter; an empty text takes back what was told of it."""
         before, when = self._complaints.get(key, ("", 0.0))
         now = self._loop.time()
         if self._server is None or (text == before and not text) or (text and now - when < PATIENCE):
