@@ -137,6 +137,30 @@ def test_a_reward_that_is_not_finite_is_named_and_not_recorded(tmp_path: Path, t
     assert (tmp_path / "study" / "generations.jsonl").read_bytes() == b""
 
 
+def test_a_reward_that_is_not_finite_in_the_final_test_alone_is_named(
+    tmp_path: Path, task: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = settings_for(task)
+    folder = tmp_path / "study"
+    with open_executor() as here, Study(folder, settings) as study:
+        evolution = Evolution(study, here, evaluation=settings.evaluation("interpreted"))
+        for _ in evolution.run():
+            pass
+        before = content_of(folder)
+        scores = evolution._scores
+
+        def diverged(population: Any, seeds: list[int]) -> Any:
+            found = scores(population, seeds)
+            return found._replace(fitness=found.fitness * np.nan)
+
+        monkeypatch.setattr(evolution, "_scores", diverged)
+        with pytest.raises(
+            ArgumentError, match=r"of generation \d in the final test is nan\nhint: the reward of"
+        ):
+            evolution.finish()
+        assert content_of(folder) == before
+
+
 def test_a_reward_that_fails_is_told_without_the_job_that_met_it(tmp_path: Path, task: Path) -> None:
     task.write_text(task.read_text().replace("    return ", "    1 / 0\n    return "))
     settings = settings_for(task)

@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from elib.errors import ArgumentError, ElibError
+from elib.errors import ElibError
 from elib.learn.champion import Champion
 from elib.learn.executor import Executor
 from elib.learn.progress import Best
-from elib.learn.study import BEST, Evaluation, Generation, Settings, Study, digest_of, evaluate
+from elib.learn.study import BEST, Evaluation, Generation, Settings, Study, check_fitness, digest_of, evaluate
 from elib.physics.episodes import Scores
 
 if TYPE_CHECKING:
@@ -102,6 +102,7 @@ class Evolution:
         """Let the best individuals play the final test, save the winner as best.toml, and return the result.
 
         Raises:
+            ArgumentError: A reward is not a finite number; best.toml stays as it is.
             ElibError: A job fails, or the folder cannot be written.
         """
         import numpy as np
@@ -109,6 +110,9 @@ class Evolution:
         seeds = self._study.settings.seeds(TEST, TEST_EPISODES)
         scores = self._scores(np.array([each.parameters for each in self.bests]), seeds)
         means = scores.fitness.mean(axis=1)
+        for each, mean in zip(self.bests, means.tolist(), strict=True):
+            whose = f"of the best individual of generation {each.generation} in the final test"
+            check_fitness(mean, whose, self.evaluation)
         winner = int(means.argmax())
         best = self.bests[winner]
         solved = float((scores.fitness[winner] >= self.evaluation.task.solved).mean())
@@ -140,11 +144,7 @@ class Evolution:
             speeds[:, 1].tolist(),
         )
         for individual, fitness in enumerate(generation.fitness):
-            if not math.isfinite(fitness):
-                raise ArgumentError(
-                    f"the fitness of individual {individual} in generation {number} is {fitness}",
-                    hint=f"the reward of the task {task.name} must be a finite number in every tick",
-                )
+            check_fitness(fitness, f"of individual {individual} in generation {number}", self.evaluation)
         self._study.append(generation)
         return generation
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import platform
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -142,6 +143,19 @@ def evaluate(evaluation: Evaluation, population: Floats, seeds: Sequence[int], t
         latest = _latest = evaluation, threads, Episodes(evaluation.task, engine=evaluation.engine, threads=threads)
     known, _, episodes = latest
     return episodes.play(known.controller.controller(population), population, seeds)
+
+
+def check_fitness(fitness: float, whose: str, evaluation: Evaluation) -> None:
+    """Check that a fitness is a finite number.
+
+    Raises:
+        ArgumentError: It is not.
+    """
+    if not math.isfinite(fitness):
+        raise ArgumentError(
+            f"the fitness {whose} is {fitness}",
+            hint=f"the reward of the task {evaluation.task.name} must be a finite number in every tick",
+        )
 
 
 def _is_same(one: Evaluation, other: Evaluation) -> bool:
