@@ -9,6 +9,7 @@ from elib.learn.catalogue import all_tasks, find_task
 from elib.learn.champion import Champion, load_champion
 from elib.learn.networks import Law, Network, find_controller
 from elib.learn.registration import register
+from elib.learn.study import read_study
 from elib.physics.episodes import Episodes, Scores
 from elib.physics.task import Randomisation, Task
 
@@ -24,6 +25,7 @@ __all__ = [
     "find_controller",
     "find_task",
     "load_champion",
+    "read_study",
 ]
 
 # So that gymnasium.make("elib.learn:elib/Avoid-v0") finds it, whichever of the two packages was imported first.

@@ -285,6 +285,11 @@ class Study:
 def read_study(folder: Path) -> tuple[Settings, list[Generation]]:
     """Return the settings and the generations of a study, which may still be running.
 
+    Example::
+
+        settings, generations = read_study(Path("avoid-study"))
+        print(settings.task, [max(each.fitness) for each in generations])
+
     Raises:
         ArgumentError: There is no study in the folder.
         ElibError: A file of it is damaged.
