@@ -154,9 +154,7 @@ def test_a_reward_that_is_not_finite_in_the_final_test_alone_is_named(
             return found._replace(fitness=found.fitness * np.nan)
 
         monkeypatch.setattr(evolution, "_scores", diverged)
-        with pytest.raises(
-            ArgumentError, match=r"of generation \d in the final test is nan\nhint: the reward of"
-        ):
+        with pytest.raises(ArgumentError, match=r"of generation \d in the final test is nan\nhint: the reward of"):
             evolution.finish()
         assert content_of(folder) == before
 
