@@ -28,6 +28,7 @@ from generator import (
     profiles,
     recording,
     robot,
+    serve,
     simulator,
     tasks,
     telemetry,
@@ -55,6 +56,7 @@ PAGES = {
     "faults.md": faults.page,
     "profiles.md": profiles.page,
     "cli.md": cli.page,
+    "serve-protocol.md": serve.page,
     "licences.md": licences.page,
 }
 MARKED = {

@@ -42,8 +42,12 @@ class Failure(Told, tag="answer", kw_only=True):
 
 
 class Error(Told, tag="error", kw_only=True):
-    """The failure of a request without a number, or of a message without one that was not understood."""
+    """The failure of a request without a number, or something that went wrong without a request.
 
+    A program is told so when a robot that it drives was stopped under it, and when a watch has ended by itself.
+    """
+
+    robot: Annotated[str, Meta(description="Key of the robot that it is about; empty for none.")] = ""
     error: Trouble
 
 

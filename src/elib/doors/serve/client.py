@@ -16,14 +16,15 @@ from aiohttp import WSMsgType, web
 from elib import __version__
 from elib.doors.serve.answers import Answer, Error, Event, Failure, Trouble
 from elib.doors.serve.values import Json, plain
-from elib.doors.serve.watching import Broadcasts
+from elib.doors.serve.watching import Broadcasts, What
 from elib.emulator.control_server import time_factor
-from elib.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
+from elib.errors import ArgumentError, ElibError, LinkClosed, LinkLost, MotionInterrupted, ReplyTimeout
 from elib.robot.actions import CatalogueEntry
 from elib.robot.snapshot import watched_names
 from elib.web import lifecycle
 from elib.web.access import is_same
-from elib.web.slot import Slot, may_drive
+from elib.web.drivelock import DEAD_MAN
+from elib.web.slot import Phase, Slot, may_drive
 
 if TYPE_CHECKING:
     from elib.web.server import Server
@@ -91,6 +92,8 @@ class Client:
         self._known: set[Slot] = set()
         self._requests: set[asyncio.Future[Any]] = set()
         self._watches: dict[tuple[str, tuple[str, ...]], Callable[[], None]] = {}
+        self._minded: set[Slot] = set()
+        self._minding: asyncio.Task[None] | None = None
         self._events: asyncio.Task[None] | None = None
         self._due = 0.0
 
@@ -171,7 +174,7 @@ class Client:
                 return
             data = msgspec.json.encode(Answer(id=number, result=result))
         except ElibError as error:
-            data = _failure(number, Trouble(kind=type(error).__name__, message=error.message, hint=error.hint))
+            data = _failure(number, _trouble(error))
         except Exception as error:
             log.error("a request of a program failed", exc_info=error)
             mistake = Trouble(kind="Error", message="elib serve made a mistake", hint="its terminal says more")
@@ -263,6 +266,7 @@ class Client:
         if not slot.drive.take(self.key, by_force=by_force):
             raise _refusal(slot)
         slot.drive.is_latched = False
+        self._mind(slot)
         if before != self.key:
             slot.note(f"{self._name or self.key} drives {robot.name}")
 
@@ -280,7 +284,11 @@ class Client:
                 raise ArgumentError(
                     f"{entry.name} was not sent: somebody has stopped the robot", hint='send {"do": "drive"} to go on'
                 )
-        return plain(await slot.command(entry.name, *arguments, page=self.key))
+        try:
+            return plain(await slot.command(entry.name, *arguments, page=self.key))
+        finally:
+            if slot.drive.driver == self.key:
+                self._mind(slot)
 
     async def stop(self, key: str) -> None:
         """Stop a robot, or all; wait until they have confirmed it.
@@ -303,7 +311,65 @@ class Client:
             drive.is_latched = was_latched  # the driver's own stop needs no leave to drive on
         await robot.within(lifecycle.patience(robot)).stop()
 
+    def leave(self, key: str) -> None:
+        """Give the wheel of a robot back; the robot stops.
+
+        Raises:
+            ArgumentError: There is no such robot.
+        """
+        slot = self.slot(key)
+        self._minded.discard(slot)
+        slot.drive.leave(self.key)
+
+    def _mind(self, slot: Slot) -> None:
+        """Tell the program from now on when the robot is stopped under it."""
+        self._minded.add(slot)
+        if self._minding is None or self._minding.done():
+            self._minding = self._loop.create_task(self._mind_all(), name="elib serve minds")
+
+    async def _mind_all(self) -> None:
+        moving: dict[Slot, bool] = {}
+        told: set[Slot] = set()
+        while self._minded:
+            await asyncio.sleep(EVENT_PERIOD * time_factor())
+            for slot in tuple(self._minded):
+                error = self._loss(slot, was_moving=moving.get(slot, True))
+                moving[slot] = slot.drive.may_move
+                if error is None:
+                    told.discard(slot)
+                elif slot not in told:
+                    told.add(slot)
+                    key = next((key for key, each in self._slots if each is slot), "")
+                    await self.send(msgspec.json.encode(Error(robot=key, error=_trouble(error))))
+                if slot.drive.driver != self.key:
+                    self._minded.discard(slot)
+                    told.discard(slot)
+
+    def _loss(self, slot: Slot, *, was_moving: bool) -> ElibError | None:
+        """Return why a robot no longer does what the program wants; None if it does, or if it stood anyway."""
+        drive = slot.drive
+        if slot.phase is not Phase.CONNECTED:
+            return slot.error or LinkLost(f"the link to {slot.name} is down")
+        if drive.driver == self.key:
+            stopped = f"somebody has stopped {slot.name}"
+            return MotionInterrupted(stopped, hint='send {"do": "drive"} to go on') if drive.is_latched else None
+        if drive.driver or slot.runner.is_active:
+            return MotionInterrupted(f"another one drives {slot.name} now")
+        if not was_moving:
+            return None
+        return MotionInterrupted(
+            f"{slot.name} was stopped, because no message came for {DEAD_MAN:g} s",
+            hint='send {"do": "beat"} every 0.1 s while the robot may move',
+        )
+
     # -- watching --
+
+    async def end_watch(self, what: What, error: ElibError) -> None:
+        """End a watch, because there is nothing more to be read, and say why."""
+        leave = self._watches.pop(what[:2], None)
+        if leave is not None:
+            leave()
+        await self.send(msgspec.json.encode(Error(robot=what[0], error=_trouble(error))))
 
     def watch(self, key: str, readings: Sequence[str], rate: float) -> dict[str, Json]:
         """Begin to watch readings of a robot, or change the rate.
@@ -382,6 +448,8 @@ class Client:
             slot.leave(self.key)
         self._known.clear()
         self.tell_events(on=False)
+        if self._minding is not None:
+            self._minding.cancel()
         for leave in self._watches.values():
             leave()
         self._watches.clear()
@@ -391,6 +459,10 @@ class Client:
             task.cancel()
         if tasks:
             await asyncio.wait(tasks)
+
+
+def _trouble(error: ElibError) -> Trouble:
+    return Trouble(kind=type(error).__name__, message=error.message, hint=error.hint)
 
 
 def _failure(number: int, error: Trouble) -> bytes:

@@ -97,7 +97,7 @@ class Leave(AboutRobot, tag="leave"):
     """Give the wheel back: the robot stops."""
 
     def carry_out(self, client: Client) -> None:
-        client.slot(self.robot).drive.leave(client.key)
+        client.leave(self.robot)
 
 
 class Beat(Message, tag="beat"):

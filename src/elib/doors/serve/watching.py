@@ -11,12 +11,12 @@ import msgspec
 from elib.doors.serve.answers import Readings
 from elib.doors.serve.values import all_plain
 from elib.emulator.control_server import time_factor
-from elib.errors import ElibError
+from elib.errors import ElibError, LinkClosed
 from elib.protocol.image import Image
 from elib.protocol.values import Reading
 from elib.robot.snapshot import WATCHABLE
 from elib.web.panel import Panel
-from elib.web.slot import Slot
+from elib.web.slot import Phase, Slot
 
 AGAIN = 0.2
 """s until a robot is asked again whose link was down, or whose answers did not come."""
@@ -35,6 +35,10 @@ class Watcher(Protocol):
 
     async def send(self, data: bytes) -> None:
         """Send it a message; it does not wait for anything."""
+        ...
+
+    async def end_watch(self, what: What, error: ElibError) -> None:
+        """End its watch, because there is nothing more to be read."""
         ...
 
 
@@ -60,8 +64,7 @@ class Broadcast:
 
     async def _run(self) -> None:
         key, names, rate = self._what
-        while key in self._panel.slots:
-            slot = self._panel.slots[key]
+        while (slot := self._panel.slots.get(key)) is not None and slot.phase not in (Phase.DISCONNECTED, Phase.FAILED):
             try:
                 if slot.is_playing:
                     await self._sample(slot, names, rate)
@@ -70,8 +73,12 @@ class Broadcast:
                         async for snapshot in snapshots:
                             await self._tell(snapshot.time, snapshot.readings)
             except ElibError:
-                pass  # the event log says what happened; the watch goes on when the robot is back
+                pass  # the event log says what happened; the watch goes on when the link is back
             await asyncio.sleep(AGAIN * time_factor())
+        error = None if slot is None else slot.error
+        over = LinkClosed(f"robot {key} is not connected any more, and nothing can be read")
+        for watcher in tuple(self.missed):
+            await watcher.end_watch(self._what, error or over)
 
     async def _sample(self, slot: Slot, names: Sequence[str], rate: float) -> None:
         """Tell what a recording shows while it is played."""
@@ -119,4 +126,4 @@ class Broadcasts:
         return leave
 
 
-__all__ = ["Broadcasts"]
+__all__ = ["Broadcasts", "What"]
