@@ -388,7 +388,7 @@ class Driver:
             case "person" if self.is_latched:
                 return f"{STOPPED_BY_A_PERSON}; {state}", RELEASE
             case "person":
-                return "a person, or another page, drives the robot now", "wait until status says that nobody drives"
+                return "a person, or another page, drives the robot now", "wait until status says that no client drives"
             case "link":
                 cause = said or (self.slot.error.message if self.slot.error is not None else "it does not answer")
                 return f"the link to the robot failed: {cause}; {state}", _link_hint(stands)

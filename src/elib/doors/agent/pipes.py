@@ -20,7 +20,7 @@ MOST_WAITING = 1000
 class Lines:
     """The lines of a file descriptor, read by a thread, so that the event loop can end while it waits for input.
 
-    A line that is too long becomes an empty one: it is no message, and is refused as such.
+    A line that is too long becomes an empty one: it is not a message, and is refused as such.
 
     Args:
         descriptor: Number of the file descriptor.
@@ -71,7 +71,7 @@ class Lines:
 
 
 class Output:
-    """A file descriptor for text, written by a thread, so that the event loop can end while nobody reads.
+    """A file descriptor for text, written by a thread, so that the event loop can end while no client reads.
 
     Args:
         descriptor: Number of the file descriptor.
@@ -87,7 +87,7 @@ class Output:
         """Write a text and wait until it is written.
 
         Raises:
-            BrokenPipeError: Nobody reads any more.
+            BrokenPipeError: No client reads any more.
         """
         written: asyncio.Future[None] = self._loop.create_future()
         self._texts.put((text.encode("utf-8"), written))

@@ -394,7 +394,7 @@ class Tools:
         elif slot.runner.is_active and not driver.is_latched:
             who = f"a person runs {slot.runner.name}"
         else:
-            who = "nobody"
+            who = "no client"
         data: dict[str, Json] = {
             "robot": robot,
             "connected": slot.phase.value == "connected",

@@ -87,7 +87,7 @@ class ProgramDoor:
             autoping=False,  # so that pings count like messages
             heartbeat=HEARTBEAT * time_factor(),
             timeout=CLOSING_TIME * time_factor(),
-            writer_limit=sys.maxsize,  # who does not read gets nothing new; nobody waits for it
+            writer_limit=sys.maxsize,  # who does not read gets nothing new; no client waits for it
         )
         if not ws.can_prepare(request):
             return web.Response(status=400, text="This address is for WebSockets.")

@@ -84,7 +84,7 @@ class Drive(AboutRobot, tag="drive"):
     """Take the wheel: from now on this program may move the robot, and no other.
 
     While the robot may move, the program has to send a message at least every 0.3 s. The first command that moves a
-    robot which nobody drives takes the wheel, too.
+    robot which no client drives takes the wheel, too.
     """
 
     force: Annotated[bool, Meta(description="Whether to take over from another driver, who is stopped first.")] = False
