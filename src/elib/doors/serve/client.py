@@ -150,14 +150,13 @@ class Client:
             result = LinkClosed("the connection ends before the request did")
         except Exception as error:
             result = error
-        else:
-            with contextlib.suppress(asyncio.CancelledError):
-                await asyncio.sleep(self._pause() if number else 0.0)
-        await self._answer(number, result)
+        await self._answer_later(number, result)
 
     async def _answer_later(self, number: int, result: object) -> None:
-        with contextlib.suppress(asyncio.CancelledError):
-            await asyncio.sleep(self._pause())
+        pause = self._pause()
+        if pause > 0:  # a sleep of zero would cost a turn of the event loop
+            with contextlib.suppress(asyncio.CancelledError):
+                await asyncio.sleep(pause)
         await self._answer(number, result)
 
     def _pause(self) -> float:
@@ -189,9 +188,10 @@ class Client:
 
     def meet(self) -> None:
         """Note that the program is there: the robots are read for it. Call it again for robots that come later."""
-        for slot in set(self._server.panel.slots.values()) - self._known:
-            slot.join(self.key)
-            self._known.add(slot)
+        for slot in self._server.panel.slots.values():
+            if slot not in self._known:
+                slot.join(self.key)
+                self._known.add(slot)
 
     def slot(self, key: str) -> Slot:
         """Return a robot by its key; without a key the only one.
