@@ -39,7 +39,7 @@ path has its number. `elib serve --schema` prints the same as JSON Schema, for p
   there is only one robot.
 - Unknown or wrong fields are refused. Units are those of elib: rev/s, m, rad, s.
 - One program or page drives a robot at a time; all others may watch it. The first command that moves a robot which
-  nobody drives takes the wheel, `drive` with `force` takes it over, and `leave` gives it back.
+  no client drives takes the wheel, `drive` with `force` takes it over, and `leave` gives it back.
 - While its robot may move, the driver has to send a message at least every {DEAD_MAN:g} s, best a `beat` every 0.1 s.
   Otherwise the robot stops. A connection that ends stops its robot at once.
 - Everybody may send `stop`. When somebody else has stopped the robot, also a person on the page, the driver's commands
@@ -48,7 +48,7 @@ path has its number. `elib serve --schema` prints the same as JSON Schema, for p
 - A program that does not read gets no newer readings until it has read, and then the newest; it is disconnected when
   it leaves messages unread for {READING_TIME:g} s.
 - Limits: {LONGEST:,} bytes a message, {RATE:g} messages a second, {MOST_WAITING} requests that wait for answers,
-  {ANSWERS:g} answers a second (later ones wait), {MOST_WATCHES} watches a program, {MOST_PROGRAMS} programs. Whoever
+  {ANSWERS:g} answers a second (later ones wait), {MOST_WATCHES} watches a program, {MOST_PROGRAMS} programs. One that
   sends more or larger messages is disconnected.
 - A browser page of another site is refused unless `--allow-origin` names its site. Other computers reach the door only
   with `--host`; then the first message must be a `hello` with the printed token, within 5 s.
@@ -90,7 +90,7 @@ def page() -> str:
     found += [told(parts[kind.__name__]) for kind in TOLD]
     found.append("## Readings\n\nAll have `time`, s on the clock of the door, too.")
     found.append(readings(parts))
-    found += [record(parts[name]) for name in ("Picture", "Welcome", "RobotInfo")]
+    found += [record(parts[name]) for name in ("Trouble", "Picture", "Welcome", "RobotInfo")]
     return "\n\n".join(part.strip() for part in found)
 
 

@@ -43,7 +43,7 @@ ROBOT: Schema = {
         "url": {"type": "string"},
         "firmware": {"type": "string", "description": "Empty while it is not connected."},
         "state": {"enum": ["disconnected", "connecting", "connected", "gap", "playing", "failed"]},
-        "driver": {"enum": ["", "you", "another"], "description": "Who drives it; empty for no client."},
+        "driver": {"enum": ["", "you", "another"], "description": "Who drives it; empty while no client does."},
     },
     "required": ["robot", "name", "url", "firmware", "state", "driver"],
 }
