@@ -24,7 +24,7 @@ WITH_CONSOLE = [page for page in PAGES if blocks(page, "console")]
 DOCTORS_PAGES = [block for page in PAGES for block in blocks(page, "text") if re.search(r"\nlink: \S+\n\n", block.text)]
 SCRIPTS = [block for page in PAGES for block in blocks(page, "toml") if "[[fault]]" in block.text]
 WORLDS = [block for page in PAGES for block in blocks(page, "toml") if "[arena]" in block.text]
-OTHER_PROGRAMS = {"pip", "python", "python3", "export", "pytest", "sudo", "."}
+OTHER_PROGRAMS = {".", "./avoid", "export", "g++", "mcs", "mono", "node", "pip", "pytest", "python", "python3", "sudo"}
 
 
 def test_there_are_pages_with_code() -> None:

@@ -38,6 +38,7 @@ REASONS = {
     "an open network": "it listens to other computers",
     "the internet": "it installs packages",
     "minutes": "it computes for minutes",
+    "another language": "its compiler or interpreter, and a program that is copied from the examples",
 }
 """What a page may say that a block needs."""
 BY_PROGRAMS = {"docs/guides/link-faults.md", "docs/guides/pandas.md", "docs/guides/records.md"}
@@ -59,7 +60,7 @@ PROGRAM = ":080000000001040000000000F3\n:100200000000070000000700000007000000070
 
 PROGRAMS = {"elib", "et", "export", "python"}
 """What is pasted here; no page can let a test install or remove something."""
-SERVERS = {"joystick", "simulate"}
+SERVERS = {"joystick", "serve", "simulate"}
 LINK = re.compile(r"\b(?:tcp|http|wifi|serial)://[^\s\"]+")
 PATIENCE = 400.0
 """s that a command may take on a busy machine, where the physics is compiled first."""
@@ -132,7 +133,7 @@ class Terminal:
             return
         started, out, error = self.start(command)
         if words[:1] == ["elib"] and words[1] in SERVERS:
-            self.probe(started, out, error, is_seen="--view" in words or words[1] == "joystick")
+            self.probe(started, out, error, is_seen="--view" in words or words[1] in ("joystick", "serve"))
             if not {"--tcp", "--pty"} & set(words):  # a port with a name is there for the commands below
                 self.end(started)
         elif is_in_real_time(words):

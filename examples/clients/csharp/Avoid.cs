@@ -10,7 +10,6 @@ using System.Xml.Linq;
 static class Avoid
 {
     static readonly ClientWebSocket Socket = new ClientWebSocket();
-
     static void Send(string json) => Socket.SendAsync(
         new ArraySegment<byte>(Encoding.UTF8.GetBytes(json)), WebSocketMessageType.Text, true, CancellationToken.None).Wait();
 
@@ -20,8 +19,7 @@ static class Avoid
         var length = 0;
         for (WebSocketReceiveResult part = null; part?.EndOfMessage != true; length += part.Count)
         {
-            var rest = new ArraySegment<byte>(bytes, length, bytes.Length - length);
-            var receiving = Socket.ReceiveAsync(rest, CancellationToken.None);
+            var receiving = Socket.ReceiveAsync(new ArraySegment<byte>(bytes, length, 65536 - length), CancellationToken.None);
             part = receiving.Wait(2000) ? receiving.Result : throw new TimeoutException("no message for 2 s");
         }
         if (length == 0) throw new Exception("elib closed the connection");
@@ -30,9 +28,10 @@ static class Avoid
         if (!(message.Element("error") is XElement error)) return message;
         throw new Exception($"{error.Element("kind").Value}: {error.Element("message").Value}");
     }
+    static int Count(XElement near, string sensor) => (int)near.Element(sensor);
     // What is near slows the wheel of the other side, so the robot turns away; in revolutions per second.
-    static double Wheel(XElement near, string side) => Math.Max(-0.5, Math.Round(
-        0.5 - ((int)near.Element("front_" + side) + (int)near.Element("diagonal_" + side)) / 800.0, 1));
+    static string Wheel(XElement near, string side) => XmlConvert.ToString(Math.Max(-0.5,
+        Math.Round(0.5 - (Count(near, "front_" + side) + Count(near, "diagonal_" + side)) / 800.0, 1)));
 
     static void Main(string[] words) {
         try {
@@ -43,10 +42,11 @@ static class Avoid
             var end = DateTime.UtcNow.AddSeconds(words.Length > 0 ? XmlConvert.ToDouble(words[0]) : 10);
             for (var told = ""; DateTime.UtcNow < end;) {
                 if (!(Receive().Element("readings")?.Element("proximity") is XElement near)) continue;
-                var text = $@"""left"": {XmlConvert.ToString(Wheel(near, "right"))}, ""right"": {XmlConvert.ToString(Wheel(near, "left"))}";
+                var text = $@"""left"": {Wheel(near, "right")}, ""right"": {Wheel(near, "left")}";
                 // Without a new reading we send nothing, and elib stops the robot.
                 Send(text == told ? @"{""do"": ""beat""}" : $@"{{""do"": ""set_speed"", {text}}}");
-                if (text != told) Console.WriteLine($"left {near.Element("front_left").Value}, right {near.Element("front_right").Value}: {told = text}");
+                if (text != told) Console.WriteLine($"{Count(near, "front_left")}, {Count(near, "front_right")}: {text}");
+                told = text;
             }
             Send(@"{""do"": ""stop"", ""id"": 2}");
             while (Receive().Element("type").Value != "answer") { }
