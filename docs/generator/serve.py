@@ -9,7 +9,7 @@ import os
 import re
 from typing import Any
 
-from websockets.asyncio.client import connect
+from websockets.asyncio.client import ClientConnection, connect
 
 from elib.doors.robots import connected
 from elib.doors.serve.answers import TOLD
@@ -111,8 +111,15 @@ async def _converse() -> list[str]:
                 for sent, answers in SESSION:
                     await socket.send(json.dumps(sent))
                     lines.append(f"> {json.dumps(sent)}")
-                    lines += [f"< {_stable(str(await socket.recv()))}" for _ in range(answers)]
+                    lines += [f"< {_stable(await _told(socket))}" for _ in range(answers)]
     return lines
+
+
+async def _told(socket: ClientConnection) -> str:
+    """Return the next message but for errors: on a busy computer the robot may be stopped because of a late message."""
+    while '"type":"error"' in (text := str(await socket.recv())):
+        pass
+    return text
 
 
 def _stable(text: str) -> str:
