@@ -110,6 +110,7 @@ async def serve_http(door: Door, sock: socket.socket) -> None:
         serving = asyncio.ensure_future(server.serve([sock]))
         stopping = asyncio.ensure_future(stop.wait())
         try:
+            sock.listen()  # a client that reads the address may connect at once, before the server has started
             print(f"http://127.0.0.1:{port}/mcp", flush=True)
             await asyncio.wait([serving, stopping], return_when=asyncio.FIRST_COMPLETED)
             server.should_exit = True

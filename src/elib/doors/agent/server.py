@@ -61,7 +61,8 @@ class Journal:
             "time": round(self._loop.time() - self._began, 3),
             "seconds": round(seconds, 3),
             "tool": name[:80],
-            "arguments": arguments if len(asked) < LONGEST_LOGGED else asked,
+            # As text if they are long, or hold NaN or an infinity, which a reader of JSON refuses.
+            "arguments": arguments if len(asked) < LONGEST_LOGGED and _is_strict(arguments) else asked,
             "is_error": result.is_error,
             "result": result.data,
         }
@@ -157,6 +158,15 @@ def gone(context: ServerRequestContext[Any]) -> asyncio.Event | None:
     """Return the event that is set when the connection of a request over HTTP is closed; None for stdio."""
     scope = getattr(context.request, "scope", None)
     return None if scope is None else scope.get("elib.gone")
+
+
+def _is_strict(arguments: Mapping[str, object]) -> bool:
+    """Return whether arguments are JSON for every reader: without NaN and infinities."""
+    try:
+        json.dumps(arguments, allow_nan=False)
+    except ValueError:
+        return False
+    return True
 
 
 def _described(tool: Tool) -> types.Tool:

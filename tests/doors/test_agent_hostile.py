@@ -1,0 +1,417 @@
+"""Hostile and confused callers of ``elib agent`` are refused; the robot keeps its limits, and the door serves on."""
+
+import contextlib
+import http.client
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+pytest.importorskip("mcp")
+
+HERE = Path(__file__).parent
+WITNESSED = str(HERE / "witnessed_agent.py")
+PATIENCE = 60.0
+"""s that an answer may take on a busy machine."""
+LATE = 0.03
+"""m that a robot drives on while the machine is busy with something else for half a second."""
+GROWTH = 40 << 20
+"""Bytes by which the memory of the door may grow while it is attacked: one message may have a megabyte."""
+INITIALIZE = {
+    "protocolVersion": "2025-06-18",
+    "capabilities": {},
+    "clientInfo": {"name": "test", "version": "1"},
+}
+DEEP = "[" * 5000 + "]" * 5000
+SURROGATE = '"\\ud800"'
+"""Half a character: a line with it is no JSON text, so no call was made that an answer could belong to."""
+HOSTILE = [
+    SURROGATE,
+    "NaN",
+    "Infinity",
+    "-Infinity",
+    "1e308",
+    "-1e308",
+    "1e999",
+    "1e-320",
+    "9" * 400,
+    "-9223372036854775809",
+    "null",
+    "true",
+    "{}",
+    "[]",
+    '"0.1"',
+    '""',
+    '"\\u0000"',
+    '"../../etc/passwd"',
+    json.dumps("robot " * 20_000),
+    json.dumps("\N{ROBOT FACE}" * 500),
+    "[[[[[[[[[[[[1]]]]]]]]]]]]",
+    '{"x": {"x": {"x": {}}}}',
+    '{"__class__": "os.system"}',
+]
+"""Values as JSON texts, and what only looks like JSON."""
+PARAMETERS = {
+    "robots": (),
+    "status": ("robot",),
+    "read_all": ("robot",),
+    "look": ("robot",),
+    "drive": ("distance", "speed", "stop_at_obstacle", "robot"),
+    "turn": ("angle", "speed", "robot"),
+    "go_to": ("x", "y", "speed", "stop_at_obstacle", "robot"),
+    "set_leds": ("ring", "body", "front", "robot"),
+    "run_behaviour": ("name", "seconds", "parameters", "robot"),
+    "stop": ("robot",),
+}
+
+
+class Wire:
+    """A client of a door that sends what it likes, line by line.
+
+    Args:
+        witness: File for what the world says at the end.
+        arguments: Arguments of ``elib agent``.
+    """
+
+    def __init__(self, witness: Path, *arguments: str) -> None:
+        self.witness = witness
+        self.process = subprocess.Popen(
+            [sys.executable, WITNESSED, str(witness), "agent", *arguments],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+        self.answers: dict[object, list[dict]] = {}
+        self.strange: list[bytes] = []
+        self._changed = threading.Condition()
+        self._number = 0
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
+
+    def _read(self) -> None:
+        for line in self.process.stdout:
+            try:
+                message = json.loads(line)
+                number = message["id"] if "id" in message or "error" in message else None
+            except (ValueError, KeyError, TypeError):
+                self.strange.append(line)
+                continue
+            with self._changed:
+                self.answers.setdefault(json.dumps(number), []).append(message)
+                self._changed.notify_all()
+
+    def send(self, line: bytes) -> None:
+        """Send a line."""
+        self.process.stdin.write(line + b"\n")
+        self.process.stdin.flush()
+
+    def begin(self, tool: str, arguments: str) -> int:
+        """Begin a call whose arguments are given as text; return its number."""
+        self._number += 1
+        text = (
+            f'{{"jsonrpc": "2.0", "id": {self._number}, "method": "tools/call",'
+            f' "params": {{"name": {json.dumps(tool)}, "arguments": {arguments}}}}}'
+        )
+        self.send(text.encode())
+        return self._number
+
+    def end(self, number: int) -> dict:
+        """Return the answer to a call."""
+        with self._changed:
+            assert self._changed.wait_for(lambda: str(number) in self.answers, PATIENCE), f"no answer to {number}"
+            return self.answers[str(number)][0]
+
+    def call(self, tool: str, **arguments: object) -> dict:
+        """Call a tool and return its structured result."""
+        answer = self.end(self.begin(tool, json.dumps(arguments)))
+        return answer["result"]["structuredContent"]
+
+    def greet(self) -> None:
+        """Begin as the protocol demands."""
+        self._number += 1
+        hello = {"jsonrpc": "2.0", "id": self._number, "method": "initialize", "params": INITIALIZE}
+        self.send(json.dumps(hello).encode())
+        assert "result" in self.end(self._number)
+        self.send(b'{"jsonrpc": "2.0", "method": "notifications/initialized"}')
+
+    def close(self) -> dict:
+        """Close the client's end; return what the world says after that."""
+        self.process.stdin.close()
+        assert self.process.wait(PATIENCE) == 0
+        return json.loads(self.witness.read_text())
+
+
+@contextlib.contextmanager
+def wire(folder: Path, *arguments: str) -> Iterator[Wire]:
+    """Start a door and greet it; kill it in the end if it still runs."""
+    found = Wire(folder / "witness.json", *arguments)
+    try:
+        found.greet()
+        yield found
+    finally:
+        found.process.kill()
+        found.process.wait()
+        found.reader.join()
+        with contextlib.suppress(BrokenPipeError):
+            found.process.stdin.close()
+        found.process.stdout.close()
+
+
+def memory(process: subprocess.Popen) -> int:
+    """Return the resident memory of a process, bytes; 0 where the system does not say."""
+    status = Path(f"/proc/{process.pid}/status")
+    if not status.exists():
+        return 0
+    return int(status.read_text().partition("VmRSS:")[2].split()[0]) << 10
+
+
+def malformed(chance: random.Random) -> bytes:
+    """Return a line that is not a message of the protocol, or one that no server has to answer with a result."""
+    call = (
+        b'{"jsonrpc": "2.0", "id": "m1", "method": "tools/call",'
+        b' "params": {"name": "drive", "arguments": {"distance": 0.5}}}'
+    )
+    match chance.randrange(14):
+        case 0:
+            return bytes(chance.randrange(256) for _ in range(chance.randrange(1, 300))).replace(b"\n", b" ")
+        case 1:
+            return call[: chance.randrange(1, len(call))]
+        case 2:
+            place = chance.randrange(len(call) - 1)
+            return b"\xff" + call[:place] + call[place + 1 :]
+        case 3:
+            return DEEP.encode()
+        case 4:
+            return call.replace(b'"2.0"', chance.choice([b'"1.0"', b"2.0", b"null", b"[]"]))
+        case 5:
+            return call.replace(
+                b'"tools/call"', chance.choice([b'"tools/evil"', b"7", b"null", b'"' + b"m" * 9999 + b'"'])
+            )
+        case 6:
+            return call.replace(b'"m1"', chance.choice([b"null", b"{}", b"[1]", b"1.5", b"true"])).replace(
+                b"0.5", b"1e9"
+            )
+        case 7:
+            return (
+                b'{"jsonrpc": "2.0", "id": "m7", "method": "tools/call", "params": '
+                + chance.choice(HOSTILE).encode()
+                + b"}"
+            )
+        case 8:
+            return b'{"jsonrpc": "2.0", "method": "notifications/cancelled", "params": {"requestId": 999999}}'
+        case 9:
+            return b"[" + b", ".join([b'{"jsonrpc": "2.0", "id": 1}'] * 5) + b"]"
+        case 10:
+            return b'{"jsonrpc": "2.0", "id": "m10", "result": ' + chance.choice(HOSTILE).encode() + b"}"
+        case 11:
+            return b'{"jsonrpc": "2.0", "id": "m11", "method": "initialize", "params": {"protocolVersion": 7}}'
+        case 12:
+            return b'"' + b"\xf0\x9f\xa4\x96" * 5000 + b'"'
+        case _:
+            return chance.choice([b"", b" ", b"null", b"0", b"{}", b"[]", b"\xef\xbb\xbf{}", b"GET / HTTP/1.1\r"])
+
+
+def hostile(chance: random.Random) -> tuple[str, str]:
+    """Return a tool and its arguments as text; none of them moves a robot further than a rounding."""
+    tool = chance.choice(
+        [*PARAMETERS, "drive", "turn", "go_to", "run_behaviour", "os.system", "", "drive ", "d" * 9999]
+    )
+    names = list(PARAMETERS.get(tool, ("robot",)))
+    chance.shuffle(names)
+    names = names[: chance.randrange(len(names) + 1)]
+    if chance.random() < 0.2 or not names:
+        names.append(chance.choice(["evil", "", "__init__", "x" * 5000, "\N{ROBOT FACE}"]))
+    if chance.random() < 0.05:
+        return tool, chance.choice(HOSTILE)
+    return tool, "{" + ", ".join(f"{json.dumps(name)}: {chance.choice(HOSTILE)}" for name in names) + "}"
+
+
+def test_a_thousand_malformed_lines_change_nothing(tmp_path: Path) -> None:
+    chance = random.Random("malformed")
+    with wire(tmp_path, "sim://red-boxes") as door:
+        before = door.call("status")
+        grown = 0
+        for number in range(1000):
+            door.send(malformed(chance))
+            if number % 50 == 0:
+                assert door.call("status")["stands"]
+            if number == 200:
+                grown = memory(door.process)
+        door.send(b'{"jsonrpc": "2.0", "id": "' + b"x" * (3 << 20) + b'"}')  # longer than any message may be
+        after = door.call("status")
+        assert memory(door.process) - grown < GROWTH
+        assert (after["pose"], after["budget"]) == (before["pose"], before["budget"])
+        assert door.strange == []
+        assert door.call("drive", distance=0.02)["ended"] == "reached"
+        said = door.close()
+    assert said["farthest"] < 0.02 + LATE
+    assert not said["unconfirmed"]
+
+
+def test_a_thousand_hostile_calls_are_refused(tmp_path: Path) -> None:
+    chance = random.Random("hostile")
+    with wire(tmp_path, "sim://red-boxes", "--calls", "5000", "--log", str(tmp_path / "log.jsonl")) as door:
+        grown = 0
+        for turn in range(50):
+            asked = []
+            for _ in range(20):
+                tool, arguments = hostile(chance)
+                asked.append((door.begin(tool, arguments), tool, arguments))
+            for number, tool, arguments in asked:
+                if SURROGATE not in arguments:
+                    answer = door.end(number)
+                    refused = "error" in answer or answer["result"]["isError"]
+                    assert (
+                        refused
+                        or tool in ("robots", "status", "read_all", "look", "set_leds", "stop")
+                        or (abs(answer["result"]["structuredContent"]["driven"]) < 0.001)
+                    ), (tool, arguments, answer)
+            if turn == 10:
+                grown = memory(door.process)
+        status = door.call("status")
+        assert status["stands"]
+        assert memory(door.process) - grown < GROWTH
+        assert all(len(each) == 1 for number, each in door.answers.items() if number != "null")
+        assert door.strange == []
+        assert door.call("drive", distance=0.02)["ended"] == "reached"
+        said = door.close()
+    assert said["farthest"] < 0.02 + LATE
+    lines = (tmp_path / "log.jsonl").read_text(encoding="utf-8").splitlines()
+    assert len(lines) > 800
+    for line in lines:
+        json.loads(line, parse_constant=pytest.fail)  # NaN and Infinity are no JSON
+
+
+def test_a_flood_of_calls_is_answered_and_the_robot_stays_inside_its_fence(tmp_path: Path) -> None:
+    chance = random.Random("flood")
+    with wire(tmp_path, "sim://red-boxes", "--fence", "0.2", "--calls", "5000") as door:
+        for _ in range(2):
+            numbers = []
+            for _ in range(100):
+                x, y = chance.uniform(-0.2, 0.2), chance.uniform(-0.2, 0.2)
+                tool, arguments = chance.choice(
+                    [
+                        ("drive", {"distance": chance.uniform(-0.4, 0.4)}),
+                        ("turn", {"angle": chance.uniform(-360, 360)}),
+                        ("go_to", {"x": x, "y": y}),
+                        ("run_behaviour", {"name": chance.choice(["avoid", "wander"]), "seconds": 1}),
+                        ("status", {}),
+                        ("stop", {}),
+                    ]
+                )
+                numbers.append(door.begin(tool, json.dumps(arguments)))
+                if chance.random() < 0.3:
+                    gone = {"requestId": chance.choice(numbers), "reason": "no patience"}
+                    cancelling = {"jsonrpc": "2.0", "method": "notifications/cancelled", "params": gone}
+                    door.send(json.dumps(cancelling).encode())
+                    numbers = [each for each in numbers if each != gone["requestId"]]
+            for number in numbers:
+                door.end(number)
+        for _ in range(4):  # one at a time, so that each of them drives
+            door.call("turn", angle=chance.uniform(-180, 180))
+            door.call("drive", distance=chance.uniform(-0.2, 0.2))
+            door.call("go_to", x=chance.uniform(-0.2, 0.2), y=chance.uniform(-0.2, 0.2))
+        door.call("stop")
+        assert door.call("status")["stands"]
+        said = door.close()
+    assert 0.05 < said["farthest"] < 0.2 + LATE
+    assert not said["unconfirmed"]
+
+
+CLIENT = """
+import json, subprocess, sys
+door = subprocess.Popen([sys.executable, *sys.argv[1:]], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+def send(**message):
+    door.stdin.write(json.dumps({"jsonrpc": "2.0", **message}).encode() + b"\\n")
+    door.stdin.flush()
+send(id=1, method="initialize", params=%s)
+door.stdout.readline()
+send(method="notifications/initialized")
+send(id=2, method="tools/call", params={"name": "drive", "arguments": {"distance": 1.5, "stop_at_obstacle": False}})
+while True:
+    send(id=3, method="tools/call", params={"name": "status"})
+    found = json.loads(door.stdout.readline())["result"]["structuredContent"]
+    if not found["stands"] and found["pose"]["x"] > 0.02:
+        break
+print("driving", flush=True)
+door.wait()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
+def test_the_robot_stands_soon_after_its_client_was_killed(tmp_path: Path) -> None:
+    witness = tmp_path / "witness.json"
+    code = CLIENT % json.dumps(INITIALIZE)
+    command = [sys.executable, "-c", code, WITNESSED, str(witness), "agent", "sim://square"]
+    client = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    try:
+        assert client.stdout.readline() == b"driving\n"
+        killed = time.monotonic()  # noqa: TID251  # the witness is another process
+        os.kill(client.pid, signal.SIGKILL)
+        client.wait()
+        for _ in range(600):
+            if witness.exists() and witness.read_text():
+                break
+            time.sleep(0.05)  # noqa: TID251
+        said = json.loads(witness.read_text())
+    finally:
+        client.kill()
+        client.wait()
+        client.stdout.close()
+    assert said["farthest"] > 0.02
+    assert said["moved_at"] - killed < 0.5
+    assert not said["unconfirmed"]
+
+
+def test_hostile_requests_over_http_are_refused(tmp_path: Path) -> None:
+    chance = random.Random("http")
+    command = [sys.executable, WITNESSED, str(tmp_path / "w.json"), "agent", "sim://red-boxes", "--http", "--port", "0"]
+    door = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    headers = {"Content-Type": "application/json", "Accept": "application/json, text/event-stream"}
+
+    def post(body: bytes, **more: str) -> tuple[int, bytes]:
+        connection = http.client.HTTPConnection(page.hostname, page.port, timeout=PATIENCE)
+        with contextlib.closing(connection):
+            connection.request("POST", page.path, body, headers | more)
+            answer = connection.getresponse()
+            if "mcp-session-id" in answer.headers:
+                headers["Mcp-Session-Id"] = answer.headers["mcp-session-id"]
+            return answer.status, answer.read()
+
+    def call(tool: str, arguments: str, **more: str) -> tuple[int, bytes]:
+        params = f'{{"name": {json.dumps(tool)}, "arguments": {arguments}}}'
+        return post(f'{{"jsonrpc": "2.0", "id": 5, "method": "tools/call", "params": {params}}}'.encode(), **more)
+
+    try:
+        page = urlsplit(door.stdout.readline().strip())
+        hello = {"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": INITIALIZE}
+        assert post(json.dumps(hello).encode())[0] == 200
+        post(b'{"jsonrpc": "2.0", "method": "notifications/initialized"}')
+        assert call("drive", '{"distance": 0.5}', Origin="https://evil.example")[0] == 403
+        assert call("drive", '{"distance": 0.5}', Host="evil.example")[0] in (403, 421)
+        assert post(b"x" * (3 << 20))[0] == 413
+        for _ in range(100):
+            status, _ = post(malformed(chance))
+            assert status < 500
+        for _ in range(100):
+            status, _ = call(*hostile(chance))
+            assert status < 500
+        status, body = call("status", "{}")
+        assert status == 200
+        found = json.loads(next(line[6:] for line in body.splitlines() if line.startswith(b"data: {")))
+        state = found["result"]["structuredContent"]
+        assert state["stands"]
+        assert abs(state["pose"]["x"]) + abs(state["pose"]["y"]) < 0.01
+    finally:
+        door.terminate()
+        door.wait(PATIENCE)
+        door.stdout.close()
