@@ -72,9 +72,9 @@ class Agent:
         """Turn, degrees to the left."""
         await self.move("turn", angle=angle)
 
-    async def drive(self, distance: float) -> None:
-        """Drive straight on, m, or until something is near."""
-        self.is_blocked = await self.move("drive", distance=distance, speed=0.1) == "obstacle"
+    async def drive(self, distance: float, speed: float = 0.1) -> None:
+        """Drive straight on, m, at a speed in m/s, or until something is near."""
+        self.is_blocked = await self.move("drive", distance=distance, speed=speed) == "obstacle"
 
     async def go_round(self, side: int) -> None:
         """Leave the thing ahead behind, and look towards where it was."""
@@ -102,13 +102,13 @@ class Agent:
             elif width > 0.9 and self.near >= NEAR:
                 return True
             else:
-                await self.drive(0.1 if width < 0.5 else 0.02)
+                await (self.drive(0.1) if width < 0.5 else self.drive(0.02, speed=0.04))
         return False
 
 
 async def main() -> None:
     """Start the door, find the box and print the outcome."""
-    url = elib.robot_url("sim://red-boxes?speed=10")  # or what the command line names
+    url = elib.robot_url("sim://red-boxes?speed=5")  # or what the command line names
     async with Client(StdioServerParameters(command=sys.executable, args=["-m", "elib", "agent", url])) as door:
         agent = Agent(door)
         print("found" if await agent.find_red_box() else "not found", f"with {agent.near} counts of infrared")
