@@ -39,6 +39,10 @@ def install() -> str:
     return found[0].removeprefix("#")
 
 
+CLIENTS = {"node/avoid.mjs": "js", "browser/avoid.html": "html", "csharp/Avoid.cs": "csharp", "cpp/avoid.cpp": "cpp"}
+"""The example clients of ``elib serve``, and the names of their languages."""
+
+
 def examples() -> str:
     """Return a page with every example, in order."""
     parts = [
@@ -51,6 +55,9 @@ def examples() -> str:
         first, _, _ = (ast.get_docstring(ast.parse(text)) or "").partition("\n")
         title = path.stem[3:].replace("_", " ").capitalize()
         parts.append(f"## {title}\n\n{first} The file is `{path.name}`.\n\n```python\n{text.rstrip()}\n```")
+    for name, language in CLIENTS.items():
+        text = (ROOT / "examples/clients" / name).read_text(encoding="utf-8")
+        parts.append(f"## A client in another language: {name}\n\n```{language}\n{text.rstrip()}\n```")
     return "\n\n".join(parts) + "\n"
 
 
@@ -63,6 +70,7 @@ OUTSIDE = {
     "README.md#install": ("install.md", install),
     "README.md": ("index.md", None),
     "examples": ("examples.md", examples),
+    **{f"examples/clients/{name}": ("examples.md", examples) for name in CLIENTS},
     "CONTRIBUTING.md": ("contributing.md", lambda: (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")),
     "LICENSE": ("licence.md", licence),
     "tests/golden/README.md": (

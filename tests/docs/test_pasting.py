@@ -38,6 +38,7 @@ REASONS = {
     "an open network": "it listens to other computers",
     "the internet": "it installs packages",
     "minutes": "it computes for minutes",
+    "the Foxglove app": "it is a program of its own",
     "another language": "its compiler or interpreter, and a program that is copied from the examples",
 }
 """What a page may say that a block needs."""

@@ -74,7 +74,7 @@ class Event(Told, tag="event", kw_only=True):
     kind: Annotated[str, Meta(description="What it is about: call, link, robot, panel or note.")]
     text: Text
     is_bad: Annotated[bool, Meta(description="Whether something went wrong.")]
-    missed: Annotated[int, Meta(description="How many lines just before this one the program has missed.")]
+    missed: Annotated[int, Meta(description="How many lines before this one the program has missed.")]
 
 
 TOLD: tuple[type[Told], ...] = (Answer, Failure, Error, Readings, Event)
