@@ -189,7 +189,7 @@ def readings(parts: dict[str, Schema]) -> str:
     for kind in reading_kinds():
         part = parts[f"{kind.__name__}Reading"]
         own = [f"`{name}` {shown(each)}" for name, each in part["properties"].items() if name != "time"]
-        rows.append((f'<a id="{part["title"].lower()}"></a>{part["title"]}', "; ".join(own)))
+        rows.append((part["title"], "; ".join(own)))
     return table(("Reading", "Fields"), rows)
 
 
@@ -208,7 +208,7 @@ def shown(part: Schema) -> str:
     """Return a type in words, with its unit."""
     if "$ref" in part:
         name = part["$ref"].rpartition("/")[2]
-        return f"[{name}](#{name.lower()})"
+        return f"[{name}](#{'readings' if name.endswith('Reading') else name.lower()})"
     if "const" in part or "enum" in part:
         values = part["enum"] if "enum" in part else [part["const"]]
         return ", ".join(f"`{json.dumps(value)}`" for value in values)
