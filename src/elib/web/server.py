@@ -266,6 +266,23 @@ async def served(
         await runner.cleanup()
 
 
+def web_socket(longest: int, writer_limit: int = 1 << 18) -> web.WebSocketResponse:
+    """Return the answer to a request for a WebSocket.
+
+    Args:
+        longest: Bytes of a message that may come.
+        writer_limit: Bytes that may be written before writing waits for a reader; as many as in aiohttp unless given.
+    """
+    return web.WebSocketResponse(
+        max_msg_size=longest,
+        compress=False,
+        autoping=False,  # so that pings count like messages
+        heartbeat=HEARTBEAT * time_factor(),
+        timeout=CLOSING_TIME * time_factor(),
+        writer_limit=writer_limit,
+    )
+
+
 class Server:
     """Answers the requests of browsers.
 
@@ -410,13 +427,7 @@ class Server:
             return web.Response(status=503, text="The program ends.")
         if len(self._sockets) >= MOST_PAGES:
             return web.Response(status=503, text=f"{MOST_PAGES} pages are open. Close some, and try again.")
-        ws = web.WebSocketResponse(
-            max_msg_size=LONGEST,
-            compress=False,
-            autoping=False,  # so that pings count like messages
-            heartbeat=HEARTBEAT * time_factor(),
-            timeout=CLOSING_TIME * time_factor(),
-        )
+        ws = web_socket(LONGEST)
         if "Sec-WebSocket-Protocol" in request.headers or not ws.can_prepare(request):
             return web.Response(status=400, text="This address is for WebSockets.")
         self._sockets.add(ws)

@@ -16,7 +16,8 @@ from mcp.server.stdio import stdio_server
 
 from elib import __version__
 from elib.doors.agent.pipes import Complaints, Lines, Output
-from elib.doors.agent.tools import Result, Tool, Tools, wrong
+from elib.doors.agent.tool import Result, Tool
+from elib.doors.agent.tools import Tools, wrong
 from elib.errors import ArgumentError
 
 LONGEST_LOGGED = 300

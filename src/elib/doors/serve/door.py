@@ -20,7 +20,7 @@ from elib.errors import ArgumentError
 from elib.robot.running import ending
 from elib.web.access import Access
 from elib.web.listening import Address
-from elib.web.server import CLOSING_TIME, HEARTBEAT, Server
+from elib.web.server import CLOSING_TIME, Server, web_socket
 
 PATH = f"/v{PROTOCOL}"
 MOST_PROGRAMS = 32
@@ -81,14 +81,7 @@ class ProgramDoor:
             return web.Response(status=503, text="The program ends.")
         if len(self._clients) >= MOST_PROGRAMS:
             return web.Response(status=503, text=f"{MOST_PROGRAMS} programs are connected, and no more can be.")
-        ws = web.WebSocketResponse(
-            max_msg_size=LONGEST,
-            compress=False,
-            autoping=False,  # so that pings count like messages
-            heartbeat=HEARTBEAT * time_factor(),
-            timeout=CLOSING_TIME * time_factor(),
-            writer_limit=sys.maxsize,  # who does not read gets nothing new; no client waits for it
-        )
+        ws = web_socket(LONGEST, sys.maxsize)  # nothing waits for a program that does not read
         if not ws.can_prepare(request):
             return web.Response(status=400, text="This address is for WebSockets.")
         if self._broadcasts is None:
