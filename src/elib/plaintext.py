@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import inspect
 import re
 from collections.abc import Iterable, Sequence
 
@@ -13,6 +14,12 @@ _UNSAFE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 def plain(text: str) -> str:
     r"""Return *text* with its control characters as escapes such as ``\x1b``: a terminal does not obey them."""
     return _UNSAFE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
+
+
+def summary(kind: type) -> str:
+    """Return the first line of the docstring of *kind* for people who do not read Python, without its references."""
+    first = (inspect.getdoc(kind) or "").partition("\n")[0]
+    return re.sub(r"; see .*|:(\w+):`~?\.?(\w+)`", lambda match: match[2] or "", first).strip()
 
 
 class Html(str):

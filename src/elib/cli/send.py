@@ -18,7 +18,7 @@ from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import columns, has_colour, say
 from elib.errors import ArgumentError, Unsupported
-from elib.plaintext import plain
+from elib.plaintext import plain, summary
 from elib.protocol import values
 from elib.protocol.context import Context
 from elib.protocol.image import Image
@@ -185,10 +185,7 @@ def _answers(signature: inspect.Signature) -> str:
     """Return the first line of the docstring of the value that a command returns, or an empty text."""
     name = str(signature.return_annotation).rpartition(".")[2]
     kind = getattr(values, name, None)
-    if not isinstance(kind, type):
-        return ""
-    first = (inspect.getdoc(kind) or "").partition("\n")[0]
-    return re.sub(r"; see .*|:(\w+):`~?\.?(\w+)`", lambda match: match[2] or "", first).strip()
+    return summary(kind) if isinstance(kind, type) else ""
 
 
 app = build()

@@ -12,6 +12,7 @@ from elib.doors.serve.answers import TOLD
 from elib.doors.serve.client import PROTOCOL
 from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES, MESSAGES, Message
 from elib.doors.serve.values import ROLES
+from elib.plaintext import summary
 from elib.protocol import values as v
 from elib.protocol.values import READING_TYPES, FieldInfo, Reading, Sensors, describe
 
@@ -144,7 +145,7 @@ def reading_schema(kind: type[Reading]) -> Schema:
     properties["time"] = TIME
     return {
         "title": _title(kind),
-        "description": (inspect.getdoc(kind) or "").partition("\n\n")[0],
+        "description": summary(kind),
         "type": "object",
         "properties": properties,
         "required": list(properties),

@@ -1,0 +1,67 @@
+"""``elib serve`` as a person starts and ends it, while a program drives a robot on a port."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import socket
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
+sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
+from elib_process import started
+from serve_rig import PATIENCE, Program
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
+
+from elib.emulator.control import Control
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
+
+pytestmark = pytest.mark.slow
+
+
+def wheels(control: Control) -> tuple[float, float]:
+    """Return how fast the wheels turn in the world, m/s."""
+    control.simulation.catch_up()
+    here = control.world._robot(0)
+    return here.left_speed, here.right_speed
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+async def test_whatever_ends_the_command_stops_the_robot_and_tells_the_program(number: signal.Signals) -> None:
+    controls: list[Control] = []
+    async with serve(SimulationSettings(world="square", baud=0), tcp="0", control=controls.append) as robots:
+        (control,) = controls
+        with started("serve", robots[0].url, "--port", "0") as run:
+            url = await asyncio.to_thread(run.out.line)
+            async with connect(url, compression=None, proxy=None) as ws:
+                program = Program(ws)
+                await program.ask("set_speed", left=0.5, right=0.4)
+                beats = asyncio.create_task(program.drive_on())
+                async with asyncio.timeout(PATIENCE):
+                    while not all(wheels(control)):  # noqa: ASYNC110  # nobody tells
+                        await asyncio.sleep(0.01)
+                ended = asyncio.create_task(asyncio.to_thread(run.end, number))
+                with pytest.raises(ConnectionClosed) as caught:
+                    while True:
+                        await program.hear()
+                beats.cancel()
+                await asyncio.wait([beats])
+                assert caught.value.rcvd is not None
+                assert (caught.value.rcvd.code, caught.value.rcvd.reason) == (1001, "elib serve has ended")
+                assert await ended == 0
+                assert wheels(control) == (0, 0)
+            assert await asyncio.to_thread(run.err.rest) == ""
+        with socket.create_server(("127.0.0.1", int(url.rpartition(":")[2].partition("/")[0]))):
+            pass  # the port is free
+
+
+def test_the_schema_is_printed_without_a_robot() -> None:
+    with started("serve", "--schema") as run:
+        assert json.loads(run.out.rest())["x-protocol"] == 1
+        assert run.process.wait(PATIENCE) == 0
