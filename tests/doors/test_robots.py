@@ -1,8 +1,15 @@
 """The robots behind every door."""
 
 import asyncio
+import signal
+import socket
+import sys
+from pathlib import Path
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
+from elib_process import started
 
 from elib.doors.robots import connected
 from elib.errors import ElibError, LinkClosed
@@ -34,3 +41,16 @@ async def test_a_door_without_a_robot_is_refused():
     with pytest.raises(LinkClosed, match="no robot"):
         async with connected([]):
             raise AssertionError("it opened")
+
+
+@pytest.mark.parametrize("words", [["serve"], ["foxglove"], ["agent", "--http", "--allow-real"]], ids=lambda w: w[0])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
+def test_a_signal_ends_a_door_whose_robots_are_still_being_connected(words: list[str], number: signal.Signals):
+    pytest.importorskip({"foxglove": "foxglove", "agent": "mcp"}.get(words[0], "aiohttp"))
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        silent.settimeout(20)
+        with started(*words, f"tcp://127.0.0.1:{silent.getsockname()[1]}", "--port", "0") as run:
+            robot, _ = silent.accept()
+            with robot:
+                assert run.end(number) == (0 if number is signal.SIGINT else 128 + number)
+            assert "no robot answered" not in run.err.rest()

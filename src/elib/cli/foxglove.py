@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import secrets
 import sys
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import quote
@@ -18,7 +17,7 @@ from elib.emulator.loopback import LOOPBACK, joined, reachable
 from elib.errors import ArgumentError, Unsupported
 from elib.extras import check_web, install
 from elib.files import write_file
-from elib.robot.running import ending, run_coroutine
+from elib.robot.running import run_coroutine
 
 if TYPE_CHECKING:
     from elib.web.listening import Address
@@ -71,6 +70,7 @@ def foxglove(
             "elib foxglove needs the package foxglove-sdk, which is not installed", hint=install("foxglove")
         ) from None
     from elib.doors.foxglove.relay import ORIGINS
+    from elib.doors.robots import hold_open
     from elib.web.listening import listen
 
     with contextlib.ExitStack() as stack:
@@ -81,41 +81,40 @@ def foxglove(
             stack.callback(page.socket.close)
         stack.enter_context(contextlib.suppress(KeyboardInterrupt))
         origins = (*ORIGINS, *(allow_origin or ()))
-        run_coroutine(lambda: _serve(urls, address, page, origins, layout, record))
+        run_coroutine(lambda: hold_open(_opened(urls, address, page, origins, layout, record)))
 
 
-async def _serve(
+@contextlib.asynccontextmanager
+async def _opened(
     urls: Sequence[str],
     address: Address,
     page: Address | None,
     origins: Sequence[str],
     layout: str | None,
     record: str | None,
-) -> None:
-    """Serve robots until Ctrl-C, SIGTERM or SIGHUP; then stop and disconnect them."""
+) -> AsyncIterator[None]:
+    """Serve robots until the block is left; then stop and disconnect them."""
     from elib.doors.foxglove.door import opened, prefix_of
     from elib.doors.robots import connected
 
     token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None
-    stop = asyncio.Event()
-    with ending(stop):
-        async with connected(urls, page=page) as panel:
-            count = len(panel.slots)
-            if layout is not None:
-                _write_layout(layout, [prefix_of(key, count) for key in panel.slots])
-            if record is not None:
-                for key, slot in panel.slots.items():
-                    slot.start_recorder(record if count == 1 else _numbered(record, key))
-            async with opened(panel, address, origins=origins, token=token, on_refused=_complain):
-                place = f"ws://{joined(reachable(address.host), address.port)}/{token or ''}"
-                if token is not None:
-                    print("The connection is not encrypted: use this in a network you trust.", file=sys.stderr)
-                print(place, flush=True)
-                app = f"https://app.foxglove.dev/?ds=foxglove-websocket&ds.url={quote(place, safe='')}"
-                print(f"In the browser: {app}", file=sys.stderr)
-                if page is not None:
-                    print(f"The panel: {page.url}", file=sys.stderr)
-                await stop.wait()
+    async with connected(urls, page=page) as panel:
+        count = len(panel.slots)
+        if layout is not None:
+            _write_layout(layout, [prefix_of(key, count) for key in panel.slots])
+        if record is not None:
+            for key, slot in panel.slots.items():
+                slot.start_recorder(record if count == 1 else _numbered(record, key))
+        async with opened(panel, address, origins=origins, token=token, on_refused=_complain):
+            place = f"ws://{joined(reachable(address.host), address.port)}/{token or ''}"
+            if token is not None:
+                print("The connection is not encrypted: use this in a network you trust.", file=sys.stderr)
+            print(place, flush=True)
+            app = f"https://app.foxglove.dev/?ds=foxglove-websocket&ds.url={quote(place, safe='')}"
+            print(f"In the browser: {app}", file=sys.stderr)
+            if page is not None:
+                print(f"The panel: {page.url}", file=sys.stderr)
+            yield
 
 
 def _write_layout(path: str, prefixes: Sequence[str]) -> None:

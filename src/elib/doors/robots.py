@@ -7,6 +7,7 @@ import contextlib
 from collections.abc import AsyncIterator, Sequence
 
 from elib.errors import LinkClosed
+from elib.robot.running import ending
 from elib.web.listening import Address
 from elib.web.panel import Panel, check_standing
 from elib.web.server import Door, Server, served
@@ -52,3 +53,31 @@ async def connected(
                 server.is_ending = True  # before the robots are stopped: no page drives them again
             moving = await panel.close()
     check_standing(moving)
+
+
+async def hold_open(door: contextlib.AbstractAsyncContextManager[object]) -> None:
+    """Hold a door open until Ctrl-C, SIGTERM or SIGHUP comes; if it is still being opened then, give that up.
+
+    Args:
+        door: Connects robots and serves them; its end stops and disconnects them, which no second signal cuts short.
+    """
+    stop, is_open = asyncio.Event(), False
+
+    async def hold() -> None:
+        nonlocal is_open
+        async with door:
+            is_open = True
+            await stop.wait()
+
+    with ending(stop):
+        holding, asked = asyncio.ensure_future(hold()), asyncio.ensure_future(stop.wait())
+        try:
+            await asyncio.wait((holding, asked), return_when=asyncio.FIRST_COMPLETED)
+            if not is_open:
+                holding.cancel()
+            await holding
+        finally:
+            asked.cancel()
+            if not holding.done():
+                holding.cancel()
+                await asyncio.wait([holding])

@@ -7,17 +7,16 @@ import contextlib
 import re
 import socket
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
-from elib.doors.robots import connected
+from elib.doors.robots import connected, hold_open
 from elib.doors.serve.client import PROTOCOL, Client
 from elib.doors.serve.messages import LONGEST, decode
 from elib.doors.serve.watching import Broadcasts
 from elib.emulator.control_server import Bucket, time_factor
 from elib.errors import ArgumentError
-from elib.robot.running import ending
 from elib.web.access import Access
 from elib.web.listening import Address
 from elib.web.server import CLOSING_TIME, Server, web_socket
@@ -172,28 +171,14 @@ async def serve(
         LinkLost: At the end, a robot did not confirm that it stands.
     """
     door = ProgramDoor(origins)
-    stop, is_ready = asyncio.Event(), False
 
-    async def hold() -> None:
-        nonlocal is_ready
+    @contextlib.asynccontextmanager
+    async def opened() -> AsyncIterator[None]:
         async with connected(urls, page=address, token=token, door=door):
-            is_ready = True
             on_ready(address.url.replace("http:", "ws:", 1).rstrip("/") + PATH, address.url)
-            await stop.wait()
+            yield
 
-    # Until all is over: a second Ctrl-C must not keep the robots from being stopped.
-    with ending(stop):
-        holding, asked = asyncio.ensure_future(hold()), asyncio.ensure_future(stop.wait())
-        try:
-            await asyncio.wait((holding, asked), return_when=asyncio.FIRST_COMPLETED)
-            if not is_ready:
-                holding.cancel()  # robots are still being connected
-            await holding
-        finally:
-            asked.cancel()
-            if not holding.done():
-                holding.cancel()
-                await asyncio.wait([holding])
+    await hold_open(opened())
 
 
 __all__ = ["PATH", "ProgramDoor", "serve"]
