@@ -17,18 +17,26 @@ import pytest
 pytest.importorskip("foxglove", reason="the extra foxglove is not installed: pip install '.[foxglove]'")
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "recording"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
+import page_rig
 import websockets
 from elib_process import started
-from foxglove_client import connected_to, until
+from foxglove_client import Client, connected_to, until
 from recordings import complaints, read
 
+from elib.cli import main
 from elib.doors.foxglove.commands import CLIENT_TOPICS
 from elib.doors.foxglove.door import opened
 from elib.doors.foxglove.layout import layout_of
 from elib.doors.robots import connected
+from elib.emulator.control import Control
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
+from elib.extras import install
+from elib.protocol.profiles import FIRMWARES
 from elib.recording.topics import TOPICS
 from elib.runner import run_on
-from elib.web.listening import listen
+from elib.web.listening import Address, listen
 from elib.web.panel import Panel
 from elib.web.slot import Slot
 from elib.web.watching import virtual
@@ -40,9 +48,9 @@ STAND = 0.5
 
 
 @contextlib.asynccontextmanager
-async def door(*urls: str, **options: object) -> AsyncIterator[tuple[Panel, str]]:
+async def door(*urls: str, page: Address | None = None, **options: object) -> AsyncIterator[tuple[Panel, str]]:
     """Serve robots and yield the panel and the address."""
-    async with connected(urls or ("sim://square",)) as panel:
+    async with connected(urls or ("sim://square",), page=page) as panel:
         address = listen(port=0)
         async with opened(panel, address, **options):  # type: ignore[arg-type]
             yield panel, f"ws://127.0.0.1:{address.port}/{options.get('token') or ''}"
@@ -146,27 +154,80 @@ async def test_a_client_that_is_killed_while_it_drives_leaves_a_robot_that_stand
         assert took < STAND
 
 
+@contextlib.asynccontextmanager
+async def driving(client: Client, topic: str = "/drive") -> AsyncIterator[None]:
+    """Drive as a held stick does, until the block or the connection ends."""
+    number = await client.advertise(topic)
+
+    async def hold() -> None:
+        with contextlib.suppress(websockets.ConnectionClosed):
+            while True:
+                await client.publish(number, {"left": 0.03, "right": 0.03})
+                await asyncio.sleep(0.05)
+
+    holding = asyncio.create_task(hold())
+    try:
+        yield
+    finally:
+        holding.cancel()
+        await asyncio.wait([holding])
+
+
+async def test_the_page_shows_the_same_robots_and_its_stop_stops_a_driving_client() -> None:
+    address = listen(port=0)
+    async with (
+        door("sim://square", "sim://arena", page=address) as (panel, url),
+        connected_to(url) as client,
+        page_rig.opened(address.url) as page,
+    ):
+        await until(lambda: [robot["key"] for robot in page.robots] == [*panel.slots])
+        slot = panel.slots["2"]
+        async with driving(client, "/robot2/drive"):
+            await until(lambda: not standing(slot))
+            assert slot.drive.driver
+            assert (await page.ask("stop"))["ok"]
+            assert await stands_after(slot) < STAND
+            since = len(client.statuses)
+            await until(lambda: any("until the stick is released" in each for each in client.statuses[since:]))
+            assert standing(slot)  # the stick is still held
+    address.socket.close()
+
+
 async def test_one_client_drives_at_a_time_and_everybody_may_stop() -> None:
     async with door() as (panel, url), connected_to(url) as one, connected_to(url) as other:
         slot = panel.slots["1"]
-        first, second = await one.advertise("/drive"), await other.advertise("/drive")
-        stop = await other.advertise("/stop")
+        second, stop = await other.advertise("/drive"), await other.advertise("/stop")
+        async with driving(one):
+            await until(lambda: not standing(slot))
+            await other.publish(second, {"left": -0.03, "right": -0.03})
+            await until(lambda: any("driven by somebody else" in each for each in other.statuses))
+            assert wheels(slot) == (233, 233)
+            await other.publish(stop, {})
+            await until(lambda: standing(slot) and slot.drive.is_latched)
+            await asyncio.sleep(0.3)
+            assert standing(slot)  # the stick is still held
 
-        async def hold() -> None:
-            while True:
-                await one.publish(first, {"left": 0.03, "right": 0.03})
-                await asyncio.sleep(0.05)
 
-        holding = asyncio.create_task(hold())
-        await until(lambda: not standing(slot))
-        await other.publish(second, {"left": -0.03, "right": -0.03})
-        await until(lambda: any("driven by somebody else" in each for each in other.statuses))
-        assert wheels(slot) == (233, 233)
-        await other.publish(stop, {})
-        await until(lambda: standing(slot) and slot.drive.is_latched)
-        await asyncio.sleep(0.3)
-        assert standing(slot)  # the stick is still held
-        holding.cancel()
+@pytest.mark.parametrize("firmware", FIRMWARES)
+async def test_a_robot_of_each_firmware_has_the_topics_of_its_sensors_and_can_be_driven(firmware: str) -> None:
+    async with door(f"sim://square?firmware={firmware}") as (panel, url), connected_to(url) as client:
+        slot = panel.slots["1"]
+        absent = set(FIRMWARES[firmware].absent)
+        of_all = {"proximity", "encoders", "accelerometer", "ground", "microphones", "selector"}
+        of_some = {"gyroscope", "battery", "distance", "magnetometer", "sd_card", "temperature"}
+        expected = of_all | (of_some - absent)
+        await client.subscribe(*(f"/readings/{name}" for name in sorted(expected)), "/pictures", "/ranges/infrared")
+        for name in sorted(expected):
+            await client.first(f"/readings/{name}")
+        await client.first("/pictures")
+        await client.first("/ranges/infrared")
+        if "distance" in expected:
+            await client.subscribe("/ranges/distance")
+            await client.first("/ranges/distance")
+        assert not {f"/readings/{name}" for name in absent} & client.topics.keys()
+        async with driving(client):
+            await until(lambda: not standing(slot))
+        assert await stands_after(slot) < STAND
 
 
 async def test_leds_and_parameters() -> None:
@@ -396,6 +457,33 @@ def test_ctrl_c_stops_the_robot_and_writes_what_was_asked_for(tmp_path: Path) ->
     assert "set_speed" in calls
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
+async def test_a_signal_to_the_command_stops_a_robot_that_a_client_drives(number: signal.Signals) -> None:
+    controls: list[Control] = []
+    async with serve(SimulationSettings(world="square", baud=0), tcp="0", control=controls.append) as robots:
+        left, right = controls[0].simulation.robots[0].emulator.firmware.motors
+        with started("foxglove", robots[0].url, "--port", "0", "--view") as run:
+            url = await asyncio.to_thread(run.out.line)
+            page = (await asyncio.to_thread(run.err.until, "The panel: ")).removeprefix("The panel: ")
+            assert page_rig.fetch(page)[0] == 200
+            async with connected_to(url) as client, driving(client):
+                await until(lambda: (left.speed, right.speed) == (233, 233))
+                assert await asyncio.to_thread(run.end, number) == 0
+                assert (left.speed, right.speed) == (0, 0)
+
+
+@pytest.mark.parametrize(("missing", "extra"), [("foxglove", "foxglove"), ("aiohttp", "web"), ("mcap", "record")])
+def test_a_missing_package_is_named_with_what_to_type(
+    missing: str, extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, missing, None)
+    assert main(["foxglove", "sim://square", "--port", "0", "--record", str(tmp_path / "run.mcap")]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert missing in err
+    assert install(extra) in err
+
+
 # -- the layout --
 
 
@@ -411,16 +499,19 @@ def topics_in(value: object) -> set[str]:
     return set()
 
 
-@pytest.mark.parametrize("prefixes", [[""], ["/robot1", "/robot2"]])
-async def test_the_layout_names_topics_and_fields_that_are_there(prefixes: list[str]) -> None:
+@pytest.mark.parametrize(
+    ("robots", "prefixes"),
+    [
+        ("sim://square?robots=2", ["/robot1", "/robot2"]),
+        *((f"sim://square?firmware={each}", [""]) for each in FIRMWARES),
+    ],
+)
+async def test_the_layout_names_topics_and_fields_that_are_there(robots: str, prefixes: list[str]) -> None:
     layout = json.loads(layout_of(prefixes))
     panels = layout["configById"]
     shown = topics_in(panels)
     assert {prefix + name for prefix in prefixes for name in ("/drive", "/pictures", "/notes")} <= shown
-    async with (
-        door("sim://square?robots=2" if len(prefixes) == 2 else "sim://square") as (_, url),
-        connected_to(url) as client,
-    ):
+    async with door(robots) as (_, url), connected_to(url) as client:
         await until(lambda: all(prefix + "/readings/encoders" in client.topics for prefix in prefixes))
         ours = {prefix + name for prefix in prefixes for name in CLIENT_TOPICS}
         for name in shown - ours:
