@@ -137,7 +137,11 @@ async def until(is_so: Callable[[], object], patience: float = PATIENCE) -> None
 async def connected_to(url: str, **options: Any) -> AsyncIterator[Client]:
     """Connect to a server."""
     async with websockets.connect(
-        url, subprotocols=[websockets.Subprotocol(PROTOCOL)], proxy=None, **options
+        url,
+        subprotocols=[websockets.Subprotocol(PROTOCOL)],
+        proxy=None,
+        max_queue=None,  # otherwise messages that nobody reads hold up the answer to its close
+        **options,
     ) as socket:
         client = Client(socket)
         listening = asyncio.create_task(client.listen())
