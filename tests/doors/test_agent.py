@@ -1,6 +1,7 @@
 """The agent's door: tools within their limits, a person's stop, and a robot that stands when its client is gone."""
 
 import asyncio
+import collections
 import contextlib
 import json
 import math
@@ -24,6 +25,7 @@ from elib.doors.agent.server import Door, Journal, serve_pipes
 from elib.doors.agent.tools import Tools
 from elib.doors.robots import connected
 from elib.errors import ArgumentError
+from elib.testing import simulated
 from elib.web.watching import virtual
 
 LIMITS = Limits(fence=0.3, speed=0.1, calls=500, seconds=600.0)
@@ -101,27 +103,36 @@ async def test_the_wheels_stand_soon_after_the_client_is_killed():
         await asyncio.wait_for(serving, 5)
 
 
-async def test_fence_and_speed_hold_for_drawn_calls_and_behaviours():
-    draw = random.Random(20)
-    async with tools_on() as tools:
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "asercom-1.2.2", "btcom-2.0", "epuck2", "epuck2-wifi"])
+@simulated
+async def test_fence_and_speed_hold_for_drawn_calls_and_behaviours(firmware):
+    draw = random.Random(f"fence and speed on {firmware}")
+    async with tools_on(f"sim://arena?firmware={firmware}") as tools:
         driver, world = tools.drivers["1"], world_of(tools)
-        start, farthest = world.pose(0), 0.0
+        start, farthest, fastest = world.pose(0), 0.0, 0.0
 
-        async def measure():
-            nonlocal farthest
-            while True:
-                pose = world.pose(0)
-                farthest = max(farthest, math.hypot(pose.x - start.x, pose.y - start.y))
-                await asyncio.sleep(0.02)
+        def measure():
+            nonlocal farthest, fastest
+            pose, robot = world.pose(0), world._robot(0)
+            farthest = max(farthest, math.hypot(pose.x - start.x, pose.y - start.y))
+            fastest = max(fastest, abs(robot.left_speed), abs(robot.right_speed))
 
-        measuring = asyncio.create_task(measure())
-        for _ in range(6):
-            if draw.random() < 0.5:
-                await call(tools, "run_behaviour", name="braitenberg", seconds=1.5)
-            else:
-                await call(tools, "go_to", x=draw.uniform(-0.3, 0.3), y=draw.uniform(-0.3, 0.3), speed=0.1)
-        measuring.cancel()
-        assert farthest < LIMITS.fence + 0.01
+        world.follow(measure)
+        ended = collections.Counter()
+        for _ in range(30):
+            name, arguments = draw.choice(
+                [
+                    ("run_behaviour", {"name": draw.choice(["braitenberg", "avoid", "billiard"]), "seconds": 4}),
+                    ("go_to", {"x": draw.uniform(-0.3, 0.3), "y": draw.uniform(-0.3, 0.3), "speed": 0.1}),
+                    ("drive", {"distance": draw.uniform(-0.6, 0.6), "speed": draw.uniform(0.01, 0.1)}),
+                    ("turn", {"angle": draw.uniform(-360, 360), "speed": draw.uniform(5, 216)}),
+                ]
+            )
+            ended[(await call(tools, name, **arguments)).data["ended"]] += 1
+            assert (world._robot(0).left_speed, world._robot(0).right_speed) == (0, 0)
+        assert {"fence", "reached", "time"} <= ended.keys()
+        assert 0.2 < farthest < LIMITS.fence + 0.01
+        assert 0.09 < fastest <= LIMITS.speed
         assert not driver.slot.drive.may_move
 
 

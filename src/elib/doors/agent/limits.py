@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from elib.body import METRES_PER_STEP, STEPS_PER_REVOLUTION
+from elib.body import FASTEST_2, METRES_PER_STEP, STEPS_PER_REVOLUTION, step_rate
 from elib.errors import ArgumentError, ElibError, MotionInterrupted
 from elib.pose import Pose
 from elib.protocol.commands import SPECS
@@ -18,8 +19,6 @@ from elib.session import Called, Channel, Ended, ForwardingChannel, TraceEvent, 
 
 T = TypeVar("T")
 
-ROUNDING = 1
-"""step/s by which a wheel may exceed the limit: wheel speeds are whole numbers of steps on the wire."""
 REACTION = 0.35
 """s from a reading of the step counters until the robot stands: one period of the watch, and the round trips of the
 next reading and of the stop over Bluetooth (wire-protocol.md, 5.13)."""
@@ -55,6 +54,16 @@ class Limits:
                 raise ArgumentError(
                     f"the limit {name} is {value:g}; it must be from {low:g} to {high:g} {unit}".strip()
                 )
+
+
+@functools.cache
+def fastest_within(speed: float) -> int:
+    """Return the highest speed of a command, steps/s, with which a wheel of any e-puck is not faster than *speed*, m/s.
+
+    The firmware rounds speeds up to what its motor timer can do: 776 steps/s become 833 on an e-puck1.
+    """
+    top = speed / METRES_PER_STEP
+    return max(steps for steps in range(FASTEST_2 + 1) if step_rate(steps, 1) <= top and step_rate(steps, 2) <= top)
 
 
 class Budget:
@@ -134,9 +143,9 @@ class Guard(ForwardingChannel):
 
     def _slowed(self, request: Request[Any]) -> Request[Any]:
         left, right = request.numbers
-        top = self._limits.speed / METRES_PER_STEP
+        top = fastest_within(self._limits.speed)
         fastest = max(abs(left), abs(right))
-        if fastest <= top + ROUNDING:
+        if fastest <= top:
             return request
         share = top / fastest / STEPS_PER_REVOLUTION
         slower: Request[Any] = SPECS["set_speed"].request(self.context, left * share, right * share)

@@ -15,19 +15,26 @@ LONGEST_LINE = 1 << 20
 CHUNK = 1 << 16
 MOST_WAITING = 1000
 """Lines that wait for a slow reader of the error output; later ones are dropped."""
+MOST_UNREAD = 1000, 4 << 20
+"""Lines, and bytes of them, that a client may send while it reads none of its answers; then it is left."""
+LAST_WORDS = 0.5
+"""s that the last answers may take, after a client has closed its end or was left."""
 
 
 class Lines:
     """The lines of a file descriptor, read by a thread, so that the event loop can end while it waits for input.
 
-    A line that is too long becomes an empty one: it is not a message, and is refused as such.
+    A line that is too long becomes an empty one: it is not a message, and is refused as such. The lines end where the
+    input ends, or where a client has sent too much without reading an answer.
 
     Args:
         descriptor: Number of the file descriptor.
+        output: Where the answers go.
     """
 
-    def __init__(self, descriptor: int) -> None:
-        self._descriptor = descriptor
+    def __init__(self, descriptor: int, output: Output) -> None:
+        self._descriptor, self._output = descriptor, output
+        self._answers = self._count = self._bytes = 0
         self._loop = asyncio.get_running_loop()
         self._lines: asyncio.Queue[str | None] = asyncio.Queue(MOST_WAITING)
         threading.Thread(target=self._read, name="elib agent reads", daemon=True).start()
@@ -39,9 +46,16 @@ class Lines:
     async def __anext__(self) -> str:
         """Return the next line."""
         line = await self._lines.get()
-        if line is None:
+        if line is None or self._is_too_much(line):
             raise StopAsyncIteration
         return line
+
+    def _is_too_much(self, line: str) -> bool:
+        """Count what came since an answer was read last; return whether no more is taken."""
+        if self._answers != self._output.answers:
+            self._answers, self._count, self._bytes = self._output.answers, 0, 0
+        self._count, self._bytes = self._count + 1, self._bytes + len(line)
+        return self._output.is_waiting and (self._count > MOST_UNREAD[0] or self._bytes > MOST_UNREAD[1])
 
     def _read(self) -> None:
         rest, is_too_long = b"", False
@@ -75,13 +89,24 @@ class Output:
 
     Args:
         descriptor: Number of the file descriptor.
+
+    Attributes:
+        answers: Number of texts that were written.
     """
 
     def __init__(self, descriptor: int) -> None:
+        self.answers = 0
         self._descriptor = descriptor
+        self._written: asyncio.Future[None] | None = None
+        self._is_over = False
         self._loop = asyncio.get_running_loop()
         self._texts: queue.SimpleQueue[tuple[bytes, asyncio.Future[None]]] = queue.SimpleQueue()
         threading.Thread(target=self._write, name="elib agent writes", daemon=True).start()
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether a text waits for its reader."""
+        return self._written is not None
 
     async def write(self, text: str) -> None:
         """Write a text and wait until it is written.
@@ -89,9 +114,21 @@ class Output:
         Raises:
             BrokenPipeError: No client reads any more.
         """
-        written: asyncio.Future[None] = self._loop.create_future()
+        if self._is_over:
+            raise BrokenPipeError
+        self._written = written = self._loop.create_future()
         self._texts.put((text.encode("utf-8"), written))
-        await written
+        try:
+            await written
+        finally:
+            self._written = None
+        self.answers += 1
+
+    def end(self) -> None:
+        """Write no more: whoever waits for the reader gets an error."""
+        self._is_over = True
+        if self._written is not None:
+            _settle(self._written, BrokenPipeError())
 
     async def flush(self) -> None:
         """Do nothing: nothing is held back."""

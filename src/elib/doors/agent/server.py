@@ -15,7 +15,7 @@ from mcp.server.lowlevel.server import Server
 from mcp.server.stdio import stdio_server
 
 from elib import __version__
-from elib.doors.agent.pipes import Complaints, Lines, Output
+from elib.doors.agent.pipes import LAST_WORDS, Complaints, Lines, Output
 from elib.doors.agent.tool import Result, Tool
 from elib.doors.agent.tools import Tools, wrong
 from elib.errors import ArgumentError
@@ -199,17 +199,19 @@ def quiet() -> None:
 
 
 async def serve_pipes(door: Door, source: int, target: int) -> None:
-    """Serve one client on two file descriptors, until it closes its end.
+    """Serve one client on two file descriptors, until it closes its end, or sends much and reads nothing.
 
     Args:
         door: The server.
         source: Descriptor from which messages are read.
         target: Descriptor to which answers are written.
     """
-    stdin, stdout = cast("Any", Lines(source)), cast("Any", Output(target))
+    output = Output(target)
+    stdin, stdout = cast("Any", Lines(source, output)), cast("Any", output)
     with contextlib.suppress(BaseExceptionGroup):  # the client closed its end while it was answered
         async with stdio_server(stdin, stdout) as (messages, answers):
             await door.server.run(messages, answers, door.server.create_initialization_options())
+            asyncio.get_running_loop().call_later(LAST_WORDS, output.end)
 
 
 __all__ = ["Door", "Journal", "quiet", "serve_pipes"]

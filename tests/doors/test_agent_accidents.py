@@ -1,0 +1,342 @@
+"""What happens to the robot of an agent when calls are cancelled, links break, or a client or a person interferes."""
+
+import asyncio
+import collections
+import contextlib
+import http.client
+import json
+import math
+import random
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+pytest.importorskip("mcp")
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
+from agent_wire import INITIALIZE, PATIENCE, WITNESSED, memory, wire
+from page_rig import opened
+from test_agent import LIMITS, call, tools_on, until, world_of
+
+from elib.doors.agent.limits import Limits
+from elib.emulator.control import Control
+from elib.emulator.server import serve
+from elib.emulator.settings import SimulationSettings
+from elib.errors import LinkLost
+from elib.testing import simulated
+
+pytestmark = pytest.mark.slow
+STANDING = 0.5
+"""s within which the wheels stand after a client's end."""
+MEGABYTE = 1 << 20
+FIRMWARES = ("btcom-1.1.3", "asercom-1.2.2", "btcom-2.0", "epuck2", "epuck2-wifi")
+FAR = {"distance": 1.5, "speed": 0.05, "stop_at_obstacle": False}
+
+
+def went(world, start, robot=0):
+    """Return how far a robot is from where it started, m."""
+    pose = world.pose(robot)
+    return math.hypot(pose.x - start.x, pose.y - start.y)
+
+
+def until_driving(door, robot=None):
+    """Wait until the robot of a door drives."""
+    which = {} if robot is None else {"robot": robot}
+    while (said := door.call("status", **which))["stands"] or said["pose"]["x"] < 0.01:
+        assert said["pose"]["x"] < 0.5
+
+
+# -- calls --
+
+
+def test_a_cancelled_call_stops_the_robot_and_the_next_one_drives_it(tmp_path):
+    with wire(tmp_path, "sim://square") as door:
+        number = door.begin("drive", json.dumps(FAR))
+        until_driving(door)
+        gone = {"jsonrpc": "2.0", "method": "notifications/cancelled", "params": {"requestId": number}}
+        door.send(json.dumps(gone).encode())
+        cancelled = time.monotonic()  # noqa: TID251  # the door is another process
+        while not door.call("status")["stands"]:
+            assert time.monotonic() < cancelled + PATIENCE  # noqa: TID251
+        there = door.call("status")["pose"]["x"]
+        while (ended := door.call("drive", distance=0.03)["ended"]) == "busy":  # it still reads the sensors
+            assert time.monotonic() < cancelled + PATIENCE  # noqa: TID251
+        assert ended == "reached"
+        said = door.close()
+    assert said["farthest"] == pytest.approx(there + 0.03, abs=0.005)
+    assert not said["unconfirmed"]
+
+
+def test_a_connection_over_http_that_breaks_during_a_call_stops_the_robot(tmp_path):
+    witness = tmp_path / "witness.json"
+    words = [sys.executable, WITNESSED, str(witness), "agent", "sim://square", "--http", "--port", "0"]
+    door = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    headers = {"Content-Type": "application/json", "Accept": "application/json, text/event-stream"}
+    page = None
+
+    def begin(**message):
+        connection = http.client.HTTPConnection(page.hostname, page.port, timeout=PATIENCE)
+        connection.request("POST", page.path, json.dumps({"jsonrpc": "2.0", **message}), headers)
+        return connection
+
+    def ask(**message):
+        connection = begin(**message)
+        try:
+            answer = connection.getresponse()
+            if "mcp-session-id" in answer.headers:
+                headers["Mcp-Session-Id"] = answer.headers["mcp-session-id"]
+            lines = answer.read().splitlines()
+        finally:
+            connection.close()
+        return next((json.loads(line[6:]) for line in lines if line.startswith(b"data: {")), {})
+
+    def status():
+        answer = ask(id=9, method="tools/call", params={"name": "status", "arguments": {}})
+        return answer["result"]["structuredContent"]
+
+    try:
+        page = urlsplit(door.stdout.readline().strip())
+        ask(id=1, method="initialize", params=INITIALIZE)
+        ask(method="notifications/initialized")
+        driving = begin(id=2, method="tools/call", params={"name": "drive", "arguments": FAR})
+        while status()["pose"]["x"] < 0.02:
+            pass
+        broken = time.monotonic()  # noqa: TID251  # the witness is another process
+        driving.close()
+        while not status()["stands"]:
+            assert time.monotonic() < broken + PATIENCE  # noqa: TID251
+        ask(id=3, method="tools/call", params={"name": "robots", "arguments": {}})
+    finally:
+        door.terminate()
+        door.wait(PATIENCE)
+        door.stdout.close()
+    said = json.loads(witness.read_text())
+    assert said["moved_at"] - broken < STANDING
+    assert not said["unconfirmed"]
+
+
+@pytest.mark.parametrize("calls", [200, 1_000_000])
+def test_a_client_that_does_not_read_is_left_with_a_standing_robot_and_flat_memory(tmp_path, calls):
+    words = [sys.executable, WITNESSED, str(tmp_path / "w.json"), "agent", "sim://square", "--calls", "100000"]
+    door = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    line = b'{"jsonrpc": "2.0", "id": 3, "method": "tools/call", "params": {"name": "status", "arguments": {}}}\n'
+    try:
+
+        def send(**message):
+            door.stdin.write(json.dumps({"jsonrpc": "2.0", **message}).encode() + b"\n")
+            door.stdin.flush()
+
+        send(id=1, method="initialize", params=INITIALIZE)
+        door.stdout.readline()
+        send(method="notifications/initialized")
+        send(id=2, method="tools/call", params={"name": "look", "arguments": {}})
+        door.stdout.readline()
+        before = most = memory(door)
+        send(id=3, method="tools/call", params={"name": "drive", "arguments": FAR})
+        with contextlib.suppress(BrokenPipeError):
+            for number in range(calls):
+                door.stdin.write(line)
+                if number % 100 == 99:
+                    door.stdin.flush()
+                    most = max(most, memory(door))
+            assert calls < 1000, "the door takes calls for ever"
+        assert most - before < 40 * MEGABYTE
+        left = time.monotonic()  # noqa: TID251  # the witness is another process
+        with contextlib.suppress(BrokenPipeError):
+            door.stdin.close()
+        assert door.wait(PATIENCE) == 0
+    finally:
+        door.kill()
+        door.wait()
+        door.stdout.close()
+    said = json.loads((tmp_path / "w.json").read_text())
+    assert said["moved_at"] - left < STANDING
+    assert said["farthest"] < 0.5
+    assert not said["unconfirmed"]
+
+
+# -- links --
+
+
+@simulated
+async def test_a_link_that_dies_during_a_call_is_the_result_and_nothing_drives_until_it_is_back():
+    room = tools_on("sim://square?baud=0", Limits(2.0, 0.1, 500, 600.0))
+    tools = await room.__aenter__()
+    driving = asyncio.create_task(call(tools, "drive", **FAR))
+    start = world_of(tools).pose(0)
+    await until(lambda: went(world_of(tools), start) > 0.02)
+    tools.drivers["1"].slot.control.cut(0)
+    result = await driving
+    assert (result.data["ended"], result.data["stands"], result.is_error) == ("link", False, True)
+    assert "may still be moving" in result.text
+    assert (await call(tools, "drive", distance=0.1)).data["ended"] == "link"
+    assert (await call(tools, "status")).data["stands"] is False
+    with pytest.raises(LinkLost, match="did not confirm"):
+        await room.__aexit__(None, None, None)
+
+
+@pytest.mark.parametrize("seed", random.Random("poor link").sample(range(1 << 32), 3))
+@simulated
+async def test_on_a_poor_link_every_call_ends_within_its_limits_and_the_robot_stands(seed, tmp_path):
+    script = tmp_path / "poor.toml"
+    script.write_text(
+        'description = "Answers that are lost, late and mangled"\n'
+        '[[fault]]\nkind = "loss"\nprobability = 0.05\n'
+        '[[fault]]\nkind = "corrupt"\nprobability = 0.02\n'
+        '[[fault]]\nkind = "delay"\ndelay = 0.05\nprobability = 0.1\n',
+        encoding="utf-8",
+    )
+    draw = random.Random(seed)
+    ended = collections.Counter()
+    async with tools_on(f"sim://square?fault={script}&seed={seed}") as tools:
+        world = world_of(tools)
+        start = world.pose(0)
+        for _ in range(15):
+            name, arguments = draw.choice(
+                [
+                    ("drive", {"distance": draw.uniform(-0.2, 0.2)}),
+                    ("turn", {"angle": draw.uniform(-180, 180)}),
+                    ("run_behaviour", {"name": "braitenberg", "seconds": 2}),
+                    ("read_all", {}),
+                    ("look", {}),
+                ]
+            )
+            result = await call(tools, name, **arguments)
+            ended[result.data.get("ended", "")] += 1
+            if result.data.get("stands"):
+                assert (world._robot(0).left_speed, world._robot(0).right_speed) == (0, 0)
+            assert went(world, start) < LIMITS.fence + 0.03
+        assert ended["reached"] + ended["time"] > 3, ended
+
+
+# -- robots --
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@simulated
+async def test_every_tool_works_on_each_firmware(firmware):
+    async with tools_on(f"sim://red-boxes?firmware={firmware}") as tools:
+        world = world_of(tools)
+        start = world.pose(0)
+        assert (await call(tools, "drive", distance=0.05)).data["ended"] == "reached"
+        assert went(world, start) == pytest.approx(0.05, abs=0.005)
+        assert (await call(tools, "turn", angle=90)).data["ended"] == "reached"
+        turned = math.remainder(world.pose(0).heading - start.heading, math.tau)
+        assert math.degrees(turned) == pytest.approx(90, abs=3)
+        assert (await call(tools, "go_to", x=0.0, y=0.0)).data["ended"] == "reached"
+        assert went(world, start) < 0.01
+        assert (await call(tools, "look")).picture
+        assert "proximity" in (await call(tools, "read_all")).text
+        ring = {} if firmware == "epuck2-wifi" else {"ring": [True] * 4 + [False] * 4}  # there, the Wi-Fi has some LEDs
+        assert not (await call(tools, "set_leds", front=True, **ring)).is_error
+        assert (await call(tools, "run_behaviour", name="avoid", seconds=1)).data["ended"] == "time"
+        assert (await call(tools, "stop")).data["stands"]
+        assert (world._robot(0).left_speed, world._robot(0).right_speed) == (0, 0)
+
+
+@simulated
+async def test_several_robots_are_named_and_driven_apart():
+    async with tools_on("sim://arena?robots=3") as tools:
+        world = world_of(tools)
+        starts = [world.pose(robot) for robot in range(3)]
+        driving = [
+            asyncio.create_task(call(tools, "drive", robot=key, distance=0.04, speed=0.02, stop_at_obstacle=False))
+            for key in "12"
+        ]
+        await until(lambda: tools.drivers["1"].busy and tools.drivers["2"].busy)
+        assert (await call(tools, "drive", robot="2", distance=0.1)).data["ended"] == "busy"
+        assert (await call(tools, "stop", robot="1")).data["stands"]
+        assert [(await each).data["ended"] for each in driving] == ["stopped", "reached"]
+        assert went(world, starts[0]) < 0.02
+        assert went(world, starts[1], 1) == pytest.approx(0.04, abs=0.005)
+        assert world.pose(2) == starts[2]
+
+
+async def test_a_robot_that_is_not_virtual_is_driven_with_leave_in_a_smaller_fence(tmp_path):
+    controls: list[Control] = []
+    async with serve(SimulationSettings(world="square", baud=0), tcp="0", control=controls.append) as robots:
+        world = controls[0].world
+        start = world.pose(0)
+
+        def drive():
+            with wire(tmp_path, robots[0].url, "--allow-real") as door:
+                assert door.call("drive", distance=0.6)["ended"] == "fence"
+                assert door.call("drive", distance=0.05)["ended"] == "reached"
+                door.begin("drive", json.dumps(FAR | {"distance": 0.4}))
+                until_driving(door)
+                door.process.stdin.close()
+                assert door.process.wait(PATIENCE) == 0
+
+        await asyncio.to_thread(drive)
+        controls[0].simulation.catch_up()
+        assert 0.05 < went(world, start) < 0.5
+        assert (world._robot(0).left_speed, world._robot(0).right_speed) == (0, 0)
+
+
+# -- a person --
+
+
+async def test_a_person_stops_the_robot_on_the_page_and_the_log_has_every_call(tmp_path, monkeypatch):
+    monkeypatch.setenv("BROWSER", "true")
+    log = tmp_path / "calls.jsonl"
+    words = [sys.executable, "-m", "elib", "agent", "sim://square", "--view", "--log", str(log)]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    door = subprocess.Popen(words, text=True, **pipes)  # noqa: ASYNC220  # threads read it
+    answers: dict[int, dict] = {}
+    came = threading.Condition()
+
+    def read():
+        for line in door.stdout:
+            with came:
+                message = json.loads(line)
+                answers[message["id"]] = message
+                came.notify_all()
+
+    def send(**message):
+        door.stdin.write(json.dumps({"jsonrpc": "2.0", **message}) + "\n")
+        door.stdin.flush()
+
+    def begin(number, tool, **arguments):
+        send(id=number, method="tools/call", params={"name": tool, "arguments": arguments})
+
+    async def end(number):
+        def wait():
+            with came:
+                assert came.wait_for(lambda: number in answers, PATIENCE)
+            return answers[number]["result"]
+
+        return await asyncio.to_thread(wait)
+
+    reader = threading.Thread(target=read, daemon=True)
+    reader.start()
+    try:
+        url = (await asyncio.to_thread(door.stderr.readline)).split()[-1]
+        send(id=1, method="initialize", params=INITIALIZE)
+        send(method="notifications/initialized")
+        async with opened(url) as page:
+            key = await page.connected()
+            begin(2, "drive", **FAR)
+            await until(lambda: page.tick.get("moving") or page.of("update"))
+            await asyncio.sleep(0.5)
+            await page.ask("stop", robot=key)
+            stopped = (await end(2))["structuredContent"]
+            assert (stopped["ended"], stopped["stands"]) == ("person", True)
+            begin(3, "drive", distance=0.02)
+            assert "a person stopped the robot" in (await end(3))["content"][0]["text"]
+            await page.ask("resume_behaviour", robots=[key])
+            begin(4, "drive", distance=0.02)
+            assert (await end(4))["structuredContent"]["ended"] == "reached"
+    finally:
+        door.stdin.close()
+        assert await asyncio.to_thread(door.wait, PATIENCE) == 0
+        reader.join()
+        door.stdout.close()
+        door.stderr.close()
+    lines = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    assert [line["tool"] for line in lines] == ["drive", "drive", "drive"]
+    assert lines[0]["arguments"] == FAR
