@@ -125,7 +125,7 @@ class Output:
         self.answers += 1
 
     def end(self) -> None:
-        """Write no more: whoever waits for the reader gets an error."""
+        """Write no more: what waits for the reader fails."""
         self._is_over = True
         if self._written is not None:
             _settle(self._written, BrokenPipeError())
