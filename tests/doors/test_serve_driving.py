@@ -115,6 +115,17 @@ async def test_everybody_may_stop_and_the_driver_goes_on_only_when_it_asks_to_dr
             assert "somebody has stopped" in (await one.refused("set_speed", left=0.5, right=0.5))["message"]
 
 
+@pytest.mark.parametrize("silence", [0.1, 0.6], ids=["beating", "between two slow messages"])
+async def test_a_stop_holds_until_the_driver_asks_to_drive_however_rarely_it_speaks(silence: float) -> None:
+    async with serving() as rig, rig.program() as program:
+        await drive(rig, program)
+        rig.slot().stop()  # a person presses Stop on the page
+        await asyncio.sleep(silence)
+        error = await program.refused("set_speed", left=0.5, right=0.5)
+        assert "somebody has stopped" in error["message"]
+        await rig.until_it_stands()
+
+
 async def test_a_program_that_leaves_the_wheel_stops_its_robot() -> None:
     async with serving() as rig, rig.program() as program:
         await drive(rig, program)

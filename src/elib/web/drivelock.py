@@ -38,6 +38,7 @@ class DriveLock:
         fastest: Highest speed of a wheel of this robot, rev/s.
         may_move: Whether the robot was last told to move, or did not confirm that it stands.
         trouble: Why the last command was not confirmed; empty if it was.
+        halts: How often stop was pressed.
         is_latched: Whether stop was pressed; the stick must be released before it moves the robot again.
         on_hand: Called with ``steer`` when a person moves the stick, and with ``stop`` when a person stops the robot: a
             program that drives the robot then has to pause, or to end.
@@ -51,6 +52,7 @@ class DriveLock:
         self.fastest = 1.0
         self.may_move = False
         self.trouble = ""
+        self.halts = 0
         self.is_latched = False
         self.on_hand: Callable[[str], object] = lambda _: None
         self._drive, self._stop = drive, stop
@@ -171,6 +173,7 @@ class DriveLock:
 
     def stop(self) -> None:
         """Stop the robot and the program that drives it; every page may. A held stick must be released first."""
+        self.halts += 1
         self.is_latched = bool(self.driver)
         self.on_hand("stop")
         self.still()

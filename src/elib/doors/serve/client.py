@@ -93,6 +93,7 @@ class Client:
         self._requests: set[asyncio.Future[Any]] = set()
         self._watches: dict[tuple[str, tuple[str, ...]], Callable[[], None]] = {}
         self._minded: set[Slot] = set()
+        self._halts: dict[Slot, int] = {}  # how often each robot was stopped when the program began to drive it
         self._minding: asyncio.Task[None] | None = None
         self._events: asyncio.Task[None] | None = None
         self._due = 0.0
@@ -266,6 +267,7 @@ class Client:
         if not slot.drive.take(self.key, by_force=by_force):
             raise _refusal(slot)
         slot.drive.is_latched = False
+        self._halts[slot] = slot.drive.halts
         self._mind(slot)
         if before != self.key:
             slot.note(f"{self._name or self.key} drives {robot.name}")
@@ -280,7 +282,7 @@ class Client:
         if may_drive(entry.name, tuple(arguments)):
             if slot.drive.driver not in ("", self.key):
                 raise _refusal(slot)
-            if slot.drive.is_latched and slot.drive.driver:
+            if self._halts.setdefault(slot, slot.drive.halts) != slot.drive.halts:
                 raise ArgumentError(
                     f"{entry.name} was not sent: somebody has stopped the robot", hint='send {"do": "drive"} to go on'
                 )
@@ -309,6 +311,8 @@ class Client:
         slot.stop()
         if drive.driver == self.key:
             drive.is_latched = was_latched  # the driver's own stop needs no leave to drive on
+        if slot in self._halts:
+            self._halts[slot] += 1
         await robot.within(lifecycle.patience(robot)).stop()
 
     def leave(self, key: str) -> None:
@@ -319,6 +323,7 @@ class Client:
         """
         slot = self.slot(key)
         self._minded.discard(slot)
+        self._halts.pop(slot, None)
         slot.drive.leave(self.key)
 
     def _mind(self, slot: Slot) -> None:
