@@ -193,3 +193,9 @@ async def test_a_robot_without_a_device_answers_unsupported_on_each_firmware() -
                 is_absent = name in rig.slot(robot["robot"]).context.profile.absent
                 assert answer["ok"] == (not is_absent), (robot["firmware"], answer)
                 assert answer["ok"] or answer["error"]["kind"] == "Unsupported"
+
+
+async def test_a_program_that_asks_for_a_whole_motion_is_told_what_to_do_instead() -> None:
+    async with serving() as rig, rig.program() as program:
+        for do in ("go", "turn", "go_to"):
+            assert "a loop of set_speed and encoders" in (await program.refused(do))["hint"]

@@ -227,6 +227,9 @@ MESSAGES: tuple[type[Message], ...] = (*DOOR_MESSAGES, *COMMANDS.values())
 NAMES: tuple[str, ...] = tuple(str(kind.__struct_config__.tag) for kind in MESSAGES)
 """What ``do`` may be."""
 
+MOTIONS = ("go", "turn", "go_to")
+"""What programs ask for that is not a command of the robot: elib drives it step by step, in Python."""
+
 _DECODER: Decoder[Message] = Decoder(Union[MESSAGES])  # noqa: UP007  # a tuple of types has no |
 
 
@@ -273,6 +276,8 @@ def _hint(do: object) -> str:
         return f"the arguments are {COMMANDS[do].entry.usage}"
     if do in NAMES:
         return "elib serve --schema prints the fields of every message"
+    if do in MOTIONS:
+        return "a whole motion is a loop of set_speed and encoders in your program"
     near = get_close_matches(do[:40], NAMES, 1)
     return f"did you mean {near[0]!r}?" if near else "elib serve --schema prints every message"
 
