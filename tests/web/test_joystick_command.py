@@ -320,6 +320,7 @@ async def test_a_page_that_takes_a_robot_out_and_leaves_at_once_leaves_it_standi
             async with opened(page_url) as page:
                 await page.tell("remove", robot="1")
             await until(lambda: not control.link(0).is_connected)
+            await asyncio.sleep(0.1)  # the world goes on to the end of the tick in which the stop came
             stood = place(control)
             await asyncio.sleep(0.3)
             assert place(control) == stood
