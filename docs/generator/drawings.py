@@ -12,9 +12,10 @@ from html import escape
 from typing import NamedTuple
 
 from elib.body import AXLE, SENSOR_DIRECTIONS, WHEEL_DIAMETER
+from elib.infrared import SPACING
 from elib.physics import optics
 from elib.physics.body import RADIUS
-from elib.physics.profiles import APERTURE, FULL_SCALE, PLACES, PROFILES, SPACING
+from elib.physics.profiles import APERTURE, FULL_SCALE, PLACES, PROFILES
 from elib.physics.sensors import brightness, distance, ground, microphones
 from elib.protocol.values import Proximity
 

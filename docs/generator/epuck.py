@@ -7,7 +7,8 @@ from dataclasses import fields
 
 from elib.body import FASTEST, FASTEST_2, METRES_PER_STEP, SENSOR_DIRECTIONS, step_rate
 from elib.emulator.build import MELODIES_AND_TONES, RECORDINGS
-from elib.physics.profiles import PLACES, PROFILES, SPACING
+from elib.infrared import SPACING
+from elib.physics.profiles import PLACES, PROFILES
 from elib.physics.sensors import brightness, distance, ground, microphones
 from elib.protocol.values import Proximity
 from generator.markdown import table

@@ -6,7 +6,6 @@ import contextlib
 import json
 import os
 import stat
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO, NoReturn
@@ -151,6 +150,8 @@ def named(target: str) -> Iterator[None]:
 
 
 def _beside(path: Path) -> Path:
+    import tempfile  # here: it loads seven modules, and most programs write no file
+
     handle, name = tempfile.mkstemp(prefix=f".{path.name[:100]}.", suffix=path.suffix, dir=path.parent)
     os.close(handle)
     return Path(name)

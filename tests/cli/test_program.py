@@ -142,6 +142,19 @@ def test_sending_loads_neither_numpy_nor_pillow_unless_there_is_a_picture() -> N
     assert not {"numpy", "PIL"} & set(out.stdout.splitlines()[-1].split())
 
 
+def test_sending_over_a_link_loads_no_simulator_and_nothing_of_the_page_of_learning_or_of_labs() -> None:
+    code = """
+        import sys
+        from elib.cli import main
+        main(["send", "proximity", "--robot", "tcp://127.0.0.1:9"])  # port 9: no robot listens there
+        print(*sys.modules)
+        """
+    out = run_python(code, check=True)
+    loaded = {name.split(".")[1] for name in out.stdout.split() if name.startswith("elib.")}
+    assert {"transport", "robot"} <= loaded
+    assert not {"physics", "emulator", "web", "learn", "lab", "doors", "behaviours"} & loaded
+
+
 def test_the_installed_program_and_the_module_are_the_same() -> None:
     done = elib("--version")
     assert (done.returncode, done.stdout, done.stderr) == (0, f"elib {__version__}\n", "")

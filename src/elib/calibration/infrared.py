@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from elib.calibration.series import Numbers
 from elib.emulator.robotprofile import Infrared
 from elib.errors import ArgumentError
-from elib.physics.profiles import COUNT, PROFILES, SPACING
+from elib.infrared import SPACING
+from elib.physics.profiles import COUNT, PROFILES
 
 REACH = 0.12
 """Range of the sensors, m (Enki and GCtronic; e-puck.md, 3)."""

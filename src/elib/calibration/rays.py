@@ -8,12 +8,13 @@ from functools import lru_cache
 import numpy as np
 
 from elib.calibration.series import Numbers
+from elib.infrared import SPACING
 from elib.physics import Pose, Scene
 from elib.physics.engine import engine_named
 from elib.physics.floor import floor_of
 from elib.physics.geometry import unit
 from elib.physics.neighbours import is_stale
-from elib.physics.profiles import COUNT, SHARES, SPACING, Profile
+from elib.physics.profiles import COUNT, SHARES, Profile
 from elib.physics.raycast import cast, see_near
 from elib.physics.sensors.proximity import aim, sort_out
 from elib.physics.spawning import stand

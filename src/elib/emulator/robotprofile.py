@@ -32,6 +32,7 @@ from typing import Annotated, cast
 from elib.body import AXLE, WHEEL_DIAMETER
 from elib.fields import Delay, Number, Rule, Several, Text, is_number
 from elib.files import read_file, write_file
+from elib.infrared import response_table
 from elib.physics import profiles
 from elib.physics.body import EpuckModel
 from elib.physics.elementary import interpolated
@@ -149,8 +150,7 @@ class Infrared:
 
     def response(self) -> profiles.Profile:
         """Return the curve as the physics takes it."""
-        last = round(self.curve[-1][0] / profiles.SPACING)
-        counts = tuple(self.counts(k * profiles.SPACING) for k in range(last + 1))
+        counts = response_table(self.curve[-1][0], self.counts)
         return profiles.Profile("fitted", counts, (self.noise,) * len(counts), "a robot profile")
 
 

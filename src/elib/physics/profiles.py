@@ -7,13 +7,13 @@ reading down, so the reflected value can never exceed the ambient one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
 from elib.body import SENSOR_DIRECTIONS, SENSOR_RADIUS
 from elib.errors import ArgumentError
+from elib.infrared import SPACING, USUAL_RESPONSE, response_table
 from elib.physics.elementary import interpolated
 from elib.physics.geometry import unit
 
@@ -40,9 +40,6 @@ SHARES = {
 }
 """Angles of the rays in units of the aperture, the middle one first, and their weights. They add up to 1, so a flat
 wall ahead gives the published curve exactly."""
-
-SPACING = 0.00025
-"""Distance between the entries of a response table, m: finer than the kinks of every published curve."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,17 +80,6 @@ def profile(name: str | Profile) -> Profile:
         ) from None
 
 
-def _table(reach: float, law: Callable[[float], float]) -> tuple[float, ...]:
-    return tuple(law(k * SPACING) for k in range(round(reach / SPACING) + 1))
-
-
-def _enki(distance: float) -> float:
-    # Published in centimetres: m (c - x0^2) / (x^2 - 2 x0 x + c) with m 3731, x0 0.3, c 0.7; its maximum
-    # holds below x0.
-    x = max(distance * 100, 0.3)
-    return 0.0 if x > 11.999 else 3731 * (0.7 - 0.09) / (x * x - 0.6 * x + 0.7)
-
-
 def _gctronic(distance: float) -> float:
     return min((0.5 / max(distance, SPACING)) ** 2, FULL_SCALE)
 
@@ -114,18 +100,18 @@ _WEBOTS = (
 )
 
 PROFILES = {
-    # The default: a smooth curve, and from 1.5 cm on it agrees within 4 % with GCtronic's independent fit.
-    "enki": Profile("enki", _table(0.12, _enki), _table(0.12, lambda _: 10.0), "Enki's formula; noise of 10 counts"),
+    # The default.
+    "enki": Profile("enki", USUAL_RESPONSE, response_table(0.12, lambda _: 10.0), "Enki's formula; noise of 10 counts"),
     "webots": Profile(
         "webots",
-        _table(0.07, partial(interpolated, [(x, counts) for x, counts, _ in _WEBOTS])),
-        _table(0.07, partial(interpolated, [(x, counts * relative) for x, counts, relative in _WEBOTS])),
+        response_table(0.07, partial(interpolated, [(x, counts) for x, counts, _ in _WEBOTS])),
+        response_table(0.07, partial(interpolated, [(x, counts * relative) for x, counts, relative in _WEBOTS])),
         "Webots' and epuck_ros2's calibration table; 67 counts remain in the open",
     ),
     "gctronic": Profile(
         "gctronic",
-        _table(0.12, _gctronic),
-        _table(0.12, lambda _: 10.0),
+        response_table(0.12, _gctronic),
+        response_table(0.12, lambda _: 10.0),
         "inverse of GCtronic's ROS driver, (0.5 m / d)^2 capped at full scale; it states no noise, so Enki's",
     ),
 }

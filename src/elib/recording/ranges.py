@@ -9,13 +9,13 @@ from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 
 from elib.body import SENSOR_DIRECTIONS, SENSOR_RADIUS
-from elib.physics.profiles import PROFILES, SPACING
+from elib.infrared import SPACING, USUAL_RESPONSE
 
 LEAST = 60
 """counts. Below it a wall is farther than 6.5 cm by the usual curve, and the sensors' noise of 10 counts is more than
 5 mm."""
-_FALLING = [-count for count in PROFILES["enki"].counts]
-"""Counts of a white wall at multiples of :data:`SPACING`, negative so that they rise: the simulator's default curve."""
+_FALLING = [-count for count in USUAL_RESPONSE]
+"""Counts of a white wall at multiples of :data:`SPACING`, negative so that they rise: the simulator's usual curve."""
 _RAYS = tuple((math.cos(angle), math.sin(angle)) for angle in SENSOR_DIRECTIONS)
 _POINT = struct.Struct("<4f")
 _PACKED = {

@@ -9,7 +9,7 @@ import logging
 import math
 import os
 from collections.abc import Callable, Coroutine, Generator, Iterable, Iterator
-from typing import Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from elib.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
 from elib.pose import Pose
@@ -17,9 +17,6 @@ from elib.protocol.context import Context
 from elib.protocol.image import Mounting
 from elib.protocol.styles import Action, AsyncStyle
 from elib.protocol.table import Command, Request
-from elib.recording.log import Log, Vocabulary
-from elib.recording.recorder import Recorder
-from elib.recording.writer import Target
 from elib.robot.actions import Actions
 from elib.robot.events import Events
 from elib.robot.link import Link, Linked, LinkSettings, Plot, Record, stop_bytes
@@ -29,6 +26,11 @@ from elib.robot.snapshot import period_of, watched_names
 from elib.robot.substitute import link_to
 from elib.robot.telemetry import RATE, Watch
 from elib.session import Channel, check_timeout
+
+if TYPE_CHECKING:  # loaded when a log or a recording begins: most programs have none
+    from elib.recording.log import Log, Vocabulary
+    from elib.recording.recorder import Recorder
+    from elib.recording.writer import Target
 
 T = TypeVar("T")
 
@@ -313,6 +315,8 @@ class Epuck(Linked, Actions, AsyncStyle):
             OSError: The file cannot be opened.
         """
         self._check_open()
+        from elib.recording.log import Log
+
         log = Log(self, target, names=names)
         self._close_at_end(log)
         return log
@@ -351,6 +355,8 @@ class Epuck(Linked, Actions, AsyncStyle):
             OSError: The file cannot be opened.
         """
         self._check_open()
+        from elib.recording.recorder import Recorder
+
         recorder = Recorder(self, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
         self._close_at_end(recorder)
         return recorder

@@ -18,8 +18,6 @@ from elib.protocol.wifi import ALL_SENSORS, pair
 from elib.protocol.wifi_connection import OutOfStep, WifiConnection
 from elib.session.trace import Received, Transcript, Wrote
 from elib.transport.base import Transport, codec_of, last_command_of
-from elib.transport.rfcomm import EPUCK2_CHANNEL, bluetooth_address
-from elib.transport.tcp import ONE_AT_A_TIME
 from elib.transport.url import parse_url
 
 DRAIN_TIME = 0.2
@@ -118,6 +116,8 @@ async def recognise_robot(
     except LinkLost as lost:
         if transport.received or isinstance(lost, RobotSilent) or parse_url(transport.url).scheme != "tcp":
             raise
+        from elib.transport.tcp import ONE_AT_A_TIME  # loaded by now, and only for this kind of link
+
         # A TCP server that is busy can refuse a connection only by accepting and closing it.
         raise LinkBusy(
             f"{transport.url}: the other side accepted the connection and closed it before it sent anything",
@@ -202,6 +202,8 @@ async def _ask(transport: RecordingTransport, profile: Profile | None) -> tuple[
             "and press reset; check that no other robot has this address",
         )
         if transport.url.startswith("rfcomm:"):
+            from elib.transport.rfcomm import EPUCK2_CHANNEL, bluetooth_address
+
             address, channel = bluetooth_address(parse_url(transport.url))
             if channel != EPUCK2_CHANNEL:
                 other = f"rfcomm://{address}?channel={EPUCK2_CHANNEL}"

@@ -12,7 +12,6 @@ from urllib.parse import quote, unquote
 
 from elib.errors import ArgumentError, Unsupported
 from elib.fields import nearest
-from elib.tables import shipped
 from elib.timebase import LoopSpeed
 from elib.transport.base import Transport
 
@@ -167,6 +166,8 @@ def port_path(name: str) -> str:
         return os.path.expanduser(name)
     if _PORT_NAME.fullmatch(name):
         return name.upper() if name[:3].upper() == "COM" else f"/dev/{name}"
+    from elib.tables import shipped  # here: only a mistyped URL needs it
+
     hint = f"URLs look like {EXAMPLES}"
     scheme, _, rest = name.partition(":")
     if BLUETOOTH_ADDRESS.fullmatch(name):

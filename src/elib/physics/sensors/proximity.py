@@ -13,9 +13,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
+from elib.infrared import SPACING
 from elib.physics.engine import kernel
 from elib.physics.noise import MASK, PROXIMITY, STRIDE, mix, tick_key
-from elib.physics.profiles import COUNT, SPACING
+from elib.physics.profiles import COUNT
 from elib.physics.raycast import PRESSED, cast, see_near
 from elib.physics.records import Records, Response, Robot, Scratch, SensorView, Setting
 from elib.physics.sensors.ambient_light import AMBIENT_DEVIATION, darkness, lamplight
