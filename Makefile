@@ -6,6 +6,8 @@ BIN := .venv/bin
 READY := .venv/.ready
 CORE := .venv/.core
 JS_READY := node_modules/.package-lock.json
+# Where this is set, each of the many processes of the tests would compile all of elib again.
+unexport PYTHONDONTWRITEBYTECODE
 
 help: ## Show this list
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -38,7 +40,10 @@ HERE = $(if $(subst $(CURDIR),,$(PWD)),$(CURDIR)/)
 demo: $(CORE) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
 	@"$(HERE)$(BIN)/elib" demo
 
-test: $(READY) ## Run all tests
+test: $(READY) ## Prove every promise once, in its quick form
+	@$(BIN)/pytest -n auto -m "not long"
+
+test-all: $(READY) ## Run all tests, the long forms too
 	@$(BIN)/pytest -n auto
 
 check: $(READY) $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, format, types, layers and generated pages
@@ -82,6 +87,6 @@ lock: ## Renew the versions and hashes in requirements/
 	  echo uv | $$LOCK - -o requirements/uv.txt
 
 clean: ## Remove what the other commands made
-	rm -rf .venv .uv node_modules .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
+	rm -rf .venv .uv node_modules .cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
 
-.PHONY: help setup demo test check check-js docs licences site pictures bench dist lock clean
+.PHONY: help setup demo test test-all check check-js docs licences site pictures bench dist lock clean

@@ -1,17 +1,30 @@
-"""What the tests of several packages share: the loop's time, Python programs, ports that are held, a terminal."""
+"""What the tests of several packages share: how they wait, Python programs, ports that are held, a terminal.
+
+Tests do not race the wall clock; ``tests/check_waiting.py`` refuses what would. What is to come is waited for with
+:func:`until` or :func:`wait_until`, or with the bound :data:`PATIENCE`. That something does not come is proven without
+waiting: in simulated time, by counting, or by an answer that would have come later.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import inspect
 import io
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterator
+import threading
+import time
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
+from typing import TypeVar
 
-PATIENCE = 20.0
-"""s that a process may take to do what is expected of it, on a busy machine."""
+T = TypeVar("T")
+
+PATIENCE = 60.0
+"""s of the bound on everything that a test waits for. No busy machine reaches it, only something that is broken."""
+LOOK = 0.01
+"""s between two looks at what is waited for."""
 GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 """What a robot sends when it starts."""
 
@@ -19,6 +32,32 @@ GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL educat
 def now() -> float:
     """Return the time of the running event loop, s."""
     return asyncio.get_running_loop().time()
+
+
+async def until(is_so: Callable[[], T | Awaitable[T]]) -> T:
+    """Wait in the event loop until ``is_so()`` gives something true, and return that; fail after :data:`PATIENCE`.
+
+    ``is_so`` may be a coroutine function.
+    """
+    end = now() + PATIENCE
+    while True:
+        value = is_so()
+        if inspect.isawaitable(value):
+            async with asyncio.timeout_at(end):
+                value = await value
+        if value:
+            return value
+        assert now() < end, f"this did not come in {PATIENCE} s"
+        await asyncio.sleep(LOOK)
+
+
+def wait_until(is_so: Callable[[], T]) -> T:
+    """Wait without an event loop until ``is_so()`` gives something true, and return that; see :func:`until`."""
+    end = time.monotonic() + PATIENCE
+    while not (value := is_so()):
+        assert time.monotonic() < end, f"this did not come in {PATIENCE} s"
+        threading.Event().wait(LOOK)
+    return value
 
 
 def run_python(program: str, *, seconds: float = PATIENCE, check: bool = False) -> subprocess.CompletedProcess[str]:

@@ -82,7 +82,7 @@ def aligned(url: str, seconds: float) -> list[float]:
     return seen
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_eight_robots_drive_the_same_way_after_a_while_and_touch_nothing() -> None:
     seen = aligned("sim://crowd?robots=8&firmware=epuck2&speed=max&seed=1", 40)
     assert len(seen) >= 40

@@ -17,7 +17,7 @@ from elib.recording.topics import MEASURED, READINGS
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")

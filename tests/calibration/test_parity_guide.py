@@ -7,7 +7,7 @@ import pytest
 
 from elib.cli import main
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 ROOT = Path(__file__).parents[2]
 GUIDE = (ROOT / "docs/guides/parity.md").read_text(encoding="utf-8")

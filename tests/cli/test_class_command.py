@@ -68,7 +68,7 @@ def steps(url: str) -> tuple[int, ...]:
 
 
 @posix
-@pytest.mark.slow
+@pytest.mark.long
 def test_twenty_students_drive_and_a_program_that_is_killed_leaves_its_robots_standing() -> None:
     with ExitStack() as stack:
         server, rows = stack.enter_context(a_class(20))
@@ -97,7 +97,7 @@ def test_twenty_students_drive_and_a_program_that_is_killed_leaves_its_robots_st
 
 
 @posix
-@pytest.mark.slow
+@pytest.mark.long
 def test_each_student_has_a_world_of_his_own_or_all_share_one() -> None:
     with a_class(2, str(files("elib.worlds") / "soccer.toml"), "--robots", "2") as (server, rows):
         assert [len(row) for row in rows] == [4, 4], "number, two robots, page"
@@ -111,7 +111,7 @@ def test_each_student_has_a_world_of_his_own_or_all_share_one() -> None:
 
 
 @posix
-@pytest.mark.slow
+@pytest.mark.long
 def test_with_a_host_other_computers_are_let_in_and_addresses_are_those_that_they_can_open(tmp_path: Path) -> None:
     file = tmp_path / "class.html"
     with a_class(2, "square", "--host", "--sheet", str(file)) as (server, rows):

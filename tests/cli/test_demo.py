@@ -58,7 +58,7 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another(
     assert told[0] == told[1]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_robot_without_a_world_is_followed_by_its_encoders(here: Path) -> None:
     with started("simulate", "--tcp", "0", "--speed", "10") as server:
         url = server.out.line().split()[1]
@@ -70,7 +70,7 @@ def test_a_robot_without_a_world_is_followed_by_its_encoders(here: Path) -> None
     assert (here / PICTURE).exists()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_terminal_sees_a_live_line_and_the_same_summary(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["demo", "--for", "3", "--seed", "2"]) == 0
     unseen = capsys.readouterr().out

@@ -110,7 +110,7 @@ def test_advice_stands_below_what_was_found() -> None:
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX signals")
 def test_another_program_finds_and_examines_a_simulated_robot() -> None:
     with started("simulate", "square") as server:

@@ -129,7 +129,7 @@ def test_a_recording_without_a_whole_chunk_is_not_called_empty(
     assert "cut.mcap was cut off or damaged before its first whole chunk" in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_long_recording_does_not_fill_the_memory(tmp_path: Path) -> None:
     path = tmp_path / "long.mcap"
     file = McapFile(path, {"format": "1", "robot": "Ada", "firmware": "epuck2", "began": "0.0"}, 0.0, datetime.now(UTC))

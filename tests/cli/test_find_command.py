@@ -82,7 +82,7 @@ def test_without_a_robot_that_answers_it_fails_and_offers_a_virtual_one(
     assert "`elib demo` needs no robot" in capsys.readouterr().err
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX signals")
 def test_a_simulation_of_another_program_is_found_while_it_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -12,7 +12,7 @@ from elib.emulator.robotprofile import load
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")

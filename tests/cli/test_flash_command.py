@@ -118,7 +118,7 @@ def test_a_damaged_file_is_refused_before_the_robot_is_opened(
 
 
 @posix
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["tcp", "pty"])
 def test_a_robot_of_elib_simulate_is_flashed_again_after_ctrl_c(kind: str, tmp_path: Path) -> None:
     long, short = write_program(tmp_path / "long.hex", rows=300), write_program(tmp_path / "short.hex")

@@ -139,7 +139,7 @@ async def test_a_task_beside_a_run_ends_with_the_block_and_its_errors_are_raised
             raise ArgumentError("of the block")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_stops_the_robot_and_ends_quietly(number: signal.Signals, code: int) -> None:
     with (
@@ -187,7 +187,7 @@ def test_the_summary_says_how_long_each_state_lasted(capsys: pytest.CaptureFixtu
     assert "distance    0.03 m, by the simulated world" in err
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_enter_ends_a_behaviour_and_the_robot_stands() -> None:
     with (
         started("simulate", "square", "--tcp", "0", "-v") as server,

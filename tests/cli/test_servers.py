@@ -20,7 +20,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals"
 
 
 @posix
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_servers_start_after_the_robots_and_stand_on_stderr_where_no_script_takes_them_for_robots() -> None:
     with started("simulate", "square", "--tcp", "0", "--robots", "2", "--view", "0", "--control", "0") as server:
         assert [server.out.line().split()[0] for _ in range(2)] == ["epuck-1", "epuck-2"]

@@ -17,7 +17,7 @@ from elib.cli import main
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX signals")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_client_drives_a_robot_on_a_pty_and_the_robot_stays_as_it_was_left(tmp_path: Path) -> None:
     with started("simulate", "square", "--pty", str(tmp_path / "robot0"), "--robots", "2") as server:
         first, second = server.out.line().split(), server.out.line().split()
@@ -42,7 +42,7 @@ def test_without_a_choice_each_robot_gets_a_pty_and_ctrl_c_is_the_usual_end() ->
         assert server.err.rest() == ""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_over_tcp_other_firmwares_and_faster_time_are_served_and_the_traffic_is_shown() -> None:
     with started("simulate", "--tcp", "127.0.0.1:0", "--firmware", "epuck2", "--speed", "5", "-v") as server:
         name, url = server.out.line().split()
@@ -57,7 +57,7 @@ def test_over_tcp_other_firmwares_and_faster_time_are_served_and_the_traffic_is_
         assert "version: Version 2.0 January 2018" in traffic
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_robots_are_offered_over_wifi_and_what_a_client_did_to_one_is_said() -> None:
     with started("simulate", "square", "--wifi", "--robots", "2", "--seed", "4") as server:
         served = [server.out.line().split() for _ in range(2)]
@@ -73,7 +73,7 @@ def test_robots_are_offered_over_wifi_and_what_a_client_did_to_one_is_said() -> 
         assert server.end() == 0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_named_world_is_served_with_a_whole_crowd_and_a_killed_server_fails_the_swarm_by_name() -> None:
     with started("simulate", "--world", "crowd", "--robots", "5", "--tcp", "0", "--baud", "0") as server:
         served = [server.out.line().split() for _ in range(5)]
@@ -154,7 +154,7 @@ def test_a_name_that_is_taken_is_left_alone(tmp_path: Path, capsys: pytest.Captu
     assert (tmp_path / "robot").read_text() == "mine"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_interrupted_command_leaves_the_robot_stopped() -> None:
     with started("simulate", "square", "--tcp", "0", "-v") as server:
         url = server.out.line().split()[1]

@@ -32,7 +32,7 @@ def shown_as(cell: dict) -> set[str]:
     return {kind for output in cell.outputs if output.output_type == "execute_result" for kind in output.data}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_each_page_of_the_tutorial_can_be_done_in_a_notebook(page: Path, tmp_path: Path) -> None:
     blocks = list(programs(page))
@@ -41,7 +41,7 @@ def test_each_page_of_the_tutorial_can_be_done_in_a_notebook(page: Path, tmp_pat
         assert complaints(written(cell, "stderr"), may_be_left_moving=name_of(page) in CANNOT_STOP) == []
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_guide_to_notebooks_holds_in_one(tmp_path: Path) -> None:
     blocks = list(programs(GUIDE, "python", "ipython"))
     kernels_own = "print(elib.robot_url(), elib.robot_urls('sim://1', 'sim://2'))"  # the kernel has a command line
@@ -56,7 +56,7 @@ def test_the_guide_to_notebooks_holds_in_one(tmp_path: Path) -> None:
     assert written(last, "stdout") == "sim:// ['sim://1', 'sim://2']\n"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_notebook_lets_the_fitness_grow_and_the_champion_drive(tmp_path: Path) -> None:
     book = nbformat.read(BOOK, as_version=4)
     nbformat.validate(book)

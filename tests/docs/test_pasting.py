@@ -25,7 +25,7 @@ from pages import PAGES, ROOT, Block, blocks, name_of
 from test_documents import commands
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.long,
     pytest.mark.skipif(sys.platform != "linux", reason="pseudo terminals, signals and a POSIX shell"),
 ]
 

@@ -22,12 +22,12 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_script_makes_all_pictures_of_the_tutorial(made: Path) -> None:
     assert sorted(path.name for path in made.iterdir()) == MADE
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", MADE)
 def test_a_picture_is_what_the_script_makes(made: Path, name: str) -> None:
     if name.endswith(".svg"):

@@ -79,25 +79,25 @@ def test_there_are_programs_of_both_kinds() -> None:
     assert {"README.md", "examples/01_hello.py", "docs/tutorial/01-first-robot.md"} <= set(BARE)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", SOURCES)
 def test_a_program_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
     check(name, run(SOURCES[name], tmp_path))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", BARE)
 def test_a_program_without_with_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
     check(name, run(BARE[name], tmp_path))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", SOURCES)
 def test_a_program_in_a_thread_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
     check(name, run(in_a_thread(BARE.get(name, SOURCES[name])), tmp_path))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["README.md", "examples/01_hello.py", "docs/tutorial/01-first-robot.md"])
 def test_a_program_that_goes_on_at_the_prompt_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
     done = run(BARE[name], tmp_path, "-i", "-q", said="print(robot)\n")

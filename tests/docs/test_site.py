@@ -12,7 +12,7 @@ from pages import ROOT
 sys.path.insert(0, str(ROOT / "docs"))
 import make_site
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
 class Page(HTMLParser):

@@ -25,7 +25,7 @@ def test_the_lines_of_the_first_programs_are_counted_right() -> None:
     assert f"Enki: {NUMBERS[enki]} lines" in page
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(
     not (shutil.which("g++") and Path("/usr/include/enki").exists()), reason="it needs g++ and Debian's libenki-dev"
 )

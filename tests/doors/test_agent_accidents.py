@@ -30,7 +30,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkLost
 from elib.testing import simulated
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 STANDING = 0.5
 """s within which the wheels stand after a client's end."""
 MEGABYTE = 1 << 20

@@ -20,7 +20,7 @@ from browser import browser, needs_browser
 
 aiohttp = pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="it kills programs by signals")]
+pytestmark = [pytest.mark.long, pytest.mark.skipif(sys.platform != "linux", reason="it kills programs by signals")]
 
 CLIENTS = Path(__file__).parents[2] / "examples/clients"
 PATIENCE = 60.0

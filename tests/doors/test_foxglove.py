@@ -41,7 +41,7 @@ from elib.web.panel import Panel
 from elib.web.slot import Slot
 from elib.web.watching import virtual
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 CLIENT = Path(__file__).parent / "foxglove_client.py"
 STAND = 0.5
 """s after the end of a client within which its robot must stand."""

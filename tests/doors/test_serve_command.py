@@ -22,7 +22,7 @@ from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
 def wheels(control: Control) -> tuple[float, float]:

@@ -13,7 +13,7 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 
 from serve_rig import STOPPED_WITHIN, Program, Rig, child, serving
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
 @contextlib.asynccontextmanager

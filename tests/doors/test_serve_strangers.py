@@ -19,7 +19,7 @@ from elib.doors.serve.door import ProgramDoor
 from elib.doors.serve.messages import NAMES
 from elib.errors import ArgumentError
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 GROWTH = 4_000_000
 """Bytes by which the memory may grow while strangers attack: what the door keeps does not depend on their number."""
 

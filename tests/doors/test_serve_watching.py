@@ -24,7 +24,7 @@ from elib.doors.serve.client import MOST_UNREAD
 from elib.doors.serve.schema import schema
 from elib.errors import LinkLost
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 FAST = "sim://square?baud=0"
 LITTLE = 4096
 """Bytes that the system keeps for a program which does not read."""

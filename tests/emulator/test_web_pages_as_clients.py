@@ -34,7 +34,7 @@ addEventListener("DOMContentLoaded", async () => {
 
 
 @needs_browser
-@pytest.mark.slow
+@pytest.mark.long
 async def test_no_request_of_a_foreign_page_reaches_a_served_robot() -> None:
     async with serve(SimulationSettings(world="square"), tcp="0") as served, browser() as open_page:
         url = served[0].url

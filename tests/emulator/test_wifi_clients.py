@@ -60,7 +60,7 @@ async def step(client: Client) -> tuple[int, bytes]:
     return await client.receive()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 async def test_a_client_that_sends_one_command_and_reads_one_packet_in_each_step(port: int) -> None:
     async with connected(port, 2) as robot:
         assert (await step(robot))[0] == 2
@@ -76,7 +76,7 @@ async def test_a_client_that_sends_one_command_and_reads_one_packet_in_each_step
         assert kinds[-1] == 3
 
 
-@pytest.mark.slow
+@pytest.mark.long
 async def test_a_calibration_that_is_sent_once_is_done_once(port: int) -> None:
     async with connected(port, 2) as robot:
         for _ in range(3):
@@ -91,7 +91,7 @@ async def test_a_calibration_that_is_sent_once_is_done_once(port: int) -> None:
         assert sum(wait > 0.5 for wait in waits) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 async def test_a_client_that_reads_until_it_has_a_picture_and_readings_in_each_step(port: int) -> None:
     """So does Webots; at the end it sends a stop until an empty packet answers."""
     async with connected(port, 3) as robot:

@@ -150,7 +150,7 @@ async def test_a_request_of_a_web_page_is_dropped_and_does_not_make_the_robot_st
         assert await hears(reader, 1) == b"\x03"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 async def test_a_slow_reader_slows_the_robot_and_loses_nothing(port: int) -> None:
     line = socket.socket()
     line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)

@@ -106,7 +106,7 @@ def test_the_programs_are_short_and_open_the_lab_s_robot(name: str) -> None:
             assert ast.get_docstring(ast.parse(text)), path
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_the_beginning_runs_and_does_not_pass(name: str, tried: Tried) -> None:
     result = tried(name, "start.py", LABS[name].variants[0])
@@ -115,7 +115,7 @@ def test_the_beginning_runs_and_does_not_pass(name: str, tried: Tried) -> None:
     assert result.goals[0].goal.points > 0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_a_robot_that_only_stands_gets_no_points(name: str, tmp_path: Path) -> None:
     program = tmp_path / "program.py"
@@ -125,14 +125,14 @@ def test_a_robot_that_only_stands_gets_no_points(name: str, tmp_path: Path) -> N
     assert not any(each.holds for each in result.goals), told(result)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "variant"), SOLVED)
 def test_the_solution_passes(name: str, variant: str, tried: Tried) -> None:
     result = tried(name, "teacher/solution.py", LABS[name].variant(variant))
     assert result.passed, told(result)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "program"), MISTAKES)
 def test_a_mistake_fails_the_goal_that_it_names(name: str, program: str, tried: Tried) -> None:
     lab = LABS[name]

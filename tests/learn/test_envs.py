@@ -314,7 +314,7 @@ def test_every_task_that_comes_with_elib_is_registered() -> None:
     assert names == {f"elib/{task.title().replace('-', '')}-v0" for task in all_tasks()}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_make_imports_the_package_that_stands_before_the_name() -> None:
     code = "import gymnasium; print(gymnasium.make('elib.learn:elib/Avoid-v0', engine='interpreted').unwrapped.task)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)

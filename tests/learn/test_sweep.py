@@ -274,7 +274,7 @@ def test_a_champion_whose_fitness_is_not_a_number_is_an_error_with_a_reason(
         rows_of(Sweep(str(path), seconds=1.0, source=read_program(str(path))), tmp_path / "out")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_killed_sweep_with_workers_goes_on_to_the_same_table(program: str, tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="needs the extra learn")
     sweep = Sweep(program, (("base", (0.2, 0.3, 0.4)),), seeds=4, seconds=20.0, source=read_program(program))

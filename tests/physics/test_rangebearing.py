@@ -229,7 +229,7 @@ def test_another_seed_gives_other_noise_and_a_reset_the_same_again() -> None:
     assert all_heard(one, range(12)) == before
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_compiled_the_same_is_heard() -> None:
     pytest.importorskip("numba")
     plain, compiled = crowd(), crowd(engine="compiled")

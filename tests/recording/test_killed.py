@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there is no SIG
 MOMENTS = [random.Random(seed).uniform(0.1, 2.5) for seed in range(4)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seconds", MOMENTS)
 def test_what_is_older_than_a_second_outlives_a_killed_program(seconds: float, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"

@@ -23,7 +23,7 @@ def drawn() -> list[Draw]:
     return [draw(chance, *todo[index % len(todo)]) for index in range(KILLS)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("each", drawn(), ids=lambda each: f"{each.program} {' '.join(each.numbers)}")
 def test_whatever_ends_a_program_its_robot_stands(each: Draw) -> None:
     ended = kill(each)

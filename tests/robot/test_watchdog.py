@@ -76,7 +76,7 @@ async def start_and_end(way: str, firmware: str, end: str) -> None:
                         return
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("way", ["tcp", "pty"])
 @pytest.mark.parametrize("firmware", PROFILES)
 def test_a_program_that_just_dies_leaves_a_robot_that_stands_and_a_port_that_is_free(way: str, firmware: str) -> None:

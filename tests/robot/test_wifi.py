@@ -530,7 +530,7 @@ async def until_standing(motors: list[object]) -> None:
             await asyncio.sleep(0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_program_that_was_frozen_does_not_drive_on_with_its_next_lamp() -> None:
     async def main() -> None:
         async with served() as (url, motors):
@@ -560,7 +560,7 @@ print("driving", flush=True)
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("end", ["os._exit(3)", "os.kill(os.getpid(), 19)"])
 def test_the_watchdog_stops_a_robot_on_wifi(end: str) -> None:
     async def main() -> None:
@@ -603,7 +603,7 @@ asyncio.run(main())
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "number"),
     [
@@ -647,7 +647,7 @@ def test_a_program_on_wifi_that_is_ended_suspended_or_frozen_leaves_a_robot_that
     asyncio.run(main())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_watch_waits_with_a_paused_world() -> None:
     async def main() -> None:
         async with elib.open("sim://arena?firmware=epuck2-wifi") as robot, robot.watch("proximity") as snapshots:

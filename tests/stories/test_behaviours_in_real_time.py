@@ -18,7 +18,7 @@ from elib.robot.aio import Epuck
 SIMULATED = "sim://square?speed=max&latency=0.01"
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.long,
     pytest.mark.skipif(sys.platform == "win32", reason="ptys are POSIX"),
 ]
 

@@ -13,7 +13,7 @@ from elib.behaviours import behaviours
 CASES = [Case(name, fault, drawn(1, f"{name} {fault}")[0]) for name in behaviours() for fault in FAULTS]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.name}-{case.fault}-{case.seed}")
 def test_over_a_bad_link_a_behaviour_goes_on_or_ends_with_a_reason_that_is_true(
     case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -48,7 +48,7 @@ def from_lamp(world: World) -> float:
     return math.dist((world.pose(0).x, world.pose(0).y), (0.7, 0.7))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", drawn(3, "lamp"))
 def test_aggression_runs_the_lamp_down_love_stays_by_it_and_fear_and_explorer_leave_it(
     seed: int, tmp_path: Path
@@ -75,7 +75,7 @@ def test_aggression_runs_the_lamp_down_love_stays_by_it_and_fear_and_explorer_le
 # -- walls --
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("world", "side", "seed"),
     [
@@ -99,7 +99,7 @@ def test_from_any_place_it_finds_a_wall_and_keeps_its_distance_round_every_corne
     assert seen.path > 2.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_with_either_hand_on_the_wall_it_comes_to_the_golden_square_of_the_maze(side: str) -> None:
     def from_gold(world: World) -> float:
@@ -141,7 +141,7 @@ def from_line(world: World) -> float:
     return min(from_segment(sensor, *piece) for piece in pairwise(points(world)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", drawn(3, "lap"))
 def test_it_stays_on_the_line_for_a_whole_lap(seed: int) -> None:
     seen = run("line-following", "line", seed, seconds=52, at={0: on_the_line}, look=from_line)
@@ -151,7 +151,7 @@ def test_it_stays_on_the_line_for_a_whole_lap(seed: int) -> None:
     assert seen.path > length
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", drawn(3, "push"))
 def test_pushed_off_the_line_it_finds_it_again(seed: int) -> None:
     seen = run("line-following", "line", seed, seconds=40, at={0: on_the_line, 5: aside}, look=from_line)
@@ -177,7 +177,7 @@ def from_ball(world: World) -> float:
     return math.dist(eye, (ball.x, ball.y))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", drawn(4, "ball"))
 def test_it_finds_the_ball_and_stands_before_it_at_the_set_distance(seed: int) -> None:
     seen = run("follow-ball", "soccer", seed, seconds=40, at={0: ball_anywhere}, look=from_ball)
@@ -187,7 +187,7 @@ def test_it_finds_the_ball_and_stands_before_it_at_the_set_distance(seed: int) -
     assert abs(bearing(seen.world, ball.x, ball.y)) < 3
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_follows_a_ball_that_rolls_round_in_a_circle() -> None:
     def roll(time: float) -> Change:
         return lambda world, _: world.move_cylinder(
@@ -206,7 +206,7 @@ def test_it_follows_a_ball_that_rolls_round_in_a_circle() -> None:
 FIRMWARES = ("asercom-1.2.2", "btcom-1.1.3", "btcom-2.0", "epuck2")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "firmware"), list(zip(drawn(4, "beeper"), FIRMWARES, strict=True)))
 def test_it_turns_towards_the_beeper_and_stays_so(seed: int, firmware: str) -> None:
     seen = run("locate-clap", f"beeper?firmware={firmware}", seed, seconds=10, at={0: anywhere})
@@ -215,7 +215,7 @@ def test_it_turns_towards_the_beeper_and_stays_so(seed: int, firmware: str) -> N
     assert abs(bearing(seen.world, source.x, source.y)) < 15
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_turns_to_each_clap_and_says_when_it_is_quiet() -> None:
     def clap(x: float, y: float) -> Change:
         return lambda world, _: world.set_sound(0, Sound(x, y, 3000))
@@ -261,7 +261,7 @@ def clustered(path: Path, seed: int) -> Path:
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", drawn(3, "aggregation"))
 def test_ten_robots_halve_their_mean_distance_from_the_middle_and_stay_together(seed: int) -> None:
     seen = run("aggregation", "crowd?robots=10", seed, seconds=40)
@@ -269,7 +269,7 @@ def test_ten_robots_halve_their_mean_distance_from_the_middle_and_stay_together(
     assert max(together[seen.after(30) :]) < together[0] / 2
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", drawn(3, "cluster"))
 def test_ten_robots_double_the_smallest_distance_between_them(seed: int, tmp_path: Path) -> None:
     seen = run("dispersion", str(clustered(tmp_path / "cluster.toml", seed)), seed, seconds=60)
@@ -293,7 +293,7 @@ HOME = {
 """Worlds in which the behaviours are tried."""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", HOME)
 def test_the_same_seed_gives_the_same_run_to_the_last_bit_and_another_seed_another(name: str) -> None:
     first, other = drawn(2, name)
@@ -316,7 +316,7 @@ at = {restart}
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("faults", ["loss", "late", "broken"])
 @pytest.mark.parametrize("name", HOME)
 def test_behaviours_survive_two_minutes_of_link_faults_or_one_with_a_swarm_of_ten_and_the_robots_stand_at_the_end(

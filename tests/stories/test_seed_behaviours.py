@@ -145,7 +145,7 @@ def states(outcome: RunResult) -> list[str]:
 # -- over good links --
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_bull_finds_and_hits_the_red_box_from_twenty_random_starts(run: Runner) -> None:
     times = []
     for seed in STARTS:
@@ -156,7 +156,7 @@ def test_the_bull_finds_and_hits_the_red_box_from_twenty_random_starts(run: Runn
     assert sorted(times)[10] < 30, "half of them see it in their first look around"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_billiard_runs_ten_minutes_without_a_touch_of_more_than_a_second(run: Runner) -> None:
     observer = Observer()
     outcome = run("billiard", TABLE, 1, observer, seconds=600)
@@ -167,7 +167,7 @@ def test_billiard_runs_ten_minutes_without_a_touch_of_more_than_a_second(run: Ru
     assert observer.stands()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_go_to_light_ends_within_five_centimetres_of_the_bright_lamp_from_twenty_random_starts(
     run: Runner,
 ) -> None:
@@ -182,7 +182,7 @@ def test_go_to_light_ends_within_five_centimetres_of_the_bright_lamp_from_twenty
         assert observer.stands()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_go_to_light_says_that_a_light_is_overhead_only_where_one_is(run: Runner) -> None:
     # 123 once stopped beside the dim lamp.
     for seed in (123, *drawn(10, "overhead")):
@@ -196,7 +196,7 @@ def test_go_to_light_says_that_a_light_is_overhead_only_where_one_is(run: Runner
         assert outcome.reason != "done" or nearest < 0.05, f"seed {seed}: {nearest:.3f} m beside it"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "world", "seconds"), [("bull", ONE_RED_BOX, 40), ("billiard", TABLE, 40), ("go-to-light", LIGHT, 40)]
 )
@@ -225,7 +225,7 @@ CUT = f'description = "gone for three seconds"\n[[fault]]\nkind = "cut"\nfrom = 
 RESET = f'description = "it restarts"\n[[fault]]\nkind = "reset"\nat = {FAULT}\n'
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", WORLDS)
 @pytest.mark.parametrize(
     "faults", ["loss=0.05&latency=0.03", "latency=0.2", CUT, RESET], ids=["loss", "late", "cut", "reset"]

@@ -51,7 +51,7 @@ def blocks() -> int:
     return sys.getallocatedblocks()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer() -> None:
     threads = threading.active_count()
     ends: Counter[str] = Counter()

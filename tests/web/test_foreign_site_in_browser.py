@@ -49,7 +49,7 @@ async def evil_site(rig: Rig) -> asyncio.Server:
 
 @needs_browser
 @pytest.mark.parametrize("name", ["127.0.0.1", "localhost"])
-@pytest.mark.slow
+@pytest.mark.long
 async def test_another_sites_page_in_the_same_browser_gets_nothing(name: str) -> None:
     async with guarded() as rig, browser() as open_page, await evil_site(rig) as site:
         tab = await open_page(f"http://{name}:{site.sockets[0].getsockname()[1]}/")

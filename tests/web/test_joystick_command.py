@@ -31,7 +31,7 @@ from elib.extras import install
 from elib.web.messages import MESSAGES, decode
 
 DRIVING = Path(__file__).parent / "driving_panel.py"
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from panel_rig import TICK, Driver, browser, far, firefox, needs_browser, needs_
 from elib.body import SENSOR_DIRECTIONS
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.long,
     pytest.mark.asyncio(loop_scope="module"),
     pytest.mark.parametrize(
         "open_page",

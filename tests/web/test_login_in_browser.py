@@ -9,7 +9,7 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 from browser import browser, needs_browser
 from guard_rig import guarded
 
-pytestmark = [needs_browser, pytest.mark.slow]
+pytestmark = [needs_browser, pytest.mark.long]
 IS_THERE = "document.readyState === 'complete' && !!document.querySelector('#token')"
 
 

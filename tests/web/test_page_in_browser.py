@@ -16,7 +16,7 @@ from panel_rig import TICK, Driver, far, needs_browser, panel, program
 
 from elib.recording.reader import read_recording
 
-pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
 
 CHIP = "document.querySelector('.play .chip').textContent"
 OVERVIEW = "Object.values(elib.news.overview ?? {})"

@@ -12,7 +12,7 @@ pytest.importorskip("websockets", reason="the extra web is not installed: pip in
 
 from panel_rig import TICK, Driver, browser, needs_browser, panel
 
-pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
 
 BOX = "(s => (b => [b.left, b.top, b.right, b.bottom])(document.querySelector(s).getBoundingClientRect()))"
 OPEN_PARTS = "[...document.querySelectorAll('.part')].filter(part => part.offsetParent).map(part => part.id)"

@@ -13,7 +13,7 @@ import pytest
 import pytest_asyncio
 from browser import Tab, browser, needs_browser
 
-pytestmark = [needs_browser, pytest.mark.slow]
+pytestmark = [needs_browser, pytest.mark.long]
 
 ROOT = Path(__file__).parents[2]
 KINDS = [

@@ -251,7 +251,7 @@ def has_drawn(red: int, green: int, blue: int) -> str:
 
 
 @needs_browser
-@pytest.mark.slow
+@pytest.mark.long
 async def test_a_browser_draws_the_curve_and_lets_a_person_choose_who_drives(progress, url) -> None:
     async with browser() as open_page:
         tab = await open_page(url)

@@ -16,7 +16,7 @@ from world_page_rig import PAINT, ROOM, Rig, watched
 from elib.physics.worldfile import load_file
 from elib.transport import open_transport
 
-pytestmark = [needs_browser, pytest.mark.slow, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
 
 SIZE = 1440, 900
 PART = "window.app.place.world"
