@@ -46,6 +46,10 @@ test: $(READY) ## Prove every promise once, in its quick form
 test-all: $(READY) ## Run all tests, the long forms too
 	@$(BIN)/pytest -n auto
 
+N := 20
+steady: $(READY) ## Run `make test` N times beside two busy loops, to find tests that are not steady
+	@$(BIN)/python tests/steady.py $(N) $(if $(SEED),--seed $(SEED))
+
 check: $(READY) $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, format, types, layers and generated pages
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
@@ -53,6 +57,7 @@ check: $(READY) $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, form
 	@$(BIN)/lint-imports --no-cache
 	@$(BIN)/python docs/generate_reference.py --check
 	@$(BIN)/python docs/check_words.py
+	@$(BIN)/python tests/check_waiting.py
 	@command -v npm >/dev/null || echo "The JavaScript was not checked: that needs nodejs and npm."
 
 check-js: $(JS_READY) ## Format and types of the JavaScript; fails without npm
@@ -89,4 +94,4 @@ lock: ## Renew the versions and hashes in requirements/
 clean: ## Remove what the other commands made
 	rm -rf .venv .uv node_modules .cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
 
-.PHONY: help setup demo test test-all check check-js docs licences site pictures bench dist lock clean
+.PHONY: help setup demo test test-all steady check check-js docs licences site pictures bench dist lock clean

@@ -1,6 +1,7 @@
 """Settings that hold for all tests."""
 
 import os
+import random
 import signal
 from collections import Counter
 from pathlib import Path
@@ -8,8 +9,11 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-# Every test is deterministic, and none fails for a machine that is busy with something else.
-settings.register_profile("elib", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SEED = os.environ.get("ELIB_TEST_SEED")
+"""From it follow the order of the files and the examples of Hypothesis; without it, each run is the same."""
+
+# No test fails for a machine that is busy with something else.
+settings.register_profile("elib", derandomize=not SEED, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("elib")
 
 os.environ.pop("ELIB_ROBOT", None)  # no test drives the robot of the one who runs it
@@ -18,18 +22,30 @@ os.environ.pop("ELIB_ROBOT", None)  # no test drives the robot of the one who ru
 os.environ["XDG_CACHE_HOME"] = str(Path(__file__).parent.parent / ".cache")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    if SEED:
+        config.option.hypothesisseed = SEED
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run the files in another order for another seed: no test may need one that ran before it."""
+    if SEED:
+        files = sorted({item.path for item in items})
+        random.Random(SEED).shuffle(files)
+        items.sort(key=lambda item: files.index(item.path))
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Let Ctrl-C end what a test starts, also where the tests run in the background of a shell, which ignores it."""
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     """Say in one line what was not tried, and how to get it."""
-    stats = terminalreporter.stats
-    reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in stats.get("skipped", ()))
-    parts = [f"{count} tests ({reason})" for reason, count in sorted(reasons.items())]
-    if stats.get("deselected"):
-        parts.insert(0, f"{len(stats['deselected'])} long forms (make test-all)")
+    skipped = terminalreporter.stats.get("skipped", ())
+    reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in skipped)
+    parts = ["the long forms (make test-all)"] if config.option.markexpr == "not long" else []
+    parts += [f"{count} for {reason}" for reason, count in sorted(reasons.items())]
     if parts:
         terminalreporter.write_line(f"Not tried: {'; '.join(parts)}")
