@@ -3,7 +3,6 @@
 import importlib
 import re
 
-import pytest
 from pages import ROOT
 
 PAGES = ("docs/architecture.md", "CONTRIBUTING.md")
@@ -14,14 +13,18 @@ PACKAGES = sorted(
 )
 
 
-@pytest.mark.parametrize("name", NAMED)
-def test_what_the_pages_name_exists(name: str) -> None:
+def test_what_the_pages_name_exists() -> None:
+    assert len(NAMED) > 50
+    assert [name for name in NAMED if not exists(name)] == []
+
+
+def exists(name: str) -> bool:
     if "/" in name:
-        assert (ROOT / name).exists()
-    elif not is_module(name):
-        module, _, attribute = name.rpartition(".")
-        assert is_module(module), f"there is no {module}"
-        assert hasattr(importlib.import_module(module), attribute)
+        return (ROOT / name).exists()
+    if is_module(name):
+        return True
+    module, _, attribute = name.rpartition(".")
+    return is_module(module) and hasattr(importlib.import_module(module), attribute)
 
 
 def is_module(name: str) -> bool:
@@ -29,6 +32,6 @@ def is_module(name: str) -> bool:
     return path.is_dir() or path.with_suffix(".py").is_file()
 
 
-@pytest.mark.parametrize("package", PACKAGES)
-def test_the_page_about_the_architecture_names_every_package(package: str) -> None:
-    assert f"`elib.{package}`" in (ROOT / "docs/architecture.md").read_text()
+def test_the_page_about_the_architecture_names_every_package() -> None:
+    text = (ROOT / "docs/architecture.md").read_text()
+    assert [package for package in PACKAGES if f"`elib.{package}`" not in text] == []
