@@ -14,6 +14,8 @@ SMALLEST, LARGEST = 4, 15
 """Lines of a program that are not empty."""
 SILENT = {"tests.md", "notebooks.md"}
 """Their programs need not print: a test that passes says nothing, and a notebook shows its last value."""
+LONG = {"behaviours.md", "simulate-and-worlds.md"}
+"""Their programs drive for minutes of simulated time."""
 
 
 def sections(page: Path) -> list[str]:
@@ -28,22 +30,30 @@ def test_there_are_more_than_sixty_programs() -> None:
     assert sum(len(list(programs(page))) for page in PAGES) >= 60
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
-def test_each_program_has_a_heading_one_sentence_and_its_output(page: Path) -> None:
-    for section in sections(page):
-        heading, sentence, code = re.split(r"\n\n(?=\S)", section.strip(), maxsplit=2)
-        assert re.fullmatch(r"(?:`[^`]*`|[^.`])+\.", " ".join(sentence.split())), f"{heading}: not one sentence"
-        assert code.startswith("```python\n"), heading
-    blocks = list(programs(page))
-    assert len(blocks) == len(sections(page)) == sum(block.language == "python" for block in all_blocks(page))
-    for block, shown in blocks:
-        assert "import" in block.text
-        assert SMALLEST <= size(block) <= LARGEST, f"{name_of(page)}:{block.line}: {size(block)} lines"
-        assert max(map(len, block.text.splitlines())) <= 100, f"{name_of(page)}:{block.line}: too wide to read"
-        assert shown is not None or page.name in SILENT, f"{name_of(page)}:{block.line}: it prints nothing"
+def test_each_program_has_a_heading_and_one_sentence() -> None:
+    for page in PAGES:
+        for section in sections(page):
+            heading, sentence, code = re.split(r"\n\n(?=\S)", section.strip(), maxsplit=2)
+            assert re.fullmatch(r"(?:`[^`]*`|[^.`])+\.", " ".join(sentence.split())), f"{heading}: not one sentence"
+            assert code.startswith("```python\n"), heading
+        count = sum(block.language == "python" for block in all_blocks(page))
+        assert len(list(programs(page))) == len(sections(page)) == count, name_of(page)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_each_program_is_whole_small_and_has_its_output() -> None:
+    for page in PAGES:
+        for block, shown in programs(page):
+            where = f"{name_of(page)}:{block.line}"
+            assert "import" in block.text, where
+            assert SMALLEST <= size(block) <= LARGEST, f"{where}: {size(block)} lines"
+            assert max(map(len, block.text.splitlines())) <= 100, f"{where}: too wide to read"
+            assert shown is not None or page.name in SILENT, f"{where}: it prints nothing"
+
+
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, id=name_of(page), marks=[pytest.mark.long] if page.name in LONG else []) for page in PAGES],
+)
 def test_each_program_runs_alone_and_prints_what_is_shown(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

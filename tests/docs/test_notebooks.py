@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from pages import CANNOT_STOP, ROOT, complaints, name_of, programs
+from shared import PATIENCE
 
 pytest.importorskip("ipykernel")
 nbclient = pytest.importorskip("nbclient")
@@ -18,7 +19,7 @@ def executed(cells: list[str], folder: Path) -> list[dict]:
     """Execute the cells in a kernel of their own and return them with their outputs."""
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source) for source in cells])
     client = nbclient.NotebookClient(
-        book, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
+        book, timeout=2 * PATIENCE, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
     )
     client.execute()
     return list(book.cells)

@@ -1,10 +1,10 @@
 """Every command of the documents does what the page says when it is pasted: as printed, in an empty folder.
 
-A command that serves, or runs in real time, is started, tried and ended by Ctrl-C. What a page shows below a command is
-compared. A block that cannot run here says what it needs in a comment before it, ``<!-- needs a robot -->``; none is
-left out without one.
+A command that serves is started, tried and ended by Ctrl-C. What a page shows below a command is compared. A block that
+cannot run here says what it needs in a comment before it, ``<!-- needs a robot -->``; none is left out without one.
 
-Only places that two runs on one computer would share are exchanged: port numbers, and ports in ``/tmp``.
+Exchanged is only what two runs on one computer would share, port numbers and ports in ``/tmp``, and how much is computed
+where the page shows nothing of it: a run in real time ends after a second, and :data:`LESS` names the others.
 """
 
 import contextlib
@@ -22,12 +22,10 @@ from pathlib import Path
 
 import pytest
 from pages import PAGES, ROOT, Block, blocks, name_of
+from shared import PATIENCE, wait_until
 from test_documents import commands
 
-pytestmark = [
-    pytest.mark.long,
-    pytest.mark.skipif(sys.platform != "linux", reason="pseudo terminals, signals and a POSIX shell"),
-]
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="pseudo terminals, signals and a POSIX shell")
 
 REASONS = {
     "a robot": "a real one, on a port, a radio or a network",
@@ -63,12 +61,23 @@ PROGRAMS = {"elib", "et", "export", "python"}
 """What is pasted here; no page can let a test install or remove something."""
 SERVERS = {"joystick", "serve", "simulate"}
 LINK = re.compile(r"\b(?:tcp|http|wifi|serial)://[^\s\"]+")
-PATIENCE = 400.0
+MINUTES = 10 * PATIENCE
 """s that a command may take on a busy machine, where the physics is compiled first."""
 ENDED = (0, 128 + signal.SIGINT, -signal.SIGINT)
 """Exit codes of a command that ended by itself or by Ctrl-C."""
-WATCHED = 1.5
-"""s for which a command that runs in real time is let run."""
+LESS = {
+    "docs/guides/evolve.md": {
+        "elib evolve avoid": "elib evolve avoid --generations 3",
+        "--generations 200": "--generations 5",
+    },
+    "docs/guides/sweep.md": {"--for 30": "--for 3"},
+    "docs/guides/cluster.md": {"--for 30": "--for 3"},
+}
+"""What is exchanged on a page so that less is computed, where the page shows no figures of it."""
+ELSEWHERE = {"docs/guides/parity.md": "tests/calibration/test_parity_guide.py"}
+"""Pages whose commands another test runs, beside the text that the page shows."""
+QUICK = {"README.md", "docs/tutorial/01-first-robot.md"}
+"""What a newcomer pastes first."""
 
 WITH_COMMANDS = [
     page
@@ -77,22 +86,35 @@ WITH_COMMANDS = [
 ]
 
 
-def free_ports(count: int) -> int:
-    """Return the first of some ports in a row that no program uses."""
-    for first in range(20_000 + os.getpid() % 1000 * 10, 60_000, count):
-        with contextlib.ExitStack() as stack, contextlib.suppress(OSError):
-            for port in range(first, first + count):
-                stack.enter_context(socket.socket()).bind(("127.0.0.1", port))
+def hold_ports(stack: contextlib.ExitStack, count: int) -> int:
+    """Hold some ports in a row, and return the first one: other programs get others.
+
+    Nothing listens on them, so a server that asks for one gets it, as servers set ``SO_REUSEADDR``.
+    """
+    while True:
+        with contextlib.ExitStack() as attempt, contextlib.suppress(OSError):
+            first = hold(attempt, 0)
+            for port in range(first + 1, first + count):
+                hold(attempt, port)
+            stack.push(attempt.pop_all())
             return first
-    raise AssertionError("no free ports")
+
+
+def hold(stack: contextlib.ExitStack, port: int) -> int:
+    line = stack.enter_context(socket.socket())
+    line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    line.bind(("127.0.0.1", port))
+    return int(line.getsockname()[1])
 
 
 class Terminal:
     """A shell in a folder of its own, as a reader of one page uses it."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, less: dict[str, str] | None = None) -> None:
         self.folder = folder
-        self.port = free_ports(20)
+        self.less = less or {}
+        self.held = contextlib.ExitStack()
+        self.port = hold_ports(self.held, 20)
         self.running: list[subprocess.Popen[bytes]] = []
         self.variables = {
             "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}",
@@ -104,6 +126,10 @@ class Terminal:
 
     def line(self, command: str) -> str:
         """Return the command as it is run here."""
+        for much, less in self.less.items():
+            command = command.replace(much, less)
+        if is_in_real_time(command):
+            command = f"{re.sub(r' --for [0-9]+', '', command)} --for 1"
         return command.replace("4000", str(self.port)).replace("/tmp/", f"{self.folder}/")
 
     def start(self, command: str) -> tuple[subprocess.Popen[bytes], Path, Path]:
@@ -137,12 +163,8 @@ class Terminal:
             self.probe(started, out, error, is_seen="--view" in words or words[1] in ("joystick", "serve"))
             if not {"--tcp", "--pty"} & set(words):  # a port with a name is there for the commands below
                 self.end(started)
-        elif is_in_real_time(words):
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                started.wait(WATCHED)
-            self.end(started)
         else:
-            started.wait(PATIENCE)
+            started.wait(MINUTES)
         said = error.read_text(encoding="utf-8")
         assert "Traceback" not in said, said
         assert started.poll() in (None, *ENDED), out.read_text(encoding="utf-8") + said
@@ -152,16 +174,14 @@ class Terminal:
 
     def probe(self, server: subprocess.Popen[bytes], out: Path, error: Path, *, is_seen: bool) -> None:
         """Wait until a server says where it is, and look whether it is there."""
-        links: list[str] = []
-        for _ in range(int(PATIENCE / 0.05)):
+
+        def links_of_server() -> list[str]:
             said = out.read_text(encoding="utf-8") + error.read_text(encoding="utf-8")
             links = LINK.findall(said)
-            if any(link.startswith("http") for link in links) if is_seen else links:
-                break
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                server.wait(0.05)
-            assert server.returncode is None, said
-        assert links
+            assert links or server.poll() is None, said
+            return links if not is_seen or any(link.startswith("http") for link in links) else []
+
+        links = wait_until(links_of_server)
         for link in links:
             scheme, _, place = link.partition("://")
             if scheme == "serial":
@@ -177,7 +197,7 @@ class Terminal:
         """End a command as Ctrl-C does, and wait for it."""
         if started.poll() is None:
             os.killpg(started.pid, signal.SIGINT)
-            started.wait(PATIENCE)
+            started.wait(MINUTES)
 
     def close(self) -> None:
         """End everything that still runs."""
@@ -185,12 +205,12 @@ class Terminal:
             with contextlib.suppress(ProcessLookupError):
                 self.end(started)
             assert started.returncode in ENDED, started.args
+        self.held.close()
 
 
-def is_in_real_time(words: list[str]) -> bool:
+def is_in_real_time(command: str) -> bool:
     """Whether the command needs as long as the robot: nothing says ``speed=max``."""
-    lasts = words[:2] == ["elib", "run"] and "--list" not in words
-    return lasts and not any("speed=max" in word for word in words)
+    return command.startswith("elib run ") and "--list" not in command and "speed=max" not in command
 
 
 def runs_here(block: Block) -> Iterator[tuple[str, str]]:
@@ -220,15 +240,20 @@ def test_every_command_is_run_or_its_block_says_what_it_needs() -> None:
     assert counts["run"] > counts["marked"]
 
 
-@pytest.mark.parametrize("page", WITH_COMMANDS, ids=name_of)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=name_of(page), marks=[] if name_of(page) in QUICK else [pytest.mark.long])
+        for page in WITH_COMMANDS
+        if name_of(page) not in ELSEWHERE and any(any(runs_here(block)) for block in blocks(page, "console"))
+    ],
+)
 def test_the_commands_of_a_page_do_what_it_says(page: Path, tmp_path: Path) -> None:
-    if not any(list(runs_here(block)) for block in blocks(page, "console")):
-        return  # all are marked
-    terminal = Terminal(tmp_path)
+    terminal = Terminal(tmp_path, LESS.get(name_of(page)))
     (tmp_path / "program.hex").write_text(PROGRAM)
     if name_of(page) in BY_PROGRAMS:
         program = blocks(page, "python")[0].text
-        subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, timeout=PATIENCE)
+        subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, timeout=MINUTES)
     if name_of(page) in SHOWN:
         name, language, count = SHOWN[name_of(page)]
         text = "\n".join(block.text for block in blocks(page, language)[:count])
@@ -243,8 +268,8 @@ def test_the_commands_of_a_page_do_what_it_says(page: Path, tmp_path: Path) -> N
     ("command", "output"),
     [
         ("elib send selector", "position  4"),
-        ("elib send selektor", ""),
-        ("elib simulate --world nowhere", ""),
+        pytest.param("elib send selektor", "", marks=pytest.mark.long),
+        pytest.param("elib simulate --world nowhere", "", marks=pytest.mark.long),
         ("sudo true", ""),
     ],
 )

@@ -1,7 +1,7 @@
 """The table "Where a new thing goes" of CONTRIBUTING.md is true: each row is carried out on a copy of the tree.
 
 A recipe edits only files that its row names. Then the copy runs: the command line and the reference pages have the new
-thing. Only recorded bytes (``tests/golden``) and pinned names (``tests/surface``) are left out: a thing that is made up
+thing. The quick lane carries all recipes out on one copy, which runs once; the long one each on a copy of its own. Only recorded bytes (``tests/golden``) and pinned names (``tests/surface``) are left out: a thing that is made up
 for a test does not have them.
 """
 
@@ -12,13 +12,14 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from pathlib import Path
 from textwrap import dedent, indent
 from typing import NamedTuple
 
 import pytest
 from pages import ROOT
+from shared import PATIENCE
 
 import elib
 
@@ -28,27 +29,27 @@ INSTALLED = "src/elib_epuck.dist-info"
 LEFT_OUT: dict[str, str] = {}
 """Rows that no recipe carries out, with the reason of each."""
 
-PATIENCE = 60.0
-"""s that the copy may take on a busy machine."""
-
 VARIABLES = {"PYTHONDONTWRITEBYTECODE": "", "COLUMNS": "200", "NO_COLOR": "1"}
 """Of the copy: it keeps compiled modules for the next recipe, and prints wide lines without colour."""
 
 ASK = """
 import contextlib, io, json, sys
-lines, pages, code = json.load(sys.stdin)
-said = []
-for line in lines:
-    out = io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
-        from elib.cli import main
-        try:
-            main(line)
-        except SystemExit:
-            pass
-    said.append(out.getvalue())
-names = {}
-exec(code, names)
+questions, pages = json.load(sys.stdin)
+answers = []
+for lines, code in questions:
+    said = []
+    for line in lines:
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
+            from elib.cli import main
+            try:
+                main(line)
+            except SystemExit:
+                pass
+        said.append(out.getvalue())
+    names = {}
+    exec(code, names)
+    answers.append([said, names.get("found")])
 if pages:
     sys.path.insert(0, "docs")
     import generate_reference
@@ -57,7 +58,7 @@ if pages:
     sys.argv = ["generate_reference.py"]
     with contextlib.redirect_stdout(io.StringIO()):
         generate_reference.main()
-json.dump([said, names.get("found")], sys.stdout)
+json.dump(answers, sys.stdout)
 """
 """What the copy runs: command lines, code that sets ``found``, and the script that writes the pages."""
 
@@ -68,6 +69,14 @@ def rows() -> dict[str, str]:
     table = text.partition("\n## Where a new thing goes\n")[2].partition("\n## ")[0]
     cells = [line.strip("|").split(" | ") for line in table.splitlines() if line.startswith("| ")]
     return {added.strip(): edited for added, edited, _ in cells[2:]}
+
+
+class Question(NamedTuple):
+    """What a recipe asks the copy: command lines, pages, and code that sets ``found``."""
+
+    lines: tuple[str, ...] = ()
+    pages: tuple[str, ...] = ()
+    code: str = ""
 
 
 class Answers(NamedTuple):
@@ -125,29 +134,39 @@ class Copy:
         (folder / "METADATA").write_text(f"Name: {project['name']}\nVersion: {elib.__version__}\n")
         (folder / "entry_points.txt").write_text(points)
 
-    def ask(self, *lines: str, pages: tuple[str, ...] = (), code: str = "") -> Answers:
-        """Run command lines and code in the copy and write its pages; return what it said."""
+    def ask(self, *questions: Question) -> list[Answers]:
+        """Run command lines and code in the copy and write its pages; return what it said to each question."""
+        names = sorted({name for question in questions for name in question.pages})
+        asked = [[[line.split() for line in each.lines], dedent(each.code)] for each in questions]
         ran = subprocess.run(
             [sys.executable, "-c", ASK],
-            input=json.dumps([[line.split() for line in lines], pages, dedent(code)]),
+            input=json.dumps([asked, names]),
             cwd=self.root,
             env={**os.environ, **VARIABLES, "PYTHONPATH": str(self.root / "src")},
             capture_output=True,
             text=True,
-            timeout=PATIENCE,
+            timeout=2 * PATIENCE,
         )
         assert ran.returncode == 0, ran.stderr
-        said, found = json.loads(ran.stdout)
-        texts = [(self.root / "docs/reference" / name).read_text(encoding="utf-8") for name in pages]
-        return Answers(said, texts, found)
+        texts = {name: (self.root / "docs/reference" / name).read_text(encoding="utf-8") for name in names}
+        return [
+            Answers(said, [texts[name] for name in each.pages], found)
+            for each, (said, found) in zip(questions, json.loads(ran.stdout), strict=True)
+        ]
 
 
-Recipe = Callable[[Copy], None]
+def ask(*lines: str, pages: tuple[str, ...] = (), code: str = "") -> Question:
+    return Question(lines, pages, code)
+
+
+Asking = Generator[Question, Answers, None]
+Recipe = Callable[[Copy], Asking]
+"""It edits the copy, asks it one question, and judges the answers."""
 CARRIED_OUT: dict[str, Recipe] = {}
 
 
 def carries_out(row: str) -> Callable[[Recipe], Recipe]:
-    """Let a test be the recipe of a row of the table."""
+    """Let a function be the recipe of a row of the table."""
 
     def mark(recipe: Recipe) -> Recipe:
         CARRIED_OUT[row] = recipe
@@ -167,16 +186,22 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return root
 
 
-@pytest.fixture
-def copy(tree: Path, request: pytest.FixtureRequest) -> Iterator[Copy]:
-    """The copy of the tree; the recipe's row must name what the recipe edits in it."""
-    copy = Copy(tree)
-    yield copy
-    copy.restore()
-    row = next(row for row, recipe in CARRIED_OUT.items() if recipe is request.function)
-    named = re.findall(r"`([\w./-]+)`", rows()[row])
-    unnamed = [path for path in copy.edited if not any(is_named(path, name) for name in named)]
-    assert not unnamed, f"the row {row!r} of CONTRIBUTING.md does not name {unnamed}"
+def carry_out(tree: Path, rows_carried_out: list[str]) -> None:
+    """Carry recipes out on one copy, let it run once, and give each recipe the answers."""
+    copies = [Copy(tree) for _ in rows_carried_out]
+    try:
+        running = [CARRIED_OUT[row](copy) for row, copy in zip(rows_carried_out, copies, strict=True)]
+        questions = [next(recipe) for recipe in running]
+        for recipe, answers in zip(running, copies[0].ask(*questions), strict=True):
+            with pytest.raises(StopIteration):
+                recipe.send(answers)
+    finally:
+        for copy in copies:
+            copy.restore()
+    for row, copy in zip(rows_carried_out, copies, strict=True):
+        named = re.findall(r"`([\w./-]+)`", rows()[row])
+        unnamed = [path for path in copy.edited if not any(is_named(path, name) for name in named)]
+        assert not unnamed, f"the row {row!r} of CONTRIBUTING.md does not name {unnamed}"
 
 
 def is_named(path: str, name: str) -> bool:
@@ -184,17 +209,13 @@ def is_named(path: str, name: str) -> bool:
     return f"/{path}".endswith(f"/{name}") or (name.endswith("/") and f"/{name}" in f"/{path}")
 
 
-def test_every_row_of_the_table_is_carried_out() -> None:
-    assert sorted(rows()) == sorted([*CARRIED_OUT, *LEFT_OUT])
-
-
 @carries_out("a command of the robot")
-def test_a_command_of_the_robot_is_a_row_and_a_handler(copy: Copy) -> None:
+def a_command_of_the_robot_is_a_row_and_a_handler(copy: Copy) -> Asking:
     copy.add(
         "src/elib/protocol/commands.py",
         "    # -- lamps and sound --\n",
         '''
-    @command(binary=binary_form(0x12, shapes.BUTTON))
+    @command(binary=binary_form(0x13, shapes.BUTTON))
     def lid(self) -> v.Button:
         """Read the switch of the lid."""
 ''',
@@ -204,12 +225,12 @@ def test_a_command_of_the_robot_is_a_row_and_a_handler(copy: Copy) -> None:
         "src/elib/emulator/firmware/epuck2.py",
         "    # -- binary commands --\n",
         """
-    @binary(0xEE)
+    @binary(0xED)
     def _binary_lid(self, parameters: bytes) -> bytes:
         return bytes((self.hardware.button_is_pressed(),))
 """,
     )
-    answers = copy.ask(
+    answers = yield ask(
         "send lid --help",
         "send lid --robot sim://?firmware=epuck2&speed=max",
         "send lid --robot sim://?firmware=btcom-2.0&speed=max",
@@ -222,7 +243,7 @@ def test_a_command_of_the_robot_is_a_row_and_a_handler(copy: Copy) -> None:
 
 
 @carries_out("a command of `elib`")
-def test_a_command_of_elib_is_a_file_and_a_line(copy: Copy) -> None:
+def a_command_of_elib_is_a_file_and_a_line(copy: Copy) -> Asking:
     copy.write(
         "src/elib/cli/greet.py",
         '''
@@ -232,7 +253,7 @@ def test_a_command_of_elib_is_a_file_and_a_line(copy: Copy) -> None:
         ''',
     )
     copy.add("src/elib/cli/program.py", "COMMANDS = {\n", '    "greet": "Greet the robot.",\n')
-    answers = copy.ask("--help", "greet", "greet --help", pages=("cli.md",))
+    answers = yield ask("--help", "greet", "greet --help", pages=("cli.md",))
     assert re.search(r"^  greet +Greet the robot$", answers.lines[0], re.MULTILINE)
     assert answers.lines[1] == "hello, robot\n"
     assert "Greet the robot in a friendly way." in answers.lines[2]
@@ -240,7 +261,7 @@ def test_a_command_of_elib_is_a_file_and_a_line(copy: Copy) -> None:
 
 
 @carries_out("a firmware")
-def test_a_firmware_is_a_profile_and_a_class(copy: Copy) -> None:
+def a_firmware_is_a_profile_and_a_class(copy: Copy) -> Asking:
     copy.replace("src/elib/protocol/profiles.py", "import re\n", "import re\nfrom dataclasses import replace\n")
     copy.replace(
         "src/elib/protocol/profiles.py",
@@ -267,7 +288,7 @@ def test_a_firmware_is_a_profile_and_a_class(copy: Copy) -> None:
         "_CLASSES = (",
         "from elib.emulator.firmware.btcom27 import BtCom27\n\n_CLASSES = (BtCom27, ",
     )
-    answers = copy.ask(
+    answers = yield ask(
         "simulate --help",
         "send version --robot sim://?firmware=btcom-2.7&speed=max",
         pages=("commands.md",),
@@ -278,7 +299,7 @@ def test_a_firmware_is_a_profile_and_a_class(copy: Copy) -> None:
 
 
 @carries_out("a transport")
-def test_a_transport_is_a_file_its_entry_point_and_its_line_on_the_page(copy: Copy) -> None:
+def a_transport_is_a_file_its_entry_point_and_its_line_on_the_page(copy: Copy) -> Asking:
     copy.write(
         "src/elib/transport/mine.py",
         '''
@@ -297,13 +318,13 @@ def test_a_transport_is_a_file_its_entry_point_and_its_line_on_the_page(copy: Co
     copy.add("pyproject.toml", '[project.entry-points."elib.transports"]\n', 'mine = "elib.transport.mine:SCHEME"\n')
     copy.add("docs/generator/urls.py", "TARGETS = {\n", '    "mine": ("`mine://SHAFT`", "a robot in a mine"),\n')
     copy.install()
-    answers = copy.ask("send selector --robot mine://north?level=2", pages=("urls.md",))
+    answers = yield ask("send selector --robot mine://north?level=2", pages=("urls.md",))
     assert answers.lines[0].split() == ["position", "3"]
     assert "| `mine://SHAFT` | a robot in a mine | `level` |" in answers.pages[0]
 
 
 @carries_out("a behaviour")
-def test_a_behaviour_is_a_file(copy: Copy) -> None:
+def a_behaviour_is_a_file(copy: Copy) -> Asking:
     copy.write(
         "src/elib/behaviours/shuffle.py",
         '''
@@ -324,14 +345,14 @@ def test_a_behaviour_is_a_file(copy: Copy) -> None:
             run.say("shuffled")
         ''',
     )
-    answers = copy.ask("run --list", "run shuffle --robot sim://square?speed=max", pages=("cli.md",))
+    answers = yield ask("run --list", "run shuffle --robot sim://square?speed=max", pages=("cli.md",))
     assert re.search(r"^shuffle +Move a centimetre ahead\.$", answers.lines[0], re.MULTILINE)
     assert "shuffled" in answers.lines[1]
     assert "\n### shuffle\n" in answers.pages[0]
 
 
 @carries_out("an action of `et`")
-def test_an_action_of_et_is_a_file_with_a_class(copy: Copy) -> None:
+def an_action_of_et_is_a_file_with_a_class(copy: Copy) -> Asking:
     copy.write(
         "src/elib/et/actions/longest.py",
         '''
@@ -355,27 +376,27 @@ def test_an_action_of_et_is_a_file_with_a_class(copy: Copy) -> None:
         ''',
     )
     (copy.root / "run.log").write_text("0.1 Ada call speed 0 0\n0.2 Ada ok speed 0 0\n")
-    answers = copy.ask("et --help", "et Longest -s run.log", pages=("cli.md",))
+    answers = yield ask("et --help", "et Longest -s run.log", pages=("cli.md",))
     assert "Print the length of the longest row." in answers.lines[0]
     assert float(answers.lines[1]) == len("0.1 Ada call speed 0 0")
     assert "Print the length of the longest row." in answers.pages[0]
 
 
 @carries_out("a kind of fault")
-def test_a_kind_of_fault_is_an_entry_and_what_it_does(copy: Copy) -> None:
+def a_kind_of_fault_is_an_entry_and_what_it_does(copy: Copy) -> Asking:
     kind = '        "theft": Kind("A whole answer is stolen.", (_probability(),)),\n'
     copy.replace("src/elib/emulator/faultscript.py", '        "delay": Kind(\n', kind + '        "delay": Kind(\n')
     copy.replace("src/elib/emulator/faultplayer.py", 'self._of("loss", ', 'self._of("theft", "loss", ')
     copy.replace("src/elib/emulator/faultplayer.py", 'case "loss":', 'case "loss" | "theft":')
     script = 'description = "A thief"\n[[fault]]\nkind = "theft"\nprobability = 1.0\n'
     (copy.root / "thief.toml").write_text(script)
-    answers = copy.ask("send version --robot sim://?fault=thief.toml&speed=max", pages=("faults.md",))
+    answers = yield ask("send version --robot sim://?fault=thief.toml&speed=max", pages=("faults.md",))
     assert "no robot answered" in answers.lines[0]
     assert "\n### theft\n\nA whole answer is stolen.\n" in answers.pages[0]
 
 
 @carries_out("a fault script")
-def test_a_fault_script_is_a_file(copy: Copy) -> None:
+def a_fault_script_is_a_file(copy: Copy) -> Asking:
     copy.write(
         "src/elib/faults/gone-at-once.toml",
         """
@@ -386,7 +407,7 @@ def test_a_fault_script_is_a_file(copy: Copy) -> None:
         probability = 1.0
         """,
     )
-    answers = copy.ask(
+    answers = yield ask(
         "simulate --help", "send version --robot sim://?fault=gone-at-once&speed=max", pages=("faults.md",)
     )
     assert "gone-at-once" in answers.lines[0]
@@ -395,7 +416,7 @@ def test_a_fault_script_is_a_file(copy: Copy) -> None:
 
 
 @carries_out("a step of the doctor")
-def test_a_step_of_the_doctor_is_a_function_and_an_entry(copy: Copy) -> None:
+def a_step_of_the_doctor_is_a_function_and_an_entry(copy: Copy) -> Asking:
     copy.add(
         "src/elib/diagnosis/robot.py",
         """    return CheckResult(f"an e-puck says {session.version.text!r}")\n""",
@@ -411,12 +432,12 @@ async def mood(examination: Examination) -> CheckResult:
         '    Check("answer", robot.answer, "line", 7),\n',
         '    Check("mood", robot.mood, "answer", 1),\n',
     )
-    answers = copy.ask("doctor sim://?speed=max")
+    answers = yield ask("doctor sim://?speed=max")
     assert re.search(r"^  ok +mood +it is content$", answers.lines[0], re.MULTILINE)
 
 
 @carries_out("a world")
-def test_a_world_is_a_file(copy: Copy) -> None:
+def a_world_is_a_file(copy: Copy) -> Asking:
     copy.write(
         "src/elib/worlds/attic.toml",
         """
@@ -429,7 +450,7 @@ def test_a_world_is_a_file(copy: Copy) -> None:
         position = [0.1, 0.1]
         """,
     )
-    answers = copy.ask("world list", "send selector --robot sim://attic?speed=max", pages=("worlds.md", "urls.md"))
+    answers = yield ask("world list", "send selector --robot sim://attic?speed=max", pages=("worlds.md", "urls.md"))
     assert re.search(r"^attic +0.5 x 0.25 m", answers.lines[0], re.MULTILINE)
     assert answers.lines[1].split() == ["position", "3"]
     assert "| `attic` | 0.5 x 0.25 m |" in answers.pages[0]
@@ -437,7 +458,7 @@ def test_a_world_is_a_file(copy: Copy) -> None:
 
 
 @carries_out("a sensor of the robot")
-def test_a_reading_is_a_class_a_row_and_a_handler(copy: Copy) -> None:
+def a_reading_is_a_class_a_row_and_a_handler(copy: Copy) -> Asking:
     temperature = "    temperature: Temperature | None = None\n"
     copy.add("src/elib/protocol/values.py", temperature, "    humidity: Humidity | None = None\n")
     copy.replace(
@@ -503,7 +524,7 @@ class Distance(Reading):
         '    has_sd_card = _reading("sd", bool)\n',
         '    humidity = _reading("humidity", int)\n',
     )
-    answers = copy.ask(
+    answers = yield ask(
         "send humidity --robot sim://?firmware=epuck2&speed=max",
         "send sensors --json --robot sim://?firmware=epuck2&speed=max",
         pages=("commands.md", "values.md", "telemetry.md"),
@@ -525,13 +546,13 @@ class Distance(Reading):
 
 
 @carries_out("an instrument of the panel")
-def test_an_instrument_of_the_panel_follows_from_its_reading_and_its_range_is_a_case(copy: Copy) -> None:
+def an_instrument_of_the_panel_follows_from_its_reading_and_its_range_is_a_case(copy: Copy) -> Asking:
     copy.add(
         "src/elib/web/gauges.py",
         "    match name:\n",
         '        case "temperature":\n            return (-40.0, 85.0) if profile is None else (0.0, 50.0)\n',
     )
-    answers = copy.ask(
+    answers = yield ask(
         code="""
         from elib.web.gauges import instruments
         from elib.protocol.profiles import EPUCK2
@@ -545,7 +566,7 @@ def test_an_instrument_of_the_panel_follows_from_its_reading_and_its_range_is_a_
 
 
 @carries_out("a sensor of `elib.World`")
-def test_a_sensor_of_the_simulator_is_a_file_and_a_field(copy: Copy) -> None:
+def a_sensor_of_the_simulator_is_a_file_and_a_field(copy: Copy) -> Asking:
     copy.write(
         "src/elib/physics/sensors/daylight.py",
         '''
@@ -566,7 +587,7 @@ def test_a_sensor_of_the_simulator_is_a_file_and_a_field(copy: Copy) -> None:
         "        rotation: About the upright axis, rad/s, positive to the left.\n",
         "        daylight: Light from above, more to the east.\n",
     )
-    answers = copy.ask(
+    answers = yield ask(
         pages=("simulator.md",),
         code="""
         import elib
@@ -585,7 +606,7 @@ def test_a_sensor_of_the_simulator_is_a_file_and_a_field(copy: Copy) -> None:
 
 
 @carries_out("an error")
-def test_an_error_is_a_class_its_public_name_and_its_cure(copy: Copy) -> None:
+def an_error_is_a_class_its_public_name_and_its_cure(copy: Copy) -> Asking:
     following = "class SimulationError(ElibError):\n"
     kind = 'class RobotAsleep(ElibError):\n    """The robot is asleep."""\n\n\n'
     copy.replace("src/elib/errors.py", following, kind + following)
@@ -596,7 +617,7 @@ def test_an_error_is_a_class_its_public_name_and_its_cure(copy: Copy) -> None:
         "    from elib.errors import RobotAsleep as RobotAsleep\n",
     )
     copy.add("docs/generator/errors.py", "CURES = {\n", '    "RobotAsleep": "Wake the robot.",\n')
-    answers = copy.ask(
+    answers = yield ask(
         pages=("errors.md",), code="import elib\nfound = [issubclass(elib.RobotAsleep, elib.ElibError), *elib.__all__]"
     )
     assert isinstance(answers.found, list)
@@ -605,3 +626,17 @@ def test_an_error_is_a_class_its_public_name_and_its_cure(copy: Copy) -> None:
     assert "\n## RobotAsleep\n\nThe robot is asleep.\n" in answers.pages[0]
     assert "**What to do.** Wake the robot." in answers.pages[0]
     assert "├── RobotAsleep\n" in answers.pages[0]
+
+
+def test_every_row_of_the_table_is_carried_out() -> None:
+    assert sorted(rows()) == sorted([*CARRIED_OUT, *LEFT_OUT])
+
+
+def test_all_recipes_together_make_what_the_table_says(tree: Path) -> None:
+    carry_out(tree, list(CARRIED_OUT))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("row", CARRIED_OUT)
+def test_a_recipe_alone_makes_what_its_row_says(row: str, tree: Path) -> None:
+    carry_out(tree, [row])

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 from pages import ROOT, prose
+from shared import PATIENCE
 
 import elib
 from elib import errors
@@ -32,7 +33,7 @@ for by_hand in ("from-elib.md", "from-unifr.md", "from-webots.md", "e-puck.md", 
 
 def test_the_generated_pages_are_up_to_date() -> None:
     script = str(ROOT / "docs/generate_reference.py")
-    found = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, timeout=60)
+    found = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, timeout=PATIENCE)
     assert found.returncode == 0, found.stdout + found.stderr
 
 

@@ -6,10 +6,12 @@ Each ends in time with exit code 0, and writes nothing on stderr.
 import ast
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 from pages import CANNOT_STOP, ROOT, complaints, name_of, programs
+from shared import PATIENCE
 
 SOURCES = {
     **{name_of(path): path.read_text() for path in sorted((ROOT / "examples").glob("*.py"))},
@@ -20,8 +22,9 @@ SOURCES = {
 }
 NEEDS_WITH = {"examples/18_replay.py"}
 """It reads a file that is complete only at the end of the block."""
-PATIENCE = 120.0
-"""s that a program may take on a busy machine before it counts as hanging."""
+NOT_IN_A_THREAD = {f"docs/tutorial/{page}.md" for page in ("02-first-behaviour", "04-first-swarm", "05-first-evolution")}
+"""They drive for minutes of simulated time, and open no robot in another way than the others."""
+QUICK = {"examples/01_hello.py"}
 
 
 class WithoutWith(ast.NodeTransformer):
@@ -66,7 +69,7 @@ def run(source: str, folder: Path, *options: str, said: str = "") -> subprocess.
     program = folder / "program.py"
     program.write_text(source)
     command = [sys.executable, *options, str(program)]
-    return subprocess.run(command, cwd=folder, input=said, capture_output=True, text=True, timeout=PATIENCE)
+    return subprocess.run(command, cwd=folder, input=said, capture_output=True, text=True, timeout=2 * PATIENCE)
 
 
 def check(name: str, done: subprocess.CompletedProcess[str]) -> None:
@@ -79,26 +82,29 @@ def test_there_are_programs_of_both_kinds() -> None:
     assert {"README.md", "examples/01_hello.py", "docs/tutorial/01-first-robot.md"} <= set(BARE)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", SOURCES)
+def named(names: Iterable[str]) -> pytest.MarkDecorator:
+    """Run a test with each of these programs: with the shortest one in the quick lane too."""
+    return pytest.mark.parametrize(
+        "name", [pytest.param(name, marks=[] if name in QUICK else [pytest.mark.long]) for name in names]
+    )
+
+
+@named(SOURCES)
 def test_a_program_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
     check(name, run(SOURCES[name], tmp_path))
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", BARE)
+@named(BARE)
 def test_a_program_without_with_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
     check(name, run(BARE[name], tmp_path))
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", SOURCES)
+@named(name for name in SOURCES if name not in NOT_IN_A_THREAD)
 def test_a_program_in_a_thread_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
     check(name, run(in_a_thread(BARE.get(name, SOURCES[name])), tmp_path))
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["README.md", "examples/01_hello.py", "docs/tutorial/01-first-robot.md"])
+@named(["README.md", "examples/01_hello.py", "docs/tutorial/01-first-robot.md"])
 def test_a_program_that_goes_on_at_the_prompt_ends_without_a_complaint(name: str, tmp_path: Path) -> None:
     done = run(BARE[name], tmp_path, "-i", "-q", said="print(robot)\n")
     assert "open>" in done.stdout

@@ -8,11 +8,10 @@ from urllib.parse import unquote, urldefrag
 
 import pytest
 from pages import ROOT
+from shared import PATIENCE
 
 sys.path.insert(0, str(ROOT / "docs"))
 import make_site
-
-pytestmark = pytest.mark.long
 
 
 class Page(HTMLParser):
@@ -41,7 +40,7 @@ class Page(HTMLParser):
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("site") / "site"
     script = ROOT / "docs/make_site.py"
-    done = subprocess.run([sys.executable, script, "--to", folder], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, script, "--to", folder], capture_output=True, text=True, timeout=2 * PATIENCE)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder
 
@@ -51,6 +50,7 @@ def pages(site: Path) -> dict[Path, Page]:
     return {path: Page(path) for path in site.rglob("*.html") if path.name != "404.html"}
 
 
+@pytest.mark.long
 def test_every_document_is_a_page(pages: dict[Path, Page], site: Path) -> None:
     names = {path.relative_to(site).with_suffix(".md").as_posix() for path in pages}
     documents = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
@@ -59,6 +59,7 @@ def test_every_document_is_a_page(pages: dict[Path, Page], site: Path) -> None:
     assert names - documents == {name for name, make in make_site.OUTSIDE.values() if make}
 
 
+@pytest.mark.long
 def test_every_link_and_every_picture_leads_somewhere(pages: dict[Path, Page]) -> None:
     broken = []
     for path, page in pages.items():
@@ -73,6 +74,7 @@ def test_every_link_and_every_picture_leads_somewhere(pages: dict[Path, Page]) -
     assert broken == []
 
 
+@pytest.mark.long
 def test_no_page_loads_anything_from_elsewhere(pages: dict[Path, Page]) -> None:
     assert {load for page in pages.values() for load in page.loads if "//" in load} == set()
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from pages import ROOT, blocks
+from shared import PATIENCE
 
 PAGE = ROOT / "docs/concepts/does-elib-suit-you.md"
 WEBOTS = ROOT / "docs/reference/from-webots.md"
@@ -31,7 +32,7 @@ def test_the_lines_of_the_first_programs_are_counted_right() -> None:
 )
 def test_the_program_for_enki_prints_what_the_page_says(tmp_path: Path) -> None:
     (tmp_path / "first.cpp").write_text(blocks(PAGE, "cpp")[0].text)
-    subprocess.run(["g++", "first.cpp", "-o", "first", "-lenki"], cwd=tmp_path, check=True, timeout=120)
-    said = subprocess.run([tmp_path / "first"], check=True, capture_output=True, text=True, timeout=60).stdout
+    subprocess.run(["g++", "first.cpp", "-o", "first", "-lenki"], cwd=tmp_path, check=True, timeout=2 * PATIENCE)
+    said = subprocess.run([tmp_path / "first"], check=True, capture_output=True, text=True, timeout=PATIENCE).stdout
     shown = PAGE.read_text(encoding="utf-8").partition("C++, which print ")[2].partition(" s ")[0]
     assert round(float(said.split()[0]), 2) == float(shown)
