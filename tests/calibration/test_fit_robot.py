@@ -17,9 +17,6 @@ from elib.recording.topics import MEASURED, READINGS
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 
-pytestmark = pytest.mark.long
-
-
 @pytest.fixture(scope="module")
 def found(hidden: Hidden) -> Fitted:
     return fit_robot(Recording(hidden.file))
@@ -34,11 +31,12 @@ def require_recovered(found: Fitted, hidden: Hidden) -> None:
     assert abs(found.link.latency - hidden.latency) < 0.002
 
 
-def test_two_minutes_of_driving_give_wheels_axle_and_latency_back(found: Fitted, hidden: Hidden) -> None:
+def test_a_minute_of_driving_gives_wheels_axle_and_latency_back(found: Fitted, hidden: Hidden) -> None:
     require_recovered(found, hidden)
     assert found.missing == ()
 
 
+@pytest.mark.long
 def test_another_infrared_curve_and_a_link_with_jitter_are_found_too(tmp_path: Path) -> None:
     hidden = hidden_robot(tmp_path, 14, profile="gctronic", gains=0.0, keys="&jitter=0.004", duration=60)
     found = fit_robot(Recording(hidden.file))
@@ -52,11 +50,12 @@ def test_another_infrared_curve_and_a_link_with_jitter_are_found_too(tmp_path: P
         assert off(found.curve.infrared.counts(distance), counts[round(distance / 0.00025)]) < 0.06
 
 
+@pytest.mark.long
 def test_the_fitted_robot_is_predicted_on_another_drive_within_the_stated_error(
     found: Fitted, hidden: Hidden, tmp_path: Path
 ) -> None:
     assert found.curve is not None
-    again = hidden_robot(tmp_path, 11, duration=60)
+    again = hidden_robot(tmp_path, 11, duration=45)
     alike = parity(Recording(again.file), profile=found.profile)
     scores = {score.name: score for score in alike.scores}
     assert {"encoders", "proximity", "path", "latency"} <= scores.keys()
@@ -82,6 +81,7 @@ def without_topics(monkeypatch: pytest.MonkeyPatch, *topics: str) -> None:
     monkeypatch.setattr(Recording, "entries", fewer)
 
 
+@pytest.mark.long
 def test_without_measured_poses_the_link_is_fitted_and_the_rest_said(
     nominal: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -133,6 +133,7 @@ async def driven(robot: Epuck, file: Path, legs: list[tuple[float, float]], seco
 WAYS = [(0.3, 0.3), (-0.3, -0.3), (0.25, -0.25), (-0.25, 0.25), (0.3, 0.2), (-0.3, -0.2)]
 
 
+@pytest.mark.long
 def test_counters_that_are_set_on_the_way_are_not_taken_for_motion_and_open_space_is_not_taken_for_a_wall(
     tmp_path: Path,
 ) -> None:

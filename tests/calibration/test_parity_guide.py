@@ -1,6 +1,8 @@
 """What the guide to parity shows is what the commands print."""
 
 import re
+import shlex
+import shutil
 from pathlib import Path
 
 import pytest
@@ -27,24 +29,27 @@ def require_alike(shown: str, printed: str) -> None:
         assert float(theirs) == pytest.approx(float(ours), rel=0.05, abs=0.05)
 
 
-def test_the_guide_shows_what_the_commands_print(
+def test_the_guide_shows_what_its_commands_print(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (world,) = blocks("toml")
     Path("mine.toml").write_text(world, encoding="utf-8")
-    lines = [line.removeprefix("$ ") for block in blocks("console") for line in block.splitlines()]
     plain, fit, fitted = blocks("text")
-    url = "sim://mine.toml?seed=3&latency=0.023&speed=max"
-    assert lines[0] == f'elib run calibration-drive --robot "{url}" --record drive.mcap'
-    assert main(["run", "calibration-drive", "--robot", url, "--record", "drive.mcap"]) == 0
-    capsys.readouterr()
-    for line, shown in (
-        ("elib fit drive.mcap -o robot.toml", fit),
-        ("elib compare drive.mcap", plain),
-        ("elib compare drive.mcap --profile robot.toml", fitted),
-    ):
-        assert any(each.startswith(line) for each in lines)
-        assert main(line.split()[1:]) == 0
+    shown = {
+        'elib run calibration-drive --robot "sim://mine.toml?seed=3&latency=0.023&speed=max" --record drive.mcap': "",
+        "elib compare drive.mcap --plot compared.png": plain,
+        "elib fit drive.mcap -o robot.toml": fit,
+        "elib compare drive.mcap --profile robot.toml": fitted,
+        "elib compare monday.mcap friday.mcap --plot week.png": "",
+    }
+    lines = [line.removeprefix("$ ") for block in blocks("console") for line in block.splitlines()]
+    assert lines == list(shown)
+    for line, text in shown.items():
+        if "monday.mcap" in line:  # of another day
+            for name in ("monday.mcap", "friday.mcap"):
+                shutil.copy("drive.mcap", name)
+        assert main(shlex.split(line)[1:]) == 0
         printed = capsys.readouterr().out.splitlines()
-        require_alike(shown, "\n".join(printed[: len(shown.splitlines())]))
+        require_alike(text, "\n".join(printed[: len(text.splitlines())]))
+    assert {"compared.png", "week.png"} <= {path.name for path in tmp_path.iterdir()}

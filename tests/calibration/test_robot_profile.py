@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from parity_drives import off
 
@@ -61,9 +61,14 @@ def profiles(draw: st.DrawFn) -> RobotProfile:
     )
 
 
-@given(profiles())
-def test_every_profile_is_written_so_that_the_same_is_read(profile: RobotProfile) -> None:
-    assert parse(written(profile).encode(), "p.toml") == profile
+@pytest.mark.parametrize("count", [25, pytest.param(100, marks=pytest.mark.long)])
+def test_every_profile_is_written_so_that_the_same_is_read(count: int) -> None:
+    @settings(max_examples=count)
+    @given(profiles())
+    def check(profile: RobotProfile) -> None:
+        assert parse(written(profile).encode(), "p.toml") == profile
+
+    check()
 
 
 def test_knots_that_are_very_near_each_other_stay_apart() -> None:

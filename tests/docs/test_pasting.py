@@ -11,7 +11,6 @@ import contextlib
 import os
 import re
 import shlex
-import shutil
 import signal
 import socket
 import subprocess
@@ -44,7 +43,6 @@ BY_PROGRAMS = {"docs/guides/link-faults.md", "docs/guides/pandas.md", "docs/guid
 """Pages whose first Python program makes the file that their commands read."""
 SHOWN = {
     "docs/guides/decode.md": ("run.txt", "text", 1),
-    "docs/guides/parity.md": ("mine.toml", "toml", 1),
     "docs/guides/worlds.md": ("gate.toml", "toml", 1),
     "docs/tutorial/01-first-robot.md": ("mine.py", "python", 1),
     "docs/tutorial/02-first-behaviour.md": ("roam.py", "python", 3),
@@ -52,8 +50,6 @@ SHOWN = {
 }
 """Pages that show the file which their commands read: its name, the language of its blocks, and how many of the first
 blocks are in it."""
-COPIES = {"monday.mcap": "drive.mcap", "friday.mcap": "drive.mcap"}
-"""Files of another day, by what stands for them."""
 PROGRAM = ":080000000001040000000000F3\n:1002000000000700000007000000070000000700D2\n:00000001FF\n"
 """A program for an e-puck1, ``program.hex``: a jump to 0x100, and a few instructions there."""
 
@@ -150,9 +146,6 @@ class Terminal:
 
     def paste(self, command: str, output: str) -> None:
         """Run a command, and compare what it prints with what the page shows."""
-        for missing, present in COPIES.items():
-            if missing in command:
-                shutil.copy(self.folder / present, self.folder / missing)
         words = [word for word in shlex.split(command) if not re.match(r"[A-Z_]+=", word)]
         assert words[0] in PROGRAMS, f"{command}: what does it need? Say it in a comment before its block"
         if words[0] == "export":
