@@ -17,6 +17,7 @@ from elib.recording.topics import MEASURED, READINGS
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 
+
 @pytest.fixture(scope="module")
 def found(hidden: Hidden) -> Fitted:
     return fit_robot(Recording(hidden.file))

@@ -14,6 +14,7 @@ from elib.calibration.scores import field_parts, latency_score, parity, path_sco
 from elib.calibration.series import Series
 from elib.emulator.robotprofile import LinkDelay, RobotProfile
 from elib.errors import ArgumentError, LinkNotFound
+from elib.pose import Pose
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.profiles import PROFILES, profile_named
@@ -76,25 +77,26 @@ def test_a_call_that_cannot_be_made_again_is_left_out() -> None:
         assert request_of(RecordedCall(0.0, 0.0, 1, command, text, ()), context) is None
 
 
-def test_a_drive_begins_where_it_was_recorded(nominal: Path, tmp_path: Path) -> None:
+def recorded(url: str, file: Path, place: Pose | None = None) -> Recording:
+    """Record a second of a robot that stands, if asked at a place to which it was moved."""
+
     async def main(robot: Epuck) -> None:
-        world_of(robot).move_robot(0, elib_pose(0.3, 0.7, 1.0))
+        if place is not None:
+            world_of(robot).move_robot(0, place)
         await robot.sleep(0.1)
-        with robot.record(tmp_path / "elsewhere.mcap"):
+        with robot.record(file):
             for _ in range(10):
                 await robot.encoders()
                 await robot.sleep(0.1)
 
-    run_on("sim://square?speed=max", main)
-    with rerun(Recording(tmp_path / "elsewhere.mcap")) as again:
+    run_on(url, main)
+    return Recording(file)
+
+
+def test_a_drive_begins_where_it_was_recorded(tmp_path: Path) -> None:
+    with rerun(recorded("sim://square?speed=max", tmp_path / "elsewhere.mcap", Pose(0.3, 0.7, 1.0))) as again:
         pose = again.recording.path(measured=True)[0]
     assert (pose.x, pose.y, pose.heading) == (pytest.approx(0.3), pytest.approx(0.7), pytest.approx(1.0))
-
-
-def elib_pose(x: float, y: float, heading: float) -> object:
-    from elib.pose import Pose
-
-    return Pose(x, y, heading)
 
 
 def test_a_recording_without_a_world_needs_one(nominal: Path) -> None:
@@ -141,8 +143,7 @@ def test_a_recording_without_path_or_calls_has_no_score_for_them(nominal: Path) 
 
 
 def test_a_second_robot_of_a_world_is_played_as_the_second(tmp_path: Path) -> None:
-    file = drive("sim://crowd?speed=max&robots=3&robot=2&seed=2", tmp_path / "second.mcap", duration=20)
-    recording = Recording(file)
+    recording = recorded("sim://crowd?speed=max&robots=3&robot=2&seed=2", tmp_path / "second.mcap")
     with rerun(recording) as again:
         first, second = recording.path(measured=True)[0], again.recording.path(measured=True)[0]
     assert (first.x, first.y) == (pytest.approx(second.x), pytest.approx(second.y))

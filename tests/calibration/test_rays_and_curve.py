@@ -33,7 +33,7 @@ def test_a_robot_reads_what_its_rays_and_the_published_curve_say(pose: tuple[flo
 
 def drawn(gains: np.ndarray, level: float, bend: float) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(8)
-    depth = rng.uniform(0.01, REACH, (600, 8, 1))
+    depth = rng.uniform(0.01, REACH, (300, 8, 1))
     light = published(depth[..., 0]) * np.exp(bend * (depth[..., 0] - 0.03) / 0.03)
     return depth, np.clip(np.round(gains * light + level + rng.normal(size=light.shape) * 6), 0, 4095)
 

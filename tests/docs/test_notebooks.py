@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from pages import CANNOT_STOP, ROOT, complaints, name_of, programs
+
 from shared import PATIENCE
 
 pytest.importorskip("ipykernel")

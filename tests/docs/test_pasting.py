@@ -3,8 +3,8 @@
 A command that serves is started, tried and ended by Ctrl-C. What a page shows below a command is compared. A block that
 cannot run here says what it needs in a comment before it, ``<!-- needs a robot -->``; none is left out without one.
 
-Exchanged is only what two runs on one computer would share, port numbers and ports in ``/tmp``, and how much is computed
-where the page shows nothing of it: a run in real time ends after a second, and :data:`LESS` names the others.
+Exchanged is only what two runs on one computer would share, port numbers and ports in ``/tmp``, and how much is
+computed where the page shows nothing of it: a run in real time ends after a second, and :data:`LESS` names the others.
 """
 
 import contextlib
@@ -21,8 +21,9 @@ from pathlib import Path
 
 import pytest
 from pages import PAGES, ROOT, Block, blocks, name_of
-from shared import PATIENCE, wait_until
 from test_documents import commands
+
+from shared import PATIENCE, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="pseudo terminals, signals and a POSIX shell")
 

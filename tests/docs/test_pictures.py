@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from pages import PAGES, ROOT
 from PIL import Image, ImageChops, ImageStat
+
 from shared import PATIENCE
 
 IMAGES = ROOT / "docs/images"
@@ -18,7 +19,9 @@ MADE = sorted(path.name for path in IMAGES.glob("tutorial-*"))
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("pictures")
     script = ROOT / "docs/make_pictures.py"
-    done = subprocess.run([sys.executable, script, "--to", folder], capture_output=True, text=True, timeout=4 * PATIENCE)
+    done = subprocess.run(
+        [sys.executable, script, "--to", folder], capture_output=True, text=True, timeout=4 * PATIENCE
+    )
     assert done.returncode == 0, done.stderr
     return folder
 

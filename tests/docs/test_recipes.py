@@ -1,8 +1,8 @@
 """The table "Where a new thing goes" of CONTRIBUTING.md is true: each row is carried out on a copy of the tree.
 
 A recipe edits only files that its row names. Then the copy runs: the command line and the reference pages have the new
-thing. The quick lane carries all recipes out on one copy, which runs once; the long one each on a copy of its own. Only recorded bytes (``tests/golden``) and pinned names (``tests/surface``) are left out: a thing that is made up
-for a test does not have them.
+thing. All recipes are carried out together, so that the copy runs once. Only recorded bytes (``tests/golden``) and
+pinned names (``tests/surface``) are left out: a thing that is made up for a test does not have them.
 """
 
 import json
@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import pytest
 from pages import ROOT
-from shared import PATIENCE
 
 import elib
+from shared import PATIENCE
 
 COPIED = ("src", "docs/generator", "docs/reference")
 FILES = ("docs/generate_reference.py", "pyproject.toml")
@@ -29,8 +29,8 @@ INSTALLED = "src/elib_epuck.dist-info"
 LEFT_OUT: dict[str, str] = {}
 """Rows that no recipe carries out, with the reason of each."""
 
-VARIABLES = {"PYTHONDONTWRITEBYTECODE": "", "COLUMNS": "200", "NO_COLOR": "1"}
-"""Of the copy: it keeps compiled modules for the next recipe, and prints wide lines without colour."""
+VARIABLES = {"PYTHONDONTWRITEBYTECODE": "1", "COLUMNS": "200", "NO_COLOR": "1"}
+"""Of the copy: it runs once, and prints wide lines without colour."""
 
 ASK = """
 import contextlib, io, json, sys
@@ -113,15 +113,6 @@ class Copy:
         self.edited.add(path)
         (self.root / path).write_text(text, encoding="utf-8")
 
-    def restore(self) -> None:
-        """Undo what the recipe edited."""
-        for path in self.edited:
-            if (ROOT / path).exists():
-                shutil.copy2(ROOT / path, self.root / path)
-            else:
-                (self.root / path).unlink()
-        shutil.rmtree(self.root / INSTALLED, ignore_errors=True)
-
     def install(self) -> None:
         """Let Python find the entry points of the copy, as an installation does."""
         project = tomllib.loads((self.root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -134,29 +125,30 @@ class Copy:
         (folder / "METADATA").write_text(f"Name: {project['name']}\nVersion: {elib.__version__}\n")
         (folder / "entry_points.txt").write_text(points)
 
-    def ask(self, *questions: Question) -> list[Answers]:
-        """Run command lines and code in the copy and write its pages; return what it said to each question."""
-        names = sorted({name for question in questions for name in question.pages})
-        asked = [[[line.split() for line in each.lines], dedent(each.code)] for each in questions]
-        ran = subprocess.run(
-            [sys.executable, "-c", ASK],
-            input=json.dumps([asked, names]),
-            cwd=self.root,
-            env={**os.environ, **VARIABLES, "PYTHONPATH": str(self.root / "src")},
-            capture_output=True,
-            text=True,
-            timeout=2 * PATIENCE,
-        )
-        assert ran.returncode == 0, ran.stderr
-        texts = {name: (self.root / "docs/reference" / name).read_text(encoding="utf-8") for name in names}
-        return [
-            Answers(said, [texts[name] for name in each.pages], found)
-            for each, (said, found) in zip(questions, json.loads(ran.stdout), strict=True)
-        ]
-
 
 def ask(*lines: str, pages: tuple[str, ...] = (), code: str = "") -> Question:
     return Question(lines, pages, code)
+
+
+def ask_copy(root: Path, questions: list[Question]) -> list[Answers]:
+    """Run command lines and code in the copy and write its pages; return what it said to each question."""
+    names = sorted({name for question in questions for name in question.pages})
+    asked = [[[line.split() for line in each.lines], dedent(each.code)] for each in questions]
+    ran = subprocess.run(
+        [sys.executable, "-c", ASK],
+        input=json.dumps([asked, names]),
+        cwd=root,
+        env={**os.environ, **VARIABLES, "PYTHONPATH": str(root / "src")},
+        capture_output=True,
+        text=True,
+        timeout=2 * PATIENCE,
+    )
+    assert ran.returncode == 0, ran.stderr
+    texts = {name: (root / "docs/reference" / name).read_text(encoding="utf-8") for name in names}
+    return [
+        Answers(said, [texts[name] for name in each.pages], found)
+        for each, (said, found) in zip(questions, json.loads(ran.stdout), strict=True)
+    ]
 
 
 Asking = Generator[Question, Answers, None]
@@ -175,33 +167,16 @@ def carries_out(row: str) -> Callable[[Recipe], Recipe]:
     return mark
 
 
-@pytest.fixture(scope="module")
-def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One copy for all recipes, so that Python compiles its modules once."""
-    root = tmp_path_factory.mktemp("tree")
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """One copy for all recipes."""
+    root = tmp_path / "tree"
+    root.mkdir()
     for name in COPIED:
-        shutil.copytree(ROOT / name, root / name)
+        shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("*.pyc.*"))  # others write those now
     for name in FILES:
         shutil.copy2(ROOT / name, root / name)
     return root
-
-
-def carry_out(tree: Path, rows_carried_out: list[str]) -> None:
-    """Carry recipes out on one copy, let it run once, and give each recipe the answers."""
-    copies = [Copy(tree) for _ in rows_carried_out]
-    try:
-        running = [CARRIED_OUT[row](copy) for row, copy in zip(rows_carried_out, copies, strict=True)]
-        questions = [next(recipe) for recipe in running]
-        for recipe, answers in zip(running, copies[0].ask(*questions), strict=True):
-            with pytest.raises(StopIteration):
-                recipe.send(answers)
-    finally:
-        for copy in copies:
-            copy.restore()
-    for row, copy in zip(rows_carried_out, copies, strict=True):
-        named = re.findall(r"`([\w./-]+)`", rows()[row])
-        unnamed = [path for path in copy.edited if not any(is_named(path, name) for name in named)]
-        assert not unnamed, f"the row {row!r} of CONTRIBUTING.md does not name {unnamed}"
 
 
 def is_named(path: str, name: str) -> bool:
@@ -633,10 +608,13 @@ def test_every_row_of_the_table_is_carried_out() -> None:
 
 
 def test_all_recipes_together_make_what_the_table_says(tree: Path) -> None:
-    carry_out(tree, list(CARRIED_OUT))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("row", CARRIED_OUT)
-def test_a_recipe_alone_makes_what_its_row_says(row: str, tree: Path) -> None:
-    carry_out(tree, [row])
+    copies = {row: Copy(tree) for row in CARRIED_OUT}
+    running = [recipe(copies[row]) for row, recipe in CARRIED_OUT.items()]
+    questions = [next(recipe) for recipe in running]
+    for recipe, answers in zip(running, ask_copy(tree, questions), strict=True):
+        with pytest.raises(StopIteration):
+            recipe.send(answers)
+    for row, copy in copies.items():
+        named = re.findall(r"`([\w./-]+)`", rows()[row])
+        unnamed = [path for path in copy.edited if not any(is_named(path, name) for name in named)]
+        assert not unnamed, f"the row {row!r} of CONTRIBUTING.md does not name {unnamed}"

@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 from pages import ROOT, prose
-from shared import PATIENCE
 
 import elib
 from elib import errors
@@ -25,6 +24,7 @@ from elib.transport.serial import open_serial
 from elib.transport.tcp import open_tcp
 from elib.transport.url import scheme_names
 from elib.transport.wifi import open_wifi
+from shared import PATIENCE
 
 REFERENCE = {page.name: page.read_text() for page in (ROOT / "docs/reference").glob("*.md")}
 for by_hand in ("from-elib.md", "from-unifr.md", "from-webots.md", "e-puck.md", "wire-protocol.md"):

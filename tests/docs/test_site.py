@@ -8,6 +8,7 @@ from urllib.parse import unquote, urldefrag
 
 import pytest
 from pages import ROOT
+
 from shared import PATIENCE
 
 sys.path.insert(0, str(ROOT / "docs"))
@@ -40,7 +41,9 @@ class Page(HTMLParser):
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("site") / "site"
     script = ROOT / "docs/make_site.py"
-    done = subprocess.run([sys.executable, script, "--to", folder], capture_output=True, text=True, timeout=2 * PATIENCE)
+    done = subprocess.run(
+        [sys.executable, script, "--to", folder], capture_output=True, text=True, timeout=2 * PATIENCE
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return folder
 

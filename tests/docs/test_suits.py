@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from pages import ROOT, blocks
+
 from shared import PATIENCE
 
 PAGE = ROOT / "docs/concepts/does-elib-suit-you.md"
