@@ -22,6 +22,7 @@ from elib.learn.envs import TaskEnv, TaskVectorEnv
 from elib.learn.sensors import channels_of
 from elib.physics import EpuckModel, Randomisation, Scene, SensorView, Task
 from elib.physics.records import SENSORS
+from shared import PATIENCE
 
 GOAL = 0.3  # m from the left edge.
 
@@ -317,5 +318,5 @@ def test_every_task_that_comes_with_elib_is_registered() -> None:
 @pytest.mark.long
 def test_make_imports_the_package_that_stands_before_the_name() -> None:
     code = "import gymnasium; print(gymnasium.make('elib.learn:elib/Avoid-v0', engine='interpreted').unwrapped.task)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE, check=True)
     assert done.stdout.startswith("<Task avoid")

@@ -22,6 +22,7 @@ from elib.learn.executor import Executor, open_executor
 from elib.learn.networks import Network
 from elib.learn.progress import Spread
 from elib.learn.study import Settings, Study, evaluate, read_study
+from shared import PATIENCE
 
 SMALL = ["--population", "3", "--generations", "3", "--algorithm", "ga"]
 
@@ -50,16 +51,26 @@ def exit_of(*line: str) -> int:
         return int(ending.code or 0)
 
 
-def test_killed_at_any_moment_a_study_goes_on_to_the_same_bytes(task: Path, tmp_path: Path) -> None:
+ONCE = [("torn", 2)], []
+OFTEN = [("replaced", 1), ("torn", 2), ("written", 2), ("replaced", 2)], [("replaced", 5)]
+"""Kinds of moments in the evolution, and then while the tables at its end are written."""
+
+
+@pytest.mark.parametrize(
+    ("early", "late"), [pytest.param(*ONCE, id="once"), pytest.param(*OFTEN, id="often", marks=pytest.mark.long)]
+)
+def test_killed_at_any_moment_a_study_goes_on_to_the_same_bytes(
+    early: list[tuple[str, int]], late: list[tuple[str, int]], task: Path, tmp_path: Path
+) -> None:
     run(tmp_path / "whole", settings_for(task))
     program = [sys.executable, str(Path(__file__).with_name("small_study.py")), str(tmp_path / "killed"), str(task)]
     # The moments are counted anew in each run, which begins where the last one was killed.
-    for moment, number in (("replaced", 1), ("torn", 2), ("written", 2), ("replaced", 2)):
-        assert subprocess.run([*program, moment, str(number)], timeout=60).returncode == -signal.SIGKILL
+    for moment, number in early:
+        assert subprocess.run([*program, moment, str(number)], timeout=PATIENCE).returncode == -signal.SIGKILL
     assert 0 < len(read_study(tmp_path / "killed")[1]) < 5
-    for number in (5,):  # while the tables at the end are written
-        assert subprocess.run([*program, "replaced", str(number)], timeout=60).returncode == -signal.SIGKILL
-    assert subprocess.run([*program, "never", "1"], timeout=60).returncode == 0
+    for moment, number in late:
+        assert subprocess.run([*program, moment, str(number)], timeout=PATIENCE).returncode == -signal.SIGKILL
+    assert subprocess.run([*program, "never", "1"], timeout=PATIENCE).returncode == 0
     assert content_of(tmp_path / "killed") == content_of(tmp_path / "whole")
 
 

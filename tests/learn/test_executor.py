@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import signal
 import socket
@@ -10,8 +11,9 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -20,6 +22,7 @@ import elib
 from elib.errors import ArgumentError, ElibError, LinkError, LinkNotFound
 from elib.learn import executor as module
 from elib.learn.executor import Executor, open_executor
+from shared import PATIENCE, wait_until
 
 dask = pytest.importorskip("dask", reason="needs the extra learn")
 pytest.importorskip("distributed", reason="needs the extra learn")
@@ -93,6 +96,49 @@ def test_a_job_that_exits_does_not_take_its_worker_along(two_workers: Executor) 
     assert dict(two_workers.run(square, [(4,)]))[0][0] == 16
 
 
+def test_another_program_can_use_a_cluster_that_runs(two_workers: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
+    with open_executor(cluster=address_of(two_workers)) as executor:
+        assert dict(executor.run(square, [(4,)]))[0][0] == 16
+        assert executor.width == 2
+
+
+def test_workers_with_another_elib_are_refused(two_workers: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
+    monkeypatch.setattr(elib, "__version__", "9.9.9")
+    with (
+        pytest.raises(LinkError, match=r"has elib .*, and this computer has 9\.9\.9"),
+        open_executor(cluster=address_of(two_workers)),
+    ):
+        pass
+
+
+def test_workers_listen_on_this_computer_only(two_workers: Executor) -> None:
+    psutil = pytest.importorskip("psutil")
+    assert address_of(two_workers).startswith("tcp://127.0.0.1:")
+    assert {port.ip for port in ports_of(psutil.Process().children(recursive=True))} == {"127.0.0.1"}
+
+
+def address_of(executor: Executor) -> str:
+    assert isinstance(executor, module._Dask)
+    return str(executor._client.scheduler.address)
+
+
+def ports_of(family: list[Any]) -> list[Any]:
+    """Return the addresses at which processes listen."""
+    return [each.laddr for process in family for each in process.net_connections() if each.status == "LISTEN"]
+
+
+def test_a_killed_worker_changes_nothing_in_the_result(two_workers: Executor) -> None:
+    found: dict[int, float] = {}
+    for k, (value, process) in two_workers.run(orbit, [(k, 1000) for k in range(8)]):
+        if not found:
+            os.kill(process, signal.SIGKILL)
+        found[k] = value
+    assert found == {k: orbit(k, 1000)[0] for k in range(8)}
+
+
+@pytest.mark.long
 def test_killed_workers_change_nothing_in_the_result() -> None:
     jobs = [(k, 200_000) for k in range(16)]
     undisturbed = {k: orbit(*job)[0] for k, job in enumerate(jobs)}
@@ -108,6 +154,7 @@ def test_killed_workers_change_nothing_in_the_result() -> None:
     assert found == undisturbed
 
 
+@pytest.mark.long
 def test_a_job_that_kills_its_workers_ends_the_run_at_last(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MOST_LOSSES", 1)
     allowed = dask.config.set({"distributed.scheduler.allowed-failures": 0})
@@ -119,7 +166,8 @@ def test_a_job_that_kills_its_workers_ends_the_run_at_last(monkeypatch: pytest.M
         list(executor.run(crash, [(1,)]))
 
 
-def test_workers_listen_on_this_computer_only_and_end_with_their_parent() -> None:
+@pytest.mark.long
+def test_workers_end_with_their_parent() -> None:
     psutil = pytest.importorskip("psutil")
     program = (
         "import threading\n"
@@ -135,11 +183,9 @@ def test_workers_listen_on_this_computer_only_and_end_with_their_parent() -> Non
         assert parent.stdout is not None
         assert parent.stdout.readline() == b"open\n"
         family = [psutil.Process(parent.pid), *psutil.Process(parent.pid).children(recursive=True)]
-        ports = [each.laddr for process in family for each in process.net_connections() if each.status == "LISTEN"]
-        assert ports
-        assert {port.ip for port in ports} == {"127.0.0.1"}
+        assert {port.ip for port in ports_of(family)} == {"127.0.0.1"}
         parent.kill()
-    _, alive = psutil.wait_procs(family[1:], timeout=20)
+    _, alive = psutil.wait_procs(family[1:], timeout=PATIENCE)
     assert alive == []
 
 
@@ -147,8 +193,11 @@ class Cluster:
     """A Dask cluster of other processes: a scheduler and one worker, which tests kill and start."""
 
     def __init__(self, folder: Path) -> None:
-        with socket.create_server(("127.0.0.1", 0)) as server:
-            self.port = server.getsockname()[1]
+        # Nothing listens here: it only keeps the port for the schedulers, one after the other.
+        self._held = socket.socket()
+        self._held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self._held.bind(("127.0.0.1", 0))
+        self.port = self._held.getsockname()[1]
         self.address = f"tcp://127.0.0.1:{self.port}"
         self._folder = folder
         self._processes: list[subprocess.Popen[bytes]] = []
@@ -175,6 +224,7 @@ class Cluster:
         for process in self._processes:
             process.kill()
             process.wait()
+        self._held.close()
 
 
 @pytest.fixture
@@ -184,24 +234,22 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
     found.close()
 
 
-def open_patiently(cluster: Cluster, tell: Callable[[str], object] = print) -> contextlib.ExitStack:
-    """Open an executor as soon as the cluster answers; its processes take some seconds to start."""
-    for _ in range(30):
-        stack = contextlib.ExitStack()
-        try:
-            stack.enter_context(open_executor(cluster=cluster.address, tell=tell))
-        except LinkError as error:
-            last = error
-            threading.Event().wait(0.5)
-            continue
-        return stack
-    raise last
+def wait_for(cluster: Cluster) -> None:
+    """Wait until the cluster answers; its processes take some seconds to start."""
+
+    def answers() -> bool:
+        with contextlib.suppress(LinkError), open_executor(cluster=cluster.address):
+            return True
+        return False
+
+    wait_until(answers)
 
 
+@pytest.mark.long
 def test_a_run_survives_its_scheduler_and_its_worker(cluster: Cluster) -> None:
     scheduler, worker = cluster.start_scheduler(), cluster.start_worker()
     told: list[str] = []
-    open_patiently(cluster).close()
+    wait_for(cluster)
     with open_executor(cluster=cluster.address, tell=told.append) as executor:
         found: dict[int, float] = {}
         for k, (value, _) in executor.run(orbit, [(k, 200_000) for k in range(12)]):
@@ -216,19 +264,14 @@ def test_a_run_survives_its_scheduler_and_its_worker(cluster: Cluster) -> None:
     assert "the connection to the scheduler is lost; the jobs that it had run again" in told
 
 
-def test_workers_with_another_elib_or_without_it_are_refused(
+@pytest.mark.long
+def test_workers_with_another_python_or_without_elib_are_refused(
     cluster: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cluster.start_scheduler()
     good = cluster.start_worker()
-    open_patiently(cluster).close()
-    with monkeypatch.context() as patch:
-        patch.setattr(elib, "__version__", "9.9.9")
-        with (
-            pytest.raises(LinkError, match=r"has elib .*, and this computer has 9\.9\.9"),
-            open_executor(cluster=cluster.address),
-        ):
-            pass
+    wait_for(cluster)
+    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
     with monkeypatch.context() as patch:
         patch.setattr(module.platform, "python_version", lambda: "3.99.1")
         with (
@@ -241,7 +284,6 @@ def test_workers_with_another_elib_or_without_it_are_refused(
     (tmp_path / "without" / "elib").mkdir(parents=True)
     (tmp_path / "without" / "elib" / "__init__.py").write_text("raise ModuleNotFoundError('No module named elib')")
     cluster.start_worker(PYTHONPATH=str(tmp_path / "without"))
-    monkeypatch.setattr(module, "ANSWER_TIME", 20.0)
     with (
         pytest.raises(LinkError, match=r"cannot run elib: .*No module named elib"),
         open_executor(cluster=cluster.address),
@@ -254,16 +296,18 @@ def test_what_is_not_a_scheduler_is_said_soon(greeting: bytes, monkeypatch: pyte
     monkeypatch.setattr(module, "ANSWER_TIME", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        is_refused = threading.Event()
 
         def answer() -> None:
             with server.accept()[0] as line:
                 line.sendall(greeting)
-                threading.Event().wait(1)
+                is_refused.wait(PATIENCE)
 
         thread = threading.Thread(target=answer)
         thread.start()
         with pytest.raises(LinkNotFound, match="no Dask scheduler answers at"), open_executor(cluster=address):
             pass
+        is_refused.set()
         thread.join()
     with pytest.raises(LinkNotFound, match="no Dask scheduler answers at"), open_executor(cluster=address):
         pass
@@ -284,15 +328,15 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) ->
 
 
 def test_a_cluster_without_workers_is_waited_for_not_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("POLL", "REPORT_INTERVAL"):
-        monkeypatch.setattr(module, name, 0.2)
-    monkeypatch.setattr(module, "PATIENCE", 1.0)
+    clock = itertools.count(0.0, 10.0)  # s; at each look ten have passed
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    monkeypatch.setattr(module, "POLL", 0.0)
     told: list[str] = []
 
     def connect(stack: contextlib.ExitStack) -> None:
         raise LinkError("there is nobody")
 
     executor = module._Dask(connect, told.append)
-    with pytest.raises(LinkError, match="there is nobody, for 1 s now"):
+    with pytest.raises(LinkError, match="there is nobody, for 600 s now"):
         list(executor.run(orbit, [(1, 1)]))
-    assert told[0].startswith("there is nobody, for 0 s now; elib gives up after 1 s")
+    assert told == [f"there is nobody, for {idle} s now; elib gives up after 600 s" for idle in range(30, 600, 30)]

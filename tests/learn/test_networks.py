@@ -108,6 +108,7 @@ def test_inputs_lie_between_minus_1_and_1_whatever_is_read():
     assert memory[22:27] == [0.75, -1.0, 1.0, 0.5, 0.0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "network", [Network("braitenberg", ["proximity"]), Network("recurrent", SENSORS, hidden=3)], ids=str
 )
@@ -167,6 +168,7 @@ def test_a_law_of_a_file_keeps_to_the_sensors_and_the_top_speed_of_the_task(tmp_
     assert all(math.isnan(speed) for speed in decide(law, [math.nan])[0])  # The firmware takes it for 0.
 
 
+@pytest.mark.long
 def test_a_law_drives_both_engines_alike(tmp_path):
     pytest.importorskip("numba")
     file = tmp_path / "my_law.py"

@@ -75,14 +75,14 @@ def test_two_programs_cannot_write_one_study(folder: Path) -> None:
 def test_the_lock_of_a_killed_program_is_gone(tmp_path: Path) -> None:
     path = tmp_path / "generations.jsonl"
     code = f"""
-import pathlib, time
+import pathlib, sys
 from elib.learn.journal import Journal
 journal = Journal(pathlib.Path({str(path)!r}))
 journal.append({{"generation": 1}})
 print("open", flush=True)
-time.sleep(60)
+sys.stdin.read()
 """
-    other = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+    other = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     try:
         assert other.stdout is not None
         assert other.stdout.readline() == b"open\n"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import math
 import os
@@ -24,6 +23,7 @@ from elib.learn.networks import Network
 from elib.learn.study import Evaluation
 from elib.learn.sweep import Range, Sweep, parse_grid, parse_sample, read_program, run_sweep
 from elib.learn.sweepplot import draw_sweep
+from shared import PATIENCE, wait_until
 
 duckdb = pytest.importorskip("duckdb", reason="needs the extra learn")
 
@@ -277,15 +277,25 @@ def test_a_champion_whose_fitness_is_not_a_number_is_an_error_with_a_reason(
 @pytest.mark.long
 def test_a_killed_sweep_with_workers_goes_on_to_the_same_table(program: str, tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="needs the extra learn")
-    sweep = Sweep(program, (("base", (0.2, 0.3, 0.4)),), seeds=4, seconds=20.0, source=read_program(program))
-    line = f"sweep {program} --grid base=0.2,0.3,0.4 --seeds 4 --for 20 --workers 2 --out {tmp_path / 'killed'}"
+    hold = tmp_path / "hold"
+    hold.touch()
+    Path(program).write_text(
+        PROGRAM.replace(
+            "    print(",
+            "    import pathlib, threading\n"
+            f"    while base == 0.4 and pathlib.Path({str(hold)!r}).exists():\n"  # the last four runs wait to be killed
+            "        threading.Event().wait(0.01)\n"
+            "    print(",
+        )
+    )
+    sweep = Sweep(program, (("base", (0.2, 0.3, 0.4)),), seeds=4, seconds=2.0, source=read_program(program))
+    line = f"sweep {program} --grid base=0.2,0.3,0.4 --seeds 4 --for 2 --workers 2 --out {tmp_path / 'killed'}"
     first = subprocess.Popen([sys.executable, "-m", "elib", *line.split()], stderr=subprocess.DEVNULL)
     journal = tmp_path / "killed" / "runs.jsonl"
-    while first.poll() is None and not (journal.exists() and journal.read_bytes().count(b"\n") >= 3):
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            first.wait(0.02)
+    wait_until(lambda: journal.exists() and journal.read_bytes().count(b"\n") >= 3)
     os.kill(first.pid, signal.SIGKILL)
-    first.wait(10)
+    first.wait(PATIENCE)
+    hold.unlink()
     assert 3 <= journal.read_bytes().count(b"\n") < 12
     rows_of(sweep, tmp_path / "killed")
     rows_of(sweep, tmp_path / "whole")

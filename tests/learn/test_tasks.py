@@ -213,7 +213,9 @@ def test_the_way_through_the_maze_gets_longer_by_less_than_a_step_is_long() -> N
         assert abs(after - before) < 0.005
 
 
-@pytest.mark.parametrize("name", RANGES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if name == "avoid" else [pytest.mark.long]) for name in RANGES]
+)
 def test_both_engines_pay_the_same_to_the_last_bit(name: str) -> None:
     pytest.importorskip("numba")
     task, draw = TASKS[name], random.Random(name)

@@ -1,17 +1,15 @@
-"""The transfer report: physics against the wire, what breaks a controller, and a robot on a socket."""
+"""The transfer report: physics against the wire, what breaks a controller, and a robot at the end of a link."""
 
 from __future__ import annotations
 
-import asyncio
 import importlib.util
 import json
 import math
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,8 +18,6 @@ import elib
 import elib.cli.transfer as command
 from elib.cli import main
 from elib.emulator.robotprofile import NOMINAL_RADIUS, RobotProfile, Wheels, write
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError
 from elib.learn import transfer as module
 from elib.learn.champion import Champion
@@ -29,9 +25,10 @@ from elib.learn.executor import open_executor
 from elib.learn.linked import can_be_measured, play_on_robot, play_on_wire
 from elib.learn.transfer import FIRST, TransferPlan, Trouble, bootstrap, crossing, transfer
 from elib.learn.transferreport import COLUMNS, row_of, to_json, write_folder
-from elib.physics import Episodes, SensorView
+from elib.physics import Episodes, SensorView, World
 from elib.physics.worldwriter import written_scene
 from elib.robot.aio import Epuck
+from elib.testing import world_of
 
 TASKS = """
 from elib.physics import Pose, Scene, Task
@@ -58,6 +55,7 @@ EYES = Task("eyes", "See far.", (ROOM,), speed, sensors=("proximity", "distance"
 """
 SHORT = TransferPlan(runs=2, firmwares=(FIRST,), profiles=(), sensitivity=False, engine="interpreted")
 """Physics, randomised, one firmware and a poor link."""
+ROBOT = "sim://square?speed=max"
 STRAIGHT = 0.75
 """Part of the top speed at which the controller below drives, whatever it sees; 0.0751 m/s are what the motors make."""
 
@@ -76,36 +74,26 @@ def champion(tmp_path: Path) -> Callable[[str], Champion]:
     return make
 
 
-@contextmanager
-def served(world: str = "square") -> Iterator[str]:
-    """Serve a virtual robot on a socket, in real time and in a thread of its own."""
-    loop, opened, url = asyncio.new_event_loop(), threading.Event(), ""
-    ended = asyncio.Event()
+@pytest.fixture
+def driven(monkeypatch: pytest.MonkeyPatch) -> list[World]:
+    """The worlds in which champions drive robots."""
+    worlds: list[World] = []
+    drive = Champion.drive
 
-    async def run() -> None:
-        nonlocal url
-        async with serve(SimulationSettings(world=world, baud=0), tcp="0") as robots:
-            url = robots[0].url
-            opened.set()
-            await ended.wait()
+    async def noted(self: Champion, robot: Epuck, *rest: Any, **options: Any) -> None:
+        worlds.append(world_of(robot))
+        await drive(self, robot, *rest, **options)
 
-    thread = threading.Thread(target=lambda: loop.run_until_complete(run()))
-    thread.start()
-    assert opened.wait(30)
-    try:
-        yield url
-    finally:
-        loop.call_soon_threadsafe(ended.set)
-        thread.join(30)
-        loop.close()
+    monkeypatch.setattr(Champion, "drive", noted)
+    return worlds
 
 
-def stands(url: str) -> bool:
-    """Return whether the wheels of a robot stand still. Its firmware would still tell the last speeds after a stop."""
-    with elib.connect(url) as robot:
-        before = robot.encoders()
-        robot.sleep(0.2)
-        return robot.encoders() == before
+def came_to_a_stand(world: World) -> bool:
+    """Return whether the robot has driven, and stands still while the world goes on."""
+    world.step()  # what the wheels rolled in the tick of the stop
+    before = world.encoders(0)
+    world.run(64)
+    return world.encoders(0) == before != (0, 0)
 
 
 def test_a_bootstrap_interval_is_as_wide_as_theory_says() -> None:
@@ -238,13 +226,12 @@ def test_the_folder_holds_a_page_a_plot_and_all_runs(champion: Callable[[str], C
 
 
 def test_a_robot_is_measured_by_its_readings_and_speeds_and_stands_at_the_end(
-    champion: Callable[[str], Champion],
+    champion: Callable[[str], Champion], driven: list[World]
 ) -> None:
     asked: list[str] = []
-    with served() as url:
-        plan = replace(SHORT, runs=1, firmwares=(), robot=url, robot_runs=2)
-        robot = transfer(champion("FAST"), plan, ask=asked.append).stages[-1]
-        assert stands(url)
+    plan = replace(SHORT, runs=1, firmwares=(), robot=ROBOT, robot_runs=2)
+    robot = transfer(champion("FAST"), plan, ask=asked.append).stages[-1]
+    assert list(map(came_to_a_stand, driven[-2:])) == [True, True]
     assert robot.fitness == pytest.approx((STRAIGHT, STRAIGHT), abs=0.02)
     assert robot.seeds == ()
     assert asked == ["Run 1 of 2: put the robot at a start.", "Run 2 of 2: put the robot at a start."]
@@ -252,7 +239,7 @@ def test_a_robot_is_measured_by_its_readings_and_speeds_and_stands_at_the_end(
 
 def test_a_reward_that_needs_the_place_is_not_measured_on_a_robot(champion: Callable[[str], Champion]) -> None:
     best = champion("CLEAR")
-    plan = replace(SHORT, runs=1, firmwares=(), robot="sim://square?speed=max", robot_runs=1)
+    plan = replace(SHORT, runs=1, firmwares=(), robot=ROBOT, robot_runs=1)
     robot = transfer(best, plan).stages[-1]
     assert math.isnan(robot.mean)
     assert row_of(robot)[:3] == ("robot", "1", "not measured")
@@ -266,22 +253,25 @@ def test_a_reward_that_needs_a_sensor_that_the_controller_does_not_see_is_not_me
     assert can_be_measured(best)
     blind = Champion(best.task, "braitenberg", ("ambient_light",), best.parameters)
     assert not can_be_measured(blind)
-    assert math.isnan(play_on_robot(blind, "sim://square?speed=max"))
-    assert play_on_robot(best, "sim://square?speed=max") > 0.0
+    assert math.isnan(play_on_robot(blind, ROBOT))
+    assert play_on_robot(best, ROBOT) > 0.0
 
 
 def test_a_robot_is_stopped_when_the_controller_fails(
     champion: Callable[[str], Champion], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    worlds: list[World] = []
+
     async def drive(self: Champion, robot: Epuck, watch: Callable[[SensorView], object], **_: object) -> None:
+        worlds.append(world_of(robot))
         await robot.set_speed(0.5, 0.5)
+        await robot.sleep(0.5)
         raise ZeroDivisionError("in the controller")
 
     monkeypatch.setattr(Champion, "drive", drive)
-    with served() as url:
-        with pytest.raises(ZeroDivisionError):
-            play_on_robot(champion("FAST"), url)
-        assert stands(url)
+    with pytest.raises(ZeroDivisionError):
+        play_on_robot(champion("FAST"), ROBOT)
+    assert came_to_a_stand(worlds[0])
 
 
 def test_a_task_of_several_robots_is_not_for_one_robot(champion: Callable[[str], Champion]) -> None:
