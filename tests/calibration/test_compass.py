@@ -116,7 +116,6 @@ def test_a_field_that_changes_meanwhile_is_refused() -> None:
         fit_compass(turn(noise=8e-6, chance=chance))
 
 
-@pytest.mark.long
 @simulated
 async def test_a_virtual_robot_calibrates_itself_and_then_knows_where_it_looks() -> None:
     async with elib.open("sim://square?firmware=epuck2&speed=max") as robot:

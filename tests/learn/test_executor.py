@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -101,6 +101,52 @@ def test_another_program_can_use_a_cluster_that_runs(two_workers: Executor, monk
     with open_executor(cluster=address_of(two_workers)) as executor:
         assert dict(executor.run(square, [(4,)]))[0][0] == 16
         assert executor.width == 2
+
+
+def test_a_lost_connection_is_opened_again_and_changes_nothing(
+    two_workers: Executor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
+    monkeypatch.setattr(module, "POLL", 0.01)
+    told: list[str] = []
+    found: dict[int, float] = {}
+    with open_executor(cluster=address_of(two_workers), tell=told.append) as executor:
+        for k, (value, _) in executor.run(orbit, [(k, 1000) for k in range(8)]):
+            if not found:
+                executor._client.close()  # type: ignore[attr-defined]
+            found[k] = value
+    assert found == {k: orbit(k, 1000)[0] for k in range(8)}
+    assert told == ["the connection to the scheduler is lost; the jobs that it had run again"]
+
+
+class Dying:
+    """A client of a cluster on which every job kills its workers, and the job there."""
+
+    status = "error"
+
+    def submit(self, *_: object, **__: object) -> Dying:
+        return self
+
+    def add_done_callback(self, tell: Callable[[Dying], object]) -> None:
+        tell(self)
+
+    def exception(self, timeout: float) -> Exception:
+        from distributed.scheduler import KilledWorker
+
+        return KilledWorker("job", None, 3)
+
+
+def test_a_job_whose_workers_die_runs_again_until_forty_have_died() -> None:
+    told: list[str] = []
+    run = module._Run(square, [(4,)], told.append)
+    for _ in range(module.MOST_LOSSES - 1):
+        run.send(Dying(), 1)
+        assert run.take() is None
+        assert run.is_unfinished
+    assert told == ["job 0 of 1 lost its worker 4 times; it runs again"] * 9
+    run.send(Dying(), 1)
+    with pytest.raises(ElibError, match=r"job 0 of 1, square\(4\), failed: its worker died 40 times"):
+        run.take()
 
 
 def test_workers_with_another_elib_are_refused(two_workers: Executor, monkeypatch: pytest.MonkeyPatch) -> None:
