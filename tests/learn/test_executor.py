@@ -28,7 +28,9 @@ dask = pytest.importorskip("dask", reason="needs the extra learn")
 pytest.importorskip("distributed", reason="needs the extra learn")
 
 
-HERE = str(Path(__file__).parent)
+HERE = Path(__file__).parent
+SEARCHED = os.pathsep.join(map(str, (HERE, HERE.parent)))
+"""Where a worker finds this file and what it imports."""
 
 
 def square(number: int) -> tuple[int, int]:
@@ -261,7 +263,7 @@ class Cluster:
         command = [sys.executable, "-c", "from dask.__main__ import main; main()", *line]
         with (self._folder / "log").open("ab") as log:
             process = subprocess.Popen(
-                command, stdout=log, stderr=log, env={**os.environ, "PYTHONPATH": HERE, **environment}
+                command, stdout=log, stderr=log, env={**os.environ, "PYTHONPATH": SEARCHED, **environment}
             )
         self._processes.append(process)
         return process
