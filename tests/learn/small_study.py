@@ -2,7 +2,7 @@
 
 ``python small_study.py FOLDER TASK MOMENT NUMBER`` runs it and dies at the NUMBER-th moment of the kind MOMENT:
 ``torn`` in the middle of a line of generations.jsonl, ``written`` right after a line, ``replaced`` right before
-best.toml, study.toml or a table is replaced; with ``never`` it ends.
+best.toml, study.toml or a table is replaced.
 """
 
 import os

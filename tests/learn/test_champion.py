@@ -173,11 +173,11 @@ def test_a_missing_file_says_what_writes_one():
 @pytest.mark.parametrize(
     ("firmware", "generation", "bound"),
     [
-        ("btcom-1.1.3", 1, 0.03),
-        ("btcom-2.0", 1, 0.03),
+        pytest.param("btcom-1.1.3", 1, 0.03, marks=pytest.mark.long),
+        pytest.param("btcom-2.0", 1, 0.03, marks=pytest.mark.long),
         ("asercom-1.2.2", 1, 0.03),
         ("epuck2", 2, 0.01),
-        ("epuck2-wifi", 2, 0.01),
+        pytest.param("epuck2-wifi", 2, 0.01, marks=pytest.mark.long),
     ],
 )
 def test_without_noise_a_champion_drives_nearly_the_same_path_on_every_firmware(

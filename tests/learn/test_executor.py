@@ -294,7 +294,8 @@ def wait_for(cluster: Cluster) -> None:
 
 
 @pytest.mark.long
-def test_a_run_survives_its_scheduler_and_its_worker(cluster: Cluster) -> None:
+def test_a_run_survives_its_scheduler_and_its_worker(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "ANSWER_TIME", PATIENCE)
     scheduler, worker = cluster.start_scheduler(), cluster.start_worker()
     told: list[str] = []
     wait_for(cluster)
