@@ -46,7 +46,8 @@ def task_file(folder: Path) -> Path:
 
 
 def settings_for(task: Path, **others: Any) -> Settings:
-    return Settings(**{"task": f"{task}:TASK", "population": 4, "generations": 5, "algorithm": "ga", **others})
+    small = {"population": 4, "generations": 5, "scenarios": 1, "algorithm": "ga"}
+    return Settings(**{"task": f"{task}:TASK", **small, **others})
 
 
 def run(folder: Path, settings: Settings, executor: Any = None) -> None:
