@@ -9,6 +9,7 @@ import elib
 from elib.emulator.sim_transport import SimTransport
 from elib.testing import with_faults
 from elib.transport import Transport, open_transport
+from shared import PATIENCE
 
 CUT = '[[fault]]\nkind = "cut"\nfrom = 5\nevery = 100\nfor = 10\n'
 """The link is cut from 5 s to 15 s, and every 100 s again."""
@@ -35,7 +36,8 @@ async def ask(transport: Transport, line: bytes, lines: int = 1) -> bytes:
 async def receive(transport: Transport, lines: int = 1) -> bytes:
     """Return so many lines."""
     answer = b""
-    async with asyncio.timeout(10):
+    pace = getattr(asyncio.get_running_loop(), "factor", 1.0)  # the bound is one of the wall clock
+    async with asyncio.timeout(PATIENCE * pace):
         while answer.count(b"\r\n") < lines:
             answer += await transport.read()
     return answer
