@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from pathlib import Path
@@ -34,7 +35,7 @@ async def drive(robot: Epuck, *, left: WheelSpeed = 0.3, right: WheelSpeed = 0.2
     """
     while True:
         await robot.set_speed(left, right)
-        await asyncio.sleep(0.1)
+        await asyncio.sleep(0.1)  # clock: simulated
 
 
 def made(loop: Callable[..., Awaitable[None]]) -> Behaviour:
@@ -48,7 +49,7 @@ def on_robot(main: Callable[[Epuck], Awaitable[T]]) -> T:
 async def wheels_turn(robot: Epuck) -> bool:
     """Return whether the robot is really moving: the encoders go on."""
     before = await robot.encoders()
-    await asyncio.sleep(0.2)
+    await asyncio.sleep(0.2)  # clock: simulated
     return await robot.encoders() != before
 
 
@@ -142,7 +143,7 @@ def test_a_lost_answer_is_not_taken_for_the_end_of_the_time() -> None:
 def test_cancelling_leaves_the_robot_stopped() -> None:
     async def main(robot: Epuck) -> None:
         task = asyncio.create_task(run_behaviour(behaviour(drive), robot))
-        await asyncio.sleep(2)
+        await asyncio.sleep(2)  # clock: simulated
         assert await wheels_turn(robot)
         task.cancel()
         with pytest.raises(asyncio.CancelledError):
@@ -179,20 +180,25 @@ def test_an_impossible_time_is_refused(seconds: float) -> None:
     on_robot(main)
 
 
-@pytest.mark.parametrize("name", behaviours())
-def test_every_behaviour_runs_thirty_simulated_seconds_at_home_and_leaves_the_robots_standing(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("name", "seconds"),
+    [(name, 10) for name in behaviours()] + [pytest.param(name, 30, marks=pytest.mark.long) for name in behaviours()],
+)
+def test_every_behaviour_runs_its_time_at_home_and_leaves_the_robots_standing(
+    name: str, seconds: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)  # some write pictures
     what = find(name)
     url = what.url + ("&" if "?" in what.url else "?") + "speed=max"
+    if seconds == 10:  # three robots are a swarm
+        url = re.sub(r"robots=\d+", "robots=3", url)
     worlds = []
 
     def watch(run: RunContext, robots: tuple[Epuck, ...]) -> None:
         worlds.extend(simulation_of(robot) for robot in robots[:1])
 
-    outcome = play(what, url, seconds=30, watch=watch)
-    assert outcome.duration < 33
+    outcome = play(what, url, seconds=seconds, watch=watch)
+    assert outcome.duration < seconds + 3
     for simulation in worlds:
         world = simulation.world
         world.run_to(world.time + 0.1)  # the tick in which it was stopped comes to its end

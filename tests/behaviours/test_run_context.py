@@ -189,10 +189,10 @@ def test_a_run_that_is_cancelled_says_that_a_silent_robot_may_still_be_moving(
             """Drive."""
             await robot.set_speed(0.5, 0.5)
             transport_of(robot).robot.link.silence()
-            await asyncio.sleep(100)
+            await asyncio.sleep(100)  # clock: simulated
 
         running = asyncio.ensure_future(run_behaviour(made(drive), robot))
-        await asyncio.sleep(0.5)
+        await asyncio.sleep(0.5)  # clock: simulated
         running.cancel()
         with pytest.raises(asyncio.CancelledError):
             await running

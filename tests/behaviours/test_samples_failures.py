@@ -58,7 +58,13 @@ def test_a_stop_that_is_not_confirmed_is_told_and_repaired_too() -> None:
     assert "repaired" in lines[told[-1] :]
 
 
-@pytest.mark.parametrize("keys", ["loss=0.05&seed=3", "latency=0.2", "latency=0.2&loss=0.05"])
+@pytest.mark.parametrize(
+    "keys",
+    [
+        *(pytest.param(keys, marks=pytest.mark.long) for keys in ("loss=0.05&seed=3", "latency=0.2")),
+        "latency=0.2&loss=0.05",
+    ],
+)
 def test_a_bad_link_is_repaired_again_and_again(keys: str) -> None:
     outcome = play(find("failure-by-exceptions"), f"{SIM}&{keys}", seconds=120)
     assert outcome.reason == "time"

@@ -25,12 +25,20 @@ def statistics_with_lost_answers(name: str, url: str, lost: int) -> LinkStats:
     return outcome.statistics
 
 
-@pytest.mark.parametrize("firmware", PROFILES)
+RUNS = (("bull", "red-boxes", 1), ("follow-ball", "soccer", 1), ("aggregation", "crowd?robots=3", 3))
+QUICK = {("bull", 0, 1), ("follow-ball", 1, 3), ("aggregation", 2, 1), ("bull", 3, 3)}
+"""Each behaviour, firmware and number of lost answers once."""
+
+
 @pytest.mark.parametrize(
-    ("name", "world", "robots"),
-    [("aggregation", "crowd?robots=3", 3), ("follow-ball", "soccer", 1), ("bull", "red-boxes", 1)],
+    ("name", "world", "robots", "lost", "firmware"),
+    [
+        pytest.param(*run, lost, firmware, marks=() if (run[0], index, lost) in QUICK else pytest.mark.long)
+        for run in RUNS
+        for lost in (1, 3)
+        for index, firmware in enumerate(PROFILES)
+    ],
 )
-@pytest.mark.parametrize("lost", [1, 3])
 def test_a_camera_gets_its_settings_again_if_their_answer_is_lost(
     name: str, world: str, robots: int, lost: int, firmware: str
 ) -> None:

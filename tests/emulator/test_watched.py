@@ -7,7 +7,6 @@ import re
 import signal
 import subprocess
 import sys
-import threading
 import urllib.request
 from pathlib import Path
 
@@ -16,7 +15,7 @@ import pytest
 import elib
 from elib.errors import ArgumentError, SimulationError, Unsupported
 from elib.transport import parse_url
-from shared import PATIENCE
+from shared import PATIENCE, wait_until
 
 pytest.importorskip("aiohttp")
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="it looks for processes by ps")
@@ -35,16 +34,13 @@ def children_of(process: int) -> list[int]:
 
 
 def wait_until_gone(process: int) -> None:
-    pause = threading.Event()
-    for _ in range(round(PATIENCE / 0.05)):
+    def is_gone() -> bool:
         try:
-            state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+            return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
         except OSError:
-            return
-        if state == "Z":
-            return
-        pause.wait(0.05)
-    raise AssertionError(f"process {process} is still there")
+            return True
+
+    wait_until(is_gone)
 
 
 def test_the_url_has_a_key_without_a_value() -> None:
@@ -61,7 +57,14 @@ def test_the_url_has_a_key_without_a_value() -> None:
             parse_url(wrong)
 
 
-@pytest.mark.parametrize("keys", ["", "&seed=3&firmware=epuck2-wifi", "&speed=4&latency=0.01&firmware=btcom-2.0"])
+@pytest.mark.parametrize(
+    "keys",
+    [
+        "&speed=4&latency=0.01&firmware=btcom-2.0",
+        pytest.param("", marks=pytest.mark.long),
+        pytest.param("&seed=3&firmware=epuck2-wifi", marks=pytest.mark.long),
+    ],
+)
 def test_a_blocking_program_drives_a_robot_that_can_be_watched(keys: str, capsys: pytest.CaptureFixture[str]) -> None:
     with elib.connect(f"sim://corridor?view{keys}") as robot:
         [child] = children_of(os.getpid())
@@ -69,13 +72,13 @@ def test_a_blocking_program_drives_a_robot_that_can_be_watched(keys: str, capsys
         with urllib.request.urlopen(page, timeout=PATIENCE) as answer:
             assert b"<html" in answer.read().lower()
         robot.set_speed(0.5, 0.5)
-        robot.sleep(1)
-        assert robot.encoders().left > 300
+        wait_until(lambda: robot.encoders().left > 300)
         assert robot.proximity().origin == "simulator"
         assert robot.url.startswith("sim://corridor?view")
     wait_until_gone(child)
 
 
+@pytest.mark.long
 def test_a_swarm_shares_one_view_and_a_robot_can_be_opened_again(capsys: pytest.CaptureFixture[str]) -> None:
     async def main(robots: elib.Swarm) -> list[int]:
         await robots.all.set_speed(0.1, 0.1)
@@ -101,7 +104,10 @@ def test_a_world_that_cannot_be_shown_says_why(monkeypatch: pytest.MonkeyPatch) 
         elib.connect("sim://?view")
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGKILL, *(pytest.param(number, marks=pytest.mark.long) for number in (signal.SIGTERM, signal.SIGINT))],
+)
 def test_the_process_ends_with_its_program_however_that_ends(number: signal.Signals, tmp_path: Path) -> None:
     program = tmp_path / "my_robot.py"
     program.write_text(
@@ -132,6 +138,7 @@ def test_the_option_is_refused_for_a_robot_without_a_world(tmp_path: Path) -> No
     assert "tcp://127.0.0.1:1 is not a simulation: there is no world to view" in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "program",
     [

@@ -12,6 +12,7 @@ import pytest
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.transport import open_transport
+from shared import PATIENCE
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
 from browser import browser, needs_browser
@@ -52,7 +53,7 @@ async def test_no_request_of_a_foreign_page_reaches_a_served_robot() -> None:
         robot = await open_transport(url)
         await robot.write(b"E\rQ\r")
         heard = b""
-        async with asyncio.timeout(2):
+        async with asyncio.timeout(PATIENCE):
             while heard.count(b"\n") < 2:
                 heard += await robot.read()
         assert heard == b"e,0,0\r\nq,0,0\r\n"

@@ -15,6 +15,7 @@ from elib.emulator.server import STUCK, serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy
 from elib.transport import open_transport
+from shared import PATIENCE, until
 
 WIFI = SimulationSettings(world="square", firmware="epuck2-wifi")
 
@@ -43,21 +44,46 @@ async def client(port: int) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio
 
 
 async def hears(reader: asyncio.StreamReader, count: int = 105) -> bytes:
-    async with asyncio.timeout(5):
+    async with asyncio.timeout(PATIENCE):
         return await reader.readexactly(count)
 
 
-async def is_silent(reader: asyncio.StreamReader, seconds: float = 0.3) -> bool:
-    with contextlib.suppress(TimeoutError):
-        async with asyncio.timeout(seconds):
-            assert await reader.read(1)
-            return False
-    return True
+class Served:
+    """A robot that is served, and what went over its link, in order: ``to robot`` or ``to host``."""
+
+    def __init__(self) -> None:
+        self.ways: list[str] = []
+        self.told: list[str] = []
+        self.doors: list[Control] = []
+
+    @contextlib.asynccontextmanager
+    async def serve(self) -> AsyncIterator[int]:
+        """Serve it on the port that is yielded."""
+        traffic = lambda name, time, way, data: self.ways.append(way)  # noqa: E731
+        async with serve(WIFI, wifi="0", control=self.doors.append, traffic=traffic, warn=self.told.append) as served:
+            yield port_of(served[0].url)
+
+    @property
+    def control(self) -> Control:
+        return self.doors[0]
+
+    @property
+    def is_connected(self) -> bool:
+        return self.control.link(0).is_connected
+
+    def go_on(self, seconds: float) -> None:
+        """Let so much time of the world pass at once."""
+        self.control.pause()
+        self.control.simulation.step(seconds)
+        self.control.resume()
 
 
-async def test_a_client_gets_packets_as_soon_as_it_sent_a_command(port: int) -> None:
-    async with client(port) as (reader, writer):
-        assert await is_silent(reader)
+async def test_a_client_gets_packets_as_soon_as_it_sent_a_command() -> None:
+    robot = Served()
+    async with robot.serve() as port, client(port) as (reader, writer):
+        await until(lambda: robot.is_connected)
+        robot.go_on(1)
+        assert robot.ways == []
         writer.write(command(2))
         assert packets(await hears(reader, 2 * 105))[1][0] == 2
 
@@ -68,7 +94,7 @@ async def test_a_second_client_waits_and_is_served_when_the_first_has_left(port:
         await hears(first)
         async with client(port) as (second, other):
             other.write(command(0))
-            assert await is_silent(second)
+            assert {packet[0] for packet in packets(await hears(first, 20 * 105))} == {2}
             write.close()
             assert await hears(second, 1) == b"\x03"
 
@@ -78,24 +104,26 @@ async def test_a_third_client_does_not_get_a_connection(port: int) -> None:
     async with client(port) as (first, write), client(port):
         write.write(command(2))
         await hears(first)
-        third = socket.socket()
-        third.setblocking(False)
-        with pytest.raises(TimeoutError):
-            async with asyncio.timeout(0.5):
-                await asyncio.get_running_loop().sock_connect(third, ("127.0.0.1", port))
-        third.close()
+        with socket.socket() as third:
+            third.setblocking(False)
+            address = ("127.0.0.1", port)
+            connecting = asyncio.create_task(asyncio.get_running_loop().sock_connect(third, address))
+            await hears(first, 20 * 105)
+            assert not connecting.done()
+            connecting.cancel()
+            await asyncio.wait({connecting})
 
 
 async def test_clients_may_come_and_go_and_the_robot_goes_on_with_the_last_command() -> None:
-    doors: list[Control] = []
-    async with serve(WIFI, wifi="0", control=doors.append) as served:
-        port = port_of(served[0].url)
+    robot = Served()
+    async with robot.serve() as port:
         for speed in (100, 200, 300):
             async with client(port) as (reader, writer):
                 writer.write(command(2, left=speed, right=speed))
                 await hears(reader, 3 * 105)
-            await asyncio.sleep(0.05)
-            wheels = doors[0].simulation.robots[0].emulator.firmware.report()["speed"]
+            await until(lambda: not robot.is_connected)
+            robot.go_on(1)
+            wheels = robot.control.simulation.robots[0].emulator.firmware.report()["speed"]
             assert wheels == [speed, speed]
 
 
@@ -108,36 +136,35 @@ async def test_a_client_that_only_ends_its_input_still_hears(port: int) -> None:
 
 
 async def test_after_a_client_without_a_command_no_other_is_served_until_a_restart() -> None:
-    doors: list[Control] = []
-    told: list[str] = []
-    async with serve(WIFI, wifi="0", control=doors.append, warn=told.append) as served:
-        port = port_of(served[0].url)
+    robot = Served()
+    async with robot.serve() as port:
         async with client(port):
-            await asyncio.sleep(0.05)
-        await asyncio.sleep(0.05)
-        assert told == [f"epuck-1: {STUCK}"]
+            await until(lambda: robot.is_connected)
+        await until(lambda: robot.told)
+        assert robot.told == [f"epuck-1: {STUCK}"]
         async with client(port) as (reader, writer):
             writer.write(command(2))
-            assert await is_silent(reader)
-        doors[0].restart(0)
-        doors[0].simulation.pause()
-        doors[0].step(1.0)
-        doors[0].step(1.0)
-        doors[0].step(1.0)
-        doors[0].resume()
+            for _ in range(10):  # its connection stands, and would have been taken by now
+                await asyncio.sleep(0)
+            robot.go_on(1)
+            assert robot.ways == []
+        robot.control.restart(0)
+        robot.go_on(3)
         async with client(port) as (reader, writer):
             writer.write(command(0))
             assert await hears(reader, 1) == b"\x03"
 
 
-async def test_a_client_whose_connection_breaks_without_a_command_makes_room(port: int) -> None:
-    async with client(port) as (_, writer):
-        await asyncio.sleep(0.05)
-        line = writer.get_extra_info("socket")
-        line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")  # close() then resets
-    async with client(port) as (reader, writer):
-        writer.write(command(0))
-        assert await hears(reader, 1) == b"\x03"
+async def test_a_client_whose_connection_breaks_without_a_command_makes_room() -> None:
+    robot = Served()
+    async with robot.serve() as port:
+        async with client(port) as (_, writer):
+            await until(lambda: robot.is_connected)
+            line = writer.get_extra_info("socket")
+            line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")  # close() then resets
+        async with client(port) as (reader, writer):
+            writer.write(command(0))
+            assert await hears(reader, 1) == b"\x03"
 
 
 async def test_a_request_of_a_web_page_is_dropped_and_does_not_make_the_robot_stuck(port: int) -> None:
@@ -151,23 +178,26 @@ async def test_a_request_of_a_web_page_is_dropped_and_does_not_make_the_robot_st
 
 
 @pytest.mark.long
-async def test_a_slow_reader_slows_the_robot_and_loses_nothing(port: int) -> None:
-    line = socket.socket()
-    line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    line.setblocking(False)
-    await asyncio.get_running_loop().sock_connect(line, ("127.0.0.1", port))
-    reader, writer = await asyncio.open_connection(sock=line, limit=1)
-    writer.write(command(1))
-    await asyncio.sleep(2)  # 23 pictures, if somebody read them
-    reader._limit = 1 << 16  # type: ignore[attr-defined]
-    writer.write(command(0))
-    data = bytearray()
-    async with asyncio.timeout(5):
-        while not data.endswith(b"\x03" * 10):
-            data += await reader.read(1 << 16)
-    pictures = [packet for packet in packets(bytes(data)) if packet[0] == 1]
-    assert 1 <= len(pictures) <= 5
-    writer.close()
+async def test_a_slow_reader_slows_the_robot_and_loses_nothing() -> None:
+    robot = Served()
+    async with robot.serve() as port:
+        line = socket.socket()
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        line.setblocking(False)
+        await asyncio.get_running_loop().sock_connect(line, ("127.0.0.1", port))
+        reader, writer = await asyncio.open_connection(sock=line, limit=1)
+        writer.write(command(1))
+        time = robot.control.simulation.time
+        await until(lambda: robot.control.simulation.time > time + 2)  # 23 pictures, if somebody read them
+        reader._limit = 1 << 16  # type: ignore[attr-defined]
+        writer.write(command(0))
+        data = bytearray()
+        async with asyncio.timeout(PATIENCE):
+            while not data.endswith(b"\x03" * 10):
+                data += await reader.read(1 << 16)
+        pictures = [packet for packet in packets(bytes(data)) if packet[0] == 1]
+        assert 1 <= len(pictures) <= 5
+        writer.close()
 
 
 async def test_while_the_link_is_cut_nobody_listens_and_then_the_same_port_does() -> None:

@@ -23,7 +23,7 @@ from elib.recording.log import HEADER, escaped, logged_name
 from elib.runner import run_on
 from elib.testing import simulated
 from elib.testing.inside import transport_of
-from shared import GREETING
+from shared import GREETING, PATIENCE
 
 T = TypeVar("T")
 
@@ -56,7 +56,7 @@ class Gate(io.StringIO):
 
     def write(self, text: str, /) -> int:
         if text:
-            assert self.is_open.wait(30)
+            assert self.is_open.wait(PATIENCE)
         count = super().write(text)
         if rows(text):
             self.took.set()
@@ -289,7 +289,7 @@ def test_lines_reach_the_file_while_the_robot_is_open_without_being_asked_for() 
     with elib.connect(SIM) as robot:
         Log(robot.robot, stream)
         robot.selector()
-        assert stream.took.wait(30)
+        assert stream.took.wait(PATIENCE)
         assert events(stream.getvalue()) == ["call selector 0 0", "ok selector 0 0"]
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import lz4.frame
 import pytest
 import zstandard
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import read, recorded
 
@@ -28,7 +28,8 @@ from elib.recording.timeline import timeline
 from elib.recording.topics import ABOUT, FORMAT, TOPICS
 
 CALLS = 30
-HARMLESS = settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
+EXAMPLES = pytest.mark.parametrize("examples", [40, pytest.param(150, marks=pytest.mark.long)])
+DAMAGE = st.lists(st.tuples(st.integers(0, 1 << 20), st.integers(0, 255)), min_size=1, max_size=8)
 
 
 async def work(robot: elib.Epuck, recorder: Recorder) -> None:
@@ -274,16 +275,23 @@ def test_a_file_cut_anywhere_is_read_to_its_last_whole_chunk(whole: Path, conten
     assert len(counts) == len(chunks) + 1, "each chunk that is whole is read"
 
 
-@HARMLESS
-@given(cut=st.integers(0, 1 << 20))
-def test_a_file_cut_at_any_byte_raises_nothing_but_argument_errors(cut: int, content: bytes, tmp_path: Path) -> None:
+@EXAMPLES
+def test_a_file_cut_at_any_byte_raises_nothing_but_argument_errors(
+    examples: int, content: bytes, tmp_path: Path
+) -> None:
     path = tmp_path / "cut.mcap"
-    path.write_bytes(content[: cut % len(content)])
-    try:
-        found, _ = entries(path)
-    except ArgumentError:
-        return
-    assert len(found) <= len(content)
+
+    @settings(max_examples=examples)
+    @given(cut=st.integers(0, 1 << 20))
+    def holds(cut: int) -> None:
+        path.write_bytes(content[: cut % len(content)])
+        try:
+            found, _ = entries(path)
+        except ArgumentError:
+            return
+        assert len(found) <= len(content)
+
+    holds()
 
 
 def test_every_chunk_can_be_read_without_those_before_it(content: bytes, tmp_path: Path) -> None:
@@ -297,35 +305,46 @@ def test_every_chunk_can_be_read_without_those_before_it(content: bytes, tmp_pat
     assert sum(each.topic == "/calls" for each in found) >= CALLS - 10
 
 
-@HARMLESS
-@given(damage=st.lists(st.tuples(st.integers(0, 1 << 20), st.integers(0, 255)), min_size=1, max_size=8))
+@EXAMPLES
 def test_a_damaged_file_raises_nothing_but_argument_errors(
-    damage: list[tuple[int, int]], whole: Path, content: bytes, tmp_path: Path
+    examples: int, whole: Path, content: bytes, tmp_path: Path
 ) -> None:
-    path, broken = tmp_path / "damaged.mcap", bytearray(content)
-    for place, value in damage:
-        broken[place % len(broken)] = value
-    path.write_bytes(broken)
+    path = tmp_path / "damaged.mcap"
     everything = {(each.time, each.topic, str(each.data)) for each in entries(whole)[0]}
-    try:
-        recording = read_recording(path)
-        found = list(recording.entries())
-        recording.exchange()
-        recording.path(measured=True)
-        summary_of(recording)
-    except ArgumentError:
-        return
-    # Chunks have a checksum, and name their topics: what is read was written so.
-    assert {(each.time, each.topic, str(each.data)) for each in found} <= everything
+
+    @settings(max_examples=examples)
+    @given(damage=DAMAGE)
+    def holds(damage: list[tuple[int, int]]) -> None:
+        broken = bytearray(content)
+        for place, value in damage:
+            broken[place % len(broken)] = value
+        path.write_bytes(broken)
+        try:
+            recording = read_recording(path)
+            found = list(recording.entries())
+            recording.exchange()
+            recording.path(measured=True)
+            summary_of(recording)
+        except ArgumentError:
+            return
+        # Chunks have a checksum, and name their topics: what is read was written so.
+        assert {(each.time, each.topic, str(each.data)) for each in found} <= everything
+
+    holds()
 
 
-@HARMLESS
-@given(tail=st.binary(max_size=300))
-def test_rubbish_behind_the_beginning_raises_nothing(tail: bytes, content: bytes, tmp_path: Path) -> None:
+@EXAMPLES
+def test_rubbish_behind_the_beginning_raises_nothing(examples: int, content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "rubbish.mcap"
     beginning = next(begin for kind, begin, _ in records(content) if kind == CHUNK)
-    path.write_bytes(content[:beginning] + tail)
-    assert entries(path)[0] == []
+
+    @settings(max_examples=examples)
+    @given(tail=st.binary(max_size=300))
+    def holds(tail: bytes) -> None:
+        path.write_bytes(content[:beginning] + tail)
+        assert entries(path)[0] == []
+
+    holds()
 
 
 def test_a_claimed_length_fills_no_memory(content: bytes, tmp_path: Path) -> None:
@@ -387,19 +406,24 @@ def test_a_repair_replaces_nothing_and_leaves_no_half_file(whole: Path, tmp_path
     assert [each.name for each in tmp_path.iterdir()] == ["there.mcap"]
 
 
-@HARMLESS
-@given(damage=st.lists(st.tuples(st.integers(0, 1 << 20), st.integers(0, 255)), min_size=1, max_size=4))
-def test_whatever_is_repaired_is_whole_afterwards(
-    damage: list[tuple[int, int]], content: bytes, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    path, broken = tmp_path_factory.mktemp("repair") / "run.mcap", bytearray(content)
-    for place, value in damage:
-        broken[place % len(broken)] = value
-    path.write_bytes(broken)
-    try:
-        done = repair(path)
-        repaired: Recording = read_recording(done.path)
-    except ArgumentError:
-        return
-    assert summary_of(repaired).is_complete
-    assert len(read(done.path)) == done.messages
+@EXAMPLES
+def test_whatever_is_repaired_is_whole_afterwards(examples: int, content: bytes, tmp_path: Path) -> None:
+    path, new = tmp_path / "run.mcap", tmp_path / "new.mcap"
+
+    @settings(max_examples=examples)
+    @given(damage=DAMAGE)
+    def holds(damage: list[tuple[int, int]]) -> None:
+        broken = bytearray(content)
+        for place, value in damage:
+            broken[place % len(broken)] = value
+        path.write_bytes(broken)
+        new.unlink(missing_ok=True)
+        try:
+            done = repair(path, new)
+            repaired: Recording = read_recording(done.path)
+        except ArgumentError:
+            return
+        assert summary_of(repaired).is_complete
+        assert len(read(done.path)) == done.messages
+
+    holds()

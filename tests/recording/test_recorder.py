@@ -571,7 +571,7 @@ def trajectory(robot_url: str, record: Callable[[elib.Epuck], object]) -> str:
                 near = await robot.proximity()
                 await robot.set_speed(0.4, 0.4 if near.front_left < 100 else -0.4)
                 await (robot.image() if turn % 20 == 0 else robot.encoders())
-            await asyncio.sleep(0.05)
+            await asyncio.sleep(0.05)  # clock: simulated
         transport = transport_of(robot)
         world = transport.simulation.world
         assert world is not None

@@ -1,5 +1,6 @@
 """A recording as a robot: the same answers at the same times, the first difference named, going on from anywhere."""
 
+# clock: simulated, but for two runs of another speed, in which every time is that of the recording
 from __future__ import annotations
 
 import asyncio
@@ -107,7 +108,14 @@ def played(name: str, url: str, seconds: float, record: Path | None = None) -> t
 
 @pytest.mark.parametrize(
     ("name", "seconds"),
-    [("avoid", 20), ("billiard", 20), ("bull", 30), ("braitenberg", 20), ("go-x-cm", 20), ("go-to-light", 30)],
+    [
+        ("avoid", 20),
+        ("go-x-cm", 20),
+        *(
+            pytest.param(name, seconds, marks=pytest.mark.long)
+            for name, seconds in (("billiard", 20), ("bull", 30), ("braitenberg", 20), ("go-to-light", 30))
+        ),
+    ],
 )
 def test_a_behaviour_replayed_from_its_recording_takes_the_same_decisions(
     tmp_path: Path, name: str, seconds: float
@@ -123,7 +131,13 @@ def test_a_behaviour_replayed_from_its_recording_takes_the_same_decisions(
 DRIVING = [each for each in behaviours().values() if each.style in (BehaviourStyle.ASYNC, BehaviourStyle.BLOCKING)]
 
 
-@pytest.mark.parametrize("name", [each.name for each in DRIVING])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(each.name, marks=() if each.name in ("go-x-cm", "follow-ball") else pytest.mark.long)
+        for each in DRIVING
+    ],
+)
 def test_a_behaviour_is_replayed_in_real_time_too_over_any_link(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
@@ -419,8 +433,7 @@ async def tour(robot: Epuck) -> None:
             await asyncio.sleep(0.2)
 
 
-@pytest.mark.parametrize("tenth", range(10))
-def test_a_fork_goes_on_smoothly_from_every_tenth_of_a_run(tmp_path: Path, tenth: int) -> None:
+def test_a_fork_goes_on_smoothly_from_every_tenth_of_a_run(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     truth: dict[float, tuple[float, float, float]] = {}
     speeds: dict[float, tuple[float, float]] = {}
@@ -444,27 +457,28 @@ def test_a_fork_goes_on_smoothly_from_every_tenth_of_a_run(tmp_path: Path, tenth
 
     run_on(SIM, watched)
 
-    async def seam() -> None:
-        transport = await open_transport(replay(path, f"fork={(tenth + 1) * 1.03}"))
+    async def seam(tick: int) -> None:
+        transport = await open_transport(replay(path, f"fork={tick * 1.03}"))
         assert isinstance(transport, SimTransport)
         world = transport.simulation.world
         assert world is not None
         pose, motors = world.pose(0), transport.robot.emulator.firmware.motors
-        x, y, heading = truth[tenth + 1]
-        assert math.dist((pose.x, pose.y), (x, y)) < 0.001
+        x, y, heading = truth[tick]
+        assert math.dist((pose.x, pose.y), (x, y)) < 0.001, tick
         assert math.remainder(pose.heading - heading, math.tau) == pytest.approx(0, abs=0.02)
-        assert (motors[0].speed, motors[1].speed) == speeds[tenth + 1]
+        assert (motors[0].speed, motors[1].speed) == speeds[tick]
         lights = transport.robot.emulator.firmware.lights
         assert (lights.ring[2], lights.body) == (1, 1)
         await asyncio.sleep(0.1)
         transport.simulation.catch_up()
         moved = math.dist((world.pose(0).x, world.pose(0).y), (pose.x, pose.y))
-        expected = abs(sum(speeds[tenth + 1])) / 2 * 0.1288e-3 * 0.1
+        expected = abs(sum(speeds[tick])) / 2 * 0.1288e-3 * 0.1
         assert moved == pytest.approx(expected, abs=0.0015)
         await transport.close()
 
     with asyncio.Runner(loop_factory=lambda: new_loop("max")) as runner:
-        runner.run(seam())
+        for tick in range(1, 11):
+            runner.run(seam(tick))
 
 
 def test_a_fork_has_the_recorded_step_counters_and_camera(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Recording:
             await robot.sensors()
             with pytest.raises(elib.ReplyTimeout):
                 await robot.within(0.0).encoders()
-            await asyncio.sleep(1)
+            await asyncio.sleep(1)  # clock: simulated
             await robot.stop()
 
     run_on("sim://?speed=max", program)
