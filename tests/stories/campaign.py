@@ -49,6 +49,8 @@ LAST = 10.0
 """s at the end of a run in which a command must still be answered."""
 OVERTIME = 15.0
 """s that the end of a behaviour, with its stop, may take after its time."""
+SWARM = "robots=3"
+"""Three robots are a swarm: more of them take longer, and have the same links."""
 NEAR_LAMP = 0.05
 """m from a lamp that is overhead."""
 
@@ -126,7 +128,7 @@ def judge(case: Case) -> Verdict:
     found = Run()
     with tempfile.TemporaryDirectory() as folder:
         keys, when = keys_of(case, Path(folder))
-        world = what.world.replace("&firmware=epuck2", "") or "arena"
+        world = re.sub(r"robots=\d+", SWARM, what.world).replace("&firmware=epuck2", "") or "arena"
         joint = "&" if "?" in world else "?"
         url = f"{world}{joint}firmware={case.firmware}&{keys}"
         seconds = LONGER.get(case.name, SECONDS)

@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+import pytest
+
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.emulator.simulation import Simulation
 from elib.errors import ArgumentError
@@ -27,6 +29,12 @@ def drawn(count: int, what: str) -> list[int]:
     """Return so many seeds, drawn for *what* and not picked."""
     chance = random.Random(what)
     return [chance.randrange(10**6) for _ in range(count)]
+
+
+def drawn_quick(count: int, what: str) -> list[object]:
+    """Return so many seeds as the cases of a test; all but the first are long forms."""
+    first, *more = drawn(count, what)
+    return [first, *(pytest.param(seed, marks=pytest.mark.long) for seed in more)]
 
 
 @dataclass(slots=True)

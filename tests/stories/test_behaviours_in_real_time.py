@@ -36,7 +36,7 @@ def played(name: str, url: str, **options: object) -> tuple[RunResult, Pose]:
 
 @pytest.mark.parametrize(
     ("name", "options"),
-    [("go-x-cm", {"cm": 4.0}), ("go-and-turn", {"side": 0.02}), ("sensors-tour", {}), ("asynchronous-sensors", {})],
+    [("go-x-cm", {"cm": 4.0}), ("sensors-tour", {})],
 )
 def test_over_a_pty_in_real_time_it_passes_the_same_states_and_ends_the_same(
     name: str, options: dict[str, object]

@@ -1,6 +1,6 @@
 """A long run with link faults: every call is accounted for, memory does not grow, and nothing is left over.
 
-Ten simulated minutes by default; ELIB_SOAK=3600 makes it an hour.
+Its long form takes ten simulated minutes; ELIB_SOAK=3600 makes it an hour.
 """
 
 import asyncio
@@ -19,8 +19,6 @@ from elib.testing import faults_of, with_faults
 
 DURATION = float(os.environ.get("ELIB_SOAK", "600"))
 """s of robot time."""
-WARM_UP = DURATION / 5
-"""s after which everything that fills up, like the window of round trips, is full."""
 PERIOD = 0.2
 """s between two rounds of calls: 5 Hz."""
 GROWTH = 1500
@@ -51,8 +49,9 @@ def blocks() -> int:
     return sys.getallocatedblocks()
 
 
-@pytest.mark.long
-def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer() -> None:
+@pytest.mark.parametrize("duration", [100.0, pytest.param(DURATION, marks=pytest.mark.long)])
+def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer(duration: float) -> None:
+    warm_up = duration / 5  # then everything that fills up, like the window of round trips, is full
     threads = threading.active_count()
     ends: Counter[str] = Counter()
     sizes: list[int] = []
@@ -62,7 +61,7 @@ def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer() ->
     async def program(robot: elib.Epuck) -> elib.LinkStats:
         robot.trace(books)
         turn = 0
-        while robot.time < DURATION:
+        while robot.time < duration:
             turn += 1
             for call in (robot.proximity(), robot.set_speed(0.2, 0.1 + 0.001 * (turn % 100))):
                 try:
@@ -70,7 +69,7 @@ def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer() ->
                     ends["value"] += 1
                 except elib.ReplyTimeout:
                     ends["timeout"] += 1
-            if not sizes and robot.time > WARM_UP:
+            if not sizes and robot.time > warm_up:
                 sizes.append(blocks())
             await robot.sleep(PERIOD)
         sizes.append(blocks())
@@ -81,7 +80,7 @@ def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer() ->
     statistics = elib.run(program, robot=with_faults("flaky-bluetooth", "sim://square?speed=max"))
     (counts,) = weathers
     calls = sum(ends.values())
-    assert calls > 0.7 * 2 * DURATION / PERIOD, "it kept its pace"
+    assert calls > 0.7 * 2 * duration / PERIOD, "it kept its pace"
     assert ends["timeout"] > 0.01 * calls, "the script took answers away"
     # Every call ended once: one more, the stop of leaving, came after the count.
     assert (books.called - 1, books.ended - 1) == (calls, calls)
@@ -91,6 +90,6 @@ def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer() ->
     # What the script took away is what was missed: by a call, or by a resync that had to ask again.
     unanswered = books.questions - statistics.resyncs
     assert counts.lost + counts.halved == statistics.lost + unanswered
-    assert counts.stalls == len(range(20, int(DURATION), 31))
+    assert counts.stalls == len(range(20, int(duration), 31))
     assert sizes[1] - sizes[0] < GROWTH
     assert threading.active_count() == threads
