@@ -363,19 +363,22 @@ def whole(pieces: Iterable[Piece], cuts: Iterator[int]) -> tuple[list[Line], str
     return lines + decoder.flush(), decoder.firmware
 
 
-@settings(max_examples=400)
-@given(st.lists(PIECES, max_size=25), st.lists(st.integers(1, 50), min_size=1, max_size=10))
-def test_any_cutting_gives_the_same_lines_and_every_byte_is_in_one(pieces: list[Piece], cuts: list[int]) -> None:
-    at_once = whole(pieces, itertools.repeat(10_000))
-    assert repr(whole(pieces, itertools.cycle(cuts))) == repr(at_once)
-    assert repr(whole(pieces, itertools.repeat(1))) == repr(at_once)
-    for direction in ("to robot", "to host"):
-        lines = [line for line in at_once[0] if line.direction == direction]
-        data = b"".join(data for way, data in pieces if way == direction)
-        assert b"".join(line.data for line in lines) == data
-        assert [line.offset for line in lines] == list(itertools.accumulate([0, *(len(line.data) for line in lines)]))[
-            :-1
-        ]
+@pytest.mark.parametrize("examples", [100, pytest.param(400, marks=pytest.mark.long)])
+def test_any_cutting_gives_the_same_lines_and_every_byte_is_in_one(examples: int) -> None:
+    @settings(max_examples=examples)
+    @given(st.lists(PIECES, max_size=25), st.lists(st.integers(1, 50), min_size=1, max_size=10))
+    def holds(pieces: list[Piece], cuts: list[int]) -> None:
+        at_once = whole(pieces, itertools.repeat(10_000))
+        assert repr(whole(pieces, itertools.cycle(cuts))) == repr(at_once)
+        assert repr(whole(pieces, itertools.repeat(1))) == repr(at_once)
+        for direction in ("to robot", "to host"):
+            lines = [line for line in at_once[0] if line.direction == direction]
+            data = b"".join(data for way, data in pieces if way == direction)
+            assert b"".join(line.data for line in lines) == data
+            ends = list(itertools.accumulate(len(line.data) for line in lines))
+            assert [line.offset for line in lines] == [0, *ends][: len(lines)]
+
+    holds()
 
 
 @pytest.mark.parametrize("direction", ["to robot", "to host"])

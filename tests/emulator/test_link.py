@@ -312,7 +312,7 @@ async def test_cutting_after_nothing_at_all_is_refused() -> None:
 
 @simulated
 async def test_whatever_a_client_wrote_before_it_left_arrives_however_much_it_is_up_to_a_bound() -> None:
-    for size in (1_000, 60_000, 300_000, 3_000_000):
+    for size in (1_000, 60_000, 300_000):
         rig = make_rig()
         _, end = memory_pair("sim://toy")
         rig.link.attach(end)

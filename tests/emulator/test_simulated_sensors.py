@@ -177,7 +177,7 @@ def test_a_robot_that_plays_is_heard_by_its_neighbour_until_the_sound_ends():
     assert player.sound == 0
 
 
-@pytest.mark.parametrize("engine", ["interpreted", "compiled"])
+@pytest.mark.parametrize("engine", ["interpreted", pytest.param("compiled", marks=pytest.mark.long)])
 def test_what_a_robot_of_a_world_plays_ends_when_it_was_told_to(engine):
     both = World(Scene(4, 4, starts=(Pose(2, 2), Pose(2.2, 2)), model=QUIET), engine=engine)
     silence = both.microphones(1)

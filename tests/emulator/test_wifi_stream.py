@@ -103,7 +103,7 @@ def test_behind_five_whole_commands_the_one_that_has_begun_is_waited_for(part: i
     assert wheels(rig) == [100, 0]
 
 
-@pytest.mark.parametrize("part", range(1, 21))
+@pytest.mark.parametrize("part", [1, 2, 3, 7, 19, 20])
 def test_a_torn_command_stops_the_stream_until_its_rest_comes(part: int) -> None:
     rig = Rig()
     rig.send(command(2))
@@ -250,12 +250,12 @@ def test_the_first_packet_is_older_than_the_client() -> None:
 
 def test_the_first_picture_may_be_older_than_the_command_that_asks_for_it_but_not_the_second() -> None:
     rig, old = Rig(), 0
-    for moment in range(40):
+    for moment in range(20):
         rig.hardware.set(shift=0)
         rig.send(command(3))
         rig.run(0.3)
         rig.send(command(2))
-        rig.run(0.3 + 0.0031 * moment)
+        rig.run(0.3 + 0.0062 * moment)
         rig.hardware.set(shift=9)
         rig.send(command(0) + command(3))
         found = rig.packets(0.5)
@@ -263,7 +263,7 @@ def test_the_first_picture_may_be_older_than_the_command_that_asks_for_it_but_no
         first, second = [packet for packet in found[marker:] if packet[0] == 1][:2]
         old += first[1:3] == b"\x00\x00"
         assert second[1:3] == b"\x01\x29"  # row 9 of the pattern: green 9, blue 9
-    assert 1 <= old < 20
+    assert 1 <= old < 10
 
 
 # -- a client that reads slowly --

@@ -87,47 +87,65 @@ def check(arguments: list[str], data: bytes) -> None:
         assert left == {"old": b"precious"}
 
 
-@settings(max_examples=300)
-@given(arguments=ARGUMENTS, data=DATA)
-@example(arguments=["Rate", "--every", "1e308"], data=b"-1e308 a\n1e308 a")
-@example(arguments=["Histogram", "0", "--bins", "1000"], data=b"5e-324 a\n0 a")
-@example(arguments=["Avg", "0", "-s", "old", "-d", "old"], data=b"")
-@example(arguments=["Join", "-s", "old", "-d", "old"], data=b"")
-@example(arguments=["Stats", "0", "--by", "-1"], data=b"-1e308 a\n1e308 a")
-def test_no_command_line_and_no_log_give_a_traceback(arguments: list[str], data: bytes) -> None:
-    check(arguments, data)
+def lengths(quick: int, long: int) -> pytest.MarkDecorator:
+    """Return how many examples a test tries: few, or, in its long form, many."""
+    return pytest.mark.parametrize("examples", [quick, pytest.param(long, marks=pytest.mark.long)])
 
 
-@settings(max_examples=200)
-@given(
-    action=st.sampled_from(MANY),
-    form=st.sampled_from(["text", "csv", "json", "jsonl"]),
-    data=LOGS,
-)
-def test_no_log_gives_a_traceback_in_any_format(action: str, form: str, data: bytes) -> None:
-    check([*action.split(), "--format", form, "-d", "old" if form == "text" else "new"], data)
+@lengths(50, 300)
+def test_no_command_line_and_no_log_give_a_traceback(examples: int) -> None:
+    @settings(max_examples=examples)
+    @given(arguments=ARGUMENTS, data=DATA)
+    @example(arguments=["Rate", "--every", "1e308"], data=b"-1e308 a\n1e308 a")
+    @example(arguments=["Histogram", "0", "--bins", "1000"], data=b"5e-324 a\n0 a")
+    @example(arguments=["Avg", "0", "-s", "old", "-d", "old"], data=b"")
+    @example(arguments=["Join", "-s", "old", "-d", "old"], data=b"")
+    @example(arguments=["Stats", "0", "--by", "-1"], data=b"-1e308 a\n1e308 a")
+    def holds(arguments: list[str], data: bytes) -> None:
+        check(arguments, data)
+
+    holds()
 
 
-@settings(max_examples=100)
-@given(
-    action=st.sampled_from([each for each in MANY if not each.startswith(("Avg", "Stats", "Latency"))]),
-    form=st.sampled_from(["text", "csv", "json"]),
-    data=LOGS,
-    size=st.integers(1, 40),
-)
-def test_results_do_not_depend_on_how_a_log_is_read(action: str, form: str, data: bytes, size: int) -> None:
+@lengths(40, 200)
+def test_no_log_gives_a_traceback_in_any_format(examples: int) -> None:
+    @settings(max_examples=examples)
+    @given(
+        action=st.sampled_from(MANY),
+        form=st.sampled_from(["text", "csv", "json", "jsonl"]),
+        data=LOGS,
+    )
+    def holds(action: str, form: str, data: bytes) -> None:
+        check([*action.split(), "--format", form, "-d", "old" if form == "text" else "new"], data)
+
+    holds()
+
+
+@lengths(25, 100)
+def test_results_do_not_depend_on_how_a_log_is_read(examples: int) -> None:
     """Means may differ in their last digit, and of several errors another one may be found first."""
-    arguments = [*action.split(), "--format", form]
-    whole = run(*arguments, log=data)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("elib.et.rows.BLOCK", size)
-        patch.setattr("elib.et.rows.LONGEST_LINE", 10_000)
-        parts = run(*arguments, log=data)
-    assert parts.code == whole.code
-    assert whole.code or parts == whole
+
+    @settings(max_examples=examples)
+    @given(
+        action=st.sampled_from([each for each in MANY if not each.startswith(("Avg", "Stats", "Latency"))]),
+        form=st.sampled_from(["text", "csv", "json"]),
+        data=LOGS,
+        size=st.integers(1, 40),
+    )
+    def holds(action: str, form: str, data: bytes, size: int) -> None:
+        arguments = [*action.split(), "--format", form]
+        whole = run(*arguments, log=data)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("elib.et.rows.BLOCK", size)
+            patch.setattr("elib.et.rows.LONGEST_LINE", 10_000)
+            parts = run(*arguments, log=data)
+        assert parts.code == whole.code
+        assert whole.code or parts == whole
+
+    holds()
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(rows=st.lists(st.integers(-(10**6), 10**6), max_size=30), low=st.integers(-50, 50), high=st.integers(-50, 50))
 def test_from_to_and_its_complement_are_the_whole(rows: list[int], low: int, high: int) -> None:
     log = "".join(f"{row} x\n" for row in rows)

@@ -11,6 +11,7 @@ from et_runs import SAMPLE, Run, result, run
 from elib import __version__
 from elib.cli import main
 from elib.cli.program import build, parse
+from shared import PATIENCE
 
 
 def mounted(*words: str) -> Run:
@@ -72,6 +73,6 @@ def test_a_reader_that_closes_the_pipe_early_ends_elib_et_quietly(tmp_path: Path
     command = [sys.executable, "-m", "elib", "et", "FromTo", "0", "0", "999", "-s", str(tmp_path / "run.log")]
     reader, writer = os.pipe()
     os.close(reader)
-    found = subprocess.run(command, stdout=writer, stderr=-1, timeout=20)
+    found = subprocess.run(command, stdout=writer, stderr=-1, timeout=PATIENCE)
     os.close(writer)
     assert (found.returncode, found.stderr) == (1, b"")

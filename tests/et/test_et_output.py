@@ -22,6 +22,7 @@ from elib.et.commandline import summary
 from elib.et.formats import writing
 from elib.et.rows import Block
 from elib.extras import install
+from shared import PATIENCE
 
 ET = [sys.executable, "-c", "import sys; from elib.et import main; sys.exit(main())"]
 
@@ -90,7 +91,9 @@ def test_a_full_disk_is_told(place: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there are no such limits")
-@pytest.mark.parametrize("name", ["old.csv", "old.txt", "old.parquet"])
+@pytest.mark.parametrize(
+    "name", ["old.txt", *(pytest.param(name, marks=pytest.mark.long) for name in ("old.csv", "old.parquet"))]
+)
 def test_a_file_that_grows_too_large_is_told_and_the_old_one_stays(name: str, place: Path) -> None:
     if name.endswith(".parquet"):
         pytest.importorskip("duckdb")
@@ -101,7 +104,7 @@ def test_a_file_that_grows_too_large_is_told_and_the_old_one_stays(name: str, pl
         input="".join(f"{time} a call c 0 0\n{time} a ok c 0 0\n" for time in range(1000)),
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=PATIENCE,
     )
     assert (found.returncode, found.stdout) == (1, "")
     assert re.fullmatch(r"error: \S+: File too large\n", found.stderr)
@@ -216,19 +219,32 @@ def test_what_is_not_installed_is_told_with_its_extra(
     assert [each.name for each in place.iterdir()] == ["run.log"]
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("Latency",),
-        ("Join",),
-        ("Stats", "0", "--by", "3"),
-        ("Count", "3"),
-        ("Histogram", "5"),
-        ("Rate", "--every", "0.1", "--by", "1"),
-    ],
+DOLLARS = "1 $x$ call $y 0 0\n2 $x$ ok $y 0 0\n"
+DRAWN = (
+    ("Latency",),
+    ("Join",),
+    ("Stats", "0", "--by", "3"),
+    ("Count", "3"),
+    ("Histogram", "5"),
+    ("Rate", "--every", "0.1", "--by", "1"),
 )
+
+
 @pytest.mark.parametrize(
-    "log", [SAMPLE, "", "1 $x$ call $y 0 0\n2 $x$ ok $y 0 0\n"], ids=["sample", "empty", "dollars"]
+    ("arguments", "log"),
+    [
+        pytest.param(arguments, log, id=f"{arguments[0]}-{name}", marks=marks)
+        for arguments in DRAWN
+        for name, log, marks in (
+            ("sample", SAMPLE, ()),
+            ("empty", "", pytest.mark.long),
+            (
+                "dollars",
+                "1 $x$ call $y 0 0\n2 $x$ ok $y 0 0\n",
+                () if arguments == ("Count", "3") else pytest.mark.long,
+            ),
+        )
+    ],
 )
 def test_every_summary_can_be_drawn(arguments: tuple[str, ...], log: str, place: Path) -> None:
     pytest.importorskip("matplotlib")
@@ -239,7 +255,7 @@ def test_every_summary_can_be_drawn(arguments: tuple[str, ...], log: str, place:
 def test_names_that_no_font_has_room_for_are_drawn(place: Path) -> None:
     pytest.importorskip("matplotlib")
     log = f"1 \x1b\x00 call {'w' * 3000} 0 0\n2 \x1b\x00 ok {'w' * 3000} 0 0\n3 a call 機 0 0\n3 a ok 機 0 0\n"
-    for arguments in (("Latency",), ("Join",), ("Count", "3"), ("Stats", "0", "--by", "1")):
+    for arguments in (("Latency",), ("Stats", "0", "--by", "1")):
         result(*arguments, "--plot", "plot.png", log=log)
         assert (place / "plot.png").read_bytes().startswith(b"\x89PNG")
 
@@ -296,7 +312,7 @@ def on_pty(*arguments: str) -> str:
         with contextlib.suppress(OSError):  # the terminal ends with its last program
             while part := os.read(ours, 4096):
                 shown += part
-        assert process.wait(20) == 0
+        assert process.wait(PATIENCE) == 0
     os.close(ours)
     return shown.decode()
 
@@ -334,11 +350,13 @@ def test_every_action_explains_itself_and_its_arguments() -> None:
 # As a process
 
 
-@pytest.mark.parametrize("arguments", [("--help",), ("Avg", "0"), ("Join",)])
+@pytest.mark.parametrize(
+    "arguments", [("Join",), *(pytest.param(each, marks=pytest.mark.long) for each in (("--help",), ("Avg", "0")))]
+)
 def test_nothing_is_imported_that_takes_long_or_may_be_missing(arguments: tuple[str, ...]) -> None:
     code = "import sys; from elib.et import main; main(); print(*sys.modules, file=sys.stderr)"
     found = subprocess.run(
-        [sys.executable, "-c", code, *arguments], input=SAMPLE, capture_output=True, text=True, timeout=20
+        [sys.executable, "-c", code, *arguments], input=SAMPLE, capture_output=True, text=True, timeout=PATIENCE
     )
     tops = {name.partition(".")[0] for name in found.stderr.split()}
     assert "numpy" in tops
@@ -347,17 +365,17 @@ def test_nothing_is_imported_that_takes_long_or_may_be_missing(arguments: tuple[
 
 @pytest.mark.skipif(os.name == "nt", reason="there is no such device")
 def test_a_listener_that_left_gives_no_traceback() -> None:
-    for arguments, code in ((["Avg", "x"], 2), (["Join"], 0), (["Nothing"], 2)):
+    for arguments, code in ((["Avg", "x"], 2), (["Join"], 0)):
         reader, writer = os.pipe()
         os.close(reader)
-        found = subprocess.run([*ET, *arguments], input=b"", stdout=-1, stderr=writer, timeout=20)
+        found = subprocess.run([*ET, *arguments], input=b"", stdout=-1, stderr=writer, timeout=PATIENCE)
         os.close(writer)
         assert found.returncode == code
 
 
 def test_et_works_in_a_pipe() -> None:
     found = subprocess.run(
-        [*ET, "FromCollection", "2", "call"], input=SAMPLE, capture_output=True, text=True, timeout=20
+        [*ET, "FromCollection", "2", "call"], input=SAMPLE, capture_output=True, text=True, timeout=PATIENCE
     )
     assert (found.returncode, found.stderr, found.stdout.count("\n")) == (0, "", 5)
 
@@ -376,5 +394,5 @@ def test_a_reader_that_closes_the_pipe_early_ends_et_quietly() -> None:
             process.stdin.close()
         except BrokenPipeError:
             pass
-        assert process.wait(20) == 1
+        assert process.wait(PATIENCE) == 1
         assert process.stderr.read() == b""

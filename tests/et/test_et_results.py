@@ -109,14 +109,18 @@ def test_numbers_on_disk_give_what_those_in_memory_give(most: int, few: int, mon
     assert edges == pytest.approx(expected_edges)
 
 
-@given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=101, max_size=300), st.floats(0, 1))
-@settings(max_examples=100)
-def test_every_rank_is_found_on_disk(values: list[float], share: float) -> None:
-    found = on_disk(np.array(values))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(samples, "MAX_IN_MEMORY", 100)
-        patch.setattr(samples, "SORTED_AT_ONCE", 10)
-        assert found.quantiles([share]) == [sorted(values)[max(0, math.ceil(share * len(values)) - 1)]]
+@pytest.mark.parametrize("examples", [20, pytest.param(100, marks=pytest.mark.long)])
+def test_every_rank_is_found_on_disk(examples: int) -> None:
+    @settings(max_examples=examples)
+    @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=101, max_size=300), st.floats(0, 1))
+    def holds(values: list[float], share: float) -> None:
+        found = on_disk(np.array(values))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(samples, "MAX_IN_MEMORY", 100)
+            patch.setattr(samples, "SORTED_AT_ONCE", 10)
+            assert found.quantiles([share]) == [sorted(values)[max(0, math.ceil(share * len(values)) - 1)]]
+
+    holds()
 
 
 def test_groups_on_disk_are_kept_apart() -> None:
