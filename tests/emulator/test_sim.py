@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
+from clock_rig import jumping
 from fault_rig import ask, open_url
 
 from elib.emulator.settings import SimulationSettings
@@ -171,6 +172,7 @@ async def test_an_unpaced_robot_still_lets_simulated_time_pass() -> None:
     await robot.close()
 
 
+@jumping
 async def test_in_real_time_the_world_goes_on_while_nobody_talks() -> None:
     transport = await open_url("sim://square")
     heartbeat = transport.simulation._heartbeat

@@ -6,6 +6,7 @@ import itertools
 from pathlib import Path
 
 import pytest
+from clock_rig import jumping
 from wifi_rig import command, packets
 
 from elib.emulator.faults import Fault
@@ -307,23 +308,21 @@ async def test_robots_of_one_world_have_streams_of_their_own() -> None:
         await robot.close()
 
 
-def test_a_paused_world_sends_nothing_and_goes_on_after_the_pause() -> None:
-    async def story() -> None:
-        transport = await open_transport("sim://square?firmware=epuck2-wifi")
-        assert isinstance(transport, SimTransport)
-        simulation: Simulation = transport.simulation
-        await transport.write(command(2))
-        await arrivals(transport, 0.2)
-        simulation.pause()
-        await arrivals(transport, 0.05)
-        assert await arrivals(transport, 0.2) == []
-        simulation.step(0.5)
-        assert len(await stream(transport, 0.05)) >= 20
-        simulation.resume()
-        assert len(await stream(transport, 0.5)) >= 10
-        await transport.close()
-
-    asyncio.run(story())
+@jumping
+async def test_a_paused_world_sends_nothing_and_goes_on_after_the_pause() -> None:
+    transport = await open_transport("sim://square?firmware=epuck2-wifi")
+    assert isinstance(transport, SimTransport)
+    simulation: Simulation = transport.simulation
+    await transport.write(command(2))
+    await arrivals(transport, 0.2)
+    simulation.pause()
+    await arrivals(transport, 0.05)
+    assert await arrivals(transport, 0.2) == []
+    simulation.step(0.5)
+    assert len(await stream(transport, 0.05)) >= 20
+    simulation.resume()
+    assert len(await stream(transport, 0.5)) >= 10
+    await transport.close()
 
 
 @simulated

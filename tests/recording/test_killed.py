@@ -1,5 +1,4 @@
-"""A recording outlives its program: the file keeps what it held when the program was killed, and it
-can be made whole."""
+"""A recording outlives its program: the file of one that was killed has no gap, and can be made whole."""
 
 from __future__ import annotations
 
