@@ -67,57 +67,58 @@ def test_a_whole_sensor_packet() -> None:
     assert found[19:].hex(" ") == bytes.fromhex(BEHIND_ANGLES).hex(" ")
 
 
-@pytest.mark.parametrize(
-    ("change", "offset", "field"),
-    [
-        ({"gyro": [0, 0x102, 0]}, 18, "FEFE"),  # the chip's -y is the robot's x: -258
-        ({"gyro": [0x102, 0, 0]}, 20, "0201"),
-        ({"gyro": [0, 0, -2]}, 22, "FEFF"),
-        ({"mag": [-1.5, -2.5, 3.25]}, 24, "0000C0BF"),
-        ({"mag": [1.5, 2.5, 3.25]}, 28, "00002040"),
-        ({"mag": [1.5, -2.5, 0.0]}, 32, "00000000"),
-        ({"temp": -5}, 36, "FB"),
-        ({"tof": 2000}, 69, "D007"),
-        ({"battery_raw": 3440}, 83, "700D"),
-        ({"sd": 0}, 85, "00"),
-        ({"ir_check": 0}, 86, "00"),
-        ({"ir_address": 31}, 87, "1F"),
-        ({"ir_data": 64}, 88, "40"),
-        ({"selector": 3}, 89, "03"),
-        ({"button": 0}, 102, "00"),
-        *(
-            (
-                {"prox": [4095 if index == sensor else 0x101 * (index + 1) for index in range(8)]},
-                37 + 2 * sensor,
-                "FF0F",
-            )
-            for sensor in range(8)
-        ),
-        *(
-            ({"light": [7 if index == sensor else 0xF11 + 0x11 * index for index in range(8)]}, 53 + 2 * sensor, "0700")
-            for sensor in range(8)
-        ),
-        ({"mic_volume": [7, 0x222, 0x333, 0x444]}, 71, "0700"),
-        ({"mic_volume": [0x111, 7, 0x333, 0x444]}, 73, "0700"),
-        ({"mic_volume": [0x111, 0x222, 7, 0x444]}, 75, "0700"),
-        ({"mic_volume": [0x111, 0x222, 0x333, 7]}, 77, "0700"),
-        ({"floor": [1000, 0x302, 0x403, 9, 9]}, 90, "E803"),
-        ({"floor": [0x201, 1000, 0x403, 9, 9]}, 92, "E803"),
-        ({"floor": [0x201, 0x302, 1000, 9, 9]}, 94, "E803"),
-        ({"floor_ambient": [8, 0x32, 0x43, 9, 9]}, 96, "0800"),
-        ({"floor_ambient": [0x21, 8, 0x43, 9, 9]}, 98, "0800"),
-        ({"floor_ambient": [0x21, 0x32, 8, 9, 9]}, 100, "0800"),
-    ],
+FIELDS: tuple[tuple[Mapping[str, object], int, str], ...] = (
+    ({"gyro": [0, 0x102, 0]}, 18, "FEFE"),  # the chip's -y is the robot's x: -258
+    ({"gyro": [0x102, 0, 0]}, 20, "0201"),
+    ({"gyro": [0, 0, -2]}, 22, "FEFF"),
+    ({"mag": [-1.5, -2.5, 3.25]}, 24, "0000C0BF"),
+    ({"mag": [1.5, 2.5, 3.25]}, 28, "00002040"),
+    ({"mag": [1.5, -2.5, 0.0]}, 32, "00000000"),
+    ({"temp": -5}, 36, "FB"),
+    ({"tof": 2000}, 69, "D007"),
+    ({"battery_raw": 3440}, 83, "700D"),
+    ({"sd": 0}, 85, "00"),
+    ({"ir_check": 0}, 86, "00"),
+    ({"ir_address": 31}, 87, "1F"),
+    ({"ir_data": 64}, 88, "40"),
+    ({"selector": 3}, 89, "03"),
+    ({"button": 0}, 102, "00"),
+    *(
+        (
+            {"prox": [4095 if index == sensor else 0x101 * (index + 1) for index in range(8)]},
+            37 + 2 * sensor,
+            "FF0F",
+        )
+        for sensor in range(8)
+    ),
+    *(
+        ({"light": [7 if index == sensor else 0xF11 + 0x11 * index for index in range(8)]}, 53 + 2 * sensor, "0700")
+        for sensor in range(8)
+    ),
+    ({"mic_volume": [7, 0x222, 0x333, 0x444]}, 71, "0700"),
+    ({"mic_volume": [0x111, 7, 0x333, 0x444]}, 73, "0700"),
+    ({"mic_volume": [0x111, 0x222, 7, 0x444]}, 75, "0700"),
+    ({"mic_volume": [0x111, 0x222, 0x333, 7]}, 77, "0700"),
+    ({"floor": [1000, 0x302, 0x403, 9, 9]}, 90, "E803"),
+    ({"floor": [0x201, 1000, 0x403, 9, 9]}, 92, "E803"),
+    ({"floor": [0x201, 0x302, 1000, 9, 9]}, 94, "E803"),
+    ({"floor_ambient": [8, 0x32, 0x43, 9, 9]}, 96, "0800"),
+    ({"floor_ambient": [0x21, 8, 0x43, 9, 9]}, 98, "0800"),
+    ({"floor_ambient": [0x21, 0x32, 8, 9, 9]}, 100, "0800"),
 )
-def test_a_reading_is_at_its_place_and_nowhere_else(change: Mapping[str, object], offset: int, field: str) -> None:
-    rig = Rig(REST)
-    before = packet(rig)[1:]
-    rig.hardware.set(**change)
-    after, expected = packet(rig)[1:], bytes.fromhex(field)
-    assert after[offset : offset + len(expected)].hex() == expected.hex()
-    changed = {index for index in range(104) if before[index] != after[index]}
-    assert changed
-    assert changed <= set(range(offset, offset + len(expected)))
+"""What is changed, the offset of its field behind the first byte, and the bytes there then."""
+
+
+def test_a_reading_is_at_its_place_and_nowhere_else() -> None:
+    for change, offset, field in FIELDS:
+        rig = Rig(REST)
+        before = packet(rig)[1:]
+        rig.hardware.set(**change)
+        after, expected = packet(rig)[1:], bytes.fromhex(field)
+        assert after[offset : offset + len(expected)].hex() == expected.hex(), change
+        changed = {index for index in range(104) if before[index] != after[index]}
+        assert changed, change
+        assert changed <= set(range(offset, offset + len(expected))), change
 
 
 @pytest.mark.parametrize(
