@@ -307,25 +307,24 @@ BROKEN = """description = "gone for three seconds, and later it restarts"
 
 [[fault]]
 kind = "cut"
-from = {cut}
-until = {back}
+from = 20
+until = 23
 
 [[fault]]
 kind = "reset"
-at = {restart}
+at = 40
 """
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("faults", ["loss", "late", "broken"])
 @pytest.mark.parametrize("name", HOME)
-def test_behaviours_survive_two_minutes_of_link_faults_or_one_with_a_swarm_and_the_robots_stand_at_the_end(
+def test_behaviours_survive_a_minute_of_link_faults_and_the_robots_stand_at_the_end(
     name: str, faults: str, tmp_path: Path
 ) -> None:
     script = tmp_path / "faults.toml"
-    seconds = 60 if "robots=" in HOME[name] else 120
-    cut, restart = seconds // 3, 2 * seconds // 3
-    script.write_text(BROKEN.format(cut=cut, back=cut + 3, restart=restart))
+    seconds = 60
+    script.write_text(BROKEN)
     keys = {"loss": "loss=0.05", "late": "latency=0.2", "broken": f"fault={script}"}[faults]
     joint = "&" if "?" in HOME[name] else "?"
     (seed,) = drawn(1, f"{name} {faults}")

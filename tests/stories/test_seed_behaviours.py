@@ -226,10 +226,12 @@ def test_the_same_seed_gives_the_same_path_to_the_last_bit_and_another_seed_anot
 
 OPTIONS: dict[str, dict[str, object]] = {"bull": {}, "billiard": {}, "go-to-light": {"cruise": 0.15}}
 """A slow seeker, so that the fault finds it on its way."""
+SECONDS = {"bull": 120, "billiard": 60, "go-to-light": 60}
+"""s of a run; a bull with late answers looks round for long."""
 WORLDS = {"bull": without("red-boxes", "robot]]"), "billiard": TABLE, "go-to-light": LIGHT}
 START = 5
 """Seed of a start far from the light."""
-FAULT = 50.0
+FAULT = 25.0
 """s at which the link is cut or the robot restarts."""
 CUT = f'description = "gone for three seconds"\n[[fault]]\nkind = "cut"\nfrom = {FAULT}\nuntil = {FAULT + 3}\n'
 RESET = f'description = "it restarts"\n[[fault]]\nkind = "reset"\nat = {FAULT}\n'
@@ -240,7 +242,7 @@ RESET = f'description = "it restarts"\n[[fault]]\nkind = "reset"\nat = {FAULT}\n
 @pytest.mark.parametrize(
     "faults", ["loss=0.05&latency=0.03", "latency=0.2", CUT, RESET], ids=["loss", "late", "cut", "reset"]
 )
-def test_a_behaviour_survives_two_minutes_of_link_faults_and_the_robot_stands_at_the_end(
+def test_a_behaviour_survives_link_faults_and_the_robot_stands_at_the_end(
     run: Runner, tmp_path: Path, name: str, faults: str
 ) -> None:
     keys = faults
@@ -249,7 +251,7 @@ def test_a_behaviour_survives_two_minutes_of_link_faults_and_the_robot_stands_at
         script.write_text(faults)
         keys = f"{BLUETOOTH}&fault={script}"
     observer = Observer(half=FAULT + 3)
-    outcome = run(name, WORLDS[name], START, observer, keys=keys, seconds=120, options=OPTIONS[name])
+    outcome = run(name, WORLDS[name], START, observer, keys=keys, seconds=SECONDS[name], options=OPTIONS[name])
     assert outcome.duration > FAULT + 3
     assert outcome.reason == "time" or states(outcome)[-1] == "arrived"
     assert observer.path - observer.half > 0.1, "it goes on"
