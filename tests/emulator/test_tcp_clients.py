@@ -21,7 +21,10 @@ METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE"
 """Methods of requests: those of HTTP, and some that a page may make up."""
 
 
-@pytest.fixture(params=PROFILES)
+FIRST, *OTHERS = PROFILES
+
+
+@pytest.fixture(params=[FIRST, *(pytest.param(firmware, marks=pytest.mark.long) for firmware in OTHERS)])
 async def port(request: pytest.FixtureRequest) -> AsyncIterator[int]:
     """TCP port of a robot of each kind, on a line eight times as quick as the real one."""
     async with serve(SimulationSettings(world="square", firmware=request.param, baud=1_000_000), tcp="0") as served:
