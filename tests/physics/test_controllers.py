@@ -1,7 +1,6 @@
 """Controllers: sensors, parameters and memory, on both engines and in several threads."""
 
 import copy
-import enum
 import math
 import os
 import pickle
@@ -9,53 +8,20 @@ import threading
 
 import numpy as np
 import pytest
-from world_rig import ENGINES
+from world_rig import BUSY, ENGINES, PLAIN, everything, vehicle
 
 from elib.errors import ArgumentError, SimulationError
-from elib.physics import Batch, Box, Controller, Cylinder, EpuckModel, Lamps, Light, Pose, Scene, Sound, Wall, World
+from elib.physics import Batch, Box, Controller, Lamps, Light, Pose, Scene, Sound, World
 from elib.physics.records import SENSORS
 
-BUSY = Scene(
-    1.0,
-    1.0,
-    walls=(Wall(0.5, 0.1, 0.5, 0.4),),
-    boxes=(Box(0.75, 0.75, 0.1, 0.08, 0.4), Box(0.3, 0.4, 0.08, 0.08, 0.3, is_pushable=True)),
-    cylinders=(Cylinder(0.2, 0.8, 0.03), Cylinder(0.5, 0.6, 0.04, is_pushable=True)),
-    lights=(Light(0.2, 0.9),),
-    sounds=(Sound(0.1, 0.1, 500),),
-    model=EpuckModel(motor_noise=0.05, axle_spread=0.01, gain_spread=0.05, offset_spread=5.0, ground_module=True),
-)
 ROBOTS = 4
-WEIGHTS = np.linspace(0.5, -0.5, 8)
-SCALES = (0.5, (1.0, 2.0))
 
 
-class Mode(enum.IntEnum):
-    CAREFUL = 3
-
-
-def squash(x, gain=2.0):
-    return math.tanh(gain * x)
-
-
-def scaled(factor):
-    def scale(x):
-        return factor * x + SCALES[1][1]
-
-    return scale
-
-
-eased = scaled(0.25)
-
-
-def control(robot, parameters, memory):
-    """Read everything, and use every kind of thing that a control function may use."""
-    near = 0.0
-    for i in range(8):
-        near += WEIGHTS[i] * robot.proximity[i]
-    memory[0] = squash(0.9 * memory[0] + parameters[0] * near / 1000)
+def attentive(robot, parameters, memory):
+    """Let everything that there is to read turn the wheels."""
+    memory[0] = 0.9 * memory[0] + parameters[0] * (robot.proximity[0] - robot.proximity[7]) / 1000
     memory[1] += math.sin(robot.time) + math.exp(-robot.distance) + math.sqrt(robot.acceleration[2])
-    robot.left = 500 + 200 * memory[0] + robot.ground[1] / 10 + robot.number * Mode.CAREFUL + eased(parameters[1])
+    robot.left = 500 + 200 * memory[0] + robot.ground[1] / 10 + robot.number * parameters[1]
     robot.right = 500 - 200 * memory[0] + robot.microphones[0] / 50 + robot.ambient_light[0] / 100 + robot.rotation
     robot.fitness += (robot.left + robot.right) / 1000 * (1 - max(robot.proximity[0], robot.proximity[7]) / 4095)
 
@@ -65,27 +31,51 @@ def still(robot, parameters, memory):
 
 
 def controller(parameters=(0.8, 4.0)):
-    return Controller(control, parameters, sensors=SENSORS, memory=2)
+    return Controller(attentive, parameters, sensors=SENSORS, memory=2)
 
 
-def world_of(engine="interpreted", robots=ROBOTS, **more):
-    if engine == "compiled":
-        pytest.importorskip("numba")
-    return World(BUSY, robots=robots, seed=3, engine=engine, **more)
+def vehicles(shape):
+    """Return a vehicle whose last two parameters differ from robot to robot, or from world to world."""
+    own = np.linspace(0.1, 4.0, math.prod(shape)).reshape(shape)
+    same = np.broadcast_to(vehicle().parameters[:18], (*shape[:-1], 18))
+    return Controller(vehicle().function, np.concatenate([same, own], axis=-1), memory=2)
+
+
+def world_of(engine="interpreted", robots=ROBOTS, scene=BUSY, **more):
+    return World(scene, robots=robots, seed=3, engine=engine, **more)
 
 
 def state_of(world):
-    return world.hash(*SENSORS), world.poses, world.fitness.tolist(), world.memory.tolist()
+    return world.hash(*SENSORS), everything(world), world.poses, world.fitness.tolist(), world.memory.tolist()
 
 
 KINDS = pytest.mark.parametrize(
-    ("engine", "threads"), [("interpreted", 1), ("compiled", 1), ("compiled", 2)], ids=["interpreted", "1", "2"]
+    ("engine", "threads", "scene", "drive"),
+    [
+        pytest.param("interpreted", 1, BUSY, controller(), id="interpreted"),
+        pytest.param("compiled", 1, PLAIN, vehicle(share=1), id="1"),
+        pytest.param("compiled", 1, BUSY, controller(), id="1, busy", marks=pytest.mark.long),
+        pytest.param("compiled", 2, BUSY, controller(), id="2, busy", marks=pytest.mark.long),
+    ],
 )
+AGAIN = [copy.copy, copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))]
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 @pytest.mark.parametrize("shape", [(2,), (1, 2), (ROBOTS, 2), (1, 1, 2), (1, ROBOTS, 2)])
-def test_every_robot_gets_all_sensors_its_own_parameters_and_its_memory_on_both_engines_and_in_two_threads(shape):
-    parameters = np.linspace(0.1, 4.0, math.prod(shape)).reshape(shape)
+def test_every_robot_gets_its_own_parameters_and_its_memory_on_both_engines(shape):
+    worlds = [world_of(engine, scene=PLAIN) for engine in ENGINES]
+    for world in worlds:
+        world.run(60, vehicles(shape))
+    assert state_of(worlds[0]) == state_of(worlds[1])
+    assert np.all(worlds[0].memory != 0)
+    assert len(set(worlds[0].fitness)) == ROBOTS
+
+
+@pytest.mark.long
+def test_every_robot_gets_all_sensors_on_both_engines_and_in_two_threads():
+    parameters = np.linspace(0.1, 4.0, 2 * ROBOTS).reshape(ROBOTS, 2)
+    pytest.importorskip("numba")
     worlds = [world_of(), world_of("compiled"), world_of("compiled", threads=2)]
     for world in worlds:
         world.run(60, controller(parameters))
@@ -94,17 +84,17 @@ def test_every_robot_gets_all_sensors_its_own_parameters_and_its_memory_on_both_
     assert len(set(worlds[0].fitness)) == ROBOTS
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 @pytest.mark.parametrize("shape", [(3, ROBOTS, 2), (3, 1, 2), (1, ROBOTS, 2)])
 def test_every_world_of_a_batch_gets_its_own_parameters(shape):
-    pytest.importorskip("numba")
-    parameters = np.linspace(0.1, 4.0, math.prod(shape)).reshape(shape)
-    tables = np.broadcast_to(parameters, (3, ROBOTS, 2))
-    expected = [World(BUSY, robots=ROBOTS, seed=9 + k) for k in range(3)]
+    drive = vehicles(shape)
+    tables = np.broadcast_to(drive.parameters, (3, ROBOTS, 20))
+    expected = [World(PLAIN, robots=ROBOTS, seed=9 + k) for k in range(3)]
     for world, table in zip(expected, tables, strict=True):
-        world.run(40, controller(table))
+        world.run(40, Controller(drive.function, table, memory=2))
     for engine, threads in (("interpreted", 1), ("compiled", 1), ("compiled", 2)):
-        batch = Batch(BUSY, 3, robots=ROBOTS, seed=np.int64(9), engine=engine, threads=threads)
-        batch.run(40, controller(parameters))
+        batch = Batch(PLAIN, 3, robots=ROBOTS, seed=np.int64(9), engine=engine, threads=threads)
+        batch.run(40, drive)
         assert [state_of(world) for world in batch] == [state_of(world) for world in expected]
 
 
@@ -157,6 +147,7 @@ def test_what_a_control_function_gets_wrong_later_is_an_error_of_its_own():
         world_of().run(10, Controller(late, memory=1))
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_a_control_function_that_cannot_be_compiled_is_named_with_the_reason_and_the_line():
     def listing(robot, parameters, memory):
         robot.left = np.zeros(3)[0]
@@ -175,7 +166,7 @@ def test_a_control_function_that_cannot_be_compiled_is_named_with_the_reason_and
         def control(self, robot, parameters, memory):
             robot.left = 100
 
-    world = world_of("compiled")
+    world = world_of("compiled", scene=PLAIN)
     reason = r"'listing' cannot be compiled: No implementation .*zeros.*\(test_controllers.py, line \d+\)"
     with pytest.raises(SimulationError, match=reason):
         world.run(1, Controller(listing))
@@ -187,16 +178,23 @@ def test_a_control_function_that_cannot_be_compiled_is_named_with_the_reason_and
     with pytest.raises(SimulationError, match=r"Method.control .* cannot be compiled: it is not a plain function"):
         world.run(1, Controller(Method().control))
     world_of().run(1, Controller(Method().control))
-    world.run(5, controller())  # The world is as good as before.
+    world.run(5, vehicle())  # The world is as good as before.
     assert world.tick == 5
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("engine", "sensors", "scene", "drive"),
+    [
+        pytest.param("interpreted", SENSORS, BUSY, controller(), id="interpreted"),
+        pytest.param("compiled", ("proximity",), PLAIN, vehicle(), id="compiled"),
+        pytest.param("compiled", SENSORS, BUSY, controller(), id="compiled, all sensors", marks=pytest.mark.long),
+    ],
+)
 @pytest.mark.parametrize("robots", [0, 1, ROBOTS])
-def test_arrays_have_a_row_a_robot_hold_what_its_own_methods_say_and_are_copies(engine, robots):
-    world = world_of(engine, robots)
-    world.run(30, controller())
-    arrays = {sensor: world.readings(sensor) for sensor in SENSORS}
+def test_arrays_have_a_row_a_robot_hold_what_its_own_methods_say_and_are_copies(engine, sensors, scene, drive, robots):
+    world = world_of(engine, robots, scene)
+    world.run(30, drive)
+    arrays = {sensor: world.readings(sensor) for sensor in sensors}
     arrays |= {"pose": world.poses_array, "encoders": world.encoders_array, "near": world.proximity_array}
     widths = {"proximity": 8, "ambient_light": 8, "ground": 5, "microphones": 4, "acceleration": 3}
     widths |= {"pose": 3, "encoders": 2, "near": 8}
@@ -210,24 +208,25 @@ def test_arrays_have_a_row_a_robot_hold_what_its_own_methods_say_and_are_copies(
         assert world.pose(robot) == Pose(*arrays["pose"][robot])
         assert [*world.encoders(robot)] == [*arrays["encoders"][robot]]
         assert world.proximity(robot) == [*arrays["near"][robot]]
-        for sensor in SENSORS:
+        for sensor in sensors:
             single = getattr(world, sensor)(robot)
             assert (single if sensor in widths else [single]) == np.ravel(arrays[sensor][robot]).tolist()
     before = [world.fitness, world.memory, *arrays.values()]
     kept = [array.tolist() for array in before]
-    world.run(30, controller())
-    [world.readings(sensor) for sensor in SENSORS]
+    world.run(30, drive)
+    [world.readings(sensor) for sensor in sensors]
     assert [array.tolist() for array in before] == kept
 
 
-def shake(world):
+def shake(world, drive):
     """Do all that changes a world."""
-    world.run(30, controller())
+    world.run(30, drive)
     world.move_robot(0, Pose(0.9, 0.9, 1.0))
     world.move_box(0, Pose(0.8, 0.2, 0.1))
     world.move_box(1, Pose(0.2, 0.2, 0.1))
     world.move_cylinder(1, 0.6, 0.9)
-    world.set_light(0, Light(0.5, 0.5, intensity=0.3))
+    if world.scene.lights:
+        world.set_light(0, Light(0.5, 0.5, intensity=0.3))
     world.set_sound(0, Sound(0.9, 0.9, 50))
     world.set_ambient(2000)
     world.show(0, Lamps(body=True))
@@ -235,41 +234,46 @@ def shake(world):
     world.play(1, 900.0)
     world.set_wheel_speeds(0, 0.1, 0.1, at=world.time + 0.005)
     world.settle(2, 0.001, 0.001, at=world.time)
-    world.run(40, controller((0.1, 300.0)))
+    world.run(40, Controller(drive.function, 0.9 * drive.parameters, sensors=drive.sensors, memory=2))
     world.picture(0, (0.0, 8.0), (0.0, 8.0))
 
 
 @KINDS
-def test_after_a_reset_everything_is_as_in_a_new_world_with_that_seed(engine, threads):
-    world = world_of(engine, threads=threads)
+def test_after_a_reset_everything_is_as_in_a_new_world_with_that_seed(engine, threads, scene, drive):
+    world = world_of(engine, threads=threads, scene=scene)
     for seed in (5, 6):  # Fixed things moved, and then only pushable ones.
-        (shake if seed == 5 else (lambda each: each.run(200, controller())))(world)
+        if seed == 5:
+            shake(world, drive)
+        else:
+            world.run(200, drive)
         world.reset(np.int64(seed))
-        new = World(BUSY, robots=ROBOTS, seed=seed)
-        assert state_of(world)[:3] == state_of(new)[:3]
+        new = World(scene, robots=ROBOTS, seed=seed)
+        assert (world.hash(*SENSORS), world.poses) == (new.hash(*SENSORS), new.poses)
+        assert world.fitness.tolist() == new.fitness.tolist()
         assert (world.snapshot(beams=True), world.ambient) == (new.snapshot(beams=True), new.ambient)
         for each in (world, new):
             each.set_step_rates(0, 300, 400)
             each.run(20)
-            each.run(150, controller())
+            each.run(100, drive)
             [getattr(each, sensor)(1) for sensor in SENSORS]
-        assert state_of(world) == state_of(new)
+        assert state_of(world)[2:] == state_of(new)[2:]
+        assert world.hash(*SENSORS) == new.hash(*SENSORS)
         assert world.snapshot() == new.snapshot()
 
 
 @KINDS
-@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
-def test_a_copy_of_a_world_goes_on_as_the_world_does_and_by_itself(engine, threads, again):
-    world = world_of(engine, threads=threads)
-    shake(world)
+@pytest.mark.parametrize("again", AGAIN)
+def test_a_copy_of_a_world_goes_on_as_the_world_does_and_by_itself(engine, threads, scene, drive, again):
+    world = world_of(engine, threads=threads, scene=scene)
+    shake(world, drive)
     other, before = again(world), state_of(world)
     for each in (other, world):
         assert state_of(each) == before
-        shake(each)
+        shake(each, drive)
     assert state_of(other) == state_of(world) != before
 
 
-@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
+@pytest.mark.parametrize("again", AGAIN)
 def test_batches_and_controllers_can_be_copied(again):
     batch = Batch(BUSY, 2, robots=2, engine="interpreted")
     batch.run(10, controller())
@@ -309,21 +313,57 @@ def test_a_speed_that_is_not_a_finite_number_is_refused(speed):
             command(world_of(), 0, 1.0 if command is World.set_step_rates else 0.01, speed)
 
 
-def test_worlds_with_threads_run_side_by_side_and_in_a_forked_process():
-    reference = world_of()
-    reference.run(100, controller())
-    worlds = [world_of("compiled", threads=2) for _ in range(3)]
-    threads = [threading.Thread(target=world.run, args=(100, controller())) for world in worlds]
+def in_a_fork(check):
+    """Return whether *check* is true in a process that this one forked."""
+    child = os.fork()
+    if child == 0:  # GNU OpenMP ends a forked process that uses it.
+        os._exit(0 if check() else 1)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+def side_by_side(act, worlds):
+    threads = [threading.Thread(target=act, args=(world,)) for world in worlds]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
+
+
+@pytest.mark.usefixtures("compiled_worlds", "compiled_threads")
+def test_all_robots_are_read_alike_in_two_threads_in_worlds_side_by_side_and_in_a_forked_process():
+    def read(world):
+        found.append(world.readings("proximity").tolist())
+
+    found = []
+    worlds = [world_of(engine, scene=PLAIN) for engine in ENGINES]
+    worlds += [world_of("compiled", scene=PLAIN, threads=2) for _ in range(3)]
+    for world in worlds:
+        world.set_step_rates(0, 500, 600)
+        world.run(40)
+    for world in worlds[:2]:
+        read(world)
+    side_by_side(read, worlds[2:])
+    assert found == [found[0]] * 5
+    if hasattr(os, "fork"):
+        other = world_of("compiled", scene=PLAIN, threads=2)
+        other.set_step_rates(0, 500, 600)
+        other.run(40)
+        assert in_a_fork(lambda: other.readings("proximity").tolist() == found[0])
+
+
+@pytest.mark.long
+def test_worlds_with_threads_run_side_by_side_and_in_a_forked_process():
+    pytest.importorskip("numba")
+    reference = world_of()
+    reference.run(100, controller())
+    worlds = [world_of("compiled", threads=2) for _ in range(3)]
+    side_by_side(lambda world: world.run(100, controller()), worlds)
     assert [state_of(world) for world in worlds] == [state_of(reference)] * 3
-    if not hasattr(os, "fork"):
-        return
-    worlds[0].reset()
-    child = os.fork()
-    if child == 0:  # GNU OpenMP ends a forked process that uses it.
-        worlds[0].run(100, controller())
-        os._exit(0 if state_of(worlds[0]) == state_of(reference) else 1)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    if hasattr(os, "fork"):
+        worlds[0].reset()
+
+        def runs_alike():
+            worlds[0].run(100, controller())
+            return state_of(worlds[0]) == state_of(reference)
+
+        assert in_a_fork(runs_alike)

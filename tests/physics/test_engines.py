@@ -1,32 +1,33 @@
 """One run, whatever computes it: both engines, any number of threads, any other robots and readings."""
 
+import os
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 
 import pytest
-from world_rig import ENGINES, segments
+from world_rig import BUSY, ENGINES, PLAIN, everything, segments, vehicle
 
 from elib.errors import ArgumentError, SimulationError
 from elib.extras import install
-from elib.physics import Batch, Box, Controller, Cylinder, EpuckModel, Light, Pose, Scene, Stripe, Wall, World
+from elib.physics import Batch, Controller, EpuckModel, Pose, Scene, Wall, World, engine, state
 from elib.physics.engine import Compiled
 from elib.physics.episodes import sense_robots
 from elib.physics.senses import SENSORS, sensors_named
-from shared import run_python
+from shared import PATIENCE, run_python
 
-CONTROLLER = Controller.braitenberg()
-RAM = Controller.braitenberg((0.3, 0.2, 0, 0, 0, 0, 0, 0), (0, 0, 0, 0, 0, 0, 0.2, 0.3), base=700)
+RAM_WEIGHTS = (0.3, 0.2, 0, 0, 0, 0, 0, 0), (0, 0, 0, 0, 0, 0, 0.2, 0.3)
+RAM = vehicle(*RAM_WEIGHTS, base=700)
 """Drives at whatever it sees."""
-BUSY = Scene(
-    1.0,
-    1.0,
-    (Wall(0.5, 0.1, 0.5, 0.4), Wall(0.1, 0.7, 0.3, 0.6)),
-    (Box(0.75, 0.75, 0.12, 0.08, 0.5), Box(0.3, 0.4, 0.08, 0.08, is_pushable=True)),
-    (Cylinder(0.75, 0.3, 0.05), Cylinder(0.5, 0.6, 0.04, is_pushable=True)),
-    lights=(Light(0.2, 0.9),),
-    paint=(Stripe(((0.1, 0.1), (0.9, 0.9))),),
-    model=EpuckModel(motor_noise=0.05, wheel_spread=0.01, gain_spread=0.05, offset_spread=5.0, ground_module=True),
+CONTROLLER = vehicle(share=1.0)
+WORLDS = pytest.mark.parametrize(
+    ("engine", "scene"),
+    [
+        pytest.param("interpreted", BUSY, id="interpreted"),
+        pytest.param("compiled", PLAIN, id="compiled"),
+        pytest.param("compiled", BUSY, id="compiled-busy", marks=pytest.mark.long),
+    ],
 )
 
 
@@ -36,29 +37,72 @@ def keep_off(robot, parameters, memory):
         robot.left = -parameters[0]
 
 
-@pytest.mark.parametrize("controller", [RAM, Controller(keep_off, (500.0, 150.0))], ids=["linear", "own"])
-@pytest.mark.parametrize("rays", [1, 3, 5])
-def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_noise_and_lamps(rays, controller):
+def are_one_run(scene, controller, rays, ticks):
+    """Assert that eight robots do the same on both engines, and touch something on their ways."""
     pytest.importorskip("numba")
-    scene = Scene(
-        BUSY.width,
-        BUSY.depth,
-        BUSY.walls,
-        BUSY.boxes,
-        BUSY.cylinders,
-        lights=BUSY.lights,
-        model=EpuckModel(rays=rays, motor_noise=0.05, gain_spread=0.05, offset_spread=5.0),
-    )
+    scene = replace(scene, model=EpuckModel(rays=rays, motor_noise=0.05, gain_spread=0.05, offset_spread=5.0))
     worlds = [World(scene, robots=8, seed=11, engine=engine) for engine in ENGINES]
     contacts = 0
-    for _ in range(20):
+    for _ in range(ticks // 20):
         for world in worlds:
             world.run(20, controller)
         contacts += sum(worlds[0].touching(robot) for robot in range(8))
         assert worlds[0].hash("proximity") == worlds[1].hash("proximity")
     assert contacts > 0
+    assert everything(worlds[0]) == everything(worlds[1])
     assert worlds[0].poses == worlds[1].poses
     assert worlds[0].snapshot().boxes == worlds[1].snapshot().boxes
+    assert worlds[0].memory.tolist() == worlds[1].memory.tolist()
+
+
+@pytest.mark.usefixtures("compiled_worlds")
+@pytest.mark.parametrize("rays", [1, 3, 5])
+def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_and_noise(rays):
+    are_one_run(PLAIN, vehicle(*RAM_WEIGHTS, base=700, share=1.0), rays, 120)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("rays", "controller"),
+    [
+        (1, Controller.braitenberg(*RAM_WEIGHTS, base=700)),
+        (3, Controller(keep_off, (500.0, 150.0))),
+        (5, RAM),
+        (5, Controller.braitenberg(*RAM_WEIGHTS, base=700)),
+    ],
+    ids=["linear", "own", "general", "linear, five rays"],
+)
+def test_they_are_one_run_also_with_things_to_push_and_lamps(rays, controller):
+    are_one_run(BUSY, controller, rays, 400)
+
+
+def test_what_is_left_out_of_a_compiled_world_is_never_called_in_it():
+    # Compiled, something else stands in its place, and does nothing.
+    kernels = {kernel.__name__: kernel.__code__ for kernel in engine._kernels}
+    assert {*state.OF_THINGS, *state.OF_LAMPS} <= kernels.keys()
+    for things in (True, False):
+        for lamps in (True, False):
+            scene = replace(BUSY if things else PLAIN, lights=BUSY.lights if lamps else ())
+            left_out = state._absent(scene)
+            assert set(left_out) == {*(() if things else state.OF_THINGS), *(() if lamps else state.OF_LAMPS)}
+            called = calls_in(scene)
+            assert not {name for name in left_out if kernels[name] in called}
+            assert not lamps or kernels["light_up"] in called
+            assert not things or kernels["start_things"] in called
+
+
+def calls_in(scene):
+    """Return the code of all that is called while robots drive about in a scene and read all their sensors."""
+    called = set()
+    world = World(scene, robots=6, seed=11)
+    sys.setprofile(lambda frame, event, argument: called.add(frame.f_code) if event == "call" else None)
+    try:
+        world.run(40, RAM)
+        for sensor in SENSORS[:-1]:
+            getattr(world, sensor)(0)
+    finally:
+        sys.setprofile(None)
+    return called
 
 
 @pytest.mark.parametrize(
@@ -73,9 +117,10 @@ def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_nois
         (0.1, None, (0.19, -0.19), 2),
     ],
 )
-def test_both_engines_agree_on_sensors_that_were_sampled_long_ago_or_far_away(step, slot, speeds, robots):
-    pytest.importorskip("numba")
-    for seed in range(8):
+@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 8), marks=pytest.mark.long)], ids=["one", "more"])
+@pytest.mark.usefixtures("compiled_worlds")
+def test_both_engines_agree_on_sensors_that_were_sampled_long_ago_or_far_away(step, slot, speeds, robots, seeds):
+    for seed in seeds:
         walls = segments(20 if robots < 12 else 5, 1, seed, length=0.05, margin=0.1)
         scene = Scene(1, 1, walls, step=step, model=EpuckModel(sensor_noise=0))
         worlds = [World(scene, robots=robots, seed=seed, engine=engine) for engine in ENGINES]
@@ -91,10 +136,11 @@ def test_both_engines_agree_on_sensors_that_were_sampled_long_ago_or_far_away(st
                 assert worlds[0].proximity(robot) == worlds[1].proximity(robot)
 
 
-def test_every_sensor_says_the_same_on_both_engines():
-    pytest.importorskip("numba")
+@pytest.mark.usefixtures("compiled_worlds")
+@pytest.mark.parametrize("scene", [PLAIN, pytest.param(BUSY, marks=pytest.mark.long)], ids=["plain", "busy"])
+def test_every_sensor_says_the_same_on_both_engines(scene):
     columns = tuple(8.0 * k - 156 for k in range(40))
-    worlds = [World(BUSY, robots=5, seed=2, engine=engine) for engine in ENGINES]
+    worlds = [World(scene, robots=5, seed=2, engine=engine) for engine in ENGINES]
     for world in worlds:
         world.play(1, 800.0)
         for robot in range(5):
@@ -110,9 +156,10 @@ def test_every_sensor_says_the_same_on_both_engines():
     assert worlds[0].hash(*SENSORS) == worlds[1].hash(*SENSORS)
 
 
-def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine):
+@WORLDS
+def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine, scene):
     def run(seed):
-        world = World(BUSY, robots=4, seed=seed, engine=engine)
+        world = World(scene, robots=4, seed=seed, engine=engine)
         world.run(150, CONTROLLER)
         return world.hash("proximity")
 
@@ -120,16 +167,18 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine):
     assert run(1) != run(2)
 
 
-def test_a_run_in_one_piece_is_the_run_tick_by_tick(engine):
-    whole, pieces = (World(BUSY, robots=3, seed=4, engine=engine) for _ in range(2))
+@WORLDS
+def test_a_run_in_one_piece_is_the_run_tick_by_tick(engine, scene):
+    whole, pieces = (World(scene, robots=3, seed=4, engine=engine) for _ in range(2))
     whole.run(60, CONTROLLER)
     for _ in range(60):
         pieces.run(1, CONTROLLER)
     assert whole.hash("proximity") == pieces.hash("proximity")
 
 
-def test_reading_other_sensors_changes_nothing(engine):
-    alone, watched = (World(BUSY, robots=3, seed=4, engine=engine) for _ in range(2))
+@WORLDS
+def test_reading_other_sensors_changes_nothing(engine, scene):
+    alone, watched = (World(scene, robots=3, seed=4, engine=engine) for _ in range(2))
     for _ in range(20):
         alone.run(5, CONTROLLER)
         watched.run(5, CONTROLLER)
@@ -161,8 +210,9 @@ def test_robots_elsewhere_in_the_world_change_nothing(engine):
     assert touched > 0
 
 
-def test_the_stepper_does_what_reading_steering_and_a_tick_do(engine):
-    quick, slow = (World(BUSY, robots=2, seed=6, engine=engine) for _ in range(2))
+@WORLDS
+def test_the_stepper_does_what_reading_steering_and_a_tick_do(engine, scene):
+    quick, slow = (World(scene, robots=2, seed=6, engine=engine) for _ in range(2))
     turn = quick.stepper()
     near = [0] * 8
     for _ in range(50):
@@ -174,14 +224,15 @@ def test_the_stepper_does_what_reading_steering_and_a_tick_do(engine):
     assert quick.hash("proximity") == slow.hash("proximity")
 
 
-def test_a_batch_gives_the_same_with_one_thread_and_with_two():
-    pytest.importorskip("numba")
-    batches = [Batch(BUSY, 6, robots=4, seed=3, threads=threads) for threads in (1, 2)]
+@pytest.mark.usefixtures("compiled_worlds")
+@pytest.mark.parametrize("scene", [PLAIN, pytest.param(BUSY, marks=pytest.mark.long)], ids=["plain", "busy"])
+def test_a_batch_gives_the_same_with_one_thread_and_with_two(scene):
+    batches = [Batch(scene, 6, robots=4, seed=3, threads=threads) for threads in (1, 2)]
     for batch in batches:
-        batch.run(200, CONTROLLER)
+        batch.run(100, CONTROLLER)
     assert batches[0].hash("proximity") == batches[1].hash("proximity")
-    interpreted = Batch(BUSY, 2, robots=4, seed=3, engine="interpreted")
-    interpreted.run(200, CONTROLLER)
+    interpreted = Batch(scene, 2, robots=4, seed=3, engine="interpreted")
+    interpreted.run(100, CONTROLLER)
     assert [world.hash("proximity") for world in interpreted] == [world.hash("proximity") for world in batches[0][:2]]
 
 
@@ -205,15 +256,15 @@ def test_a_batch_out_of_range_is_refused(arguments, match):
         Batch(BUSY, engine="interpreted", **arguments)
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_a_robot_of_a_large_compiled_world_takes_less_than_2000_bytes():
-    pytest.importorskip("numba")
 
     def size(robots):
         side = (robots / 10) ** 0.5
         state = World(Scene(side, side), robots=robots, engine="compiled")._state
         return sum(part.nbytes for part in state.world)
 
-    assert (size(4000) - size(1000)) / 3000 < 2000
+    assert (size(800) - size(200)) / 600 < 2000
 
 
 def test_an_unknown_engine_and_a_controller_without_weights_are_refused():
@@ -239,7 +290,7 @@ try:
 except Exception as error:
     print(type(error).__name__, error)
 """
-    done = run_python(code, seconds=60, check=True)
+    done = run_python(code, check=True)
     assert done.stdout.startswith("None\nSimulationError the compiled engine needs Numba")
     assert install("compiled") in done.stdout
 
@@ -251,14 +302,12 @@ from elib.physics.engine import engine_named
 from elib.physics.noise import mix
 print(engine_named("compiled").ready(mix)(12345) == mix(12345))
 """
-    import os
-
     runs = [
         subprocess.run(
             [sys.executable, "-c", code],
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=PATIENCE,
             check=True,
             env={**os.environ, "XDG_CACHE_HOME": str(tmp_path), "LOCALAPPDATA": str(tmp_path)},
         )
@@ -286,12 +335,12 @@ def test_two_threads_that_need_a_kernel_at_once_compile_it_once():
     engine, found, barrier = Compiled(), [], threading.Barrier(2)
 
     def work():
-        barrier.wait(10)
+        barrier.wait(PATIENCE)
         found.append(engine.ready(sense_robots, sense=sensors_named(("proximity",))))
 
     both = [threading.Thread(target=work) for _ in range(2)]
     for each in both:
         each.start()
     for each in both:
-        each.join(30)
+        each.join()
     assert found[0] is found[1]

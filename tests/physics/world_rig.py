@@ -1,20 +1,154 @@
-"""Worlds put into any state by hand, and values of their records that have no public name."""
+"""Worlds put into any state by hand, values of their records that have no public name, and what is compiled for tests.
 
+Compiling is what costs most here. So the quick tests of the compiled engine share three sets of compiled code, which the
+fixtures of ``conftest.py`` compile once: plain worlds under :func:`vehicle`, their readings in two threads, and episodes
+of :func:`task`. A world is plain if nothing in it can be pushed and no lamp shines: less is compiled for it. All else
+(walls, robots, rays, noise, parameters, seeds, numbers of worlds) is data, and compiles nothing.
+"""
+
+import enum
 import math
 import random
+from dataclasses import replace
 from functools import lru_cache
 
+import numpy as np
 import pytest
 
-from elib.physics import Wall, profiles
+from elib.physics import Box, Controller, Cylinder, EpuckModel, Episodes, Light, Pose, Scene, Sound, Stripe, Task, Wall
+from elib.physics import World, profiles
+from elib.physics import records as kinds
 from elib.physics.engine import engine_named
 from elib.physics.floor import floor_of
 from elib.physics.raycast import cast
+from elib.physics.records import SENSORS
 from elib.physics.senses import Senses
 from elib.physics.sensors.proximity import look
+from elib.physics.simulation import braitenberg
 from elib.physics.state import State
 
 ENGINES = ("interpreted", "compiled")
+BUSY = Scene(
+    1.0,
+    1.0,
+    walls=(Wall(0.5, 0.1, 0.5, 0.4), Wall(0.1, 0.7, 0.3, 0.6)),
+    boxes=(Box(0.75, 0.75, 0.12, 0.08, 0.5), Box(0.3, 0.4, 0.08, 0.08, is_pushable=True)),
+    cylinders=(Cylinder(0.75, 0.3, 0.05), Cylinder(0.5, 0.6, 0.04, is_pushable=True)),
+    lights=(Light(0.2, 0.9),),
+    sounds=(Sound(0.1, 0.1, 500),),
+    paint=(Stripe(((0.1, 0.1), (0.9, 0.9))),),
+    model=EpuckModel(
+        motor_noise=0.05,
+        wheel_spread=0.01,
+        axle_spread=0.01,
+        gain_spread=0.05,
+        offset_spread=5.0,
+        ground_module=True,
+    ),
+)
+"""A world with one of everything."""
+
+PLAIN = replace(
+    BUSY,
+    boxes=tuple(replace(box, is_pushable=False) for box in BUSY.boxes),
+    cylinders=tuple(replace(cylinder, is_pushable=False) for cylinder in BUSY.cylinders),
+    lights=(),
+)
+"""The same world without what can be pushed and without lamps."""
+
+WEIGHTS = np.linspace(0.5, -0.5, 8)
+SCALES = (0.5, (1.0, 2.0))
+
+
+class Mode(enum.IntEnum):
+    CAREFUL = 3
+
+
+def squash(x, gain=2.0):
+    return math.tanh(gain * x)
+
+
+def scaled(factor):
+    def scale(x):
+        return factor * x + SCALES[1][1]
+
+    return scale
+
+
+eased = scaled(0.25)
+
+
+def sense(robot):
+    """Bear the name of a kernel, as any helper of a control function may."""
+    near = 0.0
+    for i in range(8):
+        near += WEIGHTS[i] * robot.proximity[i]
+    return near / 1000
+
+
+def general(robot, parameters, memory):
+    """Drive as Braitenberg's vehicles do by the first 18 parameters, and add a share, the next one, of all else.
+
+    It uses every kind of thing that a control function may use.
+    """
+    before = robot.left  # Wheels stand before each decision.
+    braitenberg(robot, parameters, memory)
+    share = parameters[18]
+    memory[0] = squash(0.9 * memory[0] + parameters[19] * sense(robot))
+    memory[1] += math.sin(robot.time) + math.exp(-memory[0]) + math.sqrt(robot.time)
+    robot.left += before + share * (200 * memory[0] + robot.number * Mode.CAREFUL + eased(parameters[19]))
+    robot.right += before - share * 200 * memory[0]
+    robot.fitness += (robot.left + robot.right) / 1000 * (1 - max(robot.proximity[0], robot.proximity[7]) / 4095)
+
+
+def vehicle(*weights, share=0.0, gain=0.8, **more):
+    """Return the controller that is compiled once for all tests: a vehicle of Braitenberg's, and more with a *share*."""
+    return Controller(general, [*Controller.braitenberg(*weights, **more).parameters, share, gain], memory=2)
+
+
+def driven(world, i):
+    """Earn what the robot drove in the tick, m, less what it senses."""
+    robot = world.robots[i]
+    dx = robot.x - robot.before_x
+    dy = robot.y - robot.before_y
+    return math.sqrt(dx * dx + dy * dy) - world.views[i].proximity[0] / 4095000.0
+
+
+def task(*scenes, **more):
+    """Return a task whose episodes are compiled once for all tests, if its functions and sensors stay as they are."""
+    given = {"reward_sensors": ("proximity",), "fitness": "sum", "seconds": 2.0}
+    return Task("test", "Do what the test says.", scenes, **{"reward": driven, **given, **more})
+
+
+def compile_worlds():
+    """Compile plain worlds in one thread under :func:`vehicle`, and their sensors."""
+    world = World(PLAIN, robots=2, engine="compiled")
+    world.run(1, vehicle())
+    world.run(1)
+    world.snapshot(beams=True)
+    world.readings("proximity")
+    for sensor in SENSORS:
+        getattr(world, sensor)(0)
+
+
+def compile_threads():
+    """Compile the infrared readings of plain worlds in two threads."""
+    World(PLAIN, robots=2, engine="compiled", threads=2).readings("proximity")
+
+
+def compile_episodes():
+    """Compile steered episodes of :func:`task`."""
+    Episodes(task(PLAIN, seconds=0.25, period=1 / 64)).step([[[0.0, 0.0]]])
+
+
+def everything(world):
+    """Return all that changes in a world while it runs, to the last bit."""
+    parts = {"robots": kinds.Robot, "views": kinds.SensorView, "things": kinds.Thing}
+    return {
+        f"{part}.{name}": world._state.column(kind, getattr(world._state.world, part), name).tobytes()
+        for part, kind in parts.items()
+        for name in kind.__dataclass_fields__
+    }
 
 
 class Room:
