@@ -348,10 +348,10 @@ def test_more_windows_than_are_kept_give_the_same_pictures_again():
     assert all((cameras.picture(*each) == one).all() for each, one in zip(windows, first, strict=True))
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("at", [SMALL, window(52, 39, 8), window(31, 17, 3)], ids=["40x40", "52x39", "31x17"])
 def test_interpreted_and_compiled_pictures_are_equal_to_the_last_pixel(seed, at):
-    pytest.importorskip("numba")
     room = crowd(seed)
     if seed:
         paint = (Checkers(0.04), Stripe(((0.2, 0.2), (1.0, 1.2)), 0.03, RED), Patch(0.5, 0.5, 0.3, 0.3))
@@ -367,8 +367,8 @@ def test_interpreted_and_compiled_pictures_are_equal_to_the_last_pixel(seed, at)
             assert (one == two).all()
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_a_pictures_digest_tells_pictures_apart_and_is_the_same_on_both_engines():
-    pytest.importorskip("numba")
     slow, fast = Cameras(crowd(6)), Cameras(crowd(6), engine="compiled")
     digests = []
     for robot in range(8):

@@ -94,11 +94,12 @@ def test_between_two_rows_the_spread_lies_between_theirs_and_at_the_end_there_is
     assert {measured(model=EpuckModel(), tick=tick) for tick in range(20)} == {2.0}
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_compiled_the_measurements_are_the_same():
     things = {
         "walls": (wall_at(1.2), Wall(2.2, 2.1, 2.6, 2.9)),
-        "boxes": (Box(3.3, 3.4, 0.1, 0.2, 0.3), Box(2.7, 3.2, 0.1, 0.1, 0.3, is_pushable=True)),
-        "cylinders": (Cylinder(3.2, 2.8, 0.04), Cylinder(3.0, 2.6, 0.04, is_pushable=True)),
+        "boxes": (Box(3.3, 3.4, 0.1, 0.2, 0.3), Box(2.7, 3.2, 0.1, 0.1, 0.3)),
+        "cylinders": (Cylinder(3.2, 2.8, 0.04), Cylinder(3.0, 2.6, 0.04)),
         "others": (Pose(3.1, 3.1), Pose(2.6, 3.3)),
         "model": EpuckModel(),
     }

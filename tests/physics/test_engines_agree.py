@@ -9,6 +9,7 @@ from random_worlds import engines_disagree, random_worlds
 BLOCK = 10
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("first", range(0, 40, BLOCK))
 def test_interpreted_and_compiled_agree_in_random_worlds_with_one_thread_and_with_two(first):
     pytest.importorskip("numba")

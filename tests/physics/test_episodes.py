@@ -2,15 +2,15 @@
 
 import math
 import pickle
-import random
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from world_rig import COMPILED_LONG, everything, task
 
 from elib import ArgumentError, Controller, Scene, World
 from elib.body import METRES_PER_STEP, step_rate
-from elib.physics import Box, Cylinder, Episodes, EpuckModel, Light, Pose, Randomisation, Task
+from elib.physics import Box, Cylinder, Episodes, EpuckModel, Light, Pose, Randomisation
 from elib.physics.episodes import START
 from elib.physics.noise import bits, seed_key
 from elib.physics.placement import places
@@ -25,15 +25,8 @@ FULL = Scene(
     step=1 / 40,
     model=EpuckModel(motor_noise=0.02, gain_spread=0.05),
 )
-SEEDS = [random.Random().randrange(1 << 64) for _ in range(3)]
-
-
-def driven(world, i):
-    """Earn what the robot drove in the tick, m, less what it senses."""
-    robot = world.robots[i]
-    dx = robot.x - robot.before_x
-    dy = robot.y - robot.before_y
-    return math.sqrt(dx * dx + dy * dy) - world.views[i].proximity[0] / 4095000.0
+PLAIN = replace(FULL, boxes=FULL.boxes[1:], cylinders=(), lights=())
+SEEDS = [8_127_421_013_306_842_519, 3, (1 << 64) - 2]
 
 
 def clock(world, i):
@@ -51,37 +44,52 @@ def seek(robot, parameters, memory):
     robot.right = parameters[1] + memory[0]
 
 
-def task(*scenes, **more):
-    given = {"sensors": ("proximity", "ambient_light"), "reward_sensors": ("proximity",), "fitness": "sum"}
-    return Task("test", "Do what the test says.", scenes, **{"reward": driven, "seconds": 2.0, **given, **more})
-
-
 DRAWN = Randomisation(
     motor_noise=(0.0, 0.1), sensor_noise=(0.5, 2.0), ambient=(3000.0, 4000.0), gain_spread=(0.0, 0.1), latency=(0, 0.1)
 )
 
 
-def played(engine, threads=None):
-    """Return all that can be seen of some episodes, three robots each, in two scenes with drawn conditions."""
+def stepped(about, engine, *, count, seeds, steps, threads=None):
+    """Return all that can be seen of some steered episodes."""
     seen = []
-    episodes = Episodes(task(FULL, BARE, robots=3, randomisation=DRAWN), 4, engine=engine, threads=threads)
+    episodes = Episodes(about, count, engine=engine, threads=threads)
     draw = np.random.default_rng(5)
-    for seed in SEEDS:
+    for seed in seeds:
         episodes.reset(seed)
-        for _ in range(24):
-            seen.append(episodes.step(draw.uniform(-0.1, 0.1, (4, 3, 2))).tolist())
-            seen.append(episodes.readings("proximity").tolist())
-        seen.append([episodes.world(k).hash() for k in range(4)])
-        seen.append(episodes.ticks.tolist())
-    scores = episodes.play(Controller(seek, [0.0, 0.0], memory=1), draw.uniform(0, 600, (5, 2)), SEEDS)
-    return [*seen, scores.fitness.tolist(), scores.steps.tolist()]
+        for _ in range(steps):
+            seen.append(episodes.step(draw.uniform(-0.1, 0.1, (count, about.robots, 2))).tolist())
+            seen += [episodes.readings(sensor).tolist() for sensor in about.sensors]
+        seen.append([everything(episodes.world(k)) for k in range(count)])
+        seen += [episodes.ticks.tolist(), episodes.is_over.tolist()]
+    return seen
 
 
-def test_both_engines_and_any_number_of_threads_play_the_same_episodes_to_the_last_bit(monkeypatch):
+def played(about, engine, *, threads=None):
+    """Return all that can be seen of episodes that a population of controllers plays."""
+    population = np.random.default_rng(6).uniform(0, 600, (5, 2))
+    controller = Controller(seek, [0.0, 0.0], memory=1)
+    scores = Episodes(about, 4, engine=engine, threads=threads).play(controller, population, SEEDS)
+    return [scores.fitness.tolist(), scores.steps.tolist()]
+
+
+@pytest.mark.usefixtures("plain_episodes")
+def test_both_engines_and_any_number_of_threads_step_the_same_episodes_to_the_last_bit(monkeypatch):
     monkeypatch.setattr("elib.physics.episodes.SMALL", 0)
-    told = played("interpreted")
-    assert told == played("compiled", threads=1)
-    assert told == played("compiled", threads=3)
+    about = task(PLAIN, BARE, robots=3, randomisation=DRAWN, seconds=0.5)
+    told = stepped(about, "interpreted", count=4, seeds=SEEDS, steps=7)
+    for threads in (1, 3):
+        assert told == stepped(about, "compiled", count=4, seeds=SEEDS, steps=7, threads=threads)
+
+
+@pytest.mark.long
+def test_both_engines_and_any_number_of_threads_play_the_same_episodes_to_the_last_bit(monkeypatch):
+    pytest.importorskip("numba")
+    monkeypatch.setattr("elib.physics.episodes.SMALL", 0)
+    about = task(FULL, BARE, robots=3, randomisation=DRAWN, sensors=("proximity", "ambient_light"))
+    told = stepped(about, "interpreted", count=4, seeds=SEEDS, steps=24), played(about, "interpreted")
+    for threads in (1, 3):
+        assert told[0] == stepped(about, "compiled", count=4, seeds=SEEDS, steps=24, threads=threads)
+        assert told[1] == played(about, "compiled", threads=threads)
 
 
 def test_an_episode_is_what_a_world_with_its_seed_does_by_itself():
@@ -100,9 +108,9 @@ def test_an_episode_is_what_a_world_with_its_seed_does_by_itself():
         assert episodes.readings("proximity")[0].tolist() == world.readings("proximity").tolist()
 
 
-@pytest.mark.parametrize("engine", ["interpreted", "compiled"])
-def test_an_episode_begins_as_it_did_whatever_was_pushed_before(engine):
-    episodes = Episodes(task(FULL, seconds=60.0), engine=engine)
+def begins_as_it_did(engine, scene, **more):
+    """Assert that nothing is left of an episode in one with the same seed."""
+    episodes = Episodes(task(scene, seconds=60.0, **more), engine=engine)
     episodes.reset(SEEDS[1])
     fresh = episodes.world(0).hash()
     for _ in range(100):
@@ -110,6 +118,16 @@ def test_an_episode_begins_as_it_did_whatever_was_pushed_before(engine):
     assert episodes.world(0).hash() != fresh
     episodes.reset(SEEDS[1])
     assert episodes.world(0).hash() == fresh
+
+
+@COMPILED_LONG
+def test_an_episode_begins_as_it_did_whatever_was_pushed_before(engine):
+    begins_as_it_did(engine, FULL, sensors=("proximity", "ambient_light"))
+
+
+@pytest.mark.usefixtures("plain_episodes", "compiled_worlds")
+def test_a_compiled_episode_begins_as_it_did():
+    begins_as_it_did("compiled", PLAIN)
 
 
 def test_world_k_of_many_has_the_episode_of_a_single_world_with_its_seed():
@@ -191,8 +209,9 @@ def test_actions_are_limited_to_the_top_speed_and_what_is_no_number_stands():
     assert moved[0] == moved[1] == moved[3] > moved[2] == 0.4
 
 
+@pytest.mark.usefixtures("plain_episodes", "compiled_worlds")
 def test_a_pickled_copy_goes_on_with_the_same_episode():
-    episodes = Episodes(task(FULL), 2)
+    episodes = Episodes(task(PLAIN), 2)
     episodes.step(np.full((2, 1, 2), 0.05))
     twin = pickle.loads(pickle.dumps(episodes))
     actions = np.full((2, 1, 2), 0.08)

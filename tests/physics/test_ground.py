@@ -88,6 +88,7 @@ def test_the_noise_is_webots_ten_per_cent():
     assert max(readings(MIDDLE, model=EpuckModel(), tick=tick)[0] for tick in range(100)) == 1000
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_compiled_the_readings_are_the_same():
     paint = (Checkers(0.05), Patch(0.1, 0.1, 0.06, 0.06), Stripe(((0.1, 0.1), (0.3, 0.37))))
     for k in range(40):

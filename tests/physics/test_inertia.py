@@ -111,6 +111,7 @@ def test_the_noise_is_webots_three_per_mille():
     assert statistics.stdev(values(rate, turning)) == pytest.approx(0.0017 + 0.003 * 4, rel=0.1)
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_compiled_the_readings_are_the_same():
     for k in range(30):
         poses = [Pose(1 + 0.001 * k * j, 1 - 0.0007 * j * j, 0.2 * k + 0.01 * j * k) for j in range(3)]

@@ -266,6 +266,7 @@ def test_the_noise_is_seven_counts_as_a_difference_of_two_has_enkis_ten():
     assert AMBIENT == 32  # A channel that moved would change every recorded run.
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("robot", [0, 1])
 def test_compiled_the_readings_are_the_same(robot):
     scene = Scene(

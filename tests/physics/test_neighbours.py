@@ -5,7 +5,7 @@ import math
 import random
 
 import pytest
-from world_rig import ENGINES, segments
+from world_rig import COMPILED_LONG, ENGINES, segments, vehicle
 
 from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World, assembly
 from elib.physics.body import RADIUS
@@ -14,7 +14,7 @@ from elib.physics.neighbours import EDGE, NEAR_WALLS, STRAY
 from elib.physics.profiles import Profile
 from elib.physics.pushing import TOLERANCE
 
-CONTROLLER = Controller.braitenberg()
+CONTROLLER = vehicle()
 
 
 def packed(columns, rows, gap=0.001):
@@ -100,8 +100,8 @@ def test_where_more_walls_are_near_than_a_robots_own_list_holds_none_is_missed(e
     assert min(world.proximity(robot)[sensor] for robot in (0, 1) for sensor in (0, 7)) > 3000
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_of_two_walls_on_one_line_the_one_that_was_built_first_is_seen_whenever_lists_were_made():
-    pytest.importorskip("numba")
     # A pale stretch on a long white wall; the other robot only makes the first have lists.
     scene = Scene(
         1.5,
@@ -165,8 +165,8 @@ def test_in_the_densest_crowd_the_lists_have_the_room_they_need(engine):
     assert max(one.end_near for one in records.listings) <= len(records.lists)
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_both_engines_agree_with_more_in_sight_than_is_looked_at_in_one_go():
-    pytest.importorskip("numba")
     chance = random.Random(8)
     spots = [(chance.uniform(0.35, 0.65), chance.uniform(0.35, 0.65), chance.uniform(0, math.tau)) for _ in range(160)]
     spots = [(x, y, turn) for x, y, turn in spots if math.dist((x, y), (0.5, 0.5)) > 0.06]
@@ -183,9 +183,9 @@ def test_both_engines_agree_with_more_in_sight_than_is_looked_at_in_one_go():
     assert max(worlds[0].proximity(0)) > 100
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 @pytest.mark.parametrize("robots", [1, 3, 4, 9, 17])
 def test_robots_that_stand_among_others_stay_as_they_are_to_the_last_bit_on_both_engines(robots):
-    pytest.importorskip("numba")
     worlds = [World(Scene(2, 2, model=EpuckModel(motor_noise=0.05)), robots=robots, engine=each) for each in ENGINES]
     before = worlds[0].poses
     for world in worlds:
@@ -197,8 +197,8 @@ def test_robots_that_stand_among_others_stay_as_they_are_to_the_last_bit_on_both
     assert worlds[0].pose(0) != before[0]
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_robots_that_push_each_other_along_walls_come_apart_in_a_few_passes():
-    pytest.importorskip("numba")
     world = World(Scene(2.2, 2.2, segments(100, 2.2, 4), step=1 / 32), robots=50, seed=3, engine="compiled")
     most = touched = 0
     for _ in range(60):
@@ -212,6 +212,7 @@ def test_robots_that_push_each_other_along_walls_come_apart_in_a_few_passes():
     assert most < 40  # Of 48: none was wedged in, and put back to where it was.
 
 
+@COMPILED_LONG
 def test_a_body_that_was_pushed_far_is_still_seen_and_touched(engine):
     scene = Scene(
         2.0,
@@ -256,6 +257,7 @@ def test_robots_that_see_almost_nothing_still_touch(engine, gap):
         assert math.dist(*places(world)) > 2 * RADIUS - 2 * TOLERANCE
 
 
+@COMPILED_LONG
 def test_where_there_is_no_room_for_all_neighbours_nothing_changes(engine, monkeypatch):
     scene = Scene(
         1.0,

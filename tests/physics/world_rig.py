@@ -1,9 +1,9 @@
 """Worlds put into any state by hand, values of their records that have no public name, and what is compiled for tests.
 
-Compiling is what costs most here. So the quick tests of the compiled engine share three sets of compiled code, which the
-fixtures of ``conftest.py`` compile once: plain worlds under :func:`vehicle`, their readings in two threads, and episodes
-of :func:`task`. A world is plain if nothing in it can be pushed and no lamp shines: less is compiled for it. All else
-(walls, robots, rays, noise, parameters, seeds, numbers of worlds) is data, and compiles nothing.
+Compiling is what costs most here. So the quick tests of the compiled engine share three sets of compiled code, which
+the fixtures of ``conftest.py`` compile once: plain worlds under :func:`vehicle`, their readings in two threads, and
+episodes of :func:`task`. A world is plain if nothing in it can be pushed and no lamp shines: less is compiled for it.
+All else (walls, robots, rays, noise, parameters, seeds, numbers of worlds) is data, and compiles nothing.
 """
 
 import enum
@@ -15,8 +15,21 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from elib.physics import Box, Controller, Cylinder, EpuckModel, Episodes, Light, Pose, Scene, Sound, Stripe, Task, Wall
-from elib.physics import World, profiles
+from elib.physics import (
+    Box,
+    Controller,
+    Cylinder,
+    Episodes,
+    EpuckModel,
+    Light,
+    Scene,
+    Sound,
+    Stripe,
+    Task,
+    Wall,
+    World,
+    profiles,
+)
 from elib.physics import records as kinds
 from elib.physics.engine import engine_named
 from elib.physics.floor import floor_of
@@ -28,6 +41,9 @@ from elib.physics.simulation import braitenberg
 from elib.physics.state import State
 
 ENGINES = ("interpreted", "compiled")
+COMPILED_LONG = pytest.mark.parametrize("engine", ["interpreted", pytest.param("compiled", marks=pytest.mark.long)])
+"""Both engines, where what is compiled is none of the three sets."""
+
 BUSY = Scene(
     1.0,
     1.0,
@@ -102,7 +118,7 @@ def general(robot, parameters, memory):
 
 
 def vehicle(*weights, share=0.0, gain=0.8, **more):
-    """Return the controller that is compiled once for all tests: a vehicle of Braitenberg's, and more with a *share*."""
+    """Return the controller that is compiled once for all tests: a Braitenberg vehicle, and more with a *share*."""
     return Controller(general, [*Controller.braitenberg(*weights, **more).parameters, share, gain], memory=2)
 
 
