@@ -1,13 +1,19 @@
-"""Compiled controllers are kept on disk: found again, never mistaken for others, never kept beyond what they use."""
+"""Compiled controllers are kept on disk: found again, never mistaken for others, never kept beyond what they use.
 
+The quick tests let several engines of one process take the places of several processes.
+"""
+
+import importlib
 import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from elib.physics import engine
+from shared import PATIENCE
 
 pytest.importorskip("numba")
 
@@ -85,30 +91,63 @@ def by_module(x):
 def by_level(x):
     return math.floor(x) + settings.LEVEL.value
 
-for word in sys.argv[1:]:
-    if word == "rmtree":
-        shutil.rmtree(sys.argv[-1])
-        continue
-    if word.isdigit():
-        found = {run(law) for law in laws_with(int(word))}
-        assert found == {10 + int(word)}, found
-print(len(compiled))
+def main(words):
+    """Run the laws with each of the numbers; return how many functions were compiled."""
+    compiled.clear()
+    for word in words:
+        if word == "rmtree":
+            shutil.rmtree(words[-1])
+            continue
+        if word.isdigit():
+            found = {run(law) for law in laws_with(int(word))}
+            assert found == {10 + int(word)}, found
+    return len(compiled)
+
+if __name__ == "__main__":
+    print(main(sys.argv[1:]))
 '''
 
 SETTINGS = "import level as LEVEL\nNUMBER = 0\n"
 
 
 @pytest.fixture
-def program(tmp_path):
-    """Return a function that runs the program in a process of its own and returns how many functions it compiled."""
+def files(tmp_path):
     (tmp_path / "program.py").write_text(PROGRAM)
     (tmp_path / "settings.py").write_text(SETTINGS)
     (tmp_path / "level.py").write_text("value = 0\n")
+    (tmp_path / "law.py").write_text("def law(x):\n    return x + 1\n")
+    return tmp_path
 
-    def start(*words, cache=tmp_path / "cache", code=()):
+
+@pytest.fixture
+def here(files, monkeypatch, own_kernel):
+    """Return the program as a module, whose functions are compiled by an engine that knows nothing yet."""
+    monkeypatch.syspath_prepend(files)
+    for name in ("program", "settings", "level"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    module = importlib.import_module("program")
+
+    def begin(cache=files / "cache"):
+        monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+        monkeypatch.setenv("LOCALAPPDATA", str(cache))
+        another = engine.Compiled()
+        monkeypatch.setattr(module, "engine_named", lambda name: another)
+        return module
+
+    yield begin
+    for name in ("program", "settings", "level"):
+        sys.modules.pop(name, None)
+    engine._kernels.discard(module.apply)
+
+
+@pytest.fixture
+def program(files):
+    """Return a function that runs the program in a process of its own and returns how many functions it compiled."""
+
+    def start(*words, cache=files / "cache", code=()):
         return subprocess.Popen(
-            [sys.executable, *(code or [tmp_path / "program.py"]), *words, cache],
-            cwd=tmp_path,
+            [sys.executable, *(code or [files / "program.py"]), *words, cache],
+            cwd=files,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -123,17 +162,54 @@ def program(tmp_path):
 
 
 def result_of(process):
-    out, errors = process.communicate(timeout=120)
+    out, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, errors
     return int(out)
 
 
+def law_of(names):
+    """Return the law of the file, as one that was defined where *names* says."""
+    exec(compile(Path("law.py").read_text(), "law.py", "exec"), names)
+    return names["law"]
+
+
+def test_a_control_function_is_compiled_once_and_again_when_anything_it_uses_changes(here):
+    assert here().main("1") > 0
+    assert here().main("1") == 0
+    assert here().main("21") > 0  # It fails unless each of the ten functions does what its own numbers say.
+    assert here().main("12") == 0
+
+
+def test_without_a_folder_to_keep_it_in_a_control_function_is_compiled_again(here, files):
+    (files / "file").write_text("")
+    for _ in range(2):
+        program = here(files / "file")
+        program.compiled.clear()
+        assert program.run(program.laws_with(5)[0]) == 15
+        assert program.compiled
+    assert not list(files.rglob("*.nb?"))
+
+
+@pytest.mark.parametrize("names", [{}, {"__name__": "a_module_that_cannot_be_imported"}], ids=["nowhere", "gone"])
+def test_a_control_function_of_no_module_is_found_again(here, files, monkeypatch, names):
+    monkeypatch.chdir(files)
+    counts = []
+    for _ in range(2):
+        program = here()
+        program.compiled.clear()
+        assert program.run(law_of({**names})) == 11
+        counts.append(len(program.compiled))
+    assert counts[0] > counts[1] == 0
+
+
+@pytest.mark.long
 def test_a_control_function_is_compiled_once_for_all_processes_and_again_when_anything_it_uses_changes(program):
     assert program("1") > 0
     assert program("2", "1") > 0  # It fails unless each of the ten functions does what its own numbers say.
     assert program("1", "2", "1") == 0  # Functions of the same names, compiled in different processes, run in one.
 
 
+@pytest.mark.long
 def test_two_processes_may_compile_at_once_and_the_folder_may_vanish_meanwhile(program, tmp_path):
     processes = [program.start("3") for _ in range(2)]
     assert max([result_of(process) for process in processes]) > 0  # on a busy computer one may come after the other
@@ -142,24 +218,24 @@ def test_two_processes_may_compile_at_once_and_the_folder_may_vanish_meanwhile(p
     assert list((tmp_path / "cache").rglob("*.nbc"))
 
 
-def test_without_a_folder_to_keep_it_in_a_control_function_is_compiled_again_and_nothing_is_written_elsewhere(
-    program, tmp_path
-):
+@pytest.mark.long
+def test_a_process_without_a_folder_writes_compiled_code_nowhere_else(program, tmp_path):
     (tmp_path / "file").write_text("")
     assert program("1", cache=tmp_path / "file") > 0
     assert not list(tmp_path.rglob("*.nb?"))
 
 
+@pytest.mark.long
 def test_a_control_function_typed_at_the_prompt_has_no_file_and_is_compiled_too(program):
     assert program("1", code=["-c", PROGRAM]) > 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("names", ["{}", "{'__name__': 'a_module_that_cannot_be_imported'}"])
-def test_a_control_function_whose_module_cannot_be_imported_runs_again_from_the_cache(program, tmp_path, names):
-    (tmp_path / "law.py").write_text("def law(x):\n    return x + 1\n")
+def test_a_control_function_whose_module_cannot_be_imported_runs_again_from_the_cache(program, names):
     run_it = f"names = {names}; exec(compile(open('law.py').read(), 'law.py', 'exec'), names); print(run(names['law']))"
     code = ["-c", f"{PROGRAM}\n{run_it}"]
-    outputs = [program.start(code=code).communicate(timeout=120) for _ in range(2)]
+    outputs = [program.start(code=code).communicate(timeout=PATIENCE) for _ in range(2)]
     assert [out.split() for out, _ in outputs] == [["0", "11.0"]] * 2, outputs
 
 
