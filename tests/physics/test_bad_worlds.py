@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
+from world_rig import few_and_many
 
 from elib.errors import ArgumentError, LinkNotFound, SimulationError
 from elib.fields import Choice, Flag, Number, Several, Text
@@ -356,10 +357,11 @@ def outcome(content, filename):
         return error
 
 
-def test_a_random_document_is_a_world_that_runs_or_is_refused():
+@few_and_many(25, 80)
+def test_a_random_document_is_a_world_that_runs_or_is_refused(examples):
     counts = {"worlds": 0, "refused": 0}
 
-    @settings(max_examples=80)
+    @settings(max_examples=examples)
     @given(documents())
     def check(text):
         found = outcome(text.encode(), "random.toml")
@@ -374,7 +376,7 @@ def test_a_random_document_is_a_world_that_runs_or_is_refused():
             assert all(math.isfinite(pose.x + pose.y + pose.heading) for pose in world.poses)
 
     check()
-    assert min(counts.values()) >= 15, counts
+    assert min(counts.values()) >= examples / 6, counts
 
 
 TEXTS = [files("elib").joinpath("worlds", f"{name}.toml").read_bytes() for name in gallery()]
@@ -399,10 +401,11 @@ def damaged(draw):
     return bytes(content)
 
 
-def test_a_damaged_world_is_a_world_or_refused():
+@few_and_many(60, 200)
+def test_a_damaged_world_is_a_world_or_refused(examples):
     counts = {Scene: 0, SimulationError: 0}
 
-    @settings(max_examples=200)
+    @settings(max_examples=examples)
     @given(damaged())
     def check(content):
         found = outcome(content, "broken.toml")
@@ -411,4 +414,4 @@ def test_a_damaged_world_is_a_world_or_refused():
             assert found.message.startswith("broken.toml")
 
     check()
-    assert min(counts.values()) >= 15, counts
+    assert min(counts.values()) >= examples / 14, counts

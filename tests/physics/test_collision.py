@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from world_rig import clearance, put
+from world_rig import clearance, few_and_many, put
 
 from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.physics.body import RADIUS
@@ -97,9 +97,10 @@ def test_a_robot_driven_into_a_corner_rests_at_both_its_sides_after_one_pass(cor
 
 
 @pytest.mark.parametrize("speed", [0.1, FULL_SPEED, 0.19])
-def test_a_robot_that_is_pushed_at_a_slit_too_narrow_for_it_never_gets_through_at_any_step(speed):
+@few_and_many(15, 150)
+def test_a_robot_that_is_pushed_at_a_slit_too_narrow_for_it_never_gets_through_at_any_step(speed, examples):
     chance = random.Random(7)
-    for _ in range(150):
+    for _ in range(examples):
         slit, ahead = chance.uniform(0.055, 0.0735), chance.uniform(0.02, 0.05)
         start = Pose(1 - 0.045 - chance.uniform(0, 0.03), 1 + chance.uniform(-0.003, 0.003))
         behind = start.x - RADIUS - 0.001
@@ -194,22 +195,26 @@ def test_a_moving_robot_shoves_a_resting_one():
     assert b.x - a.x == pytest.approx(2 * RADIUS, abs=1e-4)
 
 
-@settings(max_examples=25)
-@given(st.integers(0, 2**32), st.lists(st.floats(-0.14, 0.14), min_size=16, max_size=16))
-def test_no_crowd_in_any_corner_overlaps_by_more_than_a_micrometre(seed, speeds):
-    scene = Scene(
-        0.5,
-        0.5,
-        walls=(Wall(0.1, 0.3, 0.2, 0.3),),
-        boxes=(Box(0.35, 0.35, 0.08, 0.05, 0.5),),
-        cylinders=(Cylinder(0.35, 0.12, 0.02),),
-    )
-    world = World(scene, robots=8, seed=seed)
-    for robot in range(8):
-        world.set_wheel_speeds(robot, speeds[2 * robot], speeds[2 * robot + 1])
-    for _ in range(60):
-        world.step()
-        assert overlap(world) < MICROMETRE
+@few_and_many(10, 25)
+def test_no_crowd_in_any_corner_overlaps_by_more_than_a_micrometre(examples):
+    @settings(max_examples=examples)
+    @given(st.integers(0, 2**32), st.lists(st.floats(-0.14, 0.14), min_size=16, max_size=16))
+    def check(seed, speeds):
+        scene = Scene(
+            0.5,
+            0.5,
+            walls=(Wall(0.1, 0.3, 0.2, 0.3),),
+            boxes=(Box(0.35, 0.35, 0.08, 0.05, 0.5),),
+            cylinders=(Cylinder(0.35, 0.12, 0.02),),
+        )
+        world = World(scene, robots=8, seed=seed)
+        for robot in range(8):
+            world.set_wheel_speeds(robot, speeds[2 * robot], speeds[2 * robot + 1])
+        for _ in range(60):
+            world.step()
+            assert overlap(world) < MICROMETRE
+
+    check()
 
 
 def test_a_row_squeezed_against_a_wall_settles():

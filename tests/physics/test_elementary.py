@@ -52,6 +52,7 @@ def test_the_arc_cosine_of_rounding_errors_beyond_one_is_that_of_one():
     assert arc_cosine(-1.0000000000000002) == math.pi
 
 
+@pytest.mark.usefixtures("own_kernel")
 def test_compiled_they_agree_to_the_last_bit():
     pytest.importorskip("numba")
     ready = engine_named("compiled").ready

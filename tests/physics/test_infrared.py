@@ -6,7 +6,7 @@ import statistics
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from world_rig import put, set_tick
+from world_rig import few_and_many, put, set_tick
 
 from elib.errors import ArgumentError
 from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World
@@ -50,22 +50,26 @@ def test_the_open_reads_nothing_with_the_default_profile():
     assert world.proximity(0) == [0] * 8
 
 
-@settings(max_examples=40)
-@given(st.floats(0.045, 0.2), st.floats(-0.05, 0.05), st.floats(-1, 1))
-def test_a_mirrored_scene_gives_the_mirrored_readings(ahead, aside, turn):
-    model = EpuckModel(sensor_noise=0)
+@few_and_many(10, 40)
+def test_a_mirrored_scene_gives_the_mirrored_readings(examples):
+    @settings(max_examples=examples)
+    @given(st.floats(0.045, 0.2), st.floats(-0.05, 0.05), st.floats(-1, 1))
+    def check(ahead, aside, turn):
+        model = EpuckModel(sensor_noise=0)
 
-    def readings(mirror):
-        post = Cylinder(1 + ahead + 0.03, 1 + mirror * aside, 0.02)
-        box = Box(1 - ahead - 0.05, 1 - mirror * 0.03, 0.05, 0.03, angle=mirror * turn)
-        wall = Wall(0.9, 1 + mirror * 0.06, 1.1, 1 + mirror * 0.09)
-        scene = Scene(2, 2, (wall,), (box,), (post,), model=model)
-        world = World(scene, robots=1)
-        put(world, 0, 1, 1)
-        return world.proximity(0)
+        def readings(mirror):
+            post = Cylinder(1 + ahead + 0.03, 1 + mirror * aside, 0.02)
+            box = Box(1 - ahead - 0.05, 1 - mirror * 0.03, 0.05, 0.03, angle=mirror * turn)
+            wall = Wall(0.9, 1 + mirror * 0.06, 1.1, 1 + mirror * 0.09)
+            scene = Scene(2, 2, (wall,), (box,), (post,), model=model)
+            world = World(scene, robots=1)
+            put(world, 0, 1, 1)
+            return world.proximity(0)
 
-    here, there = readings(1), readings(-1)
-    assert [here[i] for i in MIRROR] == [pytest.approx(value, abs=1) for value in there]
+        here, there = readings(1), readings(-1)
+        assert [here[i] for i in MIRROR] == [pytest.approx(value, abs=1) for value in there]
+
+    check()
 
 
 def test_turning_on_the_spot_brings_each_sensor_to_the_wall_in_turn():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from world_rig import room_of
+from world_rig import few_and_many, room_of
 
 from elib.body import SENSOR_DIRECTIONS
 from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
@@ -159,23 +159,27 @@ def test_a_lamp_over_the_robot_lights_all_sensors_alike_on_both_sides():
     assert values == [values[i] for i in MIRROR]
 
 
-@settings(max_examples=40)
-@given(
-    st.floats(-2, 2).filter(lambda x: abs(x) > 0.01),
-    st.floats(-2, 2),
-    st.floats(0.01, 0.4),
-    st.floats(0.2, 1),
-    st.floats(-0.5, 0.5),
-)
-def test_a_mirrored_room_gives_the_mirrored_readings(x, y, height, far, aside):
-    def seen(mirror):
-        wall = Wall(3 + far, 3 + mirror * aside, 3 + far / 2, 3 + mirror * (aside + 0.3))
-        post = Cylinder(3 - far / 2, 3 + mirror * aside / 2, 0.03)
-        start = (Pose(3, 3), Pose(3 + far / 3, 3 - mirror * aside))
-        return readings(lit(Light(3 + x, 3 + mirror * y, height), walls=(wall,), cylinders=(post,), starts=start))
+@few_and_many(6, 40)
+def test_a_mirrored_room_gives_the_mirrored_readings(examples):
+    @settings(max_examples=examples)
+    @given(
+        st.floats(-2, 2).filter(lambda x: abs(x) > 0.01),
+        st.floats(-2, 2),
+        st.floats(0.01, 0.4),
+        st.floats(0.2, 1),
+        st.floats(-0.5, 0.5),
+    )
+    def check(x, y, height, far, aside):
+        def seen(mirror):
+            wall = Wall(3 + far, 3 + mirror * aside, 3 + far / 2, 3 + mirror * (aside + 0.3))
+            post = Cylinder(3 - far / 2, 3 + mirror * aside / 2, 0.03)
+            start = (Pose(3, 3), Pose(3 + far / 3, 3 - mirror * aside))
+            return readings(lit(Light(3 + x, 3 + mirror * y, height), walls=(wall,), cylinders=(post,), starts=start))
 
-    there, here = seen(1), seen(-1)
-    assert here == [there[i] for i in MIRROR]
+        there, here = seen(1), seen(-1)
+        assert here == [there[i] for i in MIRROR]
+
+    check()
 
 
 def expected(scene):
@@ -246,15 +250,16 @@ def furnished(chance):
     )
 
 
-def test_whatever_stands_there_the_readings_are_those_of_the_law():
+@few_and_many(16, 80)
+def test_whatever_stands_there_the_readings_are_those_of_the_law(examples):
     chance = random.Random(4)
     lit_sensors = 0
-    for _ in range(80):
+    for _ in range(examples):
         scene = furnished(chance)
         wanted = expected(scene)
         assert readings(scene) == pytest.approx(wanted, abs=0.5 + 1e-6), scene
         lit_sensors += sum(counts < 4000 for counts in wanted)
-    assert 80 < lit_sensors < 320  # Neither all in the light nor all in the shadow.
+    assert examples < lit_sensors < 4 * examples  # Neither all in the light nor all in the shadow.
 
 
 def test_the_noise_is_seven_counts_as_a_difference_of_two_has_enkis_ten():

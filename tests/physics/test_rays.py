@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from world_rig import ENGINES, put, ray_lengths
+from world_rig import ENGINES, few_and_many, put, ray_lengths
 
 from elib.physics import Cylinder, EpuckModel, Pose, Scene, Wall, World, profiles
 from elib.physics.body import RADIUS
@@ -84,30 +84,34 @@ def room(walls, posts, robots, model, engine="interpreted"):
     return world
 
 
-@settings(max_examples=100)
-@given(
-    st.floats(-4, 4),
-    st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), max_size=4),
-    st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1)), max_size=3),
-    st.lists(st.tuples(NEAR, NEAR), max_size=2),
-)
 @pytest.mark.parametrize("rays", [5, *(pytest.param(rays, marks=pytest.mark.long) for rays in (1, 3))])
-def test_every_infrared_ray_ends_where_the_plainest_search_says(rays, heading, walls, posts, robots):
-    assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
-    # Nothing comes nearer than the robot's own rim: bodies do not overlap.
-    assume(all(apart(*wall) > RADIUS for wall in walls))
-    assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius in posts))
-    assume(all(math.hypot(x, y) > 2 * RADIUS for x, y in robots))
-    model = EpuckModel(rays=rays)
-    world = room(walls, posts, robots, model)
-    put(world, 0, CENTRE, CENTRE, heading)
-    discs = [*posts, *((x, y, RADIUS) for x, y in robots)]
-    fan = directions(model)
-    reach = profiles.profile(model.profile).reach
-    expected = plain(fan, heading, reach, walls, discs)
-    for ray, here, there in zip(fan, ray_lengths(world), expected, strict=True):
-        # Where a ray passes very near an end or a rim the two may round apart.
-        assert here == pytest.approx(there, abs=1e-9) or grazes(ray, heading, walls, discs)
+@few_and_many(20, 100)
+def test_every_infrared_ray_ends_where_the_plainest_search_says(rays, examples):
+    @settings(max_examples=examples)
+    @given(
+        st.floats(-4, 4),
+        st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), max_size=4),
+        st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1)), max_size=3),
+        st.lists(st.tuples(NEAR, NEAR), max_size=2),
+    )
+    def check(heading, walls, posts, robots):
+        assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
+        # Nothing comes nearer than the robot's own rim: bodies do not overlap.
+        assume(all(apart(*wall) > RADIUS for wall in walls))
+        assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius in posts))
+        assume(all(math.hypot(x, y) > 2 * RADIUS for x, y in robots))
+        model = EpuckModel(rays=rays)
+        world = room(walls, posts, robots, model)
+        put(world, 0, CENTRE, CENTRE, heading)
+        discs = [*posts, *((x, y, RADIUS) for x, y in robots)]
+        fan = directions(model)
+        reach = profiles.profile(model.profile).reach
+        expected = plain(fan, heading, reach, walls, discs)
+        for ray, here, there in zip(fan, ray_lengths(world), expected, strict=True):
+            # Where a ray passes very near an end or a rim the two may round apart.
+            assert here == pytest.approx(there, abs=1e-9) or grazes(ray, heading, walls, discs)
+
+    check()
 
 
 def response(profile, depth):
@@ -119,12 +123,6 @@ def response(profile, depth):
     return profile.counts[below] + (place - below) * (profile.counts[below + 1] - profile.counts[below])
 
 
-@settings(max_examples=40)
-@given(
-    st.floats(-4, 4),
-    st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR, st.floats(0.05, 1)), max_size=4),
-    st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1), st.floats(0.05, 1)), max_size=3),
-)
 @pytest.mark.parametrize(
     ("rays", "engine"),
     [
@@ -134,53 +132,56 @@ def response(profile, depth):
         *(pytest.param(*each, marks=pytest.mark.long) for each in ((1, "compiled"), (3, "compiled"))),
     ],
 )
-def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays, engine, heading, walls, posts):
-    assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2, _ in walls))
-    assume(all(apart(*wall[:4]) > RADIUS for wall in walls))
-    assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius, _ in posts))
-    model = EpuckModel(rays=rays, sensor_noise=0)
-    scene = Scene(
-        2 * CENTRE,
-        2 * CENTRE,
-        walls=tuple(Wall(*(CENTRE + part for part in wall), reflectance=bright) for *wall, bright in walls),
-        cylinders=tuple(Cylinder(CENTRE + x, CENTRE + y, size, reflectance=bright) for x, y, size, bright in posts),
-        starts=(Pose(CENTRE, CENTRE),),
-        model=model,
+@few_and_many(15, 40)
+def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays, engine, examples):
+    @settings(max_examples=examples)
+    @given(
+        st.floats(-4, 4),
+        st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR, st.floats(0.05, 1)), max_size=4),
+        st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1), st.floats(0.05, 1)), max_size=3),
     )
-    world = World(scene, engine=engine)
-    put(world, 0, CENTRE, CENTRE, heading)
-    fan = directions(model)
-    profile = profiles.profile(model.profile)
-    edges = [wall[:4] for wall in walls]
-    discs = [post[:3] for post in posts]
-    assume(not any(grazes(ray, heading, edges, discs) for ray in fan))
-    # For each thing how far each ray would go if it were the only one.
-    alone = [(plain(fan, heading, profile.reach, [wall[:4]], []), wall[4]) for wall in walls]
-    alone += [(plain(fan, heading, profile.reach, [], [post[:3]]), post[3]) for post in posts]
-    for ray in range(len(fan)):  # Which of two at the same distance it meets, rounding decides.
-        lengths = sorted(found[ray] for found, _ in alone if found[ray] < profile.reach)
-        assume(all(far - near > 1e-9 for near, far in pairwise(lengths)))
-    shares = profiles.SHARES[rays]
-    told = world.proximity(0)
-    for sensor in range(profiles.COUNT):
-        light = 0.0
-        for k, (side, share) in enumerate(shares):
-            length, bright = min(((lengths[sensor * rays + k], bright) for lengths, bright in alone), default=(1, 1))
-            if length < profile.reach:
-                depth = length * math.cos(math.radians(side * profiles.APERTURE))
-                light += share * response(profile, depth / bright)
-        assert told[sensor] == pytest.approx(min(light, model.ambient), abs=0.51)
+    def check(heading, walls, posts):
+        assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2, _ in walls))
+        assume(all(apart(*wall[:4]) > RADIUS for wall in walls))
+        assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius, _ in posts))
+        model = EpuckModel(rays=rays, sensor_noise=0)
+        scene = Scene(
+            2 * CENTRE,
+            2 * CENTRE,
+            walls=tuple(Wall(*(CENTRE + part for part in wall), reflectance=bright) for *wall, bright in walls),
+            cylinders=tuple(Cylinder(CENTRE + x, CENTRE + y, size, reflectance=bright) for x, y, size, bright in posts),
+            starts=(Pose(CENTRE, CENTRE),),
+            model=model,
+        )
+        world = World(scene, engine=engine)
+        put(world, 0, CENTRE, CENTRE, heading)
+        fan = directions(model)
+        profile = profiles.profile(model.profile)
+        edges = [wall[:4] for wall in walls]
+        discs = [post[:3] for post in posts]
+        assume(not any(grazes(ray, heading, edges, discs) for ray in fan))
+        # For each thing how far each ray would go if it were the only one.
+        alone = [(plain(fan, heading, profile.reach, [wall[:4]], []), wall[4]) for wall in walls]
+        alone += [(plain(fan, heading, profile.reach, [], [post[:3]]), post[3]) for post in posts]
+        for ray in range(len(fan)):  # Which of two at the same distance it meets, rounding decides.
+            lengths = sorted(found[ray] for found, _ in alone if found[ray] < profile.reach)
+            assume(all(far - near > 1e-9 for near, far in pairwise(lengths)))
+        shares = profiles.SHARES[rays]
+        told = world.proximity(0)
+        for sensor in range(profiles.COUNT):
+            light = 0.0
+            for k, (side, share) in enumerate(shares):
+                length, bright = min(
+                    ((lengths[sensor * rays + k], bright) for lengths, bright in alone), default=(1, 1)
+                )
+                if length < profile.reach:
+                    depth = length * math.cos(math.radians(side * profiles.APERTURE))
+                    light += share * response(profile, depth / bright)
+            assert told[sensor] == pytest.approx(min(light, model.ambient), abs=0.51)
+
+    check()
 
 
-@settings(max_examples=30)
-@given(
-    st.floats(-4, 4),
-    st.floats(0, 0.06),
-    st.tuples(st.floats(-1000, 1000), st.floats(-1000, 1000)),
-    st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), max_size=4),
-    st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1)), max_size=3),
-    st.lists(st.tuples(NEAR, NEAR), max_size=3),
-)
 @pytest.mark.parametrize(
     ("rays", "profile"),
     [
@@ -190,35 +191,52 @@ def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays,
     ],
 )
 @pytest.mark.usefixtures("compiled_worlds")
-def test_both_engines_cast_the_same_rays_to_the_last_bit_also_across_a_wall_or_in_a_post(
-    rays, profile, heading, aside, speeds, walls, posts, robots
-):
-    assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
-    assume(all(apart(*wall) > RADIUS for wall in walls))
-    assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius in posts))
-    model = EpuckModel(rays=rays, profile=profile, gain_spread=0.1, offset_spread=5.0)
-    told = []
-    for engine in ENGINES:
-        world = room(walls, posts, robots, model, engine)
-        # Also across a wall or in a post, and after ticks that push it out.
-        put(world, 0, CENTRE + aside, CENTRE, heading)
-        told.append([world.snapshot(beams=True).robots[0].beams])
-        world.set_step_rates(0, *speeds)
-        for _ in range(3):
-            world.step()
-            told[-1] += [world.snapshot(beams=True).robots[0].beams, world.proximity(0)]
-    assert told[0] == told[1]
+@few_and_many(8, 30)
+def test_both_engines_cast_the_same_rays_to_the_last_bit_also_across_a_wall_or_in_a_post(rays, profile, examples):
+    @settings(max_examples=examples)
+    @given(
+        st.floats(-4, 4),
+        st.floats(0, 0.06),
+        st.tuples(st.floats(-1000, 1000), st.floats(-1000, 1000)),
+        st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), max_size=4),
+        st.lists(st.tuples(NEAR, NEAR, st.floats(0.01, 0.1)), max_size=3),
+        st.lists(st.tuples(NEAR, NEAR), max_size=3),
+    )
+    def check(heading, aside, speeds, walls, posts, robots):
+        assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
+        assume(all(apart(*wall) > RADIUS for wall in walls))
+        assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius in posts))
+        model = EpuckModel(rays=rays, profile=profile, gain_spread=0.1, offset_spread=5.0)
+        told = []
+        for engine in ENGINES:
+            world = room(walls, posts, robots, model, engine)
+            # Also across a wall or in a post, and after ticks that push it out.
+            put(world, 0, CENTRE + aside, CENTRE, heading)
+            told.append([world.snapshot(beams=True).robots[0].beams])
+            world.set_step_rates(0, *speeds)
+            for _ in range(3):
+                world.step()
+                told[-1] += [world.snapshot(beams=True).robots[0].beams, world.proximity(0)]
+        assert told[0] == told[1]
+
+    check()
 
 
-@settings(max_examples=100)
-@given(st.floats(-4, 4), st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), min_size=1, max_size=4))
-def test_the_time_of_flight_sensor_finds_the_nearest_of_its_five_rays(heading, walls):
-    assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
-    assume(all(apart(*wall) > RADIUS for wall in walls))
-    world = room(walls, [], [], EpuckModel(sensor_noise=0))
-    put(world, 0, CENTRE, CENTRE, heading)
-    spread = [distance.CONE * (0.5 - k / 4) for k in range(5)]
-    fan = [(complex(*distance.PLACE), cmath.rect(1, angle)) for angle in spread]
-    edge = [(-1, -1, 1, -1), (1, -1, 1, 1), (1, 1, -1, 1), (-1, 1, -1, -1)]
-    nearest = min(plain(fan, heading, distance.REACH, [*walls, *edge], []))
-    assert world.distance(0) == pytest.approx(nearest, abs=1e-9) or any(grazes(ray, heading, walls, []) for ray in fan)
+@few_and_many(20, 100)
+def test_the_time_of_flight_sensor_finds_the_nearest_of_its_five_rays(examples):
+    @settings(max_examples=examples)
+    @given(st.floats(-4, 4), st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), min_size=1, max_size=4))
+    def check(heading, walls):
+        assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
+        assume(all(apart(*wall) > RADIUS for wall in walls))
+        world = room(walls, [], [], EpuckModel(sensor_noise=0))
+        put(world, 0, CENTRE, CENTRE, heading)
+        spread = [distance.CONE * (0.5 - k / 4) for k in range(5)]
+        fan = [(complex(*distance.PLACE), cmath.rect(1, angle)) for angle in spread]
+        edge = [(-1, -1, 1, -1), (1, -1, 1, 1), (1, 1, -1, 1), (-1, 1, -1, -1)]
+        nearest = min(plain(fan, heading, distance.REACH, [*walls, *edge], []))
+        assert world.distance(0) == pytest.approx(nearest, abs=1e-9) or any(
+            grazes(ray, heading, walls, []) for ray in fan
+        )
+
+    check()

@@ -17,7 +17,9 @@ def recorded():
     return record_laws.load()
 
 
-@pytest.mark.parametrize("first", range(0, record_laws.WORLDS, BLOCK))
+@pytest.mark.parametrize(
+    "first", [0, *(pytest.param(k, marks=pytest.mark.long) for k in range(BLOCK, record_laws.WORLDS, BLOCK))]
+)
 def test_robots_in_random_worlds_do_and_read_what_they_did_by_the_earlier_physics(recorded, first):
     found, pairs = [], []
     for seed, before in recorded[first : first + BLOCK]:

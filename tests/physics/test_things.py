@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from world_rig import few_and_many
 
 from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.physics.body import RADIUS
@@ -216,55 +217,65 @@ def crosses(before, after, wall):
     return one * other < 0 and here * there < 0
 
 
-@settings(max_examples=25)
-@given(
-    st.integers(0, 2**32),
-    st.lists(st.floats(-0.13, 0.13), min_size=12, max_size=12),
-    st.sampled_from([0.0, 0.02, 0.5]),
-    st.sampled_from([0.01, 0.1, 2.0]),
-    st.sampled_from([1 / 64, 0.1]),
-)
-def test_nothing_overlaps_and_nothing_goes_through_whatever_is_pushed_where(seed, speeds, friction, mass, step):
-    def pushable(kind, *place):
-        return kind(*place, is_pushable=True, friction=friction, mass=mass)
-
-    scene = Scene(
-        0.8,
-        0.8,
-        (Wall(0.4, 0.1, 0.4, 0.25), Wall(0.1, 0.35, 0.3, 0.4)),
-        (pushable(Box, 0.25, 0.5, 0.1, 0.08, 0.4), pushable(Box, 0.5, 0.7, 0.2, 0.01), Box(0.6, 0.55, 0.1, 0.1)),
-        (pushable(Cylinder, 0.55, 0.3, 0.04), pushable(Cylinder, 0.48, 0.2, 0.01), Cylinder(0.2, 0.2, 0.03)),
-        step=step,
+@few_and_many(6, 25)
+def test_nothing_overlaps_and_nothing_goes_through_whatever_is_pushed_where(examples):
+    @settings(max_examples=examples)
+    @given(
+        st.integers(0, 2**32),
+        st.lists(st.floats(-0.13, 0.13), min_size=12, max_size=12),
+        st.sampled_from([0.0, 0.02, 0.5]),
+        st.sampled_from([0.01, 0.1, 2.0]),
+        st.sampled_from([1 / 64, 0.1]),
     )
-    world = World(scene, robots=5, seed=seed)
-    for robot in range(5):
-        world.set_wheel_speeds(robot, speeds[2 * robot], speeds[2 * robot + 1])
-    before = [complex(thing.x, thing.y) for thing in (*moved(world), *world.poses)]
-    for _ in range(60):
-        world.step()
-        now = [complex(thing.x, thing.y) for thing in (*moved(world), *world.poses)]
-        for here, there in zip(before, now, strict=True):
-            assert not any(crosses(here, there, wall) for wall in scene.walls)
-        before = now
-        assert overlap(world) < 1e-5
+    def check(seed, speeds, friction, mass, step):
+        def pushable(kind, *place):
+            return kind(*place, is_pushable=True, friction=friction, mass=mass)
+
+        scene = Scene(
+            0.8,
+            0.8,
+            (Wall(0.4, 0.1, 0.4, 0.25), Wall(0.1, 0.35, 0.3, 0.4)),
+            (pushable(Box, 0.25, 0.5, 0.1, 0.08, 0.4), pushable(Box, 0.5, 0.7, 0.2, 0.01), Box(0.6, 0.55, 0.1, 0.1)),
+            (pushable(Cylinder, 0.55, 0.3, 0.04), pushable(Cylinder, 0.48, 0.2, 0.01), Cylinder(0.2, 0.2, 0.03)),
+            step=step,
+        )
+        world = World(scene, robots=5, seed=seed)
+        for robot in range(5):
+            world.set_wheel_speeds(robot, speeds[2 * robot], speeds[2 * robot + 1])
+        before = [complex(thing.x, thing.y) for thing in (*moved(world), *world.poses)]
+        for _ in range(60):
+            world.step()
+            now = [complex(thing.x, thing.y) for thing in (*moved(world), *world.poses)]
+            for here, there in zip(before, now, strict=True):
+                assert not any(crosses(here, there, wall) for wall in scene.walls)
+            before = now
+            assert overlap(world) < 1e-5
+
+    check()
 
 
-@settings(max_examples=40)
-@example(3.0, 0.0, 0.02, 0.0)
-@given(st.floats(0, math.tau), st.floats(-0.05, 0.05), st.sampled_from([0.02, 0.15, 2.0]), st.sampled_from([0.0, 0.5]))
-def test_nothing_is_pushed_faster_than_the_robots_drive(heading, aside, mass, friction):
-    world = world_of(
-        Cylinder(1.1, 0.5, 0.04, is_pushable=True, mass=mass, friction=friction),
-        starts=(Pose(1.0, 0.5 + aside), Pose(1.25, 0.5, heading)),
+@few_and_many(15, 40)
+def test_nothing_is_pushed_faster_than_the_robots_drive(examples):
+    @settings(max_examples=examples)
+    @example(3.0, 0.0, 0.02, 0.0)
+    @given(
+        st.floats(0, math.tau), st.floats(-0.05, 0.05), st.sampled_from([0.02, 0.15, 2.0]), st.sampled_from([0.0, 0.5])
     )
-    for robot in (0, 1):
-        world.set_wheel_speeds(robot, SPEED, SPEED)
-    limit = 1.01 * SPEED
-    for _ in range(120):
-        before = moved(world)[0]
-        world.step()
-        after = moved(world)[0]
-        # Squeezed out from between two robots, a round thing goes faster than either, and may roll on.
-        if world.touching(0) and world.touching(1):
-            limit = FASTEST
-        assert math.dist((before.x, before.y), (after.x, after.y)) * 64 < limit
+    def check(heading, aside, mass, friction):
+        world = world_of(
+            Cylinder(1.1, 0.5, 0.04, is_pushable=True, mass=mass, friction=friction),
+            starts=(Pose(1.0, 0.5 + aside), Pose(1.25, 0.5, heading)),
+        )
+        for robot in (0, 1):
+            world.set_wheel_speeds(robot, SPEED, SPEED)
+        limit = 1.01 * SPEED
+        for _ in range(120):
+            before = moved(world)[0]
+            world.step()
+            after = moved(world)[0]
+            # Squeezed out from between two robots, a round thing goes faster than either, and may roll on.
+            if world.touching(0) and world.touching(1):
+                limit = FASTEST
+            assert math.dist((before.x, before.y), (after.x, after.y)) * 64 < limit
+
+    check()
