@@ -260,7 +260,7 @@ def traced(room, robot, right, up):
     return picture
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_a_mirrored_world_gives_mirrored_pictures(seed):
     room = crowd(seed)
     size = room.depth
@@ -349,8 +349,15 @@ def test_more_windows_than_are_kept_give_the_same_pictures_again():
 
 
 @pytest.mark.usefixtures("compiled_worlds")
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("at", [SMALL, window(52, 39, 8), window(31, 17, 3)], ids=["40x40", "52x39", "31x17"])
+@pytest.mark.parametrize("seed", [pytest.param(0, marks=pytest.mark.long), pytest.param(1, marks=pytest.mark.long), 2])
+@pytest.mark.parametrize(
+    "at",
+    [
+        pytest.param(SMALL, id="40x40", marks=pytest.mark.long),
+        pytest.param(window(52, 39, 8), id="52x39", marks=pytest.mark.long),
+        pytest.param(window(31, 17, 3), id="31x17"),
+    ],
+)
 def test_interpreted_and_compiled_pictures_are_equal_to_the_last_pixel(seed, at):
     room = crowd(seed)
     if seed:

@@ -58,7 +58,7 @@ KINDS = pytest.mark.parametrize(
         pytest.param("compiled", 2, BUSY, controller(), id="2, busy", marks=pytest.mark.long),
     ],
 )
-AGAIN = [copy.copy, copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))]
+AGAIN = {"copy": copy.copy, "deepcopy": copy.deepcopy, "pickle": lambda each: pickle.loads(pickle.dumps(each))}
 
 
 @pytest.mark.usefixtures("compiled_worlds")
@@ -91,10 +91,10 @@ def test_every_world_of_a_batch_gets_its_own_parameters(shape):
     tables = np.broadcast_to(drive.parameters, (3, ROBOTS, 20))
     expected = [World(PLAIN, robots=ROBOTS, seed=9 + k) for k in range(3)]
     for world, table in zip(expected, tables, strict=True):
-        world.run(40, Controller(drive.function, table, memory=2))
+        world.run(20, Controller(drive.function, table, memory=2))
     for engine, threads in (("interpreted", 1), ("compiled", 1), ("compiled", 2)):
         batch = Batch(PLAIN, 3, robots=ROBOTS, seed=np.int64(9), engine=engine, threads=threads)
-        batch.run(40, drive)
+        batch.run(20, drive)
         assert [state_of(world) for world in batch] == [state_of(world) for world in expected]
 
 
@@ -245,7 +245,7 @@ def test_after_a_reset_everything_is_as_in_a_new_world_with_that_seed(engine, th
         if seed == 5:
             shake(world, drive)
         else:
-            world.run(200, drive)
+            world.run(100, drive)
         world.reset(np.int64(seed))
         new = World(scene, robots=ROBOTS, seed=seed)
         assert (world.hash(*SENSORS), world.poses) == (new.hash(*SENSORS), new.poses)
@@ -254,7 +254,7 @@ def test_after_a_reset_everything_is_as_in_a_new_world_with_that_seed(engine, th
         for each in (world, new):
             each.set_step_rates(0, 300, 400)
             each.run(20)
-            each.run(100, drive)
+            each.run(60, drive)
             [getattr(each, sensor)(1) for sensor in SENSORS]
         assert state_of(world)[2:] == state_of(new)[2:]
         assert world.hash(*SENSORS) == new.hash(*SENSORS)
@@ -262,11 +262,13 @@ def test_after_a_reset_everything_is_as_in_a_new_world_with_that_seed(engine, th
 
 
 @KINDS
-@pytest.mark.parametrize("again", AGAIN)
+@pytest.mark.parametrize(
+    "again", ["pickle", *(pytest.param(each, marks=pytest.mark.long) for each in ("copy", "deepcopy"))]
+)
 def test_a_copy_of_a_world_goes_on_as_the_world_does_and_by_itself(engine, threads, scene, drive, again):
     world = world_of(engine, threads=threads, scene=scene)
     shake(world, drive)
-    other, before = again(world), state_of(world)
+    other, before = AGAIN[again](world), state_of(world)
     for each in (other, world):
         assert state_of(each) == before
         shake(each, drive)
@@ -277,8 +279,8 @@ def test_a_copy_of_a_world_goes_on_as_the_world_does_and_by_itself(engine, threa
 def test_batches_and_controllers_can_be_copied(again):
     batch = Batch(BUSY, 2, robots=2, engine="interpreted")
     batch.run(10, controller())
-    other, before = again(batch), batch.hash(*SENSORS)
-    other.run(10, again(controller()))
+    other, before = AGAIN[again](batch), batch.hash(*SENSORS)
+    other.run(10, AGAIN[again](controller()))
     assert batch.hash(*SENSORS) == before
     batch.run(10, controller())
     assert other.hash(*SENSORS) == batch.hash(*SENSORS) != before

@@ -103,6 +103,6 @@ def test_compiled_the_measurements_are_the_same():
         "others": (Pose(3.1, 3.1), Pose(2.6, 3.3)),
         "model": EpuckModel(),
     }
-    for k in range(0, 40, 8):
+    for k in range(0, 40, 13):
         slow = measured(heading=0.16 * k, tick=k, **things)
         assert measured(heading=0.16 * k, tick=k, engine="compiled", **things) == slow

@@ -7,13 +7,14 @@ import threading
 from dataclasses import replace
 
 import pytest
-from world_rig import BUSY, ENGINES, PLAIN, everything, segments, vehicle
+from world_rig import BUSY, ENGINES, PLAIN, everything, few_and_many, segments, vehicle
 
 from elib.errors import ArgumentError, SimulationError
 from elib.extras import install
 from elib.physics import Batch, Controller, EpuckModel, Pose, Scene, Wall, World, engine, state
 from elib.physics.engine import Compiled
 from elib.physics.episodes import sense_robots
+from elib.physics.noise import mix
 from elib.physics.senses import SENSORS, sensors_named
 from shared import PATIENCE, run_python
 
@@ -193,7 +194,8 @@ def test_reading_other_sensors_changes_nothing(engine, scene):
     assert alone.hash("distance") != watched.hash("distance")
 
 
-def test_robots_elsewhere_in_the_world_change_nothing(engine):
+@few_and_many(20, 60)
+def test_robots_elsewhere_in_the_world_change_nothing(engine, examples):
     near = (Pose(0.2, 0.2, 0.3), Pose(0.32, 0.22, 2.5), Pose(0.22, 0.33, -1.0))
     far = tuple(Pose(3.5 + 0.2 * (k % 5), 3.3 + 0.2 * (k // 5)) for k in range(15))
     model = EpuckModel(motor_noise=0.05)
@@ -201,7 +203,7 @@ def test_robots_elsewhere_in_the_world_change_nothing(engine):
     few = World(Scene(5, 5, walls, starts=near, model=model), seed=9, engine=engine)
     many = World(Scene(5, 5, walls, starts=near + far, model=model), seed=9, engine=engine)
     touched = 0
-    for _ in range(60):
+    for _ in range(examples):
         few.run(10, RAM)
         many.run(10, RAM)
         touched += few.touching(0)
@@ -295,7 +297,23 @@ except Exception as error:
     assert install("compiled") in done.stdout
 
 
-def test_a_compilation_is_announced_and_the_next_program_finds_the_code(tmp_path):
+@pytest.mark.usefixtures("own_kernel")
+def test_a_compilation_is_announced_and_code_that_is_found_is_not(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("numba")
+    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA"):
+        monkeypatch.setenv(name, str(tmp_path))
+    said = []
+    for _ in range(2):
+        monkeypatch.setattr(engine, "_is_announced", False)
+        assert Compiled().ready(mix)(12345) == mix(12345)
+        said.append(capsys.readouterr())
+    assert [each.out for each in said] == ["", ""]
+    assert "compiling for this machine" in said[0].err
+    assert said[1].err == ""
+
+
+@pytest.mark.long
+def test_a_program_announces_a_compilation_and_the_next_one_finds_the_code(tmp_path):
     pytest.importorskip("numba")
     code = """
 from elib.physics.engine import engine_named

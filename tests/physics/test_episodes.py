@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from world_rig import COMPILED_LONG, everything, task
+from world_rig import COMPILED_LONG, everything, few_and_many, task
 
 from elib import ArgumentError, Controller, Scene, World
 from elib.body import METRES_PER_STEP, step_rate
@@ -189,12 +189,13 @@ def test_wheels_follow_a_decision_after_the_latency_that_was_drawn():
     assert at[2].world(0).poses[0].x - 0.2 == pytest.approx(period)  # a whole period late
 
 
-def test_what_is_drawn_lies_within_its_range_and_differs_from_episode_to_episode():
-    episodes = Episodes(task(BARE, FULL, randomisation=DRAWN), 50, engine="interpreted")
-    drawn = [episodes.world(k) for k in range(50)]
+@few_and_many(10, 50)
+def test_what_is_drawn_lies_within_its_range_and_differs_from_episode_to_episode(examples):
+    episodes = Episodes(task(BARE, FULL, randomisation=DRAWN), examples, engine="interpreted")
+    drawn = [episodes.world(k) for k in range(examples)]
     ambient = [world.ambient for world in drawn]
     assert all(3000 <= each <= 4000 for each in ambient)
-    assert len(set(ambient)) == 50
+    assert len(set(ambient)) == examples
     assert {world.scene for world in drawn} == {BARE, FULL}
     assert all(0 <= world.records.setting[0].motor_noise <= 0.1 for world in drawn)
 

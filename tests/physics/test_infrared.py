@@ -39,9 +39,10 @@ def test_a_flat_wall_straight_ahead_gives_the_published_counts(name, table):
 
 
 @pytest.mark.parametrize("name", PROFILES)
-def test_nearer_never_reads_less(name):
+@few_and_many(70, 280)
+def test_nearer_never_reads_less(name, examples):
     model = EpuckModel(profile=name, sensor_noise=0, ambient=4095)
-    readings = [beside_a_wall(k / 2000, model=model).proximity(0)[SIDE] for k in range(280)]
+    readings = [beside_a_wall(0.14 * k / examples, model=model).proximity(0)[SIDE] for k in range(examples)]
     assert readings == sorted(readings, reverse=True)
 
 

@@ -5,7 +5,7 @@ import math
 import random
 
 import pytest
-from world_rig import COMPILED_LONG, ENGINES, segments, vehicle
+from world_rig import COMPILED_LONG, ENGINES, few_and_many, segments, vehicle
 
 from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World, assembly
 from elib.physics.body import RADIUS
@@ -124,12 +124,13 @@ def test_of_two_walls_on_one_line_the_one_that_was_built_first_is_seen_whenever_
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.3])
-def test_no_wheel_rolls_so_far_in_a_tick_that_a_wall_is_missed(engine, noise):
+@few_and_many(20, 150)
+def test_no_wheel_rolls_so_far_in_a_tick_that_a_wall_is_missed(engine, noise, examples):
     start = Pose(1 - RADIUS - 0.1, 0.5)
     model = EpuckModel(motor_noise=noise, wheel_spread=noise / 3)
     scene = Scene(2, 1, (Wall(1, 0.001, 1, 0.999),), step=0.1, model=model, starts=(start, Pose(1.8, 0.5)))
     touched = 0
-    for seed in range(150 if noise else 1):
+    for seed in range(examples if noise else 1):
         world = World(scene, seed=seed, engine=engine)
         world.set_wheel_speeds(0, 0.19, 0.19)
         for _ in range(10):
@@ -238,6 +239,7 @@ def test_there_is_room_for_all_neighbours_of_robots_that_see_far(engine):
     assert max(map(len, listed(world))) > 200
 
 
+@pytest.mark.parametrize("engine", [pytest.param("interpreted", marks=pytest.mark.long), "compiled"])
 def test_there_is_room_for_all_neighbours_of_many_long_things(engine):
     bars = tuple(Box(5.0, 4.0 + 0.02 * k, 9.9, 0.005, is_pushable=True) for k in range(100))
     starts = tuple(Pose(1.5 + 0.09 * i, 6.3 + 0.09 * j) for i in range(75) for j in range(20))

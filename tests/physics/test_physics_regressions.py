@@ -237,7 +237,7 @@ def test_a_control_function_begins_with_standing_wheels_for_each_robot(engine):
 
 
 def fancy(robot, parameters, memory):
-    robot.left = robot.right = float(str(len(sorted([parameters[0]], key=lambda value: -value))))
+    robot.left = robot.right = float(repr(parameters[0]))
 
 
 def failing(robot, parameters, memory):

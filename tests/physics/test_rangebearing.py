@@ -203,7 +203,7 @@ def all_heard(made: World, order) -> list[object]:
 
 def test_what_is_heard_does_not_depend_on_who_asks_when_how_often_or_in_which_order() -> None:
     asked, rarely, backwards = crowd(), crowd(), crowd()
-    for tick in range(200):
+    for tick in range(100):
         for made in (asked, rarely, backwards):
             made.step()
         all_heard(asked, range(12))

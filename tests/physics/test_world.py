@@ -26,7 +26,9 @@ def wander(world, ticks):
     return world
 
 
-@pytest.mark.parametrize("name", gallery())
+@pytest.mark.parametrize(
+    "name", [name if name in ("arena", "soccer") else pytest.param(name, marks=pytest.mark.long) for name in gallery()]
+)
 def test_the_same_seed_gives_the_same_run_to_the_last_bit(name):
     first, second = (wander(World.load(name, robots=3, seed=5), 200) for _ in range(2))
     assert first.hash() == second.hash()
@@ -176,14 +178,14 @@ def test_colours_of_the_default_world_can_be_told_apart():
     assert all(isinstance(colour, Colour) for colour in colours)
 
 
-@pytest.mark.parametrize("ticks", [1, 5000])
+@pytest.mark.parametrize("ticks", [300, pytest.param(5000, marks=pytest.mark.long)])
 def test_a_world_can_be_pickled_at_any_time_and_goes_on_alike(ticks: int) -> None:
     world = World.load("soccer", seed=3)
     world.set_step_rates(0, 400, 500)
     world.run(ticks)
     again = pickle.loads(pickle.dumps(world))
     for each in (world, again, copy.deepcopy(world)):
-        each.run(300)
+        each.run(100)
         assert each.hash("proximity") == world.hash("proximity")
     controller = Controller(simulation.braitenberg, Controller.braitenberg().parameters)
     for each in (world, again):
