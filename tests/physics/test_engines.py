@@ -11,13 +11,14 @@ from world_rig import BUSY, ENGINES, PLAIN, everything, few_and_many, segments, 
 
 from elib.errors import ArgumentError, SimulationError
 from elib.extras import install
-from elib.physics import Batch, Controller, EpuckModel, Pose, Scene, Wall, World, engine, state
+from elib.physics import Batch, Controller, EpuckModel, Pose, Scene, Stripe, Wall, World, engine, state
 from elib.physics.engine import Compiled
 from elib.physics.episodes import sense_robots
 from elib.physics.noise import mix
 from elib.physics.senses import SENSORS, sensors_named
 from shared import PATIENCE, run_python
 
+PAINT = (Stripe(((0.1, 0.1), (0.9, 0.9))),)
 RAM_WEIGHTS = (0.3, 0.2, 0, 0, 0, 0, 0, 0), (0, 0, 0, 0, 0, 0, 0.2, 0.3)
 RAM = vehicle(*RAM_WEIGHTS, base=700)
 """Drives at whatever it sees."""
@@ -95,14 +96,14 @@ def test_what_is_left_out_of_a_compiled_world_is_never_called_in_it():
 def calls_in(scene):
     """Return the code of all that is called while robots drive about in a scene and read all their sensors."""
     called = set()
-    world = World(scene, robots=6, seed=11)
+    world, before = World(scene, robots=6, seed=11), sys.getprofile()
     sys.setprofile(lambda frame, event, argument: called.add(frame.f_code) if event == "call" else None)
     try:
         world.run(40, RAM)
         for sensor in SENSORS[:-1]:
             getattr(world, sensor)(0)
     finally:
-        sys.setprofile(None)
+        sys.setprofile(before)
     return called
 
 
@@ -141,7 +142,7 @@ def test_both_engines_agree_on_sensors_that_were_sampled_long_ago_or_far_away(st
 @pytest.mark.parametrize("scene", [PLAIN, pytest.param(BUSY, marks=pytest.mark.long)], ids=["plain", "busy"])
 def test_every_sensor_says_the_same_on_both_engines(scene):
     columns = tuple(8.0 * k - 156 for k in range(40))
-    worlds = [World(scene, robots=5, seed=2, engine=engine) for engine in ENGINES]
+    worlds = [World(replace(scene, paint=PAINT), robots=5, seed=2, engine=engine) for engine in ENGINES]
     for world in worlds:
         world.play(1, 800.0)
         for robot in range(5):
@@ -338,7 +339,7 @@ print(engine_named("compiled").ready(mix)(12345) == mix(12345))
 
 def test_kernels_never_read_beyond_their_sequences():
     # Interpreted, an index beyond the end is an error; this world has one of everything, at every edge.
-    world = World(BUSY, robots=6, seed=8)
+    world = World(replace(BUSY, paint=PAINT), robots=6, seed=8)
     assert type(world._state.world.robots) is list
     for robot in range(6):
         world.set_step_rates(robot, 1000, 900 - 100 * robot)

@@ -24,10 +24,10 @@ from elib.physics import (
     Light,
     Scene,
     Sound,
-    Stripe,
     Task,
     Wall,
     World,
+    assembly,
     profiles,
 )
 from elib.physics import records as kinds
@@ -52,7 +52,6 @@ BUSY = Scene(
     cylinders=(Cylinder(0.75, 0.3, 0.05), Cylinder(0.5, 0.6, 0.04, is_pushable=True)),
     lights=(Light(0.2, 0.9),),
     sounds=(Sound(0.1, 0.1, 500),),
-    paint=(Stripe(((0.1, 0.1), (0.9, 0.9))),),
     model=EpuckModel(
         motor_noise=0.05,
         wheel_spread=0.01,
@@ -179,7 +178,9 @@ class Room:
     def __init__(self, scene, seed=0, engine="interpreted"):
         if engine == "compiled":
             pytest.importorskip("numba")
-        self.state = State(scene, scene.starts, seed, engine_named(engine), floor_of(scene))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(assembly, "SMALLEST_CELL", 0.5)  # Laid out in a moment; other tests have the usual cells.
+            self.state = State(scene, scene.starts, seed, engine_named(engine), floor_of(scene))
         self.robots = self.state.world.robots
         self.senses = Senses(self.state)
 
