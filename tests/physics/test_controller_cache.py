@@ -237,8 +237,8 @@ def test_a_control_function_typed_at_the_prompt_has_no_file_and_is_compiled_too(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("names", ["{}", "{'__name__': 'a_module_that_cannot_be_imported'}"])
-def test_a_control_function_whose_module_cannot_be_imported_runs_again_from_the_cache(program, names):
+def test_a_control_function_whose_module_cannot_be_imported_runs_again_from_the_cache(program):
+    names = "{'__name__': 'a_module_that_cannot_be_imported'}"
     run_it = f"names = {names}; exec(compile(open('law.py').read(), 'law.py', 'exec'), names); print(run(names['law']))"
     code = ["-c", f"{PROGRAM}\n{run_it}"]
     outputs = [program.start(code=code).communicate(timeout=PATIENCE) for _ in range(2)]

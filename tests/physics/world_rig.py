@@ -169,6 +169,7 @@ def everything(world):
         f"{part}.{name}": world._state.column(kind, getattr(world._state.world, part), name).tobytes()
         for part, kind in parts.items()
         for name in kind.__dataclass_fields__
+        if name != "lane"  # In which thread it is sensed.
     }
 
 
