@@ -4,14 +4,11 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FunctionType
 
 import pytest
 from world_rig import ENGINES, compile_episodes, compile_threads, compile_worlds
 
-from elib.physics import episodes
-from elib.physics.engine import Compiled, _cache_folder, engine_named
-from elib.physics.state import OF_LAMPS, OF_THINGS
+from elib.physics.engine import _cache_folder, engine_named
 
 shared: set[object] = set()
 """What the three sets compiled in this process."""
@@ -60,26 +57,7 @@ def compiled_threads() -> None:
 @pytest.fixture(scope="session")
 def compiled_episodes() -> None:
     """Compiled steered episodes of ``task()``."""
-    with pytest.MonkeyPatch.context() as patch:
-        leave_out(patch)
-        compile_set(compile_episodes)
-
-
-def leave_out(patch: pytest.MonkeyPatch) -> None:
-    """Compile episodes without what plain worlds do not need, as these worlds are compiled by themselves."""
-    ready = Compiled.ready
-
-    def ready_for_plain(engine: Compiled, kernel: FunctionType, **options: object) -> object:
-        absent = {"absent": OF_THINGS + OF_LAMPS} if kernel.__module__ == episodes.__name__ else {}
-        return ready(engine, kernel, **{**options, **absent})
-
-    patch.setattr(Compiled, "ready", ready_for_plain)
-
-
-@pytest.fixture
-def plain_episodes(compiled_episodes: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Episodes of plain worlds, compiled as these worlds are by themselves."""
-    leave_out(monkeypatch)
+    compile_set(compile_episodes)
 
 
 @pytest.fixture(params=ENGINES)

@@ -85,7 +85,7 @@ def test_what_is_left_out_of_a_compiled_world_is_never_called_in_it():
     for things in (True, False):
         for lamps in (True, False):
             scene = replace(BUSY if things else PLAIN, lights=BUSY.lights if lamps else ())
-            left_out = state._absent(scene)
+            left_out = state.absent_kernels([scene])
             assert set(left_out) == {*(() if things else state.OF_THINGS), *(() if lamps else state.OF_LAMPS)}
             called = calls_in(scene)
             assert not {name for name in left_out if kernels[name] in called}

@@ -72,7 +72,7 @@ def played(about, engine, *, threads=None):
     return [scores.fitness.tolist(), scores.steps.tolist()]
 
 
-@pytest.mark.usefixtures("plain_episodes")
+@pytest.mark.usefixtures("compiled_episodes")
 def test_both_engines_and_any_number_of_threads_step_the_same_episodes_to_the_last_bit(monkeypatch):
     monkeypatch.setattr("elib.physics.episodes.SMALL", 0)
     about = task(PLAIN, BARE, robots=3, randomisation=DRAWN, seconds=0.5)
@@ -125,7 +125,7 @@ def test_an_episode_begins_as_it_did_whatever_was_pushed_before(engine):
     begins_as_it_did(engine, FULL, sensors=("proximity", "ambient_light"))
 
 
-@pytest.mark.usefixtures("plain_episodes", "compiled_worlds")
+@pytest.mark.usefixtures("compiled_episodes", "compiled_worlds")
 def test_a_compiled_episode_begins_as_it_did():
     begins_as_it_did("compiled", PLAIN)
 
@@ -210,7 +210,7 @@ def test_actions_are_limited_to_the_top_speed_and_what_is_no_number_stands():
     assert moved[0] == moved[1] == moved[3] > moved[2] == 0.4
 
 
-@pytest.mark.usefixtures("plain_episodes", "compiled_worlds")
+@pytest.mark.usefixtures("compiled_episodes", "compiled_worlds")
 def test_a_pickled_copy_goes_on_with_the_same_episode():
     episodes = Episodes(task(PLAIN), 2)
     episodes.step(np.full((2, 1, 2), 0.05))

@@ -37,6 +37,7 @@ from elib.physics.scene import Scene, check_seed
 from elib.physics.senses import sensors_named
 from elib.physics.simulation import advance, decide, sense
 from elib.physics.spawning import spawn
+from elib.physics.state import absent_kernels
 from elib.physics.task import Task
 from elib.physics.world import World
 
@@ -504,7 +505,9 @@ class Episodes:
     def _run(self, function: Callable[..., None], *arguments: Any, decide: Callable[..., Any] = obey) -> None:
         """Run a kernel with the functions of the task and a control function."""
         if (function, decide) not in self._ready:
-            self._ready[function, decide] = self._engine.ready(function, **self._functions(), decide=decide)
+            self._ready[function, decide] = self._engine.ready(
+                function, absent=absent_kernels(self.task.scenes), **self._functions(), decide=decide
+            )
         try:
             self._ready[function, decide](*arguments)
         except Exception as error:

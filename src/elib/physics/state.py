@@ -58,7 +58,7 @@ class State:
         count = len(starts)
         self.boxes, self.cylinders = list(scene.boxes), list(scene.cylinders)
         self.lights, self.sounds = list(scene.lights), list(scene.sounds)
-        self._absent = _absent(scene)
+        self._absent = absent_kernels([scene])
         self.world = Records(
             robots=engine.blank(records.Robot, count),
             views=engine.blank(records.SensorView, count),
@@ -207,7 +207,7 @@ class State:
         """Lay the solids out again; *things* say where the pushable ones are and how they move."""
         before = self.world
         self.cylinders = [self.cylinder(k) for k in range(len(self.cylinders))]
-        self._absent = _absent(self.scene)
+        self._absent = absent_kernels([self.scene])
         self.world = before._replace(**self._solid_rows(len(before.robots)))
         setting = self.world.setting[0]
         setting.tick, setting.ambient = before.setting[0].tick, before.setting[0].ambient
@@ -253,10 +253,12 @@ class State:
         return cylinder if thing < 0 else assembly.moved_cylinder(cylinder, self.world.things[thing])
 
 
-def _absent(scene: Scene) -> tuple[str, ...]:
-    """Return the kernels that a world of this scene never needs."""
-    has_things = any(box.is_pushable for box in scene.boxes) or any(post.is_pushable for post in scene.cylinders)
-    return (() if has_things else OF_THINGS) + (() if scene.lights else OF_LAMPS)
+def absent_kernels(scenes: Sequence[Scene]) -> tuple[str, ...]:
+    """Return the kernels that worlds of these scenes never need."""
+    things = (each for scene in scenes for solids in (scene.boxes, scene.cylinders) for each in solids)
+    has_things = any(thing.is_pushable for thing in things)
+    has_lamps = any(scene.lights for scene in scenes)
+    return (() if has_things else OF_THINGS) + (() if has_lamps else OF_LAMPS)
 
 
 def _fixed(solids: Sequence[Box] | Sequence[Cylinder]) -> list[Box | Cylinder]:
