@@ -15,9 +15,9 @@ import sys
 import textwrap
 import threading
 import time
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Any, TypeVar
 
 T = TypeVar("T")
 
@@ -60,11 +60,18 @@ def wait_until(is_so: Callable[[], T]) -> T:
     return value
 
 
-def run_python(program: str, *, seconds: float = PATIENCE, check: bool = False) -> subprocess.CompletedProcess[str]:
-    """Run a program in another Python and wait for its end; fail if it fails and *check* is true."""
-    return subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, timeout=seconds, check=check
-    )
+def run(command: Sequence[str], **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, with nothing to read, and return what it wrote and its exit code.
+
+    *options* are those of ``subprocess.run``.
+    """
+    given = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "check": False}
+    return subprocess.run(command, text=True, timeout=PATIENCE, **{**given, **options})
+
+
+def run_python(program: str, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a program in another Python to its end; see :func:`run`."""
+    return run([sys.executable, "-c", textwrap.dedent(program)], **options)
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from shared import PATIENCE
+from shared import PATIENCE, run
 
 COMMAND = [sys.executable, "-m", "elib"]
 
@@ -27,15 +27,7 @@ def environment(**changes: str) -> dict[str, str]:
 
 def elib(*arguments: str, cwd: Path | None = None, **changes: str) -> subprocess.CompletedProcess[str]:
     """Run ``elib`` to its end."""
-    return subprocess.run(
-        [*COMMAND, *arguments],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        cwd=cwd,
-        env=environment(**changes),
-        check=False,
-    )
+    return run([*COMMAND, *arguments], cwd=cwd, env=environment(**changes))
 
 
 class Output:

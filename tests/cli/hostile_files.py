@@ -18,8 +18,8 @@ from pathlib import Path
 
 LIMIT = 300_000_000
 """Bytes of memory that a command may have for its data, that of its packages included."""
-PATIENCE = 20
-"""s that a command may take: it is a hundred times what they take."""
+PATIENCE = 60
+"""s that a command may take: it is hundreds of times what they take."""
 IMPORTED = (
     "mcap.stream_reader",
     "zstandard",

@@ -91,7 +91,7 @@ def test_a_profile_and_a_world_may_be_named(capsys: pytest.CaptureFixture[str], 
     assert found["b"]["recording"] == f"the simulator with {profile}"
 
 
-@pytest.mark.parametrize("suffix", ["png", "svg"])
+@pytest.mark.parametrize("suffix", [pytest.param("png", marks=pytest.mark.long), "svg"])
 def test_a_picture_is_drawn(capsys: pytest.CaptureFixture[str], first: Path, second: Path, suffix: str) -> None:
     file = first.with_suffix(f".{suffix}")
     output(capsys, first, second, "--plot", file)

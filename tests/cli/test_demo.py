@@ -51,7 +51,7 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another(
 ) -> None:
     pictures, told = [], []
     for seed in ("5", "5", "6"):
-        assert main(["demo", "--for", "15", "--seed", seed]) == 0
+        assert main(["demo", "--for", "3", "--seed", seed]) == 0
         pictures.append((here / PICTURE).read_bytes())
         told.append(capsys.readouterr().out)
     assert pictures[0] == pictures[1] != pictures[2]

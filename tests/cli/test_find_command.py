@@ -90,7 +90,7 @@ def test_a_simulation_of_another_program_is_found_while_it_runs(
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     with started("simulate", "square", "--pty", str(tmp_path / "robot")) as server:
         _, url = server.out.line().split()
-        found = json.loads(elib("find", "--json").stdout)["found"]
+        found = json.loads(elib("find", "--json", "--within", "60").stdout)["found"]
         assert server.end() == 0
     assert found == [
         {

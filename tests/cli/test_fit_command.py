@@ -7,12 +7,11 @@ import pytest
 
 from elib.behaviours import run_behaviour
 from elib.behaviours.calibration_drive import calibration_drive
-from elib.cli import main
+from elib.calibration import Fitted
+from elib.cli import fit, main
 from elib.emulator.robotprofile import load
 from elib.robot.aio import Epuck
 from elib.runner import run_on
-
-pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +26,24 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
+FOUND: list[Fitted] = []
+
+
+@pytest.fixture
+def fits_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the drive be fitted once, which takes seconds, and let the result be shown in every form."""
+    fit_robot = fit.fit_robot
+
+    def remember(*arguments: object, **options: object) -> Fitted:
+        if not FOUND:
+            FOUND.append(fit_robot(*arguments, **options))
+        return FOUND[0]
+
+    monkeypatch.setattr(fit, "fit_robot", remember)
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("fits_once")
 def test_what_was_found_is_printed_and_the_profile_written(
     capsys: pytest.CaptureFixture[str], drive: Path, tmp_path: Path
 ) -> None:
@@ -43,6 +60,8 @@ def test_what_was_found_is_printed_and_the_profile_written(
     assert main(["send", "encoders", "--robot", f"sim://square?speed=max&profile={file}"]) == 0
 
 
+@pytest.mark.long
+@pytest.mark.usefixtures("fits_once")
 def test_the_json_holds_the_same(capsys: pytest.CaptureFixture[str], drive: Path) -> None:
     assert main(["fit", str(drive), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

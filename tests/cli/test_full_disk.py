@@ -9,9 +9,10 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from elib_process import COMMAND, PATIENCE, environment
+from elib_process import COMMAND, environment
 
 from elib.cli import main
+from shared import run
 
 resource = pytest.importorskip("resource")
 
@@ -26,26 +27,21 @@ def cramped(here: Path, *words: str) -> subprocess.CompletedProcess[str]:
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM, ROOM))
 
-    return subprocess.run(
-        [*COMMAND, *words],
-        capture_output=True,
-        text=True,
-        timeout=3 * PATIENCE,
-        cwd=here,
-        env=environment(PYTHONDONTWRITEBYTECODE="1"),
-        preexec_fn=limit,
-        stdin=subprocess.DEVNULL,
-        check=False,
-    )
+    return run([*COMMAND, *words], cwd=here, env=environment(PYTHONDONTWRITEBYTECODE="1"), preexec_fn=limit)
+
+
+def long(*values: object) -> object:
+    """Return a case of the long lane: another command, on the way that another case goes too."""
+    return pytest.param(*values, marks=pytest.mark.long)
 
 
 @pytest.mark.parametrize(
     ("words", "option"),
     [
         (RUN, "--record"),
-        (RUN, "--log"),
-        (["demo", "--for", "30"], "--record"),
-        (["demo", "--for", "30"], "--log"),
+        long(RUN, "--log"),
+        long(["demo", "--for", "30"], "--record"),
+        long(["demo", "--for", "30"], "--log"),
         (["send", "help_text", "--robot", "sim://square?speed=max"], "--log"),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else value,
@@ -66,11 +62,11 @@ def test_what_could_not_be_kept_is_an_error_at_the_end(words: list[str], option:
 @pytest.mark.parametrize(
     ("words", "file"),
     [
-        ([*RUN, "--plot", "out.png"], "out.png"),
-        (["demo", "--for", "3"], "elib-demo.png"),
+        long([*RUN, "--plot", "out.png"], "out.png"),
+        long(["demo", "--for", "3"], "elib-demo.png"),
         (["record", "repair", "run.mcap", "-o", "out.mcap"], "out.mcap"),
-        (["replay", "run.mcap", "--plot", "out.svg"], "out.svg"),
-        (["compare", "run.mcap", "run.mcap", "--plot", "out.pdf"], "out.pdf"),
+        long(["replay", "run.mcap", "--plot", "out.svg"], "out.svg"),
+        long(["compare", "run.mcap", "run.mcap", "--plot", "out.pdf"], "out.pdf"),
         (["world", "show", "crowd", "--png", "out.png"], "out.png"),
         (["record", "out.mcap", "--robot", "sim://square?speed=max", "--for", "20"], "out.mcap"),
     ],

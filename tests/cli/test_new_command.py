@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
-from elib_process import elib
+from elib_process import elib, environment
 
 from elib.cli import main
 from elib.cli.new import samples
-from shared import run_python
+from shared import run
 
 FAST = "sim://arena?speed=max"
 
@@ -26,10 +27,8 @@ def test_the_list_has_every_sample_with_what_it_does(capsys: pytest.CaptureFixtu
 def test_a_sample_runs_as_it_is_by_python_and_by_elib_run(name: str, tmp_path: Path) -> None:
     assert elib("new", name, "my_robot.py", cwd=tmp_path).stdout == "wrote my_robot.py; try: elib run my_robot.py\n"
     assert (tmp_path / "my_robot.py").read_text() == samples()[name]
-    done = run_python(
-        f"import os, runpy, sys; os.chdir({str(tmp_path)!r}); os.environ['ELIB_ROBOT'] = {FAST!r}; "
-        "sys.argv = ['my_robot.py']; runpy.run_path('my_robot.py', run_name='__main__')"
-    )
+    python = [sys.executable, "my_robot.py"]
+    done = run(python, cwd=tmp_path, env=environment(ELIB_ROBOT=FAST))
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout
     done = elib("run", "my_robot.py", "--robot", FAST, "--json", cwd=tmp_path)
@@ -39,11 +38,13 @@ def test_a_sample_runs_as_it_is_by_python_and_by_elib_run(name: str, tmp_path: P
     assert summary["robots"][0]["link"]["lost"] == 0
 
 
-def test_nothing_is_replaced(tmp_path: Path) -> None:
+def test_nothing_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "avoid.py").write_text("mine")
-    done = elib("new", "avoid", cwd=tmp_path)
-    assert done.returncode == 2
-    assert "avoid.py exists already" in done.stderr
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "avoid"]) == 2
+    assert "avoid.py exists already" in capsys.readouterr().err
     assert (tmp_path / "avoid.py").read_text() == "mine"
 
 
@@ -56,8 +57,14 @@ def test_nothing_is_replaced(tmp_path: Path) -> None:
         (["avoid", "nowhere/robot.py"], "does its folder exist?"),
     ],
 )
-def test_a_wrong_call_says_what_is_meant(tokens: list[str], message: str, tmp_path: Path) -> None:
-    done = elib("new", *tokens, cwd=tmp_path)
-    assert done.returncode == 2
-    assert message in done.stderr
+def test_a_wrong_call_says_what_is_meant(
+    tokens: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", *tokens]) == 2
+    assert message in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []

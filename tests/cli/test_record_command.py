@@ -6,7 +6,6 @@ import json
 import re
 import signal
 import sys
-import threading
 from pathlib import Path
 
 import pytest
@@ -17,6 +16,7 @@ from elib.behaviours import find
 from elib.cli import main
 from elib.cli.run import own_name
 from elib.recording import read_recording, summary_of
+from shared import PATIENCE, wait_until
 
 FAST = "sim://?speed=max"
 
@@ -56,13 +56,11 @@ def test_parts_are_made_and_kept_as_asked(tmp_path: Path) -> None:
 def test_enter_ctrl_c_or_a_signal_ends_a_recording_that_is_then_whole(end: str, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with started("record", str(path), "proximity", "--robot", "sim://") as running:
-        while not path.exists():
-            assert running.process.poll() is None
-            threading.Event().wait(0.02)
+        wait_until(lambda: path.exists() or running.process.poll() is not None)
         number = {"ctrl-c": signal.SIGINT, "sigterm": signal.SIGTERM}.get(end)
         if number is None:
             running.press_enter()
-            assert running.process.wait(20) == 0
+            assert running.process.wait(PATIENCE) == 0
         else:
             assert running.end(number) == 128 + number
         assert "messages" in running.err.until("recording  ")

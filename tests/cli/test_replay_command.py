@@ -11,10 +11,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from elib_process import COMMAND
 
 from elib.cli import main
 from elib.robot.aio import Epuck
 from elib.runner import run_on
+from shared import PATIENCE
 
 
 @pytest.fixture(name="file", scope="module")
@@ -120,7 +122,7 @@ def test_a_behaviour_goes_on_from_a_moment(file: str, capsys: pytest.CaptureFixt
 def test_on_a_terminal_keys_move_it(file: str) -> None:
     ours, theirs = pty.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "elib", "replay", file],
+        [*COMMAND, "replay", file, "--speed", "0.01"],  # so slow that only keys move it on
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,
@@ -134,7 +136,7 @@ def test_on_a_terminal_keys_move_it(file: str) -> None:
         for _ in range(2000):  # the live line comes twenty times a second
             if text.encode() in seen:
                 return
-            assert select.select([ours], [], [], 20)[0], seen.decode()
+            assert select.select([ours], [], [], PATIENCE)[0], seen.decode()
             seen += os.read(ours, 4096)
         pytest.fail(f"{text!r} did not come")
 
@@ -147,8 +149,8 @@ def test_on_a_terminal_keys_move_it(file: str) -> None:
         os.write(ours, b"\x1b[C")
         until("note: nearly there")
         os.write(ours, b"q")
-        assert process.wait(20) == 0
+        assert process.wait(PATIENCE) == 0
     finally:
         process.kill()
-        process.wait()
+        process.wait(PATIENCE)
         os.close(ours)

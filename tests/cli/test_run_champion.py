@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import signal
 import sys
 from pathlib import Path
 
 import pytest
-from elib_process import COMMAND, environment
+from elib_process import started
 
+import elib
 from elib.cli import main
+from elib.emulator.motors import StepMotor
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.learn import Champion
 from elib.robot.watchdog import is_supported
-from shared import PATIENCE
+from shared import until
 
 NEAR = [-3.6, -2.8, -1.6, 0.0, 0.0, 0.8, 2.0, 2.4]
 FAST = "sim://square?speed=max"
@@ -104,48 +105,37 @@ def test_what_cannot_run_is_refused_with_a_cure(
     assert "Traceback" not in err
 
 
-ENDS = [signal.SIGINT, signal.SIGTERM, *([signal.SIGKILL] if is_supported() else [])]
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
-@pytest.mark.parametrize("end", [None, *ENDS])
-def test_the_wheels_stand_at_its_end_whatever_ends_it(best: Path, end: signal.Signals | None) -> None:
-    asyncio.run(drive_and_end(best, end))
-
-
-async def drive_and_end(best: Path, end: signal.Signals | None) -> None:
-    motors: list[object] = []
+@pytest.mark.parametrize(
+    "end",
+    [
+        None,
+        pytest.param(signal.SIGINT, marks=pytest.mark.long),
+        signal.SIGTERM,
+        pytest.param(signal.SIGKILL, marks=pytest.mark.skipif(not is_supported(), reason="there is no watchdog here")),
+    ],
+)
+async def test_the_wheels_stand_at_its_end_whatever_ends_it(best: Path, end: signal.Signals | None) -> None:
+    motors: list[StepMotor] = []
     meet = lambda control: motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # noqa: E731
     limit = ["--for", "1"] if end is None else []
     async with serve(SimulationSettings("square"), tcp="0", control=meet) as served:
-        process = await asyncio.create_subprocess_exec(
-            *COMMAND,
-            "run",
-            str(best),
-            "--robot",
-            served[0].url,
-            *limit,
-            env=environment(),
-            stderr=asyncio.subprocess.PIPE,
-        )
-        try:
-            await until(motors, are_turning=True)
+        url = served[0].url
+        with started("run", str(best), "--robot", url, *limit) as running:
+            await until(lambda: any(motor.speed for motor in motors))
             if end is not None:
-                process.send_signal(end)
-            await until(motors, are_turning=False)
-            await asyncio.wait_for(process.communicate(), PATIENCE)
-            await asyncio.sleep(0.2)
-            assert not any(motor.speed for motor in motors)  # type: ignore[attr-defined]
-            expected = {None: 0, signal.SIGKILL: -signal.SIGKILL}.get(end, 128 + (end or 0))
-            assert process.returncode == expected
-        finally:
-            if process.returncode is None:
-                process.kill()
-                await process.wait()
+                running.process.send_signal(end)
+            code = await until(lambda: running.process.poll() is not None and [running.process.poll()])
+            assert code == [{None: 0, signal.SIGKILL: -signal.SIGKILL}.get(end, 128 + (end or 0))]
+        await until(lambda: not any(motor.speed for motor in motors))
+        await until(lambda: answers(url))  # what the program sent before is carried out before this is answered
+        assert not any(motor.speed for motor in motors)
 
 
-async def until(motors: list[object], *, are_turning: bool) -> None:
-    """Wait until a wheel turns, or until none does."""
-    async with asyncio.timeout(PATIENCE):
-        while any(motor.speed for motor in motors) != are_turning:  # type: ignore[attr-defined]  # noqa: ASYNC110
-            await asyncio.sleep(0.01)
+async def answers(url: str) -> bool:
+    """Return whether a robot answers: not while the program, or what stops the robot after it, has it open."""
+    try:
+        async with elib.open(url) as robot:
+            return bool(await robot.version())
+    except elib.LinkBusy:
+        return False

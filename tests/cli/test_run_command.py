@@ -155,7 +155,7 @@ def test_a_signal_stops_the_robot_and_ends_quietly(number: signal.Signals, code:
         assert server.end() == 0
 
 
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+@pytest.mark.parametrize("suffix", [".svg", *(pytest.param(each, marks=pytest.mark.long) for each in (".png", ".pdf"))])
 def test_a_plot_shows_path_speeds_readings_and_states(
     suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -204,7 +204,7 @@ def test_run_all_takes_the_samples_of_2011_in_their_order(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["run", "all", "--robot", "sim://light?speed=max", "--for", "5"]) == 0
+    assert main(["run", "all", "--robot", "sim://light?speed=max", "--for", "1"]) == 0
     err = capsys.readouterr().err
     headings = [line.split()[1].rstrip(":") for line in err.splitlines() if line.startswith("== ")]
     assert headings == list(SAMPLES)

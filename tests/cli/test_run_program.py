@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import signal
 import subprocess
-import threading
 from pathlib import Path
 
 import pytest
 from elib_process import COMMAND, elib, environment, started
 
+from elib.cli import main
 from elib.recording import read_recording
-from shared import PATIENCE
+from shared import run, wait_until
 
 FAST = "sim://square?speed=max"
 
@@ -70,7 +70,7 @@ import elib, threading
 robot = elib.connect({FAST!r})
 came = threading.Event()
 robot.callback(lambda value, state: came.set()).set_speed(0.4, 0.4)
-came.wait(5)
+came.wait()
 robot.sleep(2)
 """
 STYLES = {
@@ -84,6 +84,9 @@ STYLES = {
     "swarm": SWARM,
     "callback": CALLBACK,
 }
+ALIKE = ("without with", "only main", "played")
+"""Styles that end as another one of the quick lane does."""
+LONG = pytest.mark.long
 
 
 def written(folder: Path, text: str, name: str = "my_robot.py") -> Path:
@@ -95,7 +98,7 @@ def written(folder: Path, text: str, name: str = "my_robot.py") -> Path:
 @pytest.mark.parametrize("style", STYLES)
 def test_a_program_of_any_style_runs_on_the_robot_that_is_named(style: str, tmp_path: Path) -> None:
     written(tmp_path, STYLES[style])
-    robot = "sim://square" if style == "own loop" else "sim://arena?speed=max"
+    robot = "sim://arena?speed=max"
     done = elib("run", "my_robot.py", "--robot", robot, "--json", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     summary = json.loads(done.stdout)
@@ -108,11 +111,13 @@ def test_a_program_of_any_style_runs_on_the_robot_that_is_named(style: str, tmp_
     assert summary["robots"][0]["contacts"] == 0
 
 
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("style", [pytest.param(each, marks=LONG if each in ALIKE else ()) for each in STYLES])
 def test_its_time_ends_it_as_ctrl_c_does_and_the_robot_stands(style: str, tmp_path: Path) -> None:
     text = STYLES[style].replace("sleep(2)", "sleep(60)").replace("sleep(0.5)", "sleep(60)")
     written(tmp_path, text)
-    done = elib("run", "my_robot.py", "--for", "1", "--json", "--log", "run.log", cwd=tmp_path, ELIB_ROBOT=FAST)
+    robot = ["--robot", FAST] if style == "own loop" else []
+    options = ["--for", "1", "--json", "--log", "run.log"]
+    done = elib("run", "my_robot.py", *robot, *options, cwd=tmp_path, ELIB_ROBOT=FAST)
     assert (done.returncode, done.stderr) == (0, "")
     summary = json.loads(done.stdout)
     assert (summary["outcome"], summary["exit_code"]) == ("time", 0)
@@ -279,17 +284,10 @@ def test_a_traceback_leaves_out_the_lines_that_dataclasses_make(tmp_path: Path) 
 
 def test_what_a_program_prints_comes_before_its_summary(tmp_path: Path) -> None:
     def told() -> list[str]:
-        done = subprocess.run(
-            [*COMMAND, "run", "my_robot.py"],
-            cwd=tmp_path,
-            env=environment(PYTHONUNBUFFERED=""),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=PATIENCE,
-            check=False,
-        )
-        return done.stdout.splitlines()
+        command = [*COMMAND, "run", "my_robot.py"]
+        return run(
+            command, cwd=tmp_path, env=environment(PYTHONUNBUFFERED=""), stderr=subprocess.STDOUT
+        ).stdout.splitlines()
 
     written(tmp_path, BLOCKING + "print('arrived')\n")
     assert told()[0] == "arrived"
@@ -297,18 +295,33 @@ def test_what_a_program_prints_comes_before_its_summary(tmp_path: Path) -> None:
     assert told()[:2] == ["arrived", "Traceback (most recent call last):"]
 
 
-@pytest.mark.parametrize("style", ["without with", "async", "own loop", "swarm", "behaviour"])
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_signals_stop_the_robot(style: str, number: signal.Signals, code: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("style", "number"),
+    [
+        ("without with", signal.SIGINT),
+        ("async", signal.SIGTERM),
+        ("own loop", signal.SIGINT),
+        ("swarm", signal.SIGTERM),
+        ("behaviour", signal.SIGINT),
+        pytest.param("without with", signal.SIGTERM, marks=LONG),
+        pytest.param("async", signal.SIGINT, marks=LONG),
+        pytest.param("own loop", signal.SIGTERM, marks=LONG),
+        pytest.param("swarm", signal.SIGINT, marks=LONG),
+        pytest.param("behaviour", signal.SIGTERM, marks=LONG),
+    ],
+)
+def test_signals_stop_the_robot(style: str, number: signal.Signals, tmp_path: Path) -> None:
     text = STYLES[style].replace("sleep(2)", "sleep(60)").replace("sleep(0.5)", "sleep(60)")
     written(tmp_path, text.replace("?speed=max", "").replace("&speed=max", ""))
     log = tmp_path / "run.log"
     with started("run", "my_robot.py", "--log", str(log), cwd=tmp_path) as running:
-        pause = threading.Event()
-        while not (log.exists() and " ok set_speed " in log.read_text()):
-            pause.wait(0.05)
+
+        def is_driving() -> bool:
             assert running.process.poll() is None
-        assert running.end(number) == code
+            return log.exists() and " ok set_speed " in log.read_text()
+
+        wait_until(is_driving)
+        assert running.end(number) == 128 + number
     assert "by Ctrl-C or a signal" in running.err.rest()
     assert "Traceback" not in running.err.rest()
     assert " ok stop " in log.read_text()
@@ -317,8 +330,8 @@ def test_signals_stop_the_robot(style: str, number: signal.Signals, code: int, t
 def test_a_program_that_catches_everything_is_ended_by_force(tmp_path: Path) -> None:
     written(
         tmp_path,
-        f"import elib\nrobot = elib.connect({FAST!r})\nwhile True:\n"
-        "    try:\n        robot.sleep(1)\n    except BaseException:\n        pass\n",
+        f"import elib, threading\nrobot = elib.connect({FAST!r})\ndo = lambda: robot.sleep(9)\nwhile True:\n"
+        "    try:\n        do()\n    except BaseException:\n        do = threading.Event().wait\n",
     )
     done = elib("run", "my_robot.py", "--for", "2", cwd=tmp_path)
     assert done.returncode == 1
@@ -361,16 +374,23 @@ except KeyboardInterrupt:
         (["my_robot.py", "--robot", "maze"], "hint: write sim://maze"),
     ],
 )
-def test_a_wrong_call_says_what_is_meant_and_where_it_looked(tokens: list[str], message: str, tmp_path: Path) -> None:
+def test_a_wrong_call_says_what_is_meant_and_where_it_looked(
+    tokens: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     written(tmp_path, "raise SystemExit('must not run')\n")
     (tmp_path / "my_folder").mkdir()
     (tmp_path / "notes.txt").touch()
-    done = elib("run", *tokens, cwd=tmp_path)
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert "must not run" not in done.stderr
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", *tokens]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert "must not run" not in error
     if tokens[0].startswith("my_robt"):
-        assert f"there is no file my_robt.py in {tmp_path}" in done.stderr
+        assert f"there is no file my_robt.py in {tmp_path}" in error
 
 
 def test_a_view_without_its_packages_is_refused_before_the_program_runs(tmp_path: Path) -> None:

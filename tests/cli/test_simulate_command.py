@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import signal
 import socket
+import subprocess
 import sys
 from pathlib import Path
 
@@ -13,8 +14,14 @@ from elib_process import PATIENCE, elib, started
 
 from elib import Epuck, LinkError, Swarm, SwarmError, swarm
 from elib.cli import main
+from shared import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX signals")
+
+
+def send(*words: str) -> subprocess.CompletedProcess[str]:
+    """Send a command in a process of its own, which waits as long as a busy machine takes."""
+    return elib("send", "--within", str(PATIENCE), *words)
 
 
 @pytest.mark.long
@@ -23,10 +30,10 @@ def test_a_client_drives_a_robot_on_a_pty_and_the_robot_stays_as_it_was_left(tmp
         first, second = server.out.line().split(), server.out.line().split()
         assert first == ["epuck-1", f"serial://{tmp_path}/robot0"]
         assert second == ["epuck-2", f"serial://{tmp_path}/robot1"]
-        assert elib("send", "set_speed", "0.25", "-0.5", "--robot", first[1]).returncode == 0
-        speed = elib("send", "speed", "--json", "--robot", first[1])
+        assert send("set_speed", "0.25", "-0.5", "--robot", first[1]).returncode == 0
+        speed = send("speed", "--json", "--robot", first[1])
         assert json.loads(speed.stdout) == {"left": 0.25, "right": -0.5}
-        untouched = elib("send", "speed", "--json", "--robot", second[1])
+        untouched = send("speed", "--json", "--robot", second[1])
         assert json.loads(untouched.stdout) == {"left": 0.0, "right": 0.0}
         assert server.end(signal.SIGTERM) == 0
         assert server.err.rest() == ""
@@ -47,7 +54,7 @@ def test_over_tcp_other_firmwares_and_faster_time_are_served_and_the_traffic_is_
     with started("simulate", "--tcp", "127.0.0.1:0", "--firmware", "epuck2", "--speed", "5", "-v") as server:
         name, url = server.out.line().split()
         assert url.startswith("tcp://127.0.0.1:")
-        version = elib("send", "version", "--json", "--robot", url)
+        version = send("version", "--json", "--robot", url)
         assert json.loads(version.stdout)["firmware"] == "epuck2"
         assert server.end() == 0
         traffic = server.err.rest()
@@ -64,8 +71,8 @@ def test_robots_are_offered_over_wifi_and_what_a_client_did_to_one_is_said() -> 
         assert [name for name, _ in served] == ["epuck-1", "epuck-2"]
         assert all(url.startswith("wifi://127.0.0.1:") for _, url in served)
         for number, (_, url) in enumerate(served, start=1):
-            assert elib("send", "set_speed", str(number / 10), "0", "--robot", url).returncode == 0
-        picture = elib("send", "image", "--robot", served[0][1])
+            assert send("set_speed", str(number / 10), "0", "--robot", url).returncode == 0
+        picture = send("image", "--robot", served[0][1])
         assert "160 x 120" in picture.stdout
         port = int(served[1][1].rpartition(":")[2])
         socket.create_connection(("127.0.0.1", port), PATIENCE).close()
@@ -158,11 +165,17 @@ def test_a_name_that_is_taken_is_left_alone(tmp_path: Path, capsys: pytest.Captu
 def test_an_interrupted_command_leaves_the_robot_stopped() -> None:
     with started("simulate", "square", "--tcp", "0", "-v") as server:
         url = server.out.line().split()[1]
-        assert elib("send", "set_speed", "0.1", "0.1", "--robot", url).returncode == 0
-        with started("send", "calibrate_proximity", "--robot", url) as client:  # takes 2.6 s
-            server.err.until("calibrate_proximity")
-            assert client.end() == 130
-            assert client.err.rest() == ""
-        stood = [elib("send", "encoders", "--json", "--robot", url).stdout for _ in range(2)]
-        assert stood[0] == stood[1] != ""
+
+        def is_interrupted() -> bool:
+            """Interrupt a command that takes 2.6 s; return whether it was not done before."""
+            assert send("set_speed", "0.1", "0.1", "--robot", url).returncode == 0
+            with started("send", "calibrate_proximity", "--robot", url) as client:
+                server.err.until("> K\\r")
+                code = client.end()
+                assert client.err.rest() == ("" if code == 130 else "calibrate_proximity: done")
+                return code == 130
+
+        wait_until(is_interrupted)
+        stood = [send("encoders", "--json", "--robot", url).stdout for _ in range(3)]
+        assert stood[0] == stood[2] != ""
         assert server.end() == 0

@@ -8,11 +8,10 @@ import math
 import os
 import pty
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from elib_process import PATIENCE, environment
+from elib_process import COMMAND, PATIENCE, elib, environment
 
 from elib.cli import find, main, send
 from elib.cli.live import bars
@@ -119,10 +118,11 @@ def test_a_log_shown_on_a_terminal_cannot_control_it_and_a_pipe_gets_every_byte(
     row = "1.0 Ada\x1b[2J call Stop() 0 0\n"
     log.write_text(row)
     ours, theirs = pty.openpty()
-    command = [sys.executable, "-c", "from elib.et import main; main()", "Count", "1", "-s", str(log)]
-    subprocess.run(command, stdout=theirs, check=True, timeout=PATIENCE, env=environment())
+    words = ["et", "Count", "1", "-s", str(log)]
+    assert subprocess.Popen([*COMMAND, *words], stdout=theirs, env=environment()).wait(PATIENCE) == 0
     os.close(theirs)
     assert b"Ada\\x1b[2J" in os.read(ours, 4096)
     os.close(ours)
-    piped = subprocess.run(command, stdout=subprocess.PIPE, check=True, timeout=PATIENCE, env=environment())
-    assert b"Ada\x1b[2J" in piped.stdout
+    piped = elib(*words)
+    assert piped.returncode == 0
+    assert "Ada\x1b[2J" in piped.stdout

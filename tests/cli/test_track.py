@@ -1,5 +1,7 @@
 """Paths: the true one, and the one that follows from the encoders."""
 
+# clock: simulated
+
 from __future__ import annotations
 
 import asyncio

@@ -8,6 +8,7 @@ import pytest
 
 from elib.cli.decoded import PAUSE
 from elib.cli.traffic import TrafficLog
+from elib.testing import simulated
 
 
 @pytest.fixture
@@ -48,6 +49,7 @@ async def test_robots_do_not_mix(lines: list[str]) -> None:
     ]
 
 
+@simulated
 async def test_what_never_ends_is_shown_after_a_pause(lines: list[str]) -> None:
     log = TrafficLog("btcom-2.0", lines.append)
     log.note("epuck-1", 0.0, "to robot", b"half a li")

@@ -125,10 +125,10 @@ def test_a_correct_file_is_reported_as_correct(gate: Path, capsys: pytest.Captur
     assert err == ""
 
 
-@pytest.mark.parametrize("name", gallery())
-def test_every_world_of_the_gallery_passes_the_check(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["world", "check", name]) == 0
-    assert capsys.readouterr().out.startswith(f"{name} is a good world: ")
+def test_every_world_of_the_gallery_passes_the_check(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in gallery():
+        assert main(["world", "check", name]) == 0, name
+        assert capsys.readouterr().out.startswith(f"{name} is a good world: ")
 
 
 def test_a_bad_file_is_refused_with_its_line_and_a_cure(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:

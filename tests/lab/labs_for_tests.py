@@ -8,9 +8,11 @@ import socket
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import patch
 
 from elib.lab import Lab, VariantResult, load_lab, run_variant
 from elib.lab.running import PlainProgram
+from shared import PATIENCE
 
 WORLD = """
 [arena]
@@ -44,13 +46,8 @@ def run_program(lab: Lab, text: str, *, variant: int = 0, wall: float = 120.0, *
     """Run the text of a program in a variant of a lab."""
     path = lab.folder / "program.py"
     path.write_text(text)
-    before = dict(os.environ)
-    os.environ.update(environment)
-    try:
+    with patch.dict(os.environ, environment):
         return run_variant(lab, lab.variants[variant], lambda link: PlainProgram(path, link), wall=wall)
-    finally:
-        os.environ.clear()
-        os.environ.update(before)
 
 
 class Talker:
@@ -75,7 +72,7 @@ class Talker:
     def kill(self) -> None:
         with contextlib.suppress(OSError):
             self._link.shutdown(socket.SHUT_RDWR)
-        self._thread.join(5)
+        self._thread.join(PATIENCE)
         assert not self._thread.is_alive()
 
     def _run(self, talk: Callable[[socket.socket], object]) -> None:

@@ -129,20 +129,35 @@ TOGETHER = [
 ]
 
 
-@pytest.mark.parametrize(("keys", "program", "holds", "text"), CASES)
-def test_a_goal_says_whether_it_holds_and_what_happened(
-    tmp_path: Path, keys: str, program: str, holds: bool, text: str
-) -> None:
-    lab = lab_in(tmp_path, f'{ZONES}[[goal]]\nname = "goal"\n{keys}\n')
-    result = run_program(lab, f"import elib\nwith elib.connect() as robot:\n    {program}\n")
-    [goal] = result.goals
-    assert goal.holds is holds, goal.text
-    assert re.search(text, goal.text), goal.text
-    assert goal.goal.sentence.endswith(".")
+Case = tuple[str, str, bool, str]
 
 
-@pytest.mark.parametrize(("keys", "program", "holds", "text"), TOGETHER)
-def test_goals_of_several_robots(tmp_path: Path, keys: str, program: str, holds: bool, text: str) -> None:
+def wrong(folder: Path, program: str, cases: list[Case], **more: str) -> list[str]:
+    """Run a program once, and return what is wrong with what the goals of the cases say of it."""
+    goals = "".join(f'[[goal]]\nname = "goal-{number}"\n{keys}\n' for number, (keys, *_) in enumerate(cases))
+    result = run_program(lab_in(folder, ZONES + goals, **more), program)
+    found = zip(cases, result.goals, strict=True)
+    assert all(goal.goal.sentence.endswith(".") for goal in result.goals)
+    return [
+        f"{keys}: {goal.holds}, {goal.text}"
+        for (keys, _, holds, text), goal in found
+        if goal.holds is not holds or not re.search(text, goal.text)
+    ]
+
+
+def by_program(cases: list[Case]) -> list[object]:
+    """Return each program once, with all cases that it has."""
+    programs = list(dict.fromkeys(program for _, program, *_ in cases))
+    return [pytest.param(each, [case for case in cases if case[1] == each], id=each) for each in programs]
+
+
+@pytest.mark.parametrize(("program", "cases"), by_program(CASES))
+def test_a_goal_says_whether_it_holds_and_what_happened(tmp_path: Path, program: str, cases: list[Case]) -> None:
+    assert wrong(tmp_path, f"import elib\nwith elib.connect() as robot:\n    {program}\n", cases) == []
+
+
+@pytest.mark.parametrize(("program", "cases"), by_program(TOGETHER))
+def test_goals_of_several_robots(tmp_path: Path, program: str, cases: list[Case]) -> None:
     world = """
 [arena]
 size = [1.0, 0.6]
@@ -151,13 +166,10 @@ position = [0.54, 0.3]
 [[robot]]
 position = [0.36, 0.32]
 """
-    lab = lab_in(tmp_path, f'{ZONES}[[goal]]\nname = "goal"\n{keys}\n', world=world)
     program = (
         f"import os\nimport elib\nwith elib.connect() as a, elib.connect() as b:\n    robots = a, b\n    {program}\n"
     )
-    [goal] = run_program(lab, program).goals
-    assert goal.holds is holds, goal.text
-    assert text in goal.text
+    assert wrong(tmp_path, program, cases, world=world) == []
 
 
 def test_every_kind_is_tried() -> None:

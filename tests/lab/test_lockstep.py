@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 from labs_for_tests import lab_in, run_program
 
 from elib.protocol.profiles import FIRMWARES
+from shared import run
 
 BLOCKING = """
 with elib.connect(URL) as robot:
@@ -115,14 +115,15 @@ STYLES = {
 }
 STOPS = '[[goal]]\nname = "stops"\nkind = "stands"\n'
 SEEDS = [1, 918273, 2**63 + 5]
+FIRST = [("btcom-2.0", 2**63 + 5), ("epuck2-wifi", 1)]
+"""What the quick lane tries: bytes and messages."""
 
 
-def in_the_simulator(text: str, url: str) -> str:
+def in_the_simulator(folder: Path, text: str, url: str) -> str:
     """Return what a program prints on a robot inside its own process."""
-    environment = {**os.environ, "URL": url}
-    done = subprocess.run(
-        [sys.executable, "-c", HEAD + text], env=environment, stdout=subprocess.PIPE, text=True, check=True, timeout=60
-    )
+    (folder / "alone.py").write_text(HEAD + text)
+    done = run([sys.executable, "alone.py"], cwd=folder, env={**os.environ, "URL": url})
+    assert done.returncode == 0, done.stderr
     return done.stdout
 
 
@@ -133,36 +134,48 @@ def variant(**keys: object) -> str:
     )
 
 
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize(
+    "style", [pytest.param(each, marks=pytest.mark.long if each in ("begin", "behaviour") else ()) for each in STYLES]
+)
 def test_a_run_is_the_same_again_however_slow_the_program_is_and_as_in_the_simulator(
     tmp_path: Path, style: str
 ) -> None:
     seed = SEEDS[len(style) % 3]
     lab = lab_in(tmp_path, variants=variant(seed=seed), top='title = "t"\nsummary = "s"\ntime = 40\n')
-    first, again = (run_program(lab, HEAD + STYLES[style]) for _ in range(2))
+    first = run_program(lab, HEAD + STYLES[style])
     slow = run_program(lab, HEAD + STYLES[style], SLOW="0.07")
     assert (first.ending, first.why) == ("ended", "")
-    assert first.transcript == again.transcript == slow.transcript
-    assert first.paths == again.paths == slow.paths
-    assert first.output == slow.output == in_the_simulator(STYLES[style], f"sim://arena?speed=max&seed={seed}")
+    assert first.transcript == slow.transcript
+    assert first.paths == slow.paths
+    assert (
+        first.output == slow.output == in_the_simulator(tmp_path, STYLES[style], f"sim://arena?speed=max&seed={seed}")
+    )
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(
+    ("firmware", "seed"),
+    [
+        pytest.param(firmware, seed, marks=() if (firmware, seed) in FIRST else pytest.mark.long)
+        for firmware in FIRMWARES
+        for seed in SEEDS
+    ],
+)
 def test_every_firmware_answers_as_in_the_simulator(tmp_path: Path, firmware: str, seed: int) -> None:
     lab = lab_in(tmp_path, variants=variant(seed=seed, firmware=firmware))
     result = run_program(lab, HEAD + BLOCKING)
     assert result.ending == "ended"
-    assert result.output == in_the_simulator(BLOCKING, f"sim://arena?speed=max&seed={seed}&firmware={firmware}")
+    assert result.output == in_the_simulator(
+        tmp_path, BLOCKING, f"sim://arena?speed=max&seed={seed}&firmware={firmware}"
+    )
 
 
-@pytest.mark.parametrize("fault", ["flaky-bluetooth", "walks-out-of-range"])
+@pytest.mark.parametrize("fault", ["flaky-bluetooth", pytest.param("walks-out-of-range", marks=pytest.mark.long)])
 def test_faults_come_as_in_the_simulator(tmp_path: Path, fault: str) -> None:
     lab = lab_in(tmp_path, variants=variant(fault=fault, time=90))
     result = run_program(lab, HEAD + RECONNECTING)
     assert (result.ending, result.why) == ("ended", "")
     assert result.transcript == run_program(lab, HEAD + RECONNECTING, SLOW="0.01").transcript
-    assert result.output == in_the_simulator(RECONNECTING, f"sim://arena?speed=max&fault={fault}")
+    assert result.output == in_the_simulator(tmp_path, RECONNECTING, f"sim://arena?speed=max&fault={fault}")
 
 
 def test_a_swarm_shares_one_socket_and_one_world(tmp_path: Path) -> None:
@@ -170,7 +183,7 @@ def test_a_swarm_shares_one_socket_and_one_world(tmp_path: Path) -> None:
     result = run_program(lab, HEAD + SWARM)
     assert (result.ending, len(result.paths)) == ("ended", 4)
     assert result.transcript == run_program(lab, HEAD + SWARM, SLOW="0.07").transcript
-    assert result.output == in_the_simulator(SWARM, "sim://crowd?robots=4&speed=max")
+    assert result.output == in_the_simulator(tmp_path, SWARM, "sim://crowd?robots=4&speed=max")
 
 
 def test_asyncio_run_keeps_the_markers_time(tmp_path: Path) -> None:
@@ -217,7 +230,7 @@ with elib.connect() as one, elib.connect() as other:
     assert result.transcript == run_program(lab, program).transcript
 
 
-@pytest.mark.parametrize("seconds", [0.0, 0.3, 1.1])
+@pytest.mark.parametrize("seconds", [*(pytest.param(each, marks=pytest.mark.long) for each in (0.0, 1.1)), 0.3])
 def test_a_program_that_is_killed_leaves_its_robot_driving(tmp_path: Path, seconds: float) -> None:
     program = f"""
 import os, signal, elib
@@ -254,9 +267,9 @@ with elib.connect() as robot:
     while True:
         robot.proximity()
 """
-    lab = lab_in(tmp_path, top='title = "t"\nsummary = "s"\ntime = 3\n')
+    lab = lab_in(tmp_path, top='title = "t"\nsummary = "s"\ntime = 1\n')
     result = run_program(lab, program)
-    assert (result.ending, result.time) == ("time", 3.0)
+    assert (result.ending, result.time) == ("time", 1.0)
 
 
 def test_a_program_without_a_robot_is_only_a_program(tmp_path: Path) -> None:

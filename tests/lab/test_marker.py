@@ -12,9 +12,7 @@ import pytest
 from labs_for_tests import SURVIVES, TOP, Talker, lab_in, run_program
 
 from elib.emulator.lockstep import CLOSE, GO, HEAR, HELLO, LETTER, LONGEST, OPEN, ROBOT, SAY, TIME, VERSION, WRITE
-from elib.lab import Lab, VariantResult, run_variant
-
-CASES = 1000
+from elib.lab import Lab, VariantResult, marker, run_variant, running
 
 
 @pytest.fixture(scope="module")
@@ -100,15 +98,16 @@ def damaged_session(rng: random.Random) -> bytes:
     return bytes(whole)
 
 
+@pytest.mark.parametrize("cases", [20, pytest.param(330, marks=pytest.mark.long)])
 @pytest.mark.parametrize("kind", [random_bytes, random_frames, damaged_session])
-def test_no_bytes_hang_the_marker_or_break_it(lab: Lab, kind: Callable[[random.Random], bytes]) -> None:
+def test_no_bytes_hang_the_marker_or_break_it(lab: Lab, kind: Callable[[random.Random], bytes], cases: int) -> None:
     endings = set()
-    for seed in range(CASES // 3 + 1):
+    for seed in range(cases):
         data = kind(random.Random(f"{kind.__name__} {seed}"))
         result = talk(lab, data)
         endings.add(result.ending)
         assert result.ending in ("broke", "ended", "time"), (seed, result)
-    assert {"broke", "ended"} <= endings
+    assert endings >= ({"broke", "ended"} if cases > 20 else {"broke"})
 
 
 def test_a_program_that_never_reads_is_ended_by_the_wall_clock(lab: Lab) -> None:
@@ -117,7 +116,7 @@ def test_a_program_that_never_reads_is_ended_by_the_wall_clock(lab: Lab) -> None
         while True:
             link.sendall(frame(GO, TIME.pack(0.0)) * 1000)
 
-    result = speak(lab, babble, wall=1.5)
+    result = speak(lab, babble, wall=0.5)
     assert (result.ending, result.exit_code) == ("wall", None)
     assert not any(each.holds for each in result.goals)
 
@@ -139,9 +138,24 @@ def test_more_than_a_link_can_keep_breaks_the_rules(lab: Lab) -> None:
     assert "more than a robot's link can keep" in speak(lab, flood).why
 
 
-def test_a_program_that_spins_is_ended_by_the_wall_clock(tmp_path: Path) -> None:
-    spinning = "import elib\nwith elib.connect() as robot:\n    robot.set_speed(0.1, 0.1)\n    while True: pass\n"
-    result = run_program(lab_in(tmp_path), spinning, wall=4.0)
+class Clock:
+    """A wall clock that stands until a file is there, and then is far ahead."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+
+    def monotonic(self) -> float:
+        return 1e6 if self._file.exists() else 0.0
+
+
+def test_a_program_that_spins_is_ended_by_the_wall_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (marker, running):
+        monkeypatch.setattr(module, "time", Clock(tmp_path / "spins"))
+    spinning = (
+        "import elib\nwith elib.connect() as robot:\n    robot.set_speed(0.1, 0.1)\n    open('spins', 'w').close()\n"
+        "    while True: pass\n"
+    )
+    result = run_program(lab_in(tmp_path), spinning)
     assert result.ending == "wall"
     assert result.time < 1.0  # the robot's time stood still
 

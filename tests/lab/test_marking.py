@@ -7,22 +7,19 @@ import re
 import signal
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import pytest
 from hostile import HONEST, HOSTILE, runs
 from labs_for_tests import WORLD
 
-from elib.errors import ArgumentError, Unsupported
+from elib.errors import ArgumentError
 from elib.lab.marking import Mark, mark, mark_all
-from elib.lab.sandbox import Limits, check_walls, family
+from elib.lab.sandbox import LIMITS, Limits, family
 from elib.lab.submissions import find_submissions
+from shared import PATIENCE, run, wait_until
 
-try:
-    check_walls()
-except Unsupported as problem:
-    pytest.skip(str(problem), allow_module_level=True)
+isolated = pytest.mark.usefixtures("walls")
 
 LAB = """
 title = "Ten <b>centimetres"
@@ -45,7 +42,8 @@ name = "given"
 world = "world.toml"
 """
 HIDDEN = '[[variant]]\nname = "hidden"\nworld = "../world.toml"\nfirmware = "epuck2"\n'
-LIMITS = Limits(cpu=2, memory=400 << 20)
+LITTLE = Limits(cpu=2, memory=400 << 20)
+"""What hostile programs may use, so that they are ended soon."""
 
 
 @pytest.fixture
@@ -67,22 +65,27 @@ def school(tmp_path: Path) -> Path:
     return folder
 
 
-def mark_one(lab: Path, school: Path, name: str, source: str) -> Mark:
+def mark_one(lab: Path, school: Path, name: str, source: str, limits: Limits = LIMITS) -> Mark:
     source = source.replace("{lab}", str(lab)).replace("{class}", str(school))
     (school / f"{name}.py").write_text(source)
     (found,) = [each for each in find_submissions(school) if each.name == f"{name}.py"]
-    return mark(lab, found, limits=LIMITS)
+    return mark(lab, found, limits=limits)
 
 
-QUICK = [name for name in HOSTILE if name not in ("fork_bomb", "waits_for_the_clock", "regular_expression")]
+TRIED = [name for name in HOSTILE if name not in ("fork_bomb", "waits_for_the_clock", "regular_expression")]
 """The others take all the processor time that there is, as endless_loop does."""
+FIRST = ("reads_the_solution", "forges_messages")
+"""What the quick lane tries: files and the link."""
 
 
-@pytest.mark.parametrize("name", QUICK)
+@isolated
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=() if each in FIRST else pytest.mark.long) for each in TRIED]
+)
 def test_a_hostile_program_gains_nothing_and_is_named(lab: Path, school: Path, name: str) -> None:
     hostile = HOSTILE[name]
     before = sorted(os.listdir(school))
-    found = mark_one(lab, school, name, hostile.source)
+    found = mark_one(lab, school, name, hostile.source, LITTLE)
     assert sorted(os.listdir(school)) == sorted([*before, f"{name}.py"])
     assert sorted(os.listdir(lab)) == ["lab.toml", "teacher", "world.toml"]
     if hostile.said is not None:
@@ -92,6 +95,7 @@ def test_a_hostile_program_gains_nothing_and_is_named(lab: Path, school: Path, n
         assert found.points == 0, found
 
 
+@isolated
 def test_honest_work_has_its_points_in_every_variant(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "anna", HONEST)
     assert (found.points, found.goals) == (4, {"ahead": 2, "end": 2})
@@ -117,12 +121,15 @@ play(go, seconds=10)
 """
 
 
+@isolated
+@pytest.mark.long
 @pytest.mark.parametrize("source", [KEEPS, BEHAVES])
 def test_what_elib_does_for_an_honest_program_is_not_named(lab: Path, school: Path, source: str) -> None:
     found = mark_one(lab, school, "anna", source)
     assert (found.points, found.remarks) == (4, []), found.output
 
 
+@isolated
 def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "1 / 0\n")
     assert found.points == 3
@@ -130,15 +137,21 @@ def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
     assert "ZeroDivisionError" in found.output
 
 
+@isolated
+@pytest.mark.long
 def test_a_program_without_a_robot_is_explained(lab: Path, school: Path) -> None:
     assert mark_one(lab, school, "ben", "def main(robot): ...\n").remarks == ["it opened no robot (given)"]
 
 
+@isolated
+@pytest.mark.long
 def test_a_program_that_never_ends_is_explained(lab: Path, school: Path) -> None:
     endless = "import elib\nwith elib.connect() as robot:\n    while True:\n        robot.proximity()\n"
     assert "it was not done after 5 s of robot time (given)" in mark_one(lab, school, "ben", endless).remarks
 
 
+@isolated
+@pytest.mark.long
 def test_the_marks_are_the_same_on_every_run_and_with_any_number_of_jobs(lab: Path, school: Path) -> None:
     (school / "ben.py").write_text(HONEST + "print({'a', 'b', 'c'})\nraise SystemExit(4)\n")
     (school / "cleo").mkdir()
@@ -176,19 +189,19 @@ def test_what_is_a_submission(school: Path, tmp_path: Path) -> None:
         find_submissions(school / "texts")
 
 
-def elib(*words: object) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "elib", "lab", "mark", *map(str, words)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def command(*words: object) -> list[str]:
+    return [sys.executable, "-m", "elib", "lab", "mark", *map(str, words)]
 
 
+@isolated
+@pytest.mark.long
 def test_the_command_writes_a_table_a_spreadsheet_and_a_page(lab: Path, school: Path, tmp_path: Path) -> None:
     (school / "=evil<script>.py").write_text(HOSTILE["reads_passwords"].source)
     (school / "copy.py").write_text(HONEST)
     words = (school, "--lab", lab, "--csv", tmp_path / "m.csv", "--html", tmp_path / "m.html", "--jobs", 2)
-    process = elib(*words)
-    table, errors = process.communicate(timeout=300)
-    assert process.returncode == 0, errors
-    assert table.splitlines()[0].split()[:5] == ["submission", "points", "of", "ahead", "end"]
+    done = run(command(*words))
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0].split()[:5] == ["submission", "points", "of", "ahead", "end"]
     rows = list(csv.DictReader((tmp_path / "m.csv").read_text().splitlines()))
     assert [(row["submission"], row["points"]) for row in rows] == [
         ("'=evil<script>.py", "0"),
@@ -201,35 +214,34 @@ def test_the_command_writes_a_table_a_spreadsheet_and_a_page(lab: Path, school: 
     assert "<script" not in page
     assert "Ten &lt;b&gt;centimetres" in page
     assert not re.search(r"(?:src|href)=\"(?!#|data:)", page)
-    marks = json.loads(elib(*words[:3], "--json").communicate(timeout=300)[0])
+    marks = json.loads(run(command(*words[:3], "--json")).stdout)
     assert [each["points"] for each in marks["marks"]] == [0, 4, 4]
     assert marks["variants"] == ["given", "hidden"]
 
 
+@isolated
+@pytest.mark.long
 @pytest.mark.parametrize("ended", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_nothing_is_left_when_the_marker_is_ended(lab: Path, school: Path, ended: signal.Signals) -> None:
     for name in ("endless", "endless_too"):
-        (school / f"{name}.py").write_text("import os\n" + HOSTILE["endless_loop"].source)
+        (school / f"{name}.py").write_text("import threading\nthreading.Event().wait()\n")
     (school / "honest.py").unlink()
-    process = elib(school, "--lab", lab, "--jobs", 2)
-    wait = threading.Event().wait
-    everybody: list[int] = []
-    for _ in range(600):
-        everybody = list(family(process.pid))
-        commands = [command_of(each) for each in everybody]
-        # Each worker has bubblewrap and the program; the trial of bubblewrap before has no worker.
-        if sum("spawn_main" in each for each in commands) == 2 and sum("confined" in each for each in commands) >= 4:
-            break
-        wait(0.1)
-    else:
-        pytest.fail(f"the programs did not start: {commands}")
+    process = subprocess.Popen(
+        command(school, "--lab", lab, "--jobs", 2), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    everybody = wait_until(lambda: workers_and_programs(process.pid))
     process.send_signal(ended)
-    process.communicate(timeout=20)
-    for _ in range(50):
-        if not any(map(runs, everybody)):
-            break
-        wait(0.1)
-    assert not [command_of(each) for each in everybody if runs(each)]
+    process.wait(PATIENCE)
+    wait_until(lambda: not any(map(runs, everybody)))
+
+
+def workers_and_programs(marker: int) -> list[int]:
+    """Return all processes of a marker with two jobs, as soon as both programs run."""
+    everybody = list(family(marker))
+    commands = [command_of(each) for each in everybody]
+    # Each worker has bubblewrap and the program; the trial of bubblewrap before has no worker.
+    workers, programs = (sum(name in each for each in commands) for name in ("spawn_main", "confined"))
+    return everybody if workers == 2 and programs >= 4 else []
 
 
 def command_of(process: int) -> str:
@@ -240,8 +252,12 @@ def command_of(process: int) -> str:
 
 
 def test_unsafe_says_so_and_needs_no_bubblewrap(lab: Path, school: Path) -> None:
-    process = elib(school, "--lab", lab, "--unsafe")
-    table, errors = process.communicate(timeout=300)
-    assert process.returncode == 0
-    assert "with your rights" in errors
-    assert re.search(r"honest.py +4 +4", table)
+    table, page = lab.parent / "marks.csv", lab.parent / "marks.html"
+    done = run(command(school, "--lab", lab, "--unsafe", "--jobs", 1, "--csv", table, "--html", page))
+    assert done.returncode == 0, done.stderr
+    assert "with your rights" in done.stderr
+    assert re.search(r"honest.py +4 +4", done.stdout)
+    assert [(row["submission"], row["points"]) for row in csv.DictReader(table.read_text().splitlines())] == [
+        ("honest.py", "4")
+    ]
+    assert page.read_text().count("<svg") == 2

@@ -6,7 +6,6 @@ import shutil
 import socket
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -17,11 +16,7 @@ from elib.emulator import lockstep
 from elib.errors import Unsupported
 from elib.lab import sandbox
 from elib.lab.sandbox import LIMITS, Child, Limits, start
-
-try:
-    sandbox.check_walls()
-except Unsupported as problem:
-    pytest.skip(str(problem), allow_module_level=True)
+from shared import wait_until
 
 GREETING = (
     lockstep.LETTER.pack(1 + lockstep.GREETING.size + 1, lockstep.HELLO) + lockstep.GREETING.pack(1, 0.0, 1) + b"s"
@@ -32,7 +27,7 @@ Runs = Callable[..., Child]
 
 
 @pytest.fixture
-def run() -> Iterator[Runs]:
+def run(walls: None) -> Iterator[Runs]:
     """Run a program behind walls to its end; the files beside it are named without their ``.py``."""
     children = []
 
@@ -71,6 +66,7 @@ def behind_walls(source: str, user: int) -> str:
 USERS = (0, 65534) if os.geteuid() == 0 else (os.geteuid(),)
 
 
+@pytest.mark.usefixtures("walls")
 @pytest.mark.parametrize("user", USERS)
 def test_the_walls_hold_without_the_hook(user: int) -> None:
     """The hook only names attempts; what a program can reach is the kernel's affair."""
@@ -151,21 +147,23 @@ print("all done")
 """
 
 
+@pytest.mark.long
 def test_an_honest_program_is_not_named(run: Runs) -> None:
     child = run(HARMLESS)
     assert "all done" in child.output, child.output
     assert child.attempts == []
 
 
-@pytest.mark.parametrize("name", ["elib", "os", "runpy", "sitecustomize", "usercustomize", "pickle", "conftest"])
-def test_files_of_the_submission_shadow_nothing(run: Runs, name: str) -> None:
+def test_files_of_the_submission_shadow_nothing(run: Runs) -> None:
+    names = ("elib", "os", "runpy", "sitecustomize", "usercustomize", "pickle", "conftest")
     child = run(
         "import elib, os; print(elib.__file__.endswith('elib/__init__.py'), os.sep)",
-        **{name: "print('shadowed')"},
+        **{name: f"print('shadowed {name}')" for name in names},
     )
     assert child.output == "True /\n"
 
 
+@pytest.mark.long
 def test_it_prints_as_much_as_it_likes_and_little_is_kept(run: Runs) -> None:
     child = run("line = 'x' * 100_000\nprint('begin')\nfor _ in range(2000): print(line)\nprint('end')")
     assert child.ended_with == 0
@@ -177,9 +175,12 @@ def test_it_prints_as_much_as_it_likes_and_little_is_kept(run: Runs) -> None:
 @pytest.mark.parametrize(
     ("source", "says"),
     [
-        ("while True: pass", "computed"),
-        ("import re; re.match('(a+)+$', 'a' * 40 + 'b')", "computed"),
-        ("import mmap\ns = []\nwhile True:\n    s.append(mmap.mmap(-1, 1 << 24)); s[-1][:] = bytes(1 << 24)", "memory"),
+        pytest.param("while True: pass", "computed", marks=pytest.mark.long),
+        pytest.param("import re; re.match('(a+)+$', 'a' * 40 + 'b')", "computed", marks=pytest.mark.long),
+        pytest.param(
+            "import mmap\ns = []\nwhile True:\n    s.append(mmap.mmap(-1, 1 << 24)); s[-1][:] = bytes(1 << 24)",
+            "memory", marks=pytest.mark.long,
+        ),
         ("s = []\nwhile True: s.append(bytearray(10_000_000))", "memory"),
     ],
 )  # fmt: skip
@@ -221,21 +222,18 @@ def test_the_environment_and_the_command_lines_tell_nothing(run: Runs, monkeypat
     assert str(Path.home()) not in child.output.replace(sys.base_prefix, "")
 
 
-def test_a_program_that_is_killed_leaves_nothing(run: Runs) -> None:
+@pytest.mark.usefixtures("walls")
+def test_a_program_that_is_killed_leaves_nothing() -> None:
     ours, theirs = socket.socketpair()
     with ours, theirs:
         ours.sendall(GREETING)
-        child = start({"main.py": b"print('on', flush=True)\nwhile True: pass"}, "main.py", theirs)
-        while "on" not in child.output:
-            child.wait(0.05)
+        source = b"import threading\nprint('on', flush=True)\nthreading.Event().wait()"
+        child = start({"main.py": source}, "main.py", theirs)
+        wait_until(lambda: "on" in child.output)
         family = list(sandbox.family(child._process.pid))
         assert len(family) >= 2
         child.kill()
-    for _ in range(20):  # the kernel takes a moment
-        if not any(map(runs, family)):
-            return
-        threading.Event().wait(0.05)
-    pytest.fail(f"some of {family} still run")
+    wait_until(lambda: not any(map(runs, family)))
 
 
 def test_without_bubblewrap_it_refuses_and_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -245,6 +243,7 @@ def test_without_bubblewrap_it_refuses_and_says_how_to_get_it(monkeypatch: pytes
 
 
 def test_where_the_kernel_refuses_it_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shutil, "which", lambda name: name)
     monkeypatch.setattr(
         sandbox, "_walls", lambda *_: ["sh", "-c", "echo bwrap: No permissions to create a namespace >&2; exit 1"]
     )

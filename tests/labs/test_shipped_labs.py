@@ -20,7 +20,15 @@ SOLVED = [(name, variant.name) for name in NAMES for variant in LABS[name].varia
 MISTAKES = [
     (name, path.name) for name in NAMES for path in sorted((LABS[name].folder / "teacher/mistakes").glob("*.py"))
 ]
+SHORT = ("turn-to-the-post", "stop-before-the-wall", "go-to-the-light")
+"""Labs whose solutions take little time."""
 FAILS = re.compile(r"# fails: ([a-z0-9-]+): (\S.{20,})")
+
+
+def in_its_lane(*values: str, is_quick: bool) -> object:
+    """Return a case as a parameter: what takes seconds is for the long lane."""
+    return pytest.param(*values, marks=() if is_quick else pytest.mark.long)
+
 
 Tried = Callable[[str, str, Variant], VariantResult]
 
@@ -106,8 +114,7 @@ def test_the_programs_are_short_and_open_the_lab_s_robot(name: str) -> None:
             assert ast.get_docstring(ast.parse(text)), path
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [in_its_lane(name, is_quick=name == "go-10-cm") for name in NAMES])
 def test_the_beginning_runs_and_does_not_pass(name: str, tried: Tried) -> None:
     result = tried(name, "start.py", LABS[name].variants[0])
     assert result.ending == "ended", told(result)
@@ -115,25 +122,26 @@ def test_the_beginning_runs_and_does_not_pass(name: str, tried: Tried) -> None:
     assert result.goals[0].goal.points > 0
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", NAMES)
-def test_a_robot_that_only_stands_gets_no_points(name: str, tmp_path: Path) -> None:
-    program = tmp_path / "program.py"
+@pytest.mark.parametrize("name", [in_its_lane(name, is_quick=name == "square") for name in NAMES])
+def test_a_robot_that_only_stands_gets_no_points(name: str, tried: Tried, tmp_path: Path) -> None:
+    program = tmp_path / "stands.py"
     program.write_text("import elib\n\nwith elib.connect() as robot:\n    robot.sleep(5)\n")
-    result = run_variant(LABS[name], LABS[name].variants[0], lambda link: PlainProgram(program, link), wall=300)
+    result = tried(name, str(program), LABS[name].variants[0])
     assert result.ending == "ended"
     assert not any(each.holds for each in result.goals), told(result)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("name", "variant"), SOLVED)
+@pytest.mark.parametrize(
+    ("name", "variant"), [in_its_lane(*each, is_quick=each[0] in SHORT and each[1] == "given") for each in SOLVED]
+)
 def test_the_solution_passes(name: str, variant: str, tried: Tried) -> None:
     result = tried(name, "teacher/solution.py", LABS[name].variant(variant))
     assert result.passed, told(result)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("name", "program"), MISTAKES)
+@pytest.mark.parametrize(
+    ("name", "program"), [in_its_lane(*each, is_quick=each[0] == "turn-to-the-post") for each in MISTAKES]
+)
 def test_a_mistake_fails_the_goal_that_it_names(name: str, program: str, tried: Tried) -> None:
     lab = LABS[name]
     goal = first_line(lab, program)[1]
