@@ -1,4 +1,4 @@
-"""The door for programs, in this process, and a program that is connected to it."""
+"""The door for programs, in this process, and a program that is connected to it; on a LocalLoop in simulated time."""
 
 from __future__ import annotations
 
@@ -19,10 +19,8 @@ from elib.web.listening import listen
 from elib.web.panel import Panel
 from elib.web.slot import Slot
 from elib.web.watching import virtual
+from shared import PATIENCE, now, until
 
-PATIENCE = 20.0
-STOPPED_WITHIN = 0.5
-"""s from the end of a driver until the wheels stand."""
 DRIVER = Path(__file__).parent / "serve_driver.py"
 ROBOT = "sim://square"
 
@@ -105,7 +103,7 @@ class Program:
         """Say every tenth of a second that it is there; cancel it to fall silent."""
         while True:
             await self.say("beat")
-            await asyncio.sleep(0.1)
+            await asyncio.sleep(0.1)  # clock: a driver may beat at any rate, and the tests are in simulated time
 
 
 @dataclass
@@ -132,20 +130,14 @@ class Rig:
         here = transport.simulation.world._robot(transport.robot.index)
         return here.left_speed, here.right_speed
 
-    async def until(self, is_so: Callable[[], object], seconds: float = PATIENCE) -> float:
-        """Wait until something is so; return how long it took, s."""
-        loop = asyncio.get_running_loop()
-        began = loop.time()
-        async with asyncio.timeout(seconds):
-            while not is_so():  # noqa: ASYNC110  # nobody tells
-                await asyncio.sleep(0.01)
-        return loop.time() - began
-
     async def until_it_moves(self, key: str = "1") -> None:
-        await self.until(lambda: all(self.wheels(key)))
+        await until(lambda: all(self.wheels(key)))
 
     async def until_it_stands(self, key: str = "1") -> float:
-        return await self.until(lambda: not any(self.wheels(key)))
+        """Wait until a robot stands; return how long it took, s."""
+        began = now()
+        await until(lambda: not any(self.wheels(key)))
+        return now() - began
 
     @contextlib.asynccontextmanager
     async def program(self, **options: object) -> AsyncIterator[Program]:

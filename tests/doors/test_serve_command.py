@@ -1,4 +1,4 @@
-"""``elib serve`` as a person starts and ends it, while a program drives a robot on a port."""
+"""``elib serve`` as a person starts and ends it, while a program drives a robot on a port; and drivers that die."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ import pytest
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import started
-from serve_rig import PATIENCE, Program
+from lanes import short
+from serve_rig import Program, child, serving
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
+from elib.cli import main
 from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
-
-pytestmark = pytest.mark.long
+from shared import until
 
 
 def wheels(control: Control) -> tuple[float, float]:
@@ -32,7 +33,7 @@ def wheels(control: Control) -> tuple[float, float]:
     return here.left_speed, here.right_speed
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", short([signal.SIGINT, signal.SIGTERM, signal.SIGHUP], signal.SIGTERM))
 async def test_whatever_ends_the_command_stops_the_robot_and_tells_the_program(number: signal.Signals) -> None:
     controls: list[Control] = []
     async with serve(SimulationSettings(world="square", baud=0), tcp="0", control=controls.append) as robots:
@@ -43,9 +44,7 @@ async def test_whatever_ends_the_command_stops_the_robot_and_tells_the_program(n
                 program = Program(ws)
                 await program.ask("set_speed", left=0.5, right=0.4)
                 beats = asyncio.create_task(program.drive_on())
-                async with asyncio.timeout(PATIENCE):
-                    while not all(wheels(control)):  # noqa: ASYNC110  # nobody tells
-                        await asyncio.sleep(0.01)
+                await until(lambda: all(wheels(control)))
                 ended = asyncio.create_task(asyncio.to_thread(run.end, number))
                 with pytest.raises(ConnectionClosed) as caught:
                     while True:
@@ -55,13 +54,21 @@ async def test_whatever_ends_the_command_stops_the_robot_and_tells_the_program(n
                 assert caught.value.rcvd is not None
                 assert (caught.value.rcvd.code, caught.value.rcvd.reason) == (1001, "elib serve has ended")
                 assert await ended == 0
-                assert wheels(control) == (0, 0)
+                await until(lambda: wheels(control) == (0, 0))  # nobody is left who would stop it later
             assert await asyncio.to_thread(run.err.rest) == ""
         with socket.create_server(("127.0.0.1", int(url.rpartition(":")[2].partition("/")[0]))):
             pass  # the port is free
 
 
-def test_the_schema_is_printed_without_a_robot() -> None:
-    with started("serve", "--schema") as run:
-        assert json.loads(run.out.rest())["x-protocol"] == 1
-        assert run.process.wait(PATIENCE) == 0
+def test_the_schema_is_printed_without_a_robot(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["serve", "--schema"]) == 0
+    assert json.loads(capsys.readouterr().out)["x-protocol"] == 1
+
+
+@pytest.mark.parametrize("number", short([signal.SIGKILL, signal.SIGSTOP], signal.SIGKILL))
+async def test_a_robot_stands_whose_driver_was_killed_or_stopped(number: signal.Signals) -> None:
+    async with serving() as rig, child(rig.url) as process:
+        await rig.until_it_moves()
+        process.send_signal(number)
+        await rig.until_it_stands()
+        await until(lambda: rig.slot().drive.driver == "")

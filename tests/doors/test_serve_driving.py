@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import signal
 from collections.abc import AsyncIterator
 
 import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from serve_rig import STOPPED_WITHIN, Program, Rig, child, serving
+from local_network import LocalLoop
+from serve_rig import Program, Rig, serving
 
-pytestmark = pytest.mark.long
+# clock: simulated
+LOOP = LocalLoop
+STOPPED_WITHIN = 0.5
+"""s from the last word of a driver until the wheels stand."""
 
 
 @contextlib.asynccontextmanager
@@ -32,20 +35,16 @@ async def drive(rig: Rig, program: Program, key: str = "1") -> None:
     await rig.until_it_moves(key)
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-async def test_a_robot_stands_half_a_second_after_its_driver_was_killed_or_stopped(number: signal.Signals) -> None:
-    async with serving() as rig, child(rig.url) as process:
-        await rig.until_it_moves()
-        await asyncio.sleep(0.5)
-        assert all(rig.wheels())  # the beats keep it going
-        process.send_signal(number)
+async def test_a_robot_drives_while_its_driver_beats_and_stands_half_a_second_after_it_fell_silent() -> None:
+    async with serving() as rig, rig.program() as program:
+        await drive(rig, program)
+        async with beating(program):
+            await asyncio.sleep(2)
+            assert all(rig.wheels())
         assert await rig.until_it_stands() < STOPPED_WITHIN
-        await asyncio.sleep(0.3)
-        assert rig.wheels() == (0, 0)
         assert rig.slot().drive.driver == ""
-        if number == signal.SIGSTOP:
-            process.send_signal(signal.SIGCONT)
-            await asyncio.sleep(0.3)
+        async with beating(program):
+            await asyncio.sleep(1)
             assert rig.wheels() == (0, 0)  # it only beats
 
 
@@ -53,7 +52,7 @@ async def test_a_connection_that_is_closed_stops_the_robot_at_once() -> None:
     async with serving() as rig, rig.program() as program:
         await drive(rig, program)
         program.socket.transport.abort()
-        assert await rig.until_it_stands() < 0.3
+        assert await rig.until_it_stands() < 0.1
 
 
 async def test_a_driver_that_falls_silent_is_told_that_its_robot_was_stopped() -> None:

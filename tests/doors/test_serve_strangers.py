@@ -11,15 +11,18 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from serve_rig import PATIENCE, Rig, serving
+from local_network import LocalLoop
+from serve_rig import Rig, serving
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from elib.doors.serve import door as doors
 from elib.doors.serve.door import ProgramDoor
 from elib.doors.serve.messages import NAMES
 from elib.errors import ArgumentError
+from shared import PATIENCE, now, until
 
-pytestmark = pytest.mark.long
+# clock: simulated
+LOOP = LocalLoop
 GROWTH = 4_000_000
 """Bytes by which the memory may grow while strangers attack: what the door keeps does not depend on their number."""
 
@@ -83,10 +86,11 @@ async def test_with_a_token_hello_comes_first_and_shows_it() -> None:
             assert "too many wrong tokens" in (await program.refused("hello", token="secret-token"))["message"]
 
 
-async def test_a_stranger_that_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doors, "HELLO_TIME", 0.2)
+async def test_a_stranger_that_says_nothing_is_not_waited_for() -> None:
     async with serving(token="secret-token") as rig:
+        began = now()
         assert await thrown_out(rig) == "no token came"
+        assert now() - began == pytest.approx(doors.HELLO_TIME, abs=0.1)
 
 
 async def test_connections_messages_and_their_length_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,7 +98,7 @@ async def test_connections_messages_and_their_length_are_limited(monkeypatch: py
     async with serving() as rig:
         async with rig.program(), rig.program():
             assert await status(rig) == 503
-        await rig.until(lambda: rig.door.programs == 0)
+        await until(lambda: rig.door.programs == 0)
         assert await thrown_out(rig, b"binary") == "only text is understood"
         await thrown_out(rig, json.dumps({"do": "hello", "name": "x" * 9000}))
         assert await thrown_out(rig, *['{"do":"beat"}'] * 2500) == "too many messages"
@@ -152,14 +156,15 @@ HOSTILE = [
 """Whole messages that ask for what must not be done."""
 
 
+@pytest.mark.parametrize("count", [200, pytest.param(1000, marks=pytest.mark.long)])
 @pytest.mark.parametrize("kind", ["malformed", "hostile"])
-async def test_a_thousand_such_messages_are_refused_and_leave_no_trace(kind: str) -> None:
+async def test_however_many_such_messages_are_refused_and_leave_no_trace(kind: str, count: int) -> None:
     draw = random.Random(f"elib serve, {kind}")
     async with serving() as rig:
 
-        async def attack(count: int) -> None:
+        async def attack(messages: int) -> None:
             async with rig.program() as program:
-                for number in range(1, count + 1):
+                for number in range(1, messages + 1):
                     if kind == "malformed":
                         await program.socket.send(malformed(draw))
                         message = json.loads(await program.socket.recv())
@@ -173,7 +178,7 @@ async def test_a_thousand_such_messages_are_refused_and_leave_no_trace(kind: str
         tracemalloc.start()
         try:
             before = tracemalloc.get_traced_memory()[0]
-            await attack(1000)
+            await attack(count)
             assert tracemalloc.get_traced_memory()[0] - before < GROWTH
         finally:
             tracemalloc.stop()

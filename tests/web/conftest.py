@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest_asyncio
+from local_network import pytest_asyncio_loop_factories as pytest_asyncio_loop_factories
 from panel_rig import Opener, Rig, browser, panel, virtual_robot
 
 
