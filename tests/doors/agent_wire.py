@@ -7,10 +7,11 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
+
+from shared import PATIENCE
 
 WITNESSED = str(Path(__file__).parent / "witnessed_agent.py")
-PATIENCE = 60.0
-"""s that an answer may take on a busy machine."""
 INITIALIZE = {
     "protocolVersion": "2025-06-18",
     "capabilities": {},
@@ -22,18 +23,12 @@ class Wire:
     """A client of a door that sends what it likes, line by line.
 
     Args:
-        witness: File for what the world says at the end.
-        arguments: Arguments of ``elib agent``.
+        source: Where the door writes.
+        target: Where the door reads.
     """
 
-    def __init__(self, witness: Path, *arguments: str) -> None:
-        self.witness = witness
-        self.process = subprocess.Popen(
-            [sys.executable, WITNESSED, str(witness), "agent", *arguments],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-        )
+    def __init__(self, source: IO[bytes], target: IO[bytes]) -> None:
+        self.source, self.target = source, target
         self.answers: dict[object, list[dict]] = {}
         self.strange: list[bytes] = []
         self._changed = threading.Condition()
@@ -42,7 +37,7 @@ class Wire:
         self.reader.start()
 
     def _read(self) -> None:
-        for line in self.process.stdout:
+        for line in self.source:
             try:
                 message = json.loads(line)
                 number = message["id"] if "id" in message or "error" in message else None
@@ -55,8 +50,8 @@ class Wire:
 
     def send(self, line: bytes) -> None:
         """Send a line."""
-        self.process.stdin.write(line + b"\n")
-        self.process.stdin.flush()
+        self.target.write(line + b"\n")
+        self.target.flush()
 
     def begin(self, tool: str, arguments: str) -> int:
         """Begin a call whose arguments are given as text; return its number."""
@@ -87,6 +82,25 @@ class Wire:
         assert "result" in self.end(self._number)
         self.send(b'{"jsonrpc": "2.0", "method": "notifications/initialized"}')
 
+
+class WitnessedWire(Wire):
+    """A client of an ``elib agent`` whose world is witnessed.
+
+    Args:
+        witness: File for what the world says at the end.
+        arguments: Arguments of ``elib agent``.
+    """
+
+    def __init__(self, witness: Path, *arguments: str) -> None:
+        self.witness = witness
+        self.process = subprocess.Popen(
+            [sys.executable, WITNESSED, str(witness), "agent", *arguments],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+        super().__init__(self.process.stdout, self.process.stdin)
+
     def close(self) -> dict:
         """Close the client's end; return what the world says after that."""
         self.process.stdin.close()
@@ -95,9 +109,9 @@ class Wire:
 
 
 @contextlib.contextmanager
-def wire(folder: Path, *arguments: str) -> Iterator[Wire]:
+def wire(folder: Path, *arguments: str) -> Iterator[WitnessedWire]:
     """Start a door and greet it; kill it in the end if it still runs."""
-    found = Wire(folder / "witness.json", *arguments)
+    found = WitnessedWire(folder / "witness.json", *arguments)
     try:
         found.greet()
         yield found

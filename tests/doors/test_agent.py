@@ -9,39 +9,45 @@ import os
 import random
 import signal
 import sys
+from types import SimpleNamespace
 
 import pytest
 
 pytest.importorskip("mcp")
 
 import aiohttp
+from lanes import short
 from mcp.client.client import Client
 from mcp.client.stdio import StdioServerParameters, stdio_client
+from mcp_types import CallToolRequestParams, CallToolResult
 
+from elib.cli import main
 from elib.doors.agent.driver import Refused
 from elib.doors.agent.limits import Limits
-from elib.doors.agent.pipes import Complaints
 from elib.doors.agent.server import Door, Journal, serve_pipes
 from elib.doors.agent.tools import Tools
 from elib.doors.robots import connected
 from elib.errors import ArgumentError
 from elib.testing import simulated
 from elib.web.watching import virtual
+from shared import PATIENCE, until
 
+FIRMWARES = ("btcom-1.1.3", "asercom-1.2.2", "btcom-2.0", "epuck2", "epuck2-wifi")
 LIMITS = Limits(fence=0.3, speed=0.1, calls=500, seconds=600.0)
 STANDING = 0.5
 """s within which the wheels stand after a client's end."""
 CLIENT = """
-import json, sys, time
+import json, sys
 def say(**message):
     print(json.dumps({"jsonrpc": "2.0", **message}), flush=True)
 say(id=1, method="initialize", params={"protocolVersion": "2025-06-18", "capabilities": {},
     "clientInfo": {"name": "test", "version": "1"}})
 sys.stdin.readline()
 say(method="notifications/initialized")
-say(id=2, method="tools/call", params={"name": "drive", "arguments": {"distance": 0.28, "speed": 0.03}})
-time.sleep(60)
+say(id=2, method="tools/call", params={"name": "drive", "arguments": {"distance": 0.28, "speed": 0.005}})
+sys.stdin.read()
 """
+"""It drives for a minute, and waits to be killed."""
 
 
 @contextlib.asynccontextmanager
@@ -54,15 +60,26 @@ def world_of(tools, key="1"):
     return virtual(tools.drivers[key].slot.robot).simulation.world
 
 
+def went(tools, start, key="1"):
+    """Return how far a robot is from where it started, m."""
+    pose = world_of(tools, key).pose(tools.drivers[key].slot.index)
+    return math.dist((pose.x, pose.y), (start.x, start.y))
+
+
+def speeds(tools, key="1"):
+    """Return how fast the wheels of a robot turn, m/s."""
+    robot = world_of(tools, key)._robot(tools.drivers[key].slot.index)
+    return robot.left_speed, robot.right_speed
+
+
+def door_of(tools):
+    """Return the server of tools, with a journal that says nothing."""
+    return Door(tools, Journal(tools, SimpleNamespace(say=lambda text: None), None))
+
+
 async def call(tools, name, /, **arguments):
     tool = tools.tools[name]
     return await tools.call(tool, tool.check(arguments))
-
-
-async def until(is_so, timeout=5.0):
-    async with asyncio.timeout(timeout):
-        while not is_so():  # noqa: ASYNC110  # what is waited for sets no event
-            await asyncio.sleep(0.01)
 
 
 async def test_a_client_drives_looks_and_reads_by_a_process_of_its_own():
@@ -82,28 +99,89 @@ async def test_a_client_drives_looks_and_reads_by_a_process_of_its_own():
         assert refused.is_error
 
 
-async def test_the_wheels_stand_soon_after_the_client_is_killed():
+async def test_the_wheels_stand_after_the_client_is_killed():
     async with tools_on() as tools:
-        door = Door(tools, Journal(tools, Complaints(), None))
+        door = door_of(tools)
         (source, their_out), (their_in, target) = os.pipe(), os.pipe()
         client = await asyncio.create_subprocess_exec(sys.executable, "-c", CLIENT, stdin=their_in, stdout=their_out)
         os.close(their_in)
         os.close(their_out)
         serving = asyncio.create_task(serve_pipes(door, source, target))
-        world = world_of(tools)
-        start = world.pose(0)
-        await until(lambda: math.dist((start.x, start.y), (world.pose(0).x, world.pose(0).y)) > 0.01, 20)
+        start = world_of(tools).pose(0)
+        await until(lambda: went(tools, start) > 0.005)
         client.send_signal(signal.SIGKILL)
         await client.wait()
+        await until(lambda: speeds(tools) == (0, 0) and not tools.drivers["1"].slot.drive.may_move)
+        assert went(tools, start) < 0.28
+        await until(serving.done)
+        await serving
+
+
+@pytest.mark.parametrize("is_cancelled", [True, False], ids=["cancelled", "gone"])
+@simulated
+async def test_the_wheels_stand_half_a_second_after_the_caller_cancelled_or_is_gone(is_cancelled):
+    async with tools_on() as tools:
+        door, is_gone = door_of(tools), asyncio.Event()
+        request = SimpleNamespace(scope={"elib.gone": is_gone})
+        asked = CallToolRequestParams(name="drive", arguments={"distance": 0.28, "speed": 0.03})
+        calling = asyncio.create_task(door._call(SimpleNamespace(request=request), asked))
+        start = world_of(tools).pose(0)
+        await until(lambda: went(tools, start) > 0.01)
+        if is_cancelled:
+            calling.cancel()
+        else:
+            is_gone.set()
         await asyncio.sleep(STANDING)
-        where = world.pose(0)
-        await asyncio.sleep(0.3)
-        assert world.pose(0) == where
+        assert speeds(tools) == (0, 0)
+        there = went(tools, start)
+        await asyncio.sleep(5)
+        assert went(tools, start) == there < 0.03
         assert not tools.drivers["1"].slot.drive.may_move
-        await asyncio.wait_for(serving, 5)
+        with contextlib.suppress(asyncio.CancelledError):
+            assert (await calling).structured_content["ended"] == "cancelled"
 
 
-@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "asercom-1.2.2", "btcom-2.0", "epuck2", "epuck2-wifi"])
+@simulated
+async def test_a_flood_of_calls_and_cancellations_is_answered_and_the_robot_stays_inside_its_fence():
+    draw = random.Random("flood")
+    async with tools_on("sim://red-boxes", Limits(fence=0.2, speed=0.1, calls=5000, seconds=600.0)) as tools:
+        door, start = door_of(tools), world_of(tools).pose(0)
+        farthest = 0.0
+
+        def measure():
+            nonlocal farthest
+            farthest = max(farthest, went(tools, start))
+
+        def call_some_tool():
+            name, arguments = draw.choice(
+                [
+                    ("drive", {"distance": draw.uniform(-0.4, 0.4)}),
+                    ("turn", {"angle": draw.uniform(-360, 360)}),
+                    ("go_to", {"x": draw.uniform(-0.2, 0.2), "y": draw.uniform(-0.2, 0.2)}),
+                    ("run_behaviour", {"name": draw.choice(["avoid", "braitenberg"]), "seconds": 1}),
+                    ("status", {}),
+                    ("stop", {}),
+                ]
+            )
+            asked = CallToolRequestParams(name=name, arguments=arguments)
+            return asyncio.create_task(door._call(SimpleNamespace(request=None), asked))
+
+        world_of(tools).follow(measure)
+        for _ in range(20):
+            calls = [call_some_tool() for _ in range(draw.choice([1, 6]))]
+            await asyncio.sleep(draw.choice([0, 0.3, 3]))
+            for call_ in calls:
+                if draw.random() < 0.3:
+                    call_.cancel()
+            answers = await asyncio.gather(*calls, return_exceptions=True)
+            assert all(isinstance(each, CallToolResult | asyncio.CancelledError) for each in answers)
+        assert (await call(tools, "stop")).data["stands"]
+        assert speeds(tools) == (0, 0)
+        assert 0.05 < farthest < 0.2 + 0.01
+        await until(lambda: not door._calls)
+
+
+@pytest.mark.parametrize("firmware", short(FIRMWARES, "btcom-2.0"))
 @simulated
 async def test_fence_and_speed_hold_for_drawn_calls_and_behaviours(firmware):
     draw = random.Random(f"fence and speed on {firmware}")
@@ -136,6 +214,7 @@ async def test_fence_and_speed_hold_for_drawn_calls_and_behaviours(firmware):
         assert not driver.slot.drive.may_move
 
 
+@simulated
 async def test_a_goal_beyond_the_fence_and_a_spent_budget_move_nothing():
     async with tools_on(limits=Limits(0.3, 0.1, 1, 600.0)) as tools:
         refused = await call(tools, "drive", distance=0.4)
@@ -145,6 +224,7 @@ async def test_a_goal_beyond_the_fence_and_a_spent_budget_move_nothing():
         assert not (await call(tools, "stop")).is_error
 
 
+@simulated
 async def test_a_second_moving_call_is_refused_and_stop_ends_the_first():
     async with tools_on() as tools:
         driving = asyncio.create_task(call(tools, "drive", distance=0.25, speed=0.02))
@@ -156,6 +236,7 @@ async def test_a_second_moving_call_is_refused_and_stop_ends_the_first():
         assert (await driving).data["ended"] == "stopped"
 
 
+@simulated
 async def test_a_persons_stop_holds_until_the_person_continues():
     async with tools_on() as tools:
         slot = tools.drivers["1"].slot
@@ -169,6 +250,7 @@ async def test_a_persons_stop_holds_until_the_person_continues():
         assert (await call(tools, "drive", distance=0.02)).data["ended"] == "reached"
 
 
+@simulated
 async def test_wrong_arguments_are_refused_with_the_rule():
     async with tools_on() as tools:
         for name, arguments in (
@@ -189,15 +271,11 @@ async def test_wrong_arguments_are_refused_with_the_rule():
             tools.drivers["1"].check_free()
 
 
-async def test_a_real_robot_needs_leave():
-    process = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "elib", "agent", "serial:///dev/nothing-here",
-        stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
-    )  # fmt: skip
-    out, complaint = await process.communicate()
-    assert process.returncode == 2
+def test_a_real_robot_needs_leave(capsys):
+    assert main(["agent", "serial:///dev/nothing-here"]) == 2
+    out, complaint = capsys.readouterr()
     assert not out
-    assert b"--allow-real" in complaint
+    assert "--allow-real" in complaint
 
 
 async def test_http_serves_programs_and_refuses_pages_and_other_names():
@@ -206,7 +284,7 @@ async def test_http_serves_programs_and_refuses_pages_and_other_names():
         stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.DEVNULL,
     )  # fmt: skip
     try:
-        url = (await asyncio.wait_for(process.stdout.readline(), 60)).decode().strip()
+        url = (await asyncio.wait_for(process.stdout.readline(), PATIENCE)).decode().strip()
         async with Client(url) as client:
             assert (await client.call_tool("drive", {"distance": 0.02})).structured_content["ended"] == "reached"
         message = json.loads('{"jsonrpc": "2.0", "id": 1, "method": "ping"}')
@@ -218,4 +296,4 @@ async def test_http_serves_programs_and_refuses_pages_and_other_names():
                     assert "access-control-allow-origin" not in answer.headers
     finally:
         process.send_signal(signal.SIGTERM)
-        await asyncio.wait_for(process.wait(), 20)
+        await asyncio.wait_for(process.wait(), PATIENCE)

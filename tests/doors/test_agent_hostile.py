@@ -1,5 +1,6 @@
 """Hostile and confused callers of ``elib agent`` are refused; the robot keeps its limits, and the door serves on."""
 
+import asyncio
 import contextlib
 import http.client
 import json
@@ -8,7 +9,6 @@ import random
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -16,10 +16,13 @@ import pytest
 
 pytest.importorskip("mcp")
 
-from agent_wire import INITIALIZE, PATIENCE, WITNESSED, memory, wire
+from agent_wire import INITIALIZE, WITNESSED, Wire, WitnessedWire, memory, wire
+from test_agent import call, door_of, tools_on, went, world_of
 
-LATE = 0.03
-"""m that a robot drives on while the machine is busy with something else for half a second."""
+from elib.doors.agent.limits import Limits
+from elib.doors.agent.server import serve_pipes
+from shared import PATIENCE, wait_until
+
 GROWTH = 40 << 20
 """Bytes by which the memory of the door may grow while it is attacked: one message may have a megabyte."""
 DEEP = "[" * 5000 + "]" * 5000
@@ -126,96 +129,98 @@ def hostile(chance: random.Random) -> tuple[str, str]:
     return tool, "{" + ", ".join(f"{json.dumps(name)}: {chance.choice(HOSTILE)}" for name in names) + "}"
 
 
-def test_a_thousand_malformed_lines_change_nothing(tmp_path: Path) -> None:
+def send_malformed(door: Wire, count: int) -> int:
+    """Send lines that are no messages and change nothing; return the memory on the way of a door that is a process."""
     chance = random.Random("malformed")
+    before = door.call("status")
+    grown = 0
+    for number in range(count):
+        door.send(malformed(chance))
+        if number % 50 == 0:
+            assert door.call("status")["stands"]
+        if number == 200:
+            grown = memory_of(door)
+    door.send(b'{"jsonrpc": "2.0", "id": "' + b"x" * (3 << 20) + b'"}')  # longer than any message may be
+    after = door.call("status")
+    assert (after["pose"], after["budget"]) == (before["pose"], before["budget"])
+    assert door.strange == []
+    return grown
+
+
+def call_hostile(door: Wire, turns: int) -> int:
+    """Make calls, twenty at a time, that are refused; return the memory on the way of a door that is a process."""
+    chance = random.Random("hostile")
+    grown = 0
+    for turn in range(turns):
+        asked = []
+        for _ in range(20):
+            tool, arguments = hostile(chance)
+            asked.append((door.begin(tool, arguments), tool, arguments))
+        for number, tool, arguments in asked:
+            if SURROGATE not in arguments:
+                answer = door.end(number)
+                refused = "error" in answer or answer["result"]["isError"]
+                assert len(door.answers[str(number)]) == 1
+                assert (
+                    refused
+                    or tool in ("robots", "status", "read_all", "look", "set_leds", "stop")
+                    or (abs(answer["result"]["structuredContent"]["driven"]) < 0.001)
+                ), (tool, arguments, answer)
+        if turn == 10:
+            grown = memory_of(door)
+    assert door.call("status")["stands"]
+    assert door.strange == []
+    return grown
+
+
+def memory_of(door: Wire) -> int:
+    return memory(door.process) if isinstance(door, WitnessedWire) else 0
+
+
+async def test_malformed_lines_and_hostile_calls_are_refused() -> None:
+    async with tools_on("sim://red-boxes", Limits(fence=0.3, speed=0.1, calls=5000, seconds=600.0)) as tools:
+        (source, theirs), (ours, target) = os.pipe(), os.pipe()
+        serving = asyncio.create_task(serve_pipes(door_of(tools), source, target))
+
+        def attack() -> None:
+            with open(ours, "rb") as reading, open(theirs, "wb") as writing:
+                door = Wire(reading, writing)
+                door.greet()
+                send_malformed(door, 100)
+                call_hostile(door, 5)
+                writing.close()
+                door.reader.join()
+
+        attacking = asyncio.create_task(asyncio.to_thread(attack))
+        await serving
+        os.close(target)
+        await attacking
+        start = world_of(tools).pose(0)
+        assert (await call(tools, "drive", distance=0.02)).data["ended"] == "reached"
+        assert went(tools, start) > 0.015
+
+
+@pytest.mark.long
+def test_a_thousand_malformed_lines_change_nothing(tmp_path: Path) -> None:
     with wire(tmp_path, "sim://red-boxes") as door:
-        before = door.call("status")
-        grown = 0
-        for number in range(1000):
-            door.send(malformed(chance))
-            if number % 50 == 0:
-                assert door.call("status")["stands"]
-            if number == 200:
-                grown = memory(door.process)
-        door.send(b'{"jsonrpc": "2.0", "id": "' + b"x" * (3 << 20) + b'"}')  # longer than any message may be
-        after = door.call("status")
+        grown = send_malformed(door, 1000)
         assert memory(door.process) - grown < GROWTH
-        assert (after["pose"], after["budget"]) == (before["pose"], before["budget"])
-        assert door.strange == []
         assert door.call("drive", distance=0.02)["ended"] == "reached"
         said = door.close()
-    assert said["farthest"] < 0.02 + LATE
     assert not said["unconfirmed"]
 
 
+@pytest.mark.long
 def test_a_thousand_hostile_calls_are_refused(tmp_path: Path) -> None:
-    chance = random.Random("hostile")
     with wire(tmp_path, "sim://red-boxes", "--calls", "5000", "--log", str(tmp_path / "log.jsonl")) as door:
-        grown = 0
-        for turn in range(50):
-            asked = []
-            for _ in range(20):
-                tool, arguments = hostile(chance)
-                asked.append((door.begin(tool, arguments), tool, arguments))
-            for number, tool, arguments in asked:
-                if SURROGATE not in arguments:
-                    answer = door.end(number)
-                    refused = "error" in answer or answer["result"]["isError"]
-                    assert (
-                        refused
-                        or tool in ("robots", "status", "read_all", "look", "set_leds", "stop")
-                        or (abs(answer["result"]["structuredContent"]["driven"]) < 0.001)
-                    ), (tool, arguments, answer)
-            if turn == 10:
-                grown = memory(door.process)
-        status = door.call("status")
-        assert status["stands"]
+        grown = call_hostile(door, 50)
         assert memory(door.process) - grown < GROWTH
-        assert all(len(each) == 1 for number, each in door.answers.items() if number != "null")
-        assert door.strange == []
         assert door.call("drive", distance=0.02)["ended"] == "reached"
-        said = door.close()
-    assert said["farthest"] < 0.02 + LATE
+        door.close()
     lines = (tmp_path / "log.jsonl").read_text(encoding="utf-8").splitlines()
     assert len(lines) > 800
     for line in lines:
         json.loads(line, parse_constant=pytest.fail)  # NaN and Infinity are no JSON
-
-
-def test_a_flood_of_calls_is_answered_and_the_robot_stays_inside_its_fence(tmp_path: Path) -> None:
-    chance = random.Random("flood")
-    with wire(tmp_path, "sim://red-boxes", "--fence", "0.2", "--calls", "5000") as door:
-        for _ in range(2):
-            numbers = []
-            for _ in range(100):
-                x, y = chance.uniform(-0.2, 0.2), chance.uniform(-0.2, 0.2)
-                tool, arguments = chance.choice(
-                    [
-                        ("drive", {"distance": chance.uniform(-0.4, 0.4)}),
-                        ("turn", {"angle": chance.uniform(-360, 360)}),
-                        ("go_to", {"x": x, "y": y}),
-                        ("run_behaviour", {"name": chance.choice(["avoid", "braitenberg"]), "seconds": 1}),
-                        ("status", {}),
-                        ("stop", {}),
-                    ]
-                )
-                numbers.append(door.begin(tool, json.dumps(arguments)))
-                if chance.random() < 0.3:
-                    gone = {"requestId": chance.choice(numbers), "reason": "no patience"}
-                    cancelling = {"jsonrpc": "2.0", "method": "notifications/cancelled", "params": gone}
-                    door.send(json.dumps(cancelling).encode())
-                    numbers = [each for each in numbers if each != gone["requestId"]]
-            for number in numbers:
-                door.end(number)
-        for _ in range(4):  # one at a time, so that each of them drives
-            door.call("turn", angle=chance.uniform(-180, 180))
-            door.call("drive", distance=chance.uniform(-0.2, 0.2))
-            door.call("go_to", x=chance.uniform(-0.2, 0.2), y=chance.uniform(-0.2, 0.2))
-        door.call("stop")
-        assert door.call("status")["stands"]
-        said = door.close()
-    assert 0.05 < said["farthest"] < 0.2 + LATE
-    assert not said["unconfirmed"]
 
 
 CLIENT = """
@@ -227,11 +232,12 @@ def send(**message):
 send(id=1, method="initialize", params=%s)
 door.stdout.readline()
 send(method="notifications/initialized")
-send(id=2, method="tools/call", params={"name": "drive", "arguments": {"distance": 1.5, "stop_at_obstacle": False}})
+far = {"distance": 1.5, "speed": 0.02, "stop_at_obstacle": False}
+send(id=2, method="tools/call", params={"name": "drive", "arguments": far})
 while True:
     send(id=3, method="tools/call", params={"name": "status"})
     found = json.loads(door.stdout.readline())["result"]["structuredContent"]
-    if not found["stands"] and found["pose"]["x"] > 0.02:
+    if not found["stands"] and found["pose"]["x"] > 0.005:
         break
 print("driving", flush=True)
 door.wait()
@@ -239,30 +245,26 @@ door.wait()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
-def test_the_robot_stands_soon_after_its_client_was_killed(tmp_path: Path) -> None:
+@pytest.mark.long
+def test_the_robot_stands_after_its_client_was_killed(tmp_path: Path) -> None:
     witness = tmp_path / "witness.json"
     code = CLIENT % json.dumps(INITIALIZE)
     command = [sys.executable, "-c", code, WITNESSED, str(witness), "agent", "sim://square"]
     client = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     try:
         assert client.stdout.readline() == b"driving\n"
-        killed = time.monotonic()  # noqa: TID251  # the witness is another process
         os.kill(client.pid, signal.SIGKILL)
         client.wait()
-        for _ in range(600):
-            if witness.exists() and witness.read_text():
-                break
-            time.sleep(0.05)  # noqa: TID251
-        said = json.loads(witness.read_text())
+        said = json.loads(wait_until(lambda: witness.exists() and witness.read_text()))
     finally:
         client.kill()
         client.wait()
         client.stdout.close()
-    assert said["farthest"] > 0.02
-    assert said["moved_at"] - killed < 0.5
+    assert 0.005 < said["farthest"] < 1.4  # the whole drive takes longer than anything that a test waits for
     assert not said["unconfirmed"]
 
 
+@pytest.mark.long
 def test_hostile_requests_over_http_are_refused(tmp_path: Path) -> None:
     chance = random.Random("http")
     command = [sys.executable, WITNESSED, str(tmp_path / "w.json"), "agent", "sim://red-boxes", "--http", "--port", "0"]

@@ -1,26 +1,27 @@
 """An agent without a model finds the red box, wherever it is, by the tools of ``elib agent`` alone."""
 
 import importlib.util
-import json
 import math
-import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import TextIO
+from types import SimpleNamespace
 
 import pytest
 
 pytest.importorskip("mcp")
 
-from mcp import Client, StdioServerParameters, stdio_client
+from lanes import short
+from mcp_types import CallToolRequestParams
 from red_box_worlds import RED, gap, random_placement, written_placement
+from test_agent import door_of, speeds, tools_on, world_of
 
-HERE = Path(__file__).parent
-SCRIPT = HERE.parents[1] / "examples" / "agent" / "find_the_red_box.py"
-SPEED = 5
-"""Times real time: a search takes half a minute of simulated time. The robot drives on while the machine is busy, so
-the world must not be much faster."""
+from elib.doors.agent.limits import Limits
+from elib.testing import simulated
+from shared import PATIENCE
+
+SCRIPT = Path(__file__).parents[2] / "examples" / "agent" / "find_the_red_box.py"
+LIMITS = Limits(fence=2.0, speed=0.1, calls=500, seconds=600.0)
 RADIUS = 0.037
 """m, of an e-puck."""
 NEAR = 0.04
@@ -35,48 +36,31 @@ def program():
     return module
 
 
-def nowhere() -> TextIO:
-    """Open a file that keeps nothing, for the errors of a door: the test's own output has no descriptor."""
-    return Path(os.devnull).open("w")
+@pytest.mark.parametrize("seed", short([5, 15, 17], 15))
+@simulated
+async def test_it_finds_the_red_box_wherever_it_is(seed, tmp_path):
+    path = tmp_path / "placement.toml"
+    path.write_text(written_placement(seed))
+    async with tools_on(f"sim://{path}", LIMITS) as tools:
+        door, world = door_of(tools), world_of(tools)
+
+        def call_tool(name, arguments):
+            return door._call(SimpleNamespace(request=None), CallToolRequestParams(name=name, arguments=arguments))
+
+        assert await program().Agent(SimpleNamespace(call_tool=call_tool)).find_red_box()
+        assert speeds(tools) == (0, 0)
+        there, boxes = world.pose(0), {box.name: box for box in world.snapshot().boxes}
+        for before in random_placement(seed).boxes:
+            assert math.dist((boxes[before.name].x, boxes[before.name].y), (before.x, before.y)) < 0.01, "it was pushed"
+        box = next(each for each in random_placement(seed).boxes if each.name == RED)
+        assert gap(box, there.x, there.y) - RADIUS < NEAR
+        off = math.remainder(math.atan2(box.y - there.y, box.x - there.x) - there.heading, math.tau)
+        assert abs(math.degrees(off)) < 20, "it looks at the box"
 
 
-async def search(seed: int, folder: Path, speed: float = SPEED) -> dict[str, object]:
-    """Let the example search in a placement; return what it says, and what the world says."""
-    world, witness = folder / f"placement-{seed}.toml", folder / f"witness-{seed}.json"
-    world.write_text(written_placement(seed))
-    door = StdioServerParameters(
-        command=sys.executable,
-        args=[str(HERE / "witnessed_agent.py"), str(witness), "agent", f"sim://{world}?speed={speed:g}"],
-        env={"PYTHONPATH": os.environ.get("PYTHONPATH", "")},
-    )
-    with nowhere() as errors:
-        async with Client(stdio_client(door, errors)) as client:
-            agent = program().Agent(client)
-            says_found = await agent.find_red_box()
-    said = json.loads(witness.read_text())
-    box = next(each for each in random_placement(seed).boxes if each.name == RED)
-    x, y, heading = (said["pose"][name] for name in ("x", "y", "heading"))
-    said["says_found"] = says_found
-    said["gap"] = gap(box, x, y) - RADIUS
-    said["off"] = abs(math.degrees(math.remainder(math.atan2(box.y - y, box.x - x) - heading, math.tau)))
-    return said
-
-
-def is_found(said: dict[str, object]) -> bool:
-    """Return whether the robot stands before the box, by what the world says, and looks at it."""
-    is_there = said["gap"] < NEAR and said["off"] < 20 and max(said["pushed"].values()) < 0.01
-    return bool(said["says_found"] and is_there and not said["unconfirmed"])
-
-
-@pytest.mark.parametrize("seed", [5, 15, 17])
-async def test_it_finds_the_red_box_wherever_it_is(seed: int, tmp_path: Path) -> None:
-    said = await search(seed, tmp_path)
-    assert is_found(said), said
-
-
-def test_the_example_starts_a_door_of_its_own() -> None:
-    done = subprocess.run(
-        [sys.executable, SCRIPT, "sim://red-boxes?speed=5"], capture_output=True, text=True, timeout=120, check=False
-    )
+@pytest.mark.long
+def test_the_example_starts_a_door_of_its_own():
+    command = [sys.executable, SCRIPT, "sim://red-boxes?speed=2"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=5 * PATIENCE, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("found with ")
