@@ -11,14 +11,17 @@ import itertools
 import json
 import struct
 import sys
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import websockets
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from shared import until
+
 PROTOCOL = "foxglove.sdk.v1"
-PATIENCE = 20.0
 MESSAGE_DATA = 1
 
 
@@ -126,13 +129,6 @@ class Client:
         return next(each.data for each in self.messages[since:] if each.topic == topic)
 
 
-async def until(is_so: Callable[[], object], patience: float = PATIENCE) -> None:
-    """Wait for something that another task or process does."""
-    async with asyncio.timeout(patience):
-        while not is_so():  # noqa: ASYNC110  # nobody tells
-            await asyncio.sleep(0.01)
-
-
 @contextlib.asynccontextmanager
 async def connected_to(url: str, **options: Any) -> AsyncIterator[Client]:
     """Connect to a server."""
@@ -161,7 +157,7 @@ async def drive_for_ever(url: str, topic: str) -> None:
             vector = {"x": 0.05, "y": 0, "z": 0}
             await client.publish(number, {"linear": vector, "angular": {"x": 0, "y": 0, "z": 0}})
             print("sent", flush=True)
-            await asyncio.sleep(0.1)
+            await asyncio.sleep(0.1)  # clock: it drives until it is killed, and nothing is read after that
 
 
 if __name__ == "__main__":

@@ -10,13 +10,17 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import started
+from lanes import short
 
 from elib.doors.robots import connected
 from elib.errors import ElibError, LinkClosed
+from elib.testing import simulated
 from elib.web.slot import Phase
 from elib.web.watching import virtual
+from shared import PATIENCE
 
 
+@simulated
 async def test_every_robot_of_a_world_is_connected_and_stands_at_the_end():
     async with connected(["sim://arena?robots=2"]) as panel:
         slots = list(panel.slots.values())
@@ -43,12 +47,15 @@ async def test_a_door_without_a_robot_is_refused():
             raise AssertionError("it opened")
 
 
-@pytest.mark.parametrize("words", [["serve"], ["foxglove"], ["agent", "--http", "--allow-real"]], ids=lambda w: w[0])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
-def test_a_signal_ends_a_door_whose_robots_are_still_being_connected(words: list[str], number: signal.Signals):
+SERVE, FOXGLOVE, AGENT = ("serve",), ("foxglove",), ("agent", "--http", "--allow-real")
+
+
+@pytest.mark.parametrize("words", short([SERVE, FOXGLOVE, AGENT], SERVE), ids=lambda words: words[0])
+@pytest.mark.parametrize("number", short([signal.SIGINT, signal.SIGTERM], signal.SIGINT))
+def test_a_signal_ends_a_door_whose_robots_are_still_being_connected(words: tuple[str, ...], number: signal.Signals):
     pytest.importorskip({"foxglove": "foxglove", "agent": "mcp"}.get(words[0], "aiohttp"))
     with socket.create_server(("127.0.0.1", 0)) as silent:
-        silent.settimeout(20)
+        silent.settimeout(PATIENCE)
         with started(*words, f"tcp://127.0.0.1:{silent.getsockname()[1]}", "--port", "0") as run:
             robot, _ = silent.accept()
             with robot:
