@@ -8,25 +8,29 @@ import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
+import pytest_asyncio
 from browser import browser, needs_browser
+
+from shared import PATIENCE
 
 aiohttp = pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-pytestmark = [pytest.mark.long, pytest.mark.skipif(sys.platform != "linux", reason="it kills programs by signals")]
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.asyncio(loop_scope="module"),
+    pytest.mark.skipif(sys.platform != "linux", reason="it kills programs by signals"),
+]
 
 CLIENTS = Path(__file__).parents[2] / "examples/clients"
-PATIENCE = 60.0
-"""s for what takes a moment, on a busy machine too."""
-STANDS_WITHIN = 0.5
-"""s from the end of a program until the wheels of its robot stand."""
+STANDS = 20
+"""Readings in a row, 50 a second, that are the same where the wheels stand."""
 DRIVEN = 200
 """Steps of a wheel after which the robot has certainly been driven."""
 LANGUAGES = ["node", "csharp", "cpp"]
@@ -59,23 +63,20 @@ class Door:
         while sum(abs(now - then) for now, then in zip((await self.steps())[1], began, strict=True)) < DRIVEN:
             pass
 
-    async def stands_soon(self) -> None:
-        """Assert that the wheels turn no more from half a second after the next reading on."""
-        begin, steps = await self.steps()
-        last, time = steps, begin
-        while time < begin + 2 * STANDS_WITHIN:
-            time, steps = await self.steps()
-            if time < begin + STANDS_WITHIN:
-                last = steps
-            else:
-                assert steps == last, f"{time - begin:.2f} s after the end the wheels still turn"
+    async def until_it_stands(self) -> None:
+        """Wait until the wheels turn no more."""
+        same, (_, before) = 0, await self.steps()
+        while same < STANDS:
+            _, steps = await self.steps()
+            same, before = same + 1 if steps == before else 0, steps
 
     async def send(self, **message: object) -> None:
         await self._socket.send_json(message)
 
 
-@pytest.fixture
-async def door() -> AsyncIterator[Door]:
+@contextlib.asynccontextmanager
+async def opened() -> AsyncIterator[Door]:
+    """Start a door, and watch its robot."""
     process = await asyncio.create_subprocess_exec(
         *(Path(sys.executable).with_name("elib"), "serve", "sim://arena", "--port", "0", "--allow-origin", "null"),
         stdout=asyncio.subprocess.PIPE,
@@ -95,6 +96,13 @@ async def door() -> AsyncIterator[Door]:
         if process.returncode is None:
             process.send_signal(signal.SIGINT)
         await process.wait()
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def door() -> AsyncIterator[Door]:
+    """A door that the tests share, for it takes a second to start."""
+    async with opened() as door:
+        yield door
 
 
 @pytest.fixture(scope="module", params=LANGUAGES)
@@ -155,13 +163,12 @@ async def said(process: asyncio.subprocess.Process) -> tuple[str, str]:
     return out.decode(), error.decode()
 
 
-@pytest.mark.parametrize(
-    "path", sorted(path for path in CLIENTS.glob("*/*") if path.suffix != ".md"), ids=lambda path: path.name
-)
-def test_a_client_has_less_than_60_lines(path: Path) -> None:
-    lines = path.read_text(encoding="utf-8").splitlines()
-    assert len(lines) < 60
-    assert max(map(len, lines)) <= 130
+async def test_each_client_has_less_than_60_lines() -> None:
+    for path in CLIENTS.glob("*/*"):
+        if path.suffix != ".md":
+            lines = path.read_text(encoding="utf-8").splitlines()
+            assert len(lines) < 60, path
+            assert max(map(len, lines)) <= 130, path
 
 
 async def test_a_client_drives_says_what_it_sees_and_leaves_a_standing_robot(door: Door, client) -> None:
@@ -171,18 +178,18 @@ async def test_a_client_drives_says_what_it_sees_and_leaves_a_standing_robot(doo
     assert (process.returncode, error) == (0, "")
     assert "0.5" in out
     assert out.splitlines()[-1] == "the robot stands"
-    await door.stands_soon()
+    await door.until_it_stands()
 
 
 async def test_the_robot_of_a_killed_client_stands(door: Door, client) -> None:
     async with running(client(60, door.url)) as process:
         await door.until_driven()
         process.kill()
-        await door.stands_soon()
+        await door.until_it_stands()
 
 
-async def test_a_client_says_that_the_door_is_gone(door: Door, client) -> None:
-    async with running(client(60, door.url)) as process:
+async def test_a_client_says_that_the_door_is_gone(client) -> None:
+    async with opened() as door, running(client(60, door.url)) as process:
         await door.until_driven()
         door.process.kill()
         _, error = await said(process)
@@ -198,17 +205,19 @@ async def test_a_client_says_that_somebody_stopped_its_robot(door: Door, client)
         _, error = await said(process)
     assert process.returncode == 1
     assert error.startswith("ended: ")
-    await door.stands_soon()
+    await door.until_it_stands()
 
 
-async def test_a_client_says_that_there_is_no_door(client, unused_tcp_port: int) -> None:
-    async with running(client(1, f"ws://127.0.0.1:{unused_tcp_port}/v1")) as process:
-        _, error = await said(process)
+async def test_a_client_says_that_there_is_no_door(client) -> None:
+    with socket.socket() as held:
+        held.bind(("127.0.0.1", 0))  # and nobody listens there
+        async with running(client(1, f"ws://127.0.0.1:{held.getsockname()[1]}/v1")) as process:
+            _, error = await said(process)
     assert process.returncode == 1
     assert error.startswith("ended: ")
 
 
-async def opened(open_page, url: str, seconds: float):
+async def shown(open_page, url: str, seconds: float):
     """Open the page from its file, and let it drive."""
     tab = await open_page((CLIENTS / "browser/avoid.html").as_uri())
     await tab.until("document.readyState == 'complete'")
@@ -217,35 +226,30 @@ async def opened(open_page, url: str, seconds: float):
 
 
 @needs_browser
-async def test_the_page_drives_and_leaves_a_standing_robot(door: Door) -> None:
-    async with browser() as open_page:
-        tab = await opened(open_page, door.url, 2)
+async def test_the_page_drives_leaves_a_standing_robot_and_says_that_the_door_is_gone() -> None:
+    async with opened() as door, browser() as open_page:
+        tab = await shown(open_page, door.url, 2)
         await door.until_driven()
         await tab.until("log.textContent.endsWith('the robot stands\\n')")
         assert not tab.complaints
-        await door.stands_soon()
+        await door.until_it_stands()
+        await tab.run("seconds.value = 60, start.click()")
+        await door.until_driven()
+        door.process.kill()
+        await tab.until("log.textContent.includes('ended: no connection')")
 
 
 @needs_browser
 async def test_the_robot_of_a_killed_browser_stands(door: Door) -> None:
     with contextlib.suppress(Exception):  # the connection to the browser breaks, as it must
         async with browser() as open_page:
-            await opened(open_page, door.url, 60)
+            await shown(open_page, door.url, 60)
             await door.until_driven()
             for group in browsers():
                 os.killpg(group, signal.SIGKILL)
-            await door.stands_soon()
+            await door.until_it_stands()
             return
     pytest.fail("the robot did not stand")
-
-
-@needs_browser
-async def test_the_page_says_that_the_door_is_gone(door: Door) -> None:
-    async with browser() as open_page:
-        tab = await opened(open_page, door.url, 60)
-        await door.until_driven()
-        door.process.kill()
-        await tab.until("log.textContent.includes('ended: no connection')")
 
 
 def browsers() -> list[int]:
