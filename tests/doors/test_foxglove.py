@@ -22,7 +22,6 @@ import page_rig
 import websockets
 from elib_process import started
 from foxglove_client import Client, connected_to
-from lanes import short
 from recordings import complaints, read
 
 from elib.cli import main
@@ -254,7 +253,7 @@ async def test_one_client_drives_at_a_time_and_everybody_may_stop() -> None:
             assert standing(slot)  # the stick is still held
 
 
-@pytest.mark.parametrize("firmware", short(FIRMWARES, "epuck2"))
+@pytest.mark.parametrize("firmware", FIRMWARES)
 async def test_a_robot_of_each_firmware_has_the_topics_of_its_sensors_and_can_be_driven(firmware: str) -> None:
     async with door(f"sim://square?firmware={firmware}") as (panel, url), connected_to(url) as client:
         slot = panel.slots["1"]
@@ -548,7 +547,7 @@ def topics_in(value: object) -> set[str]:
     ("robots", "prefixes"),
     [
         ("sim://square?robots=2", ["/robot1", "/robot2"]),
-        *(pytest.param(f"sim://square?firmware={each}", [""], marks=pytest.mark.long) for each in FIRMWARES),
+        *((f"sim://square?firmware={each}", [""]) for each in FIRMWARES),
     ],
 )
 async def test_the_layout_names_topics_and_fields_that_are_there(robots: str, prefixes: list[str]) -> None:

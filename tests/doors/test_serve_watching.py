@@ -16,7 +16,6 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 pytest.importorskip("mcap", reason="the extra record is not installed: pip install '.[record]'")
 sys.path.insert(0, str(Path(__file__).parents[1] / "recording"))
 import jsonschema
-from lanes import short
 from local_network import LocalLoop
 from recordings import recorded
 from serve_rig import Program, Rig, serving
@@ -207,7 +206,7 @@ SAID: list[tuple[str, dict]] = [
 ]
 
 
-@pytest.mark.parametrize("firmware", short(FIRMWARES, "epuck2"))
+@pytest.mark.parametrize("firmware", FIRMWARES)
 async def test_everything_that_is_said_follows_the_schema(firmware: str) -> None:
     results = {
         part["properties"]["do"]["enum"][0]: part["x-result"] for part in SCHEMA["$defs"].values() if "x-result" in part

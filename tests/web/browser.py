@@ -18,8 +18,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 
 import pytest
 
-PATIENCE = 60.0
-"""s. A browser may take its time on a busy machine; it is only waited for so long when something is wrong."""
+from shared import PATIENCE, until
 
 CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
@@ -114,11 +113,7 @@ class Tab:
 
     async def until(self, expression: str) -> object:
         """Wait until a JavaScript expression is true and return it."""
-        async with asyncio.timeout(PATIENCE):
-            while True:
-                if value := await self.run(expression):
-                    return value
-                await asyncio.sleep(0.02)
+        return await until(lambda: self.run(expression))
 
     async def go(self, url: str) -> None:
         """Open a page in this tab."""

@@ -15,8 +15,8 @@ from elib.web.page import Page
 from elib.web.panel import Panel
 from elib.web.recents import Recents
 from elib.web.server import Server, served
+from shared import PATIENCE
 
-PATIENCE = 20.0
 SOCKET = "/ws"
 
 

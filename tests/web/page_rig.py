@@ -8,9 +8,9 @@ import itertools
 import json
 import urllib.error
 import urllib.request
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 
-PATIENCE = 20.0
+from shared import PATIENCE, until
 
 
 def fetch(url: str, **headers: str) -> tuple[int, str]:
@@ -22,13 +22,6 @@ def fetch(url: str, **headers: str) -> tuple[int, str]:
     except urllib.error.HTTPError as error:
         with error:
             return error.code, error.read().decode()
-
-
-async def until(is_so: Callable[[], object]) -> None:
-    """Wait for something that another task or process does."""
-    async with asyncio.timeout(PATIENCE):
-        while not is_so():  # noqa: ASYNC110  # nobody tells
-            await asyncio.sleep(0.02)
 
 
 class Page:

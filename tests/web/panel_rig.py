@@ -17,8 +17,8 @@ from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.pose import Pose
+from shared import PATIENCE
 
-PATIENCE = 30.0
 ROOM = """
 [arena]
 size = [2.0, 2.0]

@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from page_rig import Page, fetch, opened, until
+from page_rig import Page, fetch, opened
 
 from elib.emulator.control import Control
 from elib.emulator.server import serve
@@ -22,6 +22,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.web.listening import listen
 from elib.web.messages import MESSAGES
 from elib.web.server import closed_view_of
+from shared import until
 
 TOKEN = "k7m2xq9p"
 HARMLESS = {"show", "drawn", "frame_drawn", "choose_world", "rays", "watch", "open_robot", "world"}

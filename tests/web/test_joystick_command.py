@@ -21,7 +21,7 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 import msgspec
 from elib_process import PATIENCE, Running, started
-from page_rig import Page, fetch, opened, until
+from page_rig import Page, fetch, opened
 
 from elib.cli import main
 from elib.emulator.control import Control
@@ -29,6 +29,7 @@ from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.extras import install
 from elib.web.messages import MESSAGES, decode
+from shared import until
 
 DRIVING = Path(__file__).parent / "driving_panel.py"
 pytestmark = pytest.mark.long

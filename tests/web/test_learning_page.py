@@ -10,10 +10,11 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from page_rig import Page, opened, until
+from page_rig import Page, opened
 
 from elib.learn.liveview import LiveView
 from elib.physics import Box, Scene, World
+from shared import until
 
 PERIOD = 0.05
 

@@ -16,13 +16,13 @@ import msgspec
 from aiohttp import web
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from page_rig import until
 
 from elib.web import messages, page
 from elib.web.messages import MESSAGES, Message, decode
 from elib.web.page import Page
 from elib.web.panel import Panel
 from elib.web.recents import Recents
+from shared import until
 
 TAGS = [str(kind.__struct_config__.tag) for kind in MESSAGES]
 FIELDS = sorted({field for kind in MESSAGES for field in kind.__struct_fields__})

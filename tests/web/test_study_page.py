@@ -12,7 +12,7 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 
 import numpy as np
 from browser import browser, needs_browser
-from page_rig import Page, fetch, opened, until
+from page_rig import Page, fetch, opened
 from world_page_rig import Frame
 
 from elib.errors import LinkBusy
@@ -20,6 +20,7 @@ from elib.learn.progress import Best, Progress
 from elib.learn.studypage import LEAST, REST, Life, Show, study_page
 from elib.physics import Controller, Pose, Scene
 from elib.physics.task import Task
+from shared import until
 
 STEP = 1 / 40
 

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from page_rig import opened, until
+from page_rig import opened
 
 from elib.emulator.control import Control
 from elib.emulator.server import serve
@@ -18,6 +18,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy, SimulationError
 from elib.timebase import new_loop
 from elib.web.server import view_of
+from shared import until
 
 
 @contextlib.asynccontextmanager

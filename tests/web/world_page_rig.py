@@ -15,8 +15,7 @@ from elib.emulator.control import Control
 from elib.emulator.server import Served, serve
 from elib.emulator.settings import SimulationSettings
 from elib.web.server import view_of
-
-PATIENCE = 20.0
+from shared import PATIENCE
 
 ROOM = """
 [arena]
