@@ -24,7 +24,7 @@ async def folder(tmp_path_factory) -> Path:
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
 async def address(folder) -> AsyncIterator[str]:
-    """The panel: it takes seconds to start, so the tests share it."""
+    """The panel, which the tests share."""
     async with panel(folder) as url:
         yield url
 

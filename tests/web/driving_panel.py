@@ -19,7 +19,7 @@ class DrivingPanel(Panel):
 
     async def _drive(self) -> None:
         while True:
-            await asyncio.sleep(0.05)
+            await asyncio.sleep(0.05)  # clock: it drives until the program ends
             for slot in self.slots.values():
                 if slot.is_connected:
                     slot.drive.steer("page", 0.4, 0.4)

@@ -1,4 +1,4 @@
-"""The panel as a user has it, `elib joystick` in a process of its own, and a virtual robot here to be looked at."""
+"""The panel and a virtual robot, both in this program, and a person at the panel's page."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import sys
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
 
 from browser import Opener, Tab, browser, firefox, needs_browser, needs_firefox
 
@@ -17,7 +18,10 @@ from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.pose import Pose
-from shared import PATIENCE
+from elib.web.listening import listen
+from elib.web.panel import Panel
+from elib.web.server import served
+from shared import PATIENCE, until
 
 ROOM = """
 [arena]
@@ -55,11 +59,16 @@ class Rig:
         self.control.snapshot()
         return self.control.world.pose(0)
 
+    @property
+    def wheels(self) -> tuple[float, float]:
+        """How fast the wheels turn, m/s."""
+        self.control.snapshot()
+        left, right = self.control.world.wheel_speeds(0)
+        return left, right
+
     async def until(self, is_so: Callable[[], bool]) -> None:
         """Wait until something is so in the world."""
-        async with asyncio.timeout(PATIENCE):
-            while not is_so():  # noqa: ASYNC110 - the world tells nobody when it has come so far
-                await asyncio.sleep(0.02)
+        await until(is_so)
 
     async def until_it_moves(self, metres: float = 0.01, radians: float = 0.2) -> None:
         """Wait until it has moved so far, or turned."""
@@ -67,13 +76,17 @@ class Rig:
         await self.until(lambda: far(began, self.pose) > metres or abs(turn(began, self.pose)) > radians)
 
     async def until_it_stands(self) -> None:
-        """Wait until it has not moved for half a second."""
-        async with asyncio.timeout(PATIENCE):
-            while True:
-                before = self.pose
-                await asyncio.sleep(0.5)
-                if far(before, self.pose) < 1e-6 and abs(turn(before, self.pose)) < 1e-6:
-                    return
+        """Wait until it has not moved for half a second of the world's time."""
+        before, since = self.pose, self.control.snapshot().time
+
+        def stands() -> bool:
+            nonlocal before, since
+            now, pose = self.control.snapshot().time, self.pose
+            if any(self.wheels) or far(before, pose) > 1e-6 or abs(turn(before, pose)) > 1e-6:
+                before, since = pose, now
+            return now - since > 0.5
+
+        await until(stands)
 
 
 def far(one: Pose, other: Pose) -> float:
@@ -96,22 +109,36 @@ async def virtual_robot(folder: Path, **settings: object) -> AsyncIterator[Rig]:
 
 
 @contextlib.asynccontextmanager
-async def panel(folder: Path, *options: str, port: int = 0) -> AsyncIterator[str]:
-    """Run `elib joystick` in a folder and yield its address; it must end on SIGTERM."""
-    async with program(folder, "joystick", "--no-browser", "--port", str(port), *options) as line:
-        assert line.startswith("http://"), line
-        yield line
+async def panel(folder: Path, *urls: str, port: int = 0) -> AsyncIterator[str]:
+    """Serve the panel in a folder that is also its home, and yield its address."""
+    with mock.patch.dict(os.environ, own(folder)):
+        robots = Panel(folder=folder)
+        address = listen(port=port)
+        async with served(robots, address) as server:
+            try:
+                for url in urls:
+                    for key in robots.add_all(url, is_trusted=True):
+                        robots.connect(key)
+                yield address.url
+            finally:
+                server.is_ending = True
+                await robots.close()
+
+
+def own(folder: Path) -> dict[str, str]:
+    """Return the variables of the environment by which a folder is the home."""
+    runtime = folder / "runtime"
+    runtime.mkdir(exist_ok=True)
+    return {"XDG_STATE_HOME": str(folder), "XDG_RUNTIME_DIR": str(runtime), "HOME": str(folder)}
 
 
 @contextlib.asynccontextmanager
 async def program(folder: Path, *words: str) -> AsyncIterator[str]:
     """Run `elib` in a folder that is also its home, and yield its first line; it must end on SIGTERM."""
-    runtime = folder / "runtime"
-    runtime.mkdir(exist_ok=True)
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "elib", *words),
         cwd=folder,
-        env={**os.environ, "XDG_STATE_HOME": str(folder), "XDG_RUNTIME_DIR": str(runtime), "HOME": str(folder)},
+        env=os.environ | own(folder),
         stdout=asyncio.subprocess.PIPE,
     )
     assert process.stdout is not None
@@ -180,17 +207,13 @@ class Driver:
         found = f"document.querySelector({selector!r})"
         await self.tab.until(f"!!{found}")
         await self.tab.run(f"{found}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
-        before: object = None
-        while True:  # what slides in, like a dialog, is to be waited for
-            place = await self.tab.run(
-                f"(() => {{ const b = {found}.getBoundingClientRect();"
-                " return [b.left + b.width / 2, b.top + b.height / 2]; })()"
-            )
-            if place == before:
-                break
-            before = place
-            await asyncio.sleep(0.05)
-        x, y = place  # type: ignore[misc]
+        # What slides in, like a dialog, is waited for: it stands where three frames in a row show it at the same place.
+        x, y = await self.tab.until(  # type: ignore[misc]
+            f"(async () => {{ const place = () => {{ const b = {found}.getBoundingClientRect();"
+            " return [b.left + b.width / 2, b.top + b.height / 2]; }, before = place();"
+            " for (let k = 0; k < 3; k++) { await new Promise(requestAnimationFrame);"
+            " if (place().join() !== before.join()) return null; } return before; })()"
+        )
         return x, y
 
     async def push(self, right: float, ahead: float) -> None:

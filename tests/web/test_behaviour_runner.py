@@ -9,11 +9,13 @@ import math
 import pytest
 from event_lines import lines_of
 
+import shared
 from elib.errors import ArgumentError, LinkClosed
 from elib.testing import simulated
 from elib.web.behaviours import RunPhase, catalogue, runner_state, source_of
 from elib.web.slot import Phase, Slot
 
+# clock: simulated
 ARENA = "sim://arena?speed=max"
 
 
@@ -43,12 +45,8 @@ async def stands(slot: Slot) -> bool:
     return place(slot) == stood
 
 
-async def until(slot: Slot, act: RunPhase, seconds: float = 60) -> None:
-    for _ in range(round(seconds / 0.1)):
-        if slot.runner.phase is act:
-            return
-        await asyncio.sleep(0.1)
-    raise AssertionError(f"{slot.runner.name} is {slot.runner.phase}: {slot.runner.error}")
+async def until(slot: Slot, phase: RunPhase) -> None:
+    await shared.until(lambda: slot.runner.phase is phase)
 
 
 @simulated

@@ -22,7 +22,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.web.listening import listen
 from elib.web.messages import MESSAGES
 from elib.web.server import closed_view_of
-from shared import until
+from shared import PATIENCE, until
 
 TOKEN = "k7m2xq9p"
 HARMLESS = {"show", "drawn", "frame_drawn", "choose_world", "rays", "watch", "open_robot", "world"}
@@ -38,7 +38,7 @@ def log_in(url: str, token: str) -> str:
     opener = urllib.request.build_opener(urllib.request.ProxyHandler({}), _Stay())
     request = urllib.request.Request(f"{url}login", f"token={token}".encode(), {"Origin": url.rstrip("/")})
     try:
-        opener.open(request, timeout=20)
+        opener.open(request, timeout=PATIENCE)
     except urllib.error.HTTPError as error:
         with error:
             return (error.headers["Set-Cookie"] or "").partition(";")[0]

@@ -15,9 +15,8 @@ from elib.web.slot import Slot
 SIM = "sim://square?speed=max"
 
 
-@pytest.mark.parametrize(
-    ("line", "call"),
-    [
+def test_what_is_typed_is_understood() -> None:
+    for line, call in (
         ("set_speed 0.1 0.2", Call("set_speed", (0.1, 0.2))),
         ("set_speed(0.1, -0.2)", Call("set_speed", (0.1, -0.2))),
         ("  Set_Speed   .1,.2  ", Call("set_speed", (0.1, 0.2))),
@@ -32,15 +31,12 @@ SIM = "sim://square?speed=max"
         ('text "H"', Call("text", ("H",))),
         ("set_obstacle_avoidance off", Call("set_obstacle_avoidance", ("off",))),
         ("set_camera 40 40 8 GREY", Call("set_camera", (40, 40, 8, "GREY"))),
-    ],
-)
-def test_what_is_typed_is_understood(line: str, call: Call) -> None:
-    assert parse(line) == call
+    ):
+        assert parse(line) == call, line
 
 
-@pytest.mark.parametrize(
-    ("line", "reason"),
-    [
+def test_what_is_no_command_is_explained() -> None:
+    for line, reason in (
         ("", "not a command"),
         ("set_sped 1 1", "did you mean set_speed"),
         ("__class__", "no command"),
@@ -55,12 +51,10 @@ def test_what_is_typed_is_understood(line: str, call: Call) -> None:
         ("a" * 300, "one line"),
         (None, "one line"),
         ({"do": "stop"}, "one line"),
-    ],
-)
-def test_what_is_no_command_is_explained(line: object, reason: str) -> None:
-    with pytest.raises(ArgumentError) as refused:
-        parse(line)
-    assert reason in str(refused.value)
+    ):
+        with pytest.raises(ArgumentError) as refused:
+            parse(line)
+        assert reason in str(refused.value), line
 
 
 def test_every_row_of_the_table_can_be_sent() -> None:
@@ -69,9 +63,8 @@ def test_every_row_of_the_table_can_be_sent() -> None:
         assert help_line(entry.name).startswith(entry.usage)
 
 
-@pytest.mark.parametrize(
-    ("line", "completions"),
-    [
+def test_lines_are_completed() -> None:
+    for line, completions in (
         ("set_sp", ["set_speed"]),
         ("SET_SP", ["set_speed"]),
         ("led", ["set_body_led", "set_front_led", "set_led", "set_rgb_led"]),
@@ -83,10 +76,8 @@ def test_every_row_of_the_table_can_be_sent() -> None:
         ("nothing ", []),
         ("a" * 999, []),
         (7, []),
-    ],
-)
-def test_lines_are_completed(line: object, completions: list[str]) -> None:
-    assert complete(line) == completions
+    ):
+        assert complete(line) == completions, line
 
 
 def test_only_what_the_firmware_has_is_offered() -> None:

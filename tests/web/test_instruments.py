@@ -20,6 +20,7 @@ from elib.web.gauges import instruments, numbers, words
 from elib.web.instruments import MOST_POINTS, Cursor, scheme, summary, tick
 from elib.web.slot import Slot
 
+# clock: simulated
 SIM = "sim://square?speed=max"
 
 

@@ -16,6 +16,7 @@ import msgspec
 from aiohttp import web
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from local_network import LocalLoop
 
 from elib.web import messages, page
 from elib.web.messages import MESSAGES, Message, decode
@@ -24,6 +25,8 @@ from elib.web.panel import Panel
 from elib.web.recents import Recents
 from shared import until
 
+# clock: simulated
+LOOP = LocalLoop
 TAGS = [str(kind.__struct_config__.tag) for kind in MESSAGES]
 FIELDS = sorted({field for kind in MESSAGES for field in kind.__struct_fields__})
 JSON = st.recursive(
@@ -45,11 +48,11 @@ def test_every_message_has_a_name_and_says_in_a_sentence_what_it_does() -> None:
         assert (kind.__doc__ or "").strip().endswith("."), kind
 
 
-@pytest.mark.parametrize("kind", MESSAGES, ids=TAGS)
-def test_a_message_takes_no_field_beside_its_own(kind: type[Message]) -> None:
-    about = {"do": kind.__struct_config__.tag, "page": "page-0"}
-    with pytest.raises(msgspec.ValidationError):
-        decode(json.dumps(about | dict.fromkeys(kind.__struct_fields__, 1)))
+def test_a_message_takes_no_field_beside_its_own() -> None:
+    for kind in MESSAGES:
+        about = {"do": kind.__struct_config__.tag, "page": "page-0"}
+        with pytest.raises(msgspec.ValidationError):
+            raise AssertionError(decode(json.dumps(about | dict.fromkeys(kind.__struct_fields__, 1))))
 
 
 @given(st.text() | BROKEN)

@@ -1,6 +1,5 @@
 """The whole page in a real browser: robots come and go, and what is done with readings, behaviours and files."""
 
-import asyncio
 import json
 import socket
 from collections.abc import AsyncIterator
@@ -15,6 +14,7 @@ pytest.importorskip("websockets", reason="the extra web is not installed: pip in
 from panel_rig import TICK, Driver, far, needs_browser, panel, program
 
 from elib.recording.reader import read_recording
+from shared import until
 
 pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
 
@@ -452,15 +452,14 @@ async def test_an_overview_of_twenty_robots_starts_blinks_opens_and_stops_them(v
     await visitor.tab.until(f"{OVERVIEW}.every(robot => robot.behaviour === '' && !robot.may_move)")
     poses = f"JSON.stringify({OVERVIEW}.map(robot => robot.pose))"
     await visitor.tab.run("elib.heard = 0, elib.listen('overview', () => elib.heard++), 0")
-    before = await visitor.tab.run(poses)
-    async with asyncio.timeout(30):
-        while True:
-            await visitor.tab.until("elib.heard > 3")
-            await visitor.tab.run("elib.heard = 0")
-            now = await visitor.tab.run(poses)
-            if now == before:
-                break
-            before = now
+
+    async def stand() -> bool:
+        before = await visitor.tab.run(poses)
+        await visitor.tab.until("elib.heard > 3")
+        await visitor.tab.run("elib.heard = 0")
+        return await visitor.tab.run(poses) == before
+
+    await until(stand)
     await visitor.press("epuck-20")  # its tab, which is scrolled there
     await visitor.tab.until(f"!!document.querySelector('.pad') && {TICK}.phase === 'connected'")
     assert await visitor.tab.run("document.querySelector('.status h1').textContent") == "epuck-20"

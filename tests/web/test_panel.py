@@ -13,6 +13,7 @@ from elib.testing import simulated
 from elib.web.panel import LONGEST_NAME, LONGEST_URL, MOST_ROBOTS, Panel
 from elib.web.recents import Recents
 from elib.web.slot import Phase, Slot
+from shared import until
 
 SIM = "sim://square?speed=max"
 
@@ -22,8 +23,7 @@ async def connected(panel: Panel, *urls: str) -> list[Slot]:
     slots = [panel.slot(panel.add(url)) for url in urls]
     for key in panel.slots:
         panel.connect(key)
-    while any(slot.phase is not Phase.CONNECTED for slot in slots):  # noqa: ASYNC110  # in simulated time
-        await asyncio.sleep(0.1)
+    await until(lambda: all(slot.phase is Phase.CONNECTED for slot in slots))
     return slots
 
 
@@ -86,9 +86,10 @@ async def test_closing_stops_every_robot_and_names_those_that_did_not_confirm_it
     assert not two.is_connected
 
 
-@pytest.mark.parametrize(
-    ("url", "name"),
-    [
+@simulated
+async def test_what_a_page_sends_for_a_robot_is_checked() -> None:
+    panel = Panel()
+    for url, name in (
         (None, ""),
         (7, ""),
         (["sim://"], ""),
@@ -107,17 +108,10 @@ async def test_closing_stops_every_robot_and_names_those_that_did_not_confirm_it
         (SIM, "a\x00b"),
         (SIM, "a" * (LONGEST_NAME + 1)),
         (SIM, "\u202eevil"),
-    ],
-)
-def test_what_a_page_sends_for_a_robot_is_checked(url: object, name: object) -> None:
-    @simulated
-    async def attempt() -> None:
-        panel = Panel()
+    ):
         with pytest.raises(ArgumentError):
             panel.add(url, name)
-        assert not panel.slots
-
-    attempt()
+        assert not panel.slots, (url, name)
 
 
 @simulated
@@ -128,21 +122,19 @@ async def test_a_name_is_kept_as_it_is_also_one_with_a_script_in_it() -> None:
     await panel.close()
 
 
-@pytest.mark.parametrize("key", [None, 1, "", "2", "__class__", ["1"], {"1": 1}])
-def test_a_key_of_no_robot_is_refused(key: object) -> None:
-    @simulated
-    async def attempt() -> None:
-        panel = Panel()
-        panel.add(SIM)
+@simulated
+async def test_a_key_of_no_robot_is_refused() -> None:
+    panel = Panel()
+    panel.add(SIM)
+    for key in (None, 1, "", "2", "__class__", ["1"], {"1": 1}):
         with pytest.raises(ArgumentError):
             panel.slot(key)
         with pytest.raises(ArgumentError):
             panel.connect(key)
         with pytest.raises(ArgumentError):
             await panel.remove(key)
-        await panel.close()
-
-    attempt()
+        assert [*panel.slots] == ["1"], key
+    await panel.close()
 
 
 @simulated
@@ -169,17 +161,15 @@ FILES = [
 ]
 
 
-@pytest.mark.parametrize("url", FILES)
-def test_a_page_of_a_shared_panel_opens_no_files_of_the_computer(url: str) -> None:
-    @simulated
-    async def attempt() -> None:
+@simulated
+async def test_a_page_of_a_shared_panel_opens_no_files_of_the_computer() -> None:
+    for url in FILES:
         shared = Panel(is_shared=True)
         with pytest.raises(ArgumentError, match="may not open files"):
             shared.add(url)
+        assert not shared.slots, url
         shared.add(url, is_trusted=True)
         Panel().add(url)
-
-    attempt()
 
 
 @simulated
@@ -317,11 +307,7 @@ async def test_a_robot_that_is_lost_while_it_blinks_for_a_page_that_was_closed_l
 
 async def test_a_panel_that_closes_lets_a_paused_world_go_on_so_that_its_robot_confirms_the_stop() -> None:
     panel = Panel()
-    slot = panel.slot(key := panel.add("sim://square"))
-    panel.connect(key)
-    async with asyncio.timeout(20):
-        while slot.phase is not Phase.CONNECTED:  # noqa: ASYNC110 - nobody tells
-            await asyncio.sleep(0.02)
+    (slot,) = await connected(panel, "sim://square")
     await slot.robot.set_speed(0.3, 0.3)
     assert slot.control is not None
     slot.control.pause()

@@ -12,17 +12,18 @@ from elib.errors import ArgumentError
 from elib.web.files import Folder
 
 
-@pytest.mark.parametrize(
-    ("name", "file"),
-    [("run", "run.log"), ("run.log", "run.log"), (" Lauf 2 ", "Lauf 2.log"), ("Übung_1-a.LOG", "Übung_1-a.LOG")],
-)
-def test_a_plain_name_is_a_file_of_the_folder(tmp_path: Path, name: str, file: str) -> None:
-    assert Folder(tmp_path).log(name) == tmp_path.resolve() / file
+def test_a_plain_name_is_a_file_of_the_folder(tmp_path: Path) -> None:
+    for name, file in (
+        ("run", "run.log"),
+        ("run.log", "run.log"),
+        (" Lauf 2 ", "Lauf 2.log"),
+        ("Übung_1-a.LOG", "Übung_1-a.LOG"),
+    ):
+        assert Folder(tmp_path).log(name) == tmp_path.resolve() / file
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
+def test_what_leads_elsewhere_or_is_no_name_is_refused(tmp_path: Path) -> None:
+    names: list[object] = [
         "",
         "   ",
         ".",
@@ -56,11 +57,10 @@ def test_a_plain_name_is_a_file_of_the_folder(tmp_path: Path, name: str, file: s
         None,
         ["run.log"],
         b"run.log",
-    ],
-)
-def test_what_leads_elsewhere_or_is_no_name_is_refused(tmp_path: Path, name: object) -> None:
-    with pytest.raises(ArgumentError):
-        Folder(tmp_path).log(name)
+    ]
+    for name in names:
+        with pytest.raises(ArgumentError):
+            raise AssertionError(f"{name!r} is {Folder(tmp_path).log(name)}")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -89,23 +89,20 @@ def test_links_pipes_and_folders_are_no_files(tmp_path: Path) -> None:
             Folder(inside).log(name)
 
 
-@pytest.mark.parametrize(
-    ("stem", "name"),
-    [
+def test_a_free_name_is_offered_and_is_one_that_will_be_taken(tmp_path: Path) -> None:
+    folder = Folder(tmp_path)
+    (tmp_path / "taken.log").touch()
+    (tmp_path / "taken-2.log").touch()
+    for stem, name in (
         ("epuck-1", "epuck-1.log"),
         ("sim://square?speed=max", "sim-square-speed-max.log"),
         ("../..", "run.log"),
         ("con", "con-1.log"),
         ("taken", "taken-3.log"),
         ("<script>", "script.log"),
-    ],
-)
-def test_a_free_name_is_offered_and_is_one_that_will_be_taken(tmp_path: Path, stem: str, name: str) -> None:
-    folder = Folder(tmp_path)
-    (tmp_path / "taken.log").touch()
-    (tmp_path / "taken-2.log").touch()
-    assert folder.free(stem, ".log") == name
-    assert folder.log(folder.free(stem * 50, ".log"))
+    ):
+        assert folder.free(stem, ".log") == name
+        assert folder.log(folder.free(stem * 50, ".log"))
 
 
 def test_a_folder_that_is_none_is_refused(tmp_path: Path) -> None:

@@ -10,7 +10,13 @@ import pytest
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
 from guard_rig import guarded
-from page_rig import opened, until
+from local_network import LocalLoop
+from page_rig import opened
+
+from shared import until
+
+# clock: simulated
+LOOP = LocalLoop
 
 
 async def test_a_tab_that_is_closed_by_two_fast_clicks_is_closed_once() -> None:
@@ -41,9 +47,8 @@ async def test_a_page_that_leaves_stops_what_it_drove() -> None:
         async with opened(rig.url) as page:
             key = await page.connected()
             slot = rig.panel.slots[key]
-            async with asyncio.timeout(20):
-                while not slot.drive.may_move:
-                    await page.ask("steer", robot=key, left=1, right=1)
+            await page.ask("steer", robot=key, left=1, right=1)
+            await until(lambda: slot.drive.may_move)
         await until(lambda: not slot.drive.may_move)
         assert slot.drive.driver == ""
 
@@ -55,7 +60,7 @@ async def test_what_a_page_sent_while_the_program_ends_is_not_carried_out() -> N
         await page.tell("steer", robot=key, left=1, right=1)
         await page.tell("add", url="sim://line")
         with pytest.raises(TimeoutError):
-            async with asyncio.timeout(0.3):
+            async with asyncio.timeout(30):
                 await page.ask("stop")
         assert len(rig.panel.slots) == 1
         assert not any("add" in text or "steer" in text for text in rig.heard)

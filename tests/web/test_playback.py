@@ -11,6 +11,7 @@ from elib.errors import ArgumentError
 from elib.testing import simulated
 from elib.web.slot import Phase, Slot
 
+# clock: simulated
 SIM = "sim://square?speed=max"
 
 

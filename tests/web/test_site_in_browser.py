@@ -13,6 +13,8 @@ import pytest
 import pytest_asyncio
 from browser import Tab, browser, needs_browser
 
+from shared import PATIENCE
+
 pytestmark = [needs_browser, pytest.mark.long]
 
 ROOT = Path(__file__).parents[2]
@@ -37,7 +39,7 @@ FOUND = f"""(() => {{
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("site") / "site"
-    subprocess.run([sys.executable, ROOT / "docs/make_site.py", "--to", folder], check=True, timeout=120)
+    subprocess.run([sys.executable, ROOT / "docs/make_site.py", "--to", folder], check=True, timeout=5 * PATIENCE)
     return folder
 
 
@@ -90,7 +92,7 @@ async def test_the_search_works_from_files(tab: Tab, site: Path) -> None:
     assert ".html" in await search(tab, "timeou")
     for letter in "ts":  # what was typed stays in the field while results arrive
         await tab.type(letter)
-        await asyncio.sleep(0.2)
+        await asyncio.sleep(0.2)  # clock: whatever the pause is, nothing may change what was typed
     assert await tab.run(f"{SEARCH}.value") == "timeouts"
     assert [url for url in tab.requests if not url.startswith((site.as_uri(), "data:", "blob:", "about:"))] == []
 

@@ -17,7 +17,7 @@ from world_page_rig import Frame
 
 from elib.errors import LinkBusy
 from elib.learn.progress import Best, Progress
-from elib.learn.studypage import LEAST, REST, Life, Show, study_page
+from elib.learn.studypage import REST, Life, Show, study_page
 from elib.physics import Controller, Pose, Scene
 from elib.physics.task import Task
 from shared import until
@@ -220,17 +220,20 @@ async def test_a_life_ends_when_the_task_says_so() -> None:
 
 
 async def test_a_better_controller_waits_until_the_one_that_drives_was_seen(progress, monkeypatch) -> None:
+    monkeypatch.setattr("elib.learn.studypage.LEAST", 1e9)
     show = Show(progress)
     playing = asyncio.create_task(show.play())
     pass_generation(progress, 0.1)
-    await asyncio.sleep(0.05)
+    for _ in range(20):
+        await asyncio.sleep(0)
     assert show.state()["shown"] is None  # nobody looks, so nothing is computed
     show.panel.on_visit()
     await until(lambda: show.state()["shown"] == 1)
     pass_generation(progress, 0.2)
-    await asyncio.sleep(0.3)
+    simulation = show._life.simulation  # type: ignore[union-attr]
+    await until(lambda: simulation.catch_up() or simulation.time > 1)
     assert show.state()["shown"] == 1
-    monkeypatch.setattr("elib.learn.studypage.LEAST", -LEAST)
+    monkeypatch.setattr("elib.learn.studypage.LEAST", 1)
     await until(lambda: show.state()["shown"] == 2)
     show.panel.on_empty()
     playing.cancel()

@@ -1,6 +1,5 @@
 """The page's world in a real browser: it shows the world as it is, and what is done there happens in the world."""
 
-import asyncio
 import math
 from collections.abc import AsyncIterator
 
@@ -15,6 +14,7 @@ from world_page_rig import PAINT, ROOM, Rig, watched
 
 from elib.physics.worldfile import load_file
 from elib.transport import open_transport
+from shared import until
 
 pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
 
@@ -76,15 +76,6 @@ async def drag(tab: Tab, start: tuple[float, float], end: tuple[float, float]) -
     for share in (0.1, 0.4, 0.7, 1.0):
         await tab.mouse("mouseMoved", left + share * (right - left), top + share * (bottom - top))
     await tab.mouse("mouseReleased", right, bottom)
-
-
-async def until(condition) -> None:
-    """Wait until something is so in the simulation."""
-    async with asyncio.timeout(30):
-        while True:
-            if condition():
-                return
-            await asyncio.sleep(0.02)
 
 
 def is_at(thing, x: float, y: float, *, within: float = 0.01) -> bool:
@@ -428,7 +419,8 @@ async def test_a_double_click_opens_the_page_of_a_robot_and_a_pause_loses_no_lin
         await tab.call("Input.dispatchKeyEvent", type="keyUp", key="ArrowUp", code="ArrowUp")
         await tab.run(f"{own}.pauseButton.click()")
         await tab.until(f"{own}.isPaused")
-        await asyncio.sleep(4)
+        paused = await tab.run("elib.robot('3').tick.time")
+        await tab.until(f"elib.robot('3').tick.time > {paused} + 4")
         await tab.run(f"{own}.pauseButton.click()")
         await tab.until(f"!{own}.isPaused")
         await tab.until("elib.robot('3').tick.readings.proximity?.stale === false")
