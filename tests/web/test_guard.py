@@ -745,7 +745,7 @@ async def test_the_end_of_the_server_is_told_to_its_pages_and_waits_for_none() -
         await until(lambda: rig.server.pages == 2)
         began = now()
         await stack.aclose()
-        assert now() - began < 4 * server.CLOSING_TIME
+        assert now() - began < 2 * server.CLOSING_TIME + 0.1
         assert await until_closed(socket) == 1001
         with pytest.raises(ConnectionRefusedError):
             await asyncio.open_connection(rig.host, rig.port)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from event_lines import lines_of
+from lanes import short
 
 import elib
 from elib.errors import ArgumentError, LinkClosed
@@ -113,14 +114,14 @@ def test_the_camera_of_a_virtual_robot_is_live_while_a_page_shows_it_and_holds_u
     story()
 
 
-@pytest.mark.parametrize("zooms", [None, (1, 2, 4, 8)])
-@pytest.mark.parametrize("baud", [0, 38400, 57600, 115200, 230400, 1_000_000])
-def test_a_live_picture_leaves_any_line_within_a_tenth_of_a_second(baud: int, zooms: tuple[int, ...] | None) -> None:
-    camera = live_camera(baud, zooms)
-    assert camera is not None
-    width, height, zoom, _ = camera
-    assert 0.022 + (2 * width * height + 3) * (10 / baud if baud else 0) <= 0.1
-    assert width * min(zoom, 4 if zooms else zoom) <= 480
+def test_a_live_picture_leaves_any_line_within_a_tenth_of_a_second() -> None:
+    for baud in (0, 38400, 57600, 115200, 230400, 1_000_000):
+        for zooms in (None, (1, 2, 4, 8)):
+            camera = live_camera(baud, zooms)
+            assert camera is not None
+            width, height, zoom, _ = camera
+            assert 0.022 + (2 * width * height + 3) * (10 / baud if baud else 0) <= 0.1, (baud, zooms)
+            assert width * min(zoom, 4 if zooms else zoom) <= 480, (baud, zooms)
 
 
 def test_a_line_that_is_too_slow_carries_no_live_picture() -> None:
@@ -356,7 +357,7 @@ def test_a_robot_that_did_not_confirm_its_last_stop_may_still_move(firmware: str
     story()
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", short(range(10), 0, 1, 2))
 @pytest.mark.parametrize("firmware", FIRMWARES)
 def test_a_robot_stands_0_3_s_after_the_page_s_last_word_though_no_answer_of_it_comes(firmware: str, seed: int) -> None:
     drawn = random.Random(seed)

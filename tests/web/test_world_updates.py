@@ -74,29 +74,27 @@ async def test_the_page_and_its_parts_come_from_here_and_name_no_other_place(rig
     assert ours <= seen
 
 
-@pytest.mark.parametrize(
-    "path", ["/nothing", "/../world.py", "/..%2fworld.py", "//etc/passwd", "/app.js/", "/floor.png"]
-)
-async def test_what_is_no_part_of_the_page_is_not_there(rig, path):
-    status, _, body = await get(rig, path)
-    assert (status, body) == (404, b"There is no such page.")
+async def test_what_is_no_part_of_the_page_is_not_there(rig):
+    for path in ("/nothing", "/../world.py", "/..%2fworld.py", "//etc/passwd", "/app.js/", "/floor.png"):
+        status, _, body = await get(rig, path)
+        assert (status, body) == (404, b"There is no such page."), path
 
 
 async def test_a_request_with_two_names_of_the_host_gets_nothing(rig):
     assert (await get(rig, "/", host=f"{rig.host}\r\nHost: {rig.host}"))[0] == 400
 
 
-@pytest.mark.parametrize("host", ["example.org", "example.org:80", "", "127.0.0.1.example.org"])
-async def test_a_page_that_calls_this_computer_by_another_name_gets_nothing(rig, host):
-    assert (await get(rig, "/", host=host))[0] == 403
+async def test_a_page_that_calls_this_computer_by_another_name_gets_nothing(rig):
+    for host in ("example.org", "example.org:80", "", "127.0.0.1.example.org"):
+        assert (await get(rig, "/", host=host))[0] == 403, host
 
 
-@pytest.mark.parametrize("origin", ["http://example.org", "null", None, "http://127.0.0.1:1"])
-async def test_a_stranger_s_page_cannot_open_the_socket(rig, origin):
-    with pytest.raises(InvalidStatus) as caught:
-        async with connect(f"ws://{rig.host}/ws", origin=origin):
-            pass
-    assert caught.value.response.status_code == 403
+async def test_a_stranger_s_page_cannot_open_the_socket(rig):
+    for origin in ("http://example.org", "null", None, "http://127.0.0.1:1"):
+        with pytest.raises(InvalidStatus) as caught:
+            async with connect(f"ws://{rig.host}/ws", origin=origin):
+                pass
+        assert caught.value.response.status_code == 403, origin
 
 
 async def test_a_page_is_told_the_scene_and_then_sees_the_robots_where_the_world_has_them(rig, page):
@@ -276,17 +274,14 @@ async def test_a_hand_turns_the_selector_and_presses_the_remote_control(rig, pag
     assert "has no button" in (await page.world(do="press_button", robot=0))["error"]
 
 
-@pytest.mark.parametrize(
-    "message", [{}, {"do": "fly"}, {"do": "cut"}, {"do": "cut", "robot": 2}, {"do": "cut", "robot": True}]
-)
-async def test_a_message_for_the_world_with_a_mistake_is_answered_and_the_page_goes_on(page, message):
-    assert (await page.world(**message))["ok"] is False
-    assert (await page.frame()).poses
+async def test_a_message_for_the_world_with_a_mistake_is_answered_and_the_page_goes_on(page):
+    for message in ({}, {"do": "fly"}, {"do": "cut"}, {"do": "cut", "robot": 2}, {"do": "cut", "robot": True}):
+        assert (await page.world(**message))["ok"] is False, message
+        assert (await page.frame()).poses
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+async def test_what_no_page_says_ends_that_page_and_no_other(rig, page):
+    for text in (
         "nonsense",
         "[]",
         '{"do": "rays", "on": 1}',
@@ -294,15 +289,13 @@ async def test_a_message_for_the_world_with_a_mistake_is_answered_and_the_page_g
         '{"do": "watch"}',
         '{"do": "fly"}',
         b"no number of a frame",
-    ],
-)
-async def test_what_no_page_says_ends_that_page_and_no_other(rig, page, text):
-    async with opened(rig) as other:
-        await other.scene()
-        await other.socket.send(text)
-        with pytest.raises(ConnectionClosedError):
-            await other.hear("never")
-    assert (await page.frame()).poses
+    ):
+        async with opened(rig) as other:
+            await other.scene()
+            await other.socket.send(text)
+            with pytest.raises(ConnectionClosedError):
+                await other.hear("never")
+        assert (await page.frame()).poses, text
 
 
 async def test_a_message_beyond_all_measure_ends_that_page_and_no_other(rig, page):
