@@ -16,10 +16,10 @@ import pytest
 pytest.importorskip("mcp")
 
 import aiohttp
-from lanes import short
 from mcp.client.client import Client
 from mcp.client.stdio import StdioServerParameters, stdio_client
 from mcp_types import CallToolRequestParams, CallToolResult
+from web_lanes import short
 
 from elib.cli import main
 from elib.doors.agent.driver import Refused

@@ -19,9 +19,9 @@ pytest.importorskip("mcp")
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
 from agent_wire import INITIALIZE, WITNESSED, memory, wire
-from lanes import short
 from page_rig import opened
 from test_agent import FIRMWARES, LIMITS, call, speeds, tools_on, went, world_of
+from web_lanes import short
 
 from elib.doors.agent.limits import Limits
 from elib.emulator.control import Control

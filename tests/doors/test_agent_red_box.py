@@ -11,10 +11,10 @@ import pytest
 
 pytest.importorskip("mcp")
 
-from lanes import short
 from mcp_types import CallToolRequestParams
 from red_box_worlds import RED, gap, random_placement, written_placement
 from test_agent import door_of, speeds, tools_on, world_of
+from web_lanes import short
 
 from elib.doors.agent.limits import Limits
 from elib.testing import simulated

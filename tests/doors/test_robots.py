@@ -10,7 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import started
-from lanes import short
+from web_lanes import short
 
 from elib.doors.robots import connected
 from elib.errors import ElibError, LinkClosed

@@ -14,8 +14,8 @@ import pytest
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import started
-from lanes import short
 from serve_rig import Program, child, serving
+from web_lanes import short
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 

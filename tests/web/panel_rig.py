@@ -207,12 +207,12 @@ class Driver:
         found = f"document.querySelector({selector!r})"
         await self.tab.until(f"!!{found}")
         await self.tab.run(f"{found}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
-        # What slides in, like a dialog, is waited for: it stands where three frames in a row show it at the same place.
+        # What slides in, like a dialog, is waited for until it stands.
         x, y = await self.tab.until(  # type: ignore[misc]
             f"(async () => {{ const place = () => {{ const b = {found}.getBoundingClientRect();"
             " return [b.left + b.width / 2, b.top + b.height / 2]; }, before = place();"
-            " for (let k = 0; k < 3; k++) { await new Promise(requestAnimationFrame);"
-            " if (place().join() !== before.join()) return null; } return before; })()"
+            " await new Promise((done) => setTimeout(done, 50));"
+            " return place().join() === before.join() && before; })()"
         )
         return x, y
 

@@ -20,8 +20,8 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 import msgspec
 from elib_process import Running, started
-from lanes import short
 from page_rig import Page, fetch, opened
+from web_lanes import short
 
 from elib.cli import main
 from elib.emulator.control import Control

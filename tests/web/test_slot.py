@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from event_lines import lines_of
-from lanes import short
+from web_lanes import short
 
 import elib
 from elib.errors import ArgumentError, LinkClosed
