@@ -33,6 +33,8 @@ STANDS = 20
 """Readings in a row, 50 a second, that are the same where the wheels stand."""
 DRIVEN = 200
 """Steps of a wheel after which the robot has certainly been driven."""
+PATIENT = "import elib.web.drivelock as lock, elib.cli, sys; lock.DEAD_MAN = 60.0; sys.exit(elib.cli.main())"
+"""``elib`` with a dead man's switch that waits longer than a busy machine keeps a client from its next message."""
 LANGUAGES = ["node", "csharp", "cpp"]
 
 
@@ -78,7 +80,7 @@ class Door:
 async def opened() -> AsyncIterator[Door]:
     """Start a door, and watch its robot."""
     process = await asyncio.create_subprocess_exec(
-        *(Path(sys.executable).with_name("elib"), "serve", "sim://arena", "--port", "0", "--allow-origin", "null"),
+        *(sys.executable, "-c", PATIENT, "serve", "sim://arena", "--port", "0", "--allow-origin", "null"),
         stdout=asyncio.subprocess.PIPE,
     )
     assert process.stdout is not None
@@ -105,11 +107,12 @@ async def door() -> AsyncIterator[Door]:
         yield door
 
 
-@pytest.fixture(scope="module", params=LANGUAGES)
-def client(request, tmp_path_factory) -> Callable[[float, str], list[str]]:
+@pytest_asyncio.fixture(scope="module", loop_scope="module", params=LANGUAGES)
+async def client(request, tmp_path_factory) -> Callable[[float, str], list[str]]:
     """The command that drives for some seconds at an address, compiled where that is necessary."""
     folder = tmp_path_factory.mktemp("client")
-    return {"node": node, "csharp": csharp, "cpp": cpp}[request.param](folder)
+    # In a thread, for the door that is watched meanwhile leaves who does not answer its pings.
+    return await asyncio.to_thread({"node": node, "csharp": csharp, "cpp": cpp}[request.param], folder)
 
 
 def node(_: Path) -> Callable[[float, str], list[str]]:

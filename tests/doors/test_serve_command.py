@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import signal
 import socket
@@ -26,6 +27,14 @@ from elib.emulator.settings import SimulationSettings
 from shared import until
 
 
+async def drive_on(program: Program) -> None:
+    """Set the same speeds until the connection ends: a busy machine that lets the robot stop lets it drive on."""
+    with contextlib.suppress(ConnectionClosed):
+        while True:
+            await program.say("set_speed", left=0.5, right=0.4)
+            await asyncio.sleep(0.1)  # clock: any rate will do
+
+
 def wheels(control: Control) -> tuple[float, float]:
     """Return how fast the wheels turn in the world, m/s."""
     control.simulation.catch_up()
@@ -42,15 +51,13 @@ async def test_whatever_ends_the_command_stops_the_robot_and_tells_the_program(n
             url = await asyncio.to_thread(run.out.line)
             async with connect(url, compression=None, proxy=None) as ws:
                 program = Program(ws)
-                await program.ask("set_speed", left=0.5, right=0.4)
-                beats = asyncio.create_task(program.drive_on())
+                driving = asyncio.create_task(drive_on(program))
                 await until(lambda: all(wheels(control)))
                 ended = asyncio.create_task(asyncio.to_thread(run.end, number))
                 with pytest.raises(ConnectionClosed) as caught:
                     while True:
                         await program.hear()
-                beats.cancel()
-                await asyncio.wait([beats])
+                await asyncio.wait([driving])
                 assert caught.value.rcvd is not None
                 assert (caught.value.rcvd.code, caught.value.rcvd.reason) == (1001, "elib serve has ended")
                 assert await ended == 0
