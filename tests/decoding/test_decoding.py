@@ -22,6 +22,7 @@ from elib.protocol.quantities import CameraMode
 from elib.runner import run_on
 from elib.session.trace import Received, TraceEvent, Wrote
 from elib.testing import EmulatedRobot
+from lanes import few_and_many
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 BANNER = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
@@ -363,7 +364,7 @@ def whole(pieces: Iterable[Piece], cuts: Iterator[int]) -> tuple[list[Line], str
     return lines + decoder.flush(), decoder.firmware
 
 
-@pytest.mark.parametrize("examples", [100, pytest.param(400, marks=pytest.mark.long)])
+@few_and_many(100, 400)
 def test_any_cutting_gives_the_same_lines_and_every_byte_is_in_one(examples: int) -> None:
     @settings(max_examples=examples)
     @given(st.lists(PIECES, max_size=25), st.lists(st.integers(1, 50), min_size=1, max_size=10))

@@ -19,7 +19,6 @@ import aiohttp
 from mcp.client.client import Client
 from mcp.client.stdio import StdioServerParameters, stdio_client
 from mcp_types import CallToolRequestParams, CallToolResult
-from web_lanes import short
 
 from elib.cli import main
 from elib.doors.agent.driver import Refused
@@ -30,6 +29,7 @@ from elib.doors.robots import connected
 from elib.errors import ArgumentError
 from elib.testing import simulated
 from elib.web.watching import virtual
+from lanes import short
 from shared import PATIENCE, until
 
 FIRMWARES = ("btcom-1.1.3", "asercom-1.2.2", "btcom-2.0", "epuck2", "epuck2-wifi")

@@ -21,7 +21,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
 from agent_wire import INITIALIZE, WITNESSED, memory, wire
 from page_rig import opened
 from test_agent import FIRMWARES, LIMITS, call, speeds, tools_on, went, world_of
-from web_lanes import short
 
 from elib.doors.agent.limits import Limits
 from elib.emulator.control import Control
@@ -29,6 +28,7 @@ from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkLost
 from elib.testing import simulated
+from lanes import short
 from shared import PATIENCE, until, wait_until
 
 MEGABYTE = 1 << 20

@@ -14,10 +14,10 @@ pytest.importorskip("mcp")
 from mcp_types import CallToolRequestParams
 from red_box_worlds import RED, gap, random_placement, written_placement
 from test_agent import door_of, speeds, tools_on, world_of
-from web_lanes import short
 
 from elib.doors.agent.limits import Limits
 from elib.testing import simulated
+from lanes import short
 from shared import PATIENCE
 
 SCRIPT = Path(__file__).parents[2] / "examples" / "agent" / "find_the_red_box.py"

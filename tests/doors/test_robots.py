@@ -10,13 +10,13 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import started
-from web_lanes import short
 
 from elib.doors.robots import connected
 from elib.errors import ElibError, LinkClosed
 from elib.testing import simulated
 from elib.web.slot import Phase
 from elib.web.watching import virtual
+from lanes import short
 from shared import PATIENCE
 
 

@@ -16,7 +16,6 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import started
 from serve_rig import Program, child, serving
-from web_lanes import short
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
@@ -24,6 +23,7 @@ from elib.cli import main
 from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
+from lanes import short
 from shared import until
 
 

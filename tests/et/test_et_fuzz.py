@@ -10,6 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from elib.et.actions import actions
+from lanes import few_and_many
 
 NUMBERS = st.sampled_from(
     ["0", "1", "-1", "2.5", "1e3", "1e308", "-1e308", "1e999", "nan", "1_0", "٣", "", "+", "1,5", "-"]
@@ -87,12 +88,7 @@ def check(arguments: list[str], data: bytes) -> None:
         assert left == {"old": b"precious"}
 
 
-def lengths(quick: int, long: int) -> pytest.MarkDecorator:
-    """Return how many examples a test tries: few, or, in its long form, many."""
-    return pytest.mark.parametrize("examples", [quick, pytest.param(long, marks=pytest.mark.long)])
-
-
-@lengths(50, 300)
+@few_and_many(50, 300)
 def test_no_command_line_and_no_log_give_a_traceback(examples: int) -> None:
     @settings(max_examples=examples)
     @given(arguments=ARGUMENTS, data=DATA)
@@ -107,7 +103,7 @@ def test_no_command_line_and_no_log_give_a_traceback(examples: int) -> None:
     holds()
 
 
-@lengths(40, 200)
+@few_and_many(40, 200)
 def test_no_log_gives_a_traceback_in_any_format(examples: int) -> None:
     @settings(max_examples=examples)
     @given(
@@ -121,7 +117,7 @@ def test_no_log_gives_a_traceback_in_any_format(examples: int) -> None:
     holds()
 
 
-@lengths(25, 100)
+@few_and_many(25, 100)
 def test_results_do_not_depend_on_how_a_log_is_read(examples: int) -> None:
     """Means may differ in their last digit, and of several errors another one may be found first."""
 

@@ -17,6 +17,7 @@ from elib.et import samples
 from elib.et.pairing import Pairing
 from elib.et.rows import BLOCK, Block, RowError, blocks_of
 from elib.et.samples import RunningStats, Samples
+from lanes import few_and_many
 
 DRAW = random.Random(1)
 VALUES = [round(DRAW.gauss(50, 10), 3) for _ in range(1000)]
@@ -109,7 +110,7 @@ def test_numbers_on_disk_give_what_those_in_memory_give(most: int, few: int, mon
     assert edges == pytest.approx(expected_edges)
 
 
-@pytest.mark.parametrize("examples", [20, pytest.param(100, marks=pytest.mark.long)])
+@few_and_many(20, 100)
 def test_every_rank_is_found_on_disk(examples: int) -> None:
     @settings(max_examples=examples)
     @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=101, max_size=300), st.floats(0, 1))

@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
-from world_rig import few_and_many
 
 from elib.errors import ArgumentError, LinkNotFound, SimulationError
 from elib.fields import Choice, Flag, Number, Several, Text
@@ -24,6 +23,7 @@ from elib.physics.scene import MOST_THINGS
 from elib.physics.worldfile import gallery, parse
 from elib.physics.worldtables import TABLES, TOP
 from elib.tables import LARGEST_FILE, MOST_PARTS
+from lanes import few_and_many
 
 ARENA = b"[arena]\nsize = [2, 1]\n"
 

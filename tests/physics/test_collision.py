@@ -7,12 +7,13 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from world_rig import clearance, few_and_many, put
+from world_rig import clearance, put
 
 from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.physics.body import RADIUS
 from elib.physics.contacts import slide
 from elib.physics.records import Scratch
+from lanes import few_and_many
 
 FULL_SPEED = 0.1288
 MICROMETRE = 1e-6

@@ -7,7 +7,7 @@ import threading
 from dataclasses import replace
 
 import pytest
-from world_rig import BUSY, ENGINES, PLAIN, everything, few_and_many, segments, vehicle
+from world_rig import BUSY, ENGINES, PLAIN, everything, segments, vehicle
 
 from elib.errors import ArgumentError, SimulationError
 from elib.extras import install
@@ -16,6 +16,7 @@ from elib.physics.engine import Compiled
 from elib.physics.episodes import sense_robots
 from elib.physics.noise import mix
 from elib.physics.senses import SENSORS, sensors_named
+from lanes import few_and_many
 from shared import PATIENCE, run_python
 
 PAINT = (Stripe(((0.1, 0.1), (0.9, 0.9))),)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from world_rig import COMPILED_LONG, everything, few_and_many, task
+from world_rig import COMPILED_LONG, everything, task
 
 from elib import ArgumentError, Controller, Scene, World
 from elib.body import METRES_PER_STEP, step_rate
@@ -14,6 +14,7 @@ from elib.physics import Box, Cylinder, Episodes, EpuckModel, Light, Pose, Rando
 from elib.physics.episodes import START
 from elib.physics.noise import bits, seed_key
 from elib.physics.placement import places
+from lanes import few_and_many
 
 BARE = Scene(0.8, 0.6, step=1 / 40)
 FULL = Scene(

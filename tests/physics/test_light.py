@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from world_rig import few_and_many, room_of
+from world_rig import room_of
 
 from elib.body import SENSOR_DIRECTIONS
 from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
 from elib.physics.fittings import Light
 from elib.physics.noise import AMBIENT
 from elib.physics.profiles import BEARINGS
+from lanes import few_and_many
 
 QUIET = EpuckModel(sensor_noise=0, ambient=4000)
 SENSOR_HEIGHT = 0.033

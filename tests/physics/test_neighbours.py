@@ -5,7 +5,7 @@ import math
 import random
 
 import pytest
-from world_rig import COMPILED_LONG, ENGINES, few_and_many, segments, vehicle
+from world_rig import COMPILED_LONG, ENGINES, segments, vehicle
 
 from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World, assembly
 from elib.physics.body import RADIUS
@@ -13,6 +13,7 @@ from elib.physics.geometry import Colour
 from elib.physics.neighbours import EDGE, NEAR_WALLS, STRAY
 from elib.physics.profiles import Profile
 from elib.physics.pushing import TOLERANCE
+from lanes import few_and_many
 
 CONTROLLER = vehicle()
 

@@ -7,11 +7,12 @@ from itertools import pairwise
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from world_rig import ENGINES, few_and_many, put, ray_lengths
+from world_rig import ENGINES, put, ray_lengths
 
 from elib.physics import Cylinder, EpuckModel, Pose, Scene, Wall, World, profiles
 from elib.physics.body import RADIUS
 from elib.physics.sensors import distance
+from lanes import few_and_many
 
 NEAR = st.floats(-0.3, 0.3)
 CENTRE = 1.0

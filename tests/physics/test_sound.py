@@ -6,11 +6,12 @@ import statistics
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from world_rig import few_and_many, room_of
+from world_rig import room_of
 
 from elib.physics import EpuckModel, Pose, Scene
 from elib.physics.fittings import Sound
 from elib.physics.sensors.microphones import FLOOR, PLACE_X, PLACE_Y
+from lanes import few_and_many
 
 RIGHT, LEFT, REAR, FRONT = range(4)
 QUIET = EpuckModel(sensor_noise=0)

@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from world_rig import few_and_many
 
 from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.physics.body import RADIUS
 from elib.physics.geometry import extent, gap
 from elib.physics.pushing import FASTEST, GRAVITY, GRIP
+from lanes import few_and_many
 
 SPEED = 0.1
 ONE = (Pose(0.3, 0.5),)

@@ -72,11 +72,6 @@ PLAIN = replace(
 """The same world without what can be pushed and without lamps."""
 
 
-def few_and_many(few, many):
-    """Run a test with few examples in the quick lane, and with many in the long one."""
-    return pytest.mark.parametrize("examples", [few, pytest.param(many, marks=pytest.mark.long)], ids=["few", "many"])
-
-
 WEIGHTS = np.linspace(0.5, -0.5, 8)
 SCALES = (0.5, (1.0, 2.0))
 

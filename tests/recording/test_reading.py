@@ -26,9 +26,10 @@ from elib.recording.repair import repair, repaired_name
 from elib.recording.state import state_at
 from elib.recording.timeline import timeline
 from elib.recording.topics import ABOUT, FORMAT, TOPICS
+from lanes import few_and_many
 
 CALLS = 30
-EXAMPLES = pytest.mark.parametrize("examples", [40, pytest.param(150, marks=pytest.mark.long)])
+EXAMPLES = few_and_many(40, 150)
 DAMAGE = st.lists(st.tuples(st.integers(0, 1 << 20), st.integers(0, 255)), min_size=1, max_size=8)
 
 

@@ -19,6 +19,7 @@ from elib.protocol.values import READING_TYPES, Role, describe
 from elib.recording import Recorder
 from elib.recording.encoding import fields_of
 from elib.recording.tables import FIXED, Tabulator, _Layout, arrays
+from lanes import few_and_many
 
 SIM = "sim://light?speed=max&firmware=epuck2&seed=3"
 
@@ -129,7 +130,7 @@ def test_a_recording_that_was_cut_off_gives_what_is_whole(path: Path, tmp_path: 
     assert max(rows) <= sum(len(table["time"]) for table in elib.read_recording(path).tables().values())
 
 
-@pytest.mark.parametrize("examples", [20, pytest.param(60, marks=pytest.mark.long)])
+@few_and_many(20, 60)
 def test_whatever_is_damaged_the_tables_stay_tables(examples: int, path: Path, tmp_path: Path) -> None:
     whole, bad = path.read_bytes(), tmp_path / "bad.mcap"
 

@@ -21,7 +21,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 import msgspec
 from elib_process import Running, started
 from page_rig import Page, fetch, opened
-from web_lanes import short
 
 from elib.cli import main
 from elib.emulator.control import Control
@@ -32,6 +31,7 @@ from elib.testing import simulated
 from elib.web import server
 from elib.web.messages import MESSAGES, decode
 from elib.web.panel import Panel
+from lanes import short
 from shared import PATIENCE, until, wait_until
 
 TRAVERSAL = [

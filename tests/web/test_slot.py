@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 from event_lines import lines_of
-from web_lanes import short
 
 import elib
 from elib.errors import ArgumentError, LinkClosed
@@ -22,6 +21,7 @@ from elib.transport import parse_url
 from elib.web.lifecycle import live_camera
 from elib.web.playback import Playback
 from elib.web.slot import Phase, Slot
+from lanes import short
 
 SIM = "sim://square?speed=max"
 

@@ -1,0 +1,17 @@
+"""How the cases of a test are spread over the two lanes: `make test` runs the quick ones, `make test-all` all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+
+
+def short(cases: Iterable[object], *quick: object) -> list[object]:
+    """Return all cases, of which only the *quick* ones run in the quick lane."""
+    return [case if case in quick else pytest.param(case, marks=pytest.mark.long) for case in cases]
+
+
+def few_and_many(few: int, many: int) -> pytest.MarkDecorator:
+    """Give a test its number of random *examples*: few in the quick lane, and many in the long one."""
+    return pytest.mark.parametrize("examples", [few, pytest.param(many, marks=pytest.mark.long)], ids=["few", "many"])
