@@ -34,7 +34,7 @@ def now() -> float:
     return asyncio.get_running_loop().time()
 
 
-async def until(is_so: Callable[[], T | Awaitable[T]]) -> T:
+async def until(is_so: Callable[[], T | Awaitable[T]]) -> T:  # clock: the place for it
     """Wait in the event loop until ``is_so()`` gives something true, and return that; fail after :data:`PATIENCE`.
 
     ``is_so`` may be a coroutine function.
@@ -51,7 +51,7 @@ async def until(is_so: Callable[[], T | Awaitable[T]]) -> T:
         await asyncio.sleep(LOOK)
 
 
-def wait_until(is_so: Callable[[], T]) -> T:
+def wait_until(is_so: Callable[[], T]) -> T:  # clock: the place for it
     """Wait without an event loop until ``is_so()`` gives something true, and return that; see :func:`until`."""
     end = time.monotonic() + PATIENCE
     while not (value := is_so()):
