@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import random
+from collections.abc import Sequence
 
 import pytest
 from hexfiles import expected, hex_file, random_program, small
@@ -16,16 +17,25 @@ from elib.flash import Image, Uploader
 from elib.flash.image import image_of
 from elib.testing import simulated
 from elib.transport import open_transport
+from shared import now
 
 pytest.importorskip("intelhex", reason="the extra flash is not installed: pip install '.[flash]'")
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
 PROGRAM = small(rows=30)
 OTHER = {**small(0x4000, rows=100), 0x17000: 0x123456}
 SHORT = small(rows=8)
-PROGRAMS = int(os.environ.get("ELIB_PROGRAMS", "15"))
-"""Random programs that are written; 1,000 take some minutes."""
-UPLOADS = int(os.environ.get("ELIB_UPLOADS", "3"))
-"""Uploads that are disturbed in each of ten ways."""
+PROGRAMS = int(os.environ.get("ELIB_PROGRAMS", "12"))
+"""Random programs that the long form writes; 1,000 take some minutes."""
+UPLOADS = int(os.environ.get("ELIB_UPLOADS", "2"))
+"""Uploads that the long form disturbs in each of ten ways."""
+ROWS = range(11)
+SOME = (0, 1, 5, 10)
+"""Rows of the quick forms: the first packet, both ends and one in between."""
+
+
+def first_and(*more: object) -> list[object]:
+    """Return the first of these cases for the quick form, and the others for the long one."""
+    return [more[0], *(pytest.param(each, marks=pytest.mark.long) for each in more[1:])]
 
 
 def image(program: dict[int, int] = PROGRAM) -> Image:
@@ -44,11 +54,12 @@ async def test_a_program_is_written_and_the_robot_says_its_version(firmware: str
     assert rig.said == [f"The robot runs {firmware}: {version.text}. It is stopped and reset."]
 
 
+@pytest.mark.parametrize("count", first_and(3, PROGRAMS))
 @simulated
-async def test_random_programs_are_in_the_memory_as_they_are_in_the_file() -> None:
-    rng = random.Random(1)
+async def test_random_programs_are_in_the_memory_as_they_are_in_the_file(count: int) -> None:
+    rng = random.Random(count)
     rig = Rig(baud=0)
-    for _ in range(PROGRAMS):
+    for _ in range(count):
         program = random_program(rng, most_rows=rng.choice([10, 100, 1536]))
         number = rng.randrange(65536)
         await rig.upload(image(program), number)
@@ -98,11 +109,11 @@ async def test_a_robot_whose_program_does_not_answer_is_flashed_after_its_reset_
 async def test_without_a_bootloader_the_upload_ends_after_30_s_and_says_that_nothing_was_written() -> None:
     rig = Rig()
     rig.robot.switch_off(0.0)
-    start = asyncio.get_running_loop().time()
+    start = now()
     with pytest.raises(RobotSilent, match="no bootloader answered for 30 s") as caught:
         await rig.upload(image())
     assert "Nothing was written" in caught.value.hint
-    assert asyncio.get_running_loop().time() - start < 36
+    assert now() - start < 36
 
 
 @simulated
@@ -123,7 +134,7 @@ async def test_a_refused_packet_is_sent_again_when_both_sides_count_alike_again(
     assert [failure.partition(": ")[2] for failure in uploader.upload.failures] == ["the check sum was wrong (N)"]
 
 
-@pytest.mark.parametrize("latency", [0.0, 0.03, 0.06, 0.11, 0.16, 0.24])
+@pytest.mark.parametrize("latency", first_and(0.11, 0.0, 0.03, 0.06, 0.16, 0.24))
 @simulated
 async def test_calls_that_were_still_on_their_way_do_not_shift_the_packets(latency: float) -> None:
     rig = Rig("asercom-1.2.2", latency=latency)
@@ -154,7 +165,7 @@ def spoil(rig: Rig, places: list[int], *, how: str = "change") -> None:
 
 
 @pytest.mark.parametrize("how", ["change", "lose", "double"])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", first_and(*range(4)))
 @simulated
 async def test_bytes_that_change_vanish_or_come_twice_cost_time_and_nothing_else(how: str, seed: int) -> None:
     rng = random.Random(f"{how} {seed}")
@@ -166,30 +177,22 @@ async def test_bytes_that_change_vanish_or_come_twice_cost_time_and_nothing_else
     assert rig.is_flashable
 
 
-@pytest.mark.parametrize("row", range(11))
-@pytest.mark.parametrize("how", ["change", "lose", "double"])
+@pytest.mark.parametrize("rows", first_and(SOME, ROWS))
+@pytest.mark.parametrize("how", ["change", "lose", "double", "the answer is lost"])
 @simulated
-async def test_a_fault_at_any_row_is_mended(how: str, row: int) -> None:
-    rig = Rig()
-    uploader = rig.uploader(image(SHORT))
-    spoil(rig, [46 + 101 * row + 50], how=how)  # 46 bytes ask, stop, reset and call the robot
-    await uploader.run()
-    assert rig.holds(expected(SHORT, 1234))
-    assert set(rig.robot.memory.rows) == set(image(SHORT).rows)
-    assert uploader.upload is not None
-    assert len(uploader.upload.failures) == 1
-
-
-@pytest.mark.parametrize("row", range(11))
-@simulated
-async def test_an_answer_that_is_lost_is_waited_for_and_mended(row: int) -> None:
-    rig = Rig()
-    uploader = rig.uploader(image(SHORT))
-    lose_answer(rig, row)
-    await uploader.run()
-    assert rig.holds(expected(SHORT, 1234))
-    assert uploader.upload is not None
-    assert len(uploader.upload.failures) == 1
+async def test_a_fault_at_any_row_is_mended(how: str, rows: Sequence[int]) -> None:
+    for row in rows:
+        rig = Rig()
+        uploader = rig.uploader(image(SHORT))
+        if how == "the answer is lost":
+            lose_answer(rig, row)
+        else:
+            spoil(rig, [46 + 101 * row + 50], how=how)  # 46 bytes ask, stop, reset and call the robot
+        await uploader.run()
+        assert rig.holds(expected(SHORT, 1234)), f"row {row}"
+        assert set(rig.robot.memory.rows) == set(image(SHORT).rows), f"row {row}"
+        assert uploader.upload is not None
+        assert len(uploader.upload.failures) == 1, f"row {row}"
 
 
 def lose_answer(rig: Rig, number: int) -> None:
@@ -255,16 +258,19 @@ async def disturbed_upload(rig: Rig, rng: random.Random, how: str) -> Exception 
     except (ElibError, asyncio.CancelledError) as error:
         return error
     finally:
-        await asyncio.sleep(100.0)  # until the trouble is over
+        await asyncio.sleep(100.0)  # clock: simulated; the trouble is over then
         rig.mend()
     return None
 
 
+@pytest.mark.parametrize("uploads", first_and(1, UPLOADS))
 @pytest.mark.parametrize("how", CUTS)
 @simulated
-async def test_uploads_that_are_disturbed_at_random_moments_leave_a_robot_that_is_flashed_again(how: str) -> None:
-    rng = random.Random(how)
-    for number in range(UPLOADS):
+async def test_uploads_that_are_disturbed_at_random_moments_leave_a_robot_that_is_flashed_again(
+    how: str, uploads: int
+) -> None:
+    rng = random.Random(f"{how} {uploads}")
+    for number in range(uploads):
         rig = Rig(rng.choice(E_PUCK1), latency=rng.choice([0.0, 0.002, 0.02]))
         error = await disturbed_upload(rig, rng, how)
         assert error is not None or rig.holds(expected(OTHER, 1234)), "an upload that ends well has written all"
@@ -274,10 +280,13 @@ async def test_uploads_that_are_disturbed_at_random_moments_leave_a_robot_that_i
         assert rig.is_flashable
 
 
+@pytest.mark.parametrize("rows", first_and(SOME[1:], ROWS[1:]))
 @pytest.mark.parametrize("how", ["link", "power", "cancelled", "button"])
 @simulated
-async def test_an_upload_that_ends_behind_any_row_leaves_a_robot_that_is_flashed_again(how: str) -> None:
-    for row in range(1, 11):
+async def test_an_upload_that_ends_behind_any_row_leaves_a_robot_that_is_flashed_again(
+    how: str, rows: Sequence[int]
+) -> None:
+    for row in rows:
         rig = Rig()
         _, upload = await rig.begin(image(SHORT), rows=row)
         if how in ("power", "button"):
