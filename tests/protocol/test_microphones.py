@@ -106,9 +106,9 @@ def test_two_microphones_have_no_direction() -> None:
     assert Microphones().direction is None
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_the_noise_of_a_quiet_room_never_has_a_direction(seed: int) -> None:
-    world = World(Scene(2, 2, starts=(Pose(1, 1),), model=EpuckModel()), seed=seed)
-    for _ in range(50):
-        world.step()
-        assert Microphones(counts=tuple(world.microphones(0))).direction is None
+def test_the_noise_of_a_quiet_room_never_has_a_direction() -> None:
+    for seed in range(20):
+        world = World(Scene(2, 2, starts=(Pose(1, 1),), model=EpuckModel()), seed=seed)
+        for _ in range(50):
+            world.step()
+            assert Microphones(counts=tuple(world.microphones(0))).direction is None, f"seed {seed}"

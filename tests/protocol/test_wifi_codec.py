@@ -243,14 +243,14 @@ def test_a_setter_is_confirmed_by_the_first_empty_packet_and_a_reading_comes_beh
     assert distances(events(connection)) == [0.003]
 
 
-@pytest.mark.parametrize("cut", range(1, 2 * 105 + 2))
-def test_any_cut_of_the_bytes_gives_the_same_answer(cut: int) -> None:
-    connection = opened()
-    connection.send(SPECS["distance"].request(connection.context))
+def test_any_cut_of_the_bytes_gives_the_same_answer() -> None:
     stream = numbered(1) + b"\x03" + numbered(2)
-    connection.receive(stream[:cut], 1.0)
-    connection.receive(stream[cut:], 1.0)
-    assert distances(events(connection)) == [0.002]
+    for cut in range(1, len(stream)):
+        connection = opened()
+        connection.send(SPECS["distance"].request(connection.context))
+        connection.receive(stream[:cut], 1.0)
+        connection.receive(stream[cut:], 1.0)
+        assert distances(events(connection)) == [0.002], f"cut behind {cut} bytes"
 
 
 def test_the_marker_of_a_call_given_up_must_return_before_the_next_call() -> None:
@@ -365,13 +365,13 @@ def test_bytes_that_are_not_packets_end_the_connection(data: bytes, reason: str)
     assert events(connection) == []
 
 
-@pytest.mark.parametrize("at", range(1, 105))
-def test_a_lost_byte_of_a_sensor_packet_is_never_a_reading(at: int) -> None:
-    connection = opened()
-    connection.send(SPECS["distance"].request(connection.context))
+def test_a_lost_byte_of_a_sensor_packet_is_never_a_reading() -> None:
     packet = numbered(0x0101)
-    connection.receive(b"\x03" + packet[:at] + packet[at + 1 :] + packet, 1.0)
-    assert [type(event) for event in events(connection)] == [OutOfStep]
+    for at in range(1, len(packet)):
+        connection = opened()
+        connection.send(SPECS["distance"].request(connection.context))
+        connection.receive(b"\x03" + packet[:at] + packet[at + 1 :] + packet, 1.0)
+        assert [type(event) for event in events(connection)] == [OutOfStep], f"byte {at} is lost"
 
 
 def test_a_number_that_is_not_finite_refuses_the_call_and_not_the_link() -> None:

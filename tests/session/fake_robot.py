@@ -103,7 +103,7 @@ class FakeRobot:
             if isinstance(part, bytes):
                 await self.transport.write(part)
             else:
-                await asyncio.sleep(part)
+                await asyncio.sleep(part)  # clock: simulated
 
 
 @dataclass

@@ -118,7 +118,7 @@ async def play(rig: WifiRig, script: list[Call], blocks: Sequence[tuple[float, f
         honest.block_at(at, seconds)
     running: list[asyncio.Task[object]] = []
     for name, args, within, gap, waits in script:
-        await asyncio.sleep(gap)
+        await asyncio.sleep(gap)  # clock: simulated
         task = asyncio.ensure_future(honest.call(name, *args, within=within))
         running.append(task)
         if waits:

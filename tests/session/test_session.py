@@ -644,7 +644,7 @@ class SlowTransport:
         self._inner = inner
 
     async def write(self, data: bytes) -> None:
-        await asyncio.sleep(0.1)
+        await asyncio.sleep(0.1)  # clock: simulated
         await self._inner.write(data)
 
 

@@ -7,9 +7,10 @@ from contextlib import asynccontextmanager
 from elib.transport import Transport, parse_url
 from elib.transport.memory import memory_pair
 from elib.transport.pty import PtyTransport
-from elib.transport.serial import open_serial
+from elib.transport.serial import SerialTransport, open_serial
 from elib.transport.stream import StreamTransport
 from elib.transport.tcp import open_tcp
+from shared import until
 
 Pair = tuple[Transport, Transport]
 
@@ -38,9 +39,38 @@ async def tcp_pair() -> Pair:
         return transport, await connected.get()
 
 
+class Port(PtyTransport):
+    """A pty that vanishes only when all has arrived: the system throws away what is still on its way."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.on_its_way = 0
+        self.other: SerialTransport | None = None
+
+    async def connect(self) -> SerialTransport:
+        self.other = await open_serial(parse_url(self.path))
+        receive = self.other.data_received
+
+        def count(data: bytes) -> None:
+            self.on_its_way -= len(data)
+            receive(data)
+
+        self.other.data_received = count  # type: ignore[method-assign]
+        return self.other
+
+    async def write(self, data: bytes) -> None:
+        self.on_its_way += len(data)
+        await super().write(data)
+
+    async def close(self) -> None:
+        if self.other is not None:
+            await until(lambda: not self.on_its_way or not self.other.is_open)
+        await super().close()
+
+
 async def serial_pair() -> Pair:
-    peer = PtyTransport()
-    return await open_serial(parse_url(peer.path)), peer
+    peer = Port()
+    return await peer.connect(), peer
 
 
 async def in_memory_pair() -> Pair:

@@ -9,6 +9,7 @@ from elib.testing.transports import check_transport
 from elib.timebase import SimulatedLoop
 from elib.transport import stream
 from elib.transport.memory import MemoryTransport, memory_pair
+from shared import PATIENCE
 
 
 @pytest.mark.parametrize("factory", [in_memory_pair, tcp_pair, serial_pair])
@@ -17,6 +18,8 @@ async def test_every_rule_is_kept(
     factory: Callable[[], Awaitable[Pair]], rule, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(stream, "CLOSE_GRACE", 0.02)
+    monkeypatch.setattr(transports, "TIMEOUT", PATIENCE)
+    monkeypatch.setattr(transports, "CLOSE_TIMEOUT", PATIENCE)
     monkeypatch.setattr(transports, "RULES", (rule,))
     await check_transport(factory)
     others = asyncio.all_tasks() - {asyncio.current_task()}

@@ -1,4 +1,5 @@
 import asyncio
+import contextlib
 import os
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import termios
 import pytest
 
 from elib.transport.pty import PtyTransport
+from shared import PATIENCE, until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells when a client leaves")
 
@@ -20,6 +22,13 @@ async def port():
 
 def join(port: PtyTransport) -> int:
     return os.open(port.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+
+
+def read_now(client: int) -> bytes:
+    """Return what has come to a client, or nothing."""
+    with contextlib.suppress(BlockingIOError):
+        return os.read(client, 100)
+    return b""
 
 
 async def hang_up_of(port: PtyTransport) -> asyncio.Event:
@@ -41,7 +50,7 @@ async def test_a_client_that_leaves_is_noticed_after_its_last_bytes(port: PtyTra
     client = join(port)
     os.write(client, b"D,1,2\r")
     os.close(client)
-    async with asyncio.timeout(1):
+    async with asyncio.timeout(PATIENCE):
         await left.wait()
     assert heard == [(b"D,1,2\r", False)]
 
@@ -51,7 +60,7 @@ async def test_clients_come_and_go(port: PtyTransport) -> None:
         left = await hang_up_of(port)
         client = join(port)
         os.write(client, b"%d" % number)
-        async with asyncio.timeout(1):
+        async with asyncio.timeout(PATIENCE):
             assert await port.read() == b"%d" % number
             os.close(client)
             await left.wait()
@@ -73,12 +82,11 @@ async def test_what_one_client_leaves_unread_the_next_does_not_get(port: PtyTran
     client = join(port)
     assert port.send_nowait(b"x" * 30_000)
     os.close(client)
-    async with asyncio.timeout(1):
+    async with asyncio.timeout(PATIENCE):
         await left.wait()
     client = join(port)
     assert port.send_nowait(b"yours")
-    await asyncio.sleep(0.01)
-    assert os.read(client, 100) == b"yours"
+    assert await until(lambda: read_now(client)) == b"yours"
     os.close(client)
 
 
@@ -89,7 +97,7 @@ async def test_the_port_is_raw_again_after_a_client_changed_it(port: PtyTranspor
     mode[3] |= termios.ICANON | termios.ECHO
     termios.tcsetattr(client, termios.TCSANOW, mode)
     os.close(client)
-    async with asyncio.timeout(1):
+    async with asyncio.timeout(PATIENCE):
         await left.wait()
     client = join(port)
     assert not termios.tcgetattr(client)[3] & (termios.ICANON | termios.ECHO)
@@ -97,14 +105,16 @@ async def test_the_port_is_raw_again_after_a_client_changed_it(port: PtyTranspor
 
 
 async def test_an_idle_port_does_not_keep_the_loop_busy(port: PtyTransport) -> None:
-    await hang_up_of(port)
-    await asyncio.sleep(0.01)
+    left = await hang_up_of(port)
     turns = []
     read_all = port._read_all
     asyncio.get_running_loop().remove_reader(port._watched)
     asyncio.get_running_loop().add_reader(port._watched, lambda: (turns.append(1), read_all()))
     os.close(join(port))
-    await asyncio.sleep(0.03)
+    async with asyncio.timeout(PATIENCE):
+        await left.wait()
+    for _ in range(100):  # turns of the loop, each with a look at its files
+        await asyncio.sleep(0)
     assert 1 <= len(turns) <= 4, "an edge for the hang-up, one for our own look at the port"
 
 

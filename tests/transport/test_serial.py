@@ -1,7 +1,9 @@
 import asyncio
+import contextlib
 import fcntl
 import os
 import sys
+import termios
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,10 +12,11 @@ import serialx
 
 from elib.errors import LinkBusy, LinkDenied, LinkError, LinkLost, LinkNotFound, SimulationError
 from elib.timebase import SimulatedLoop
-from elib.transport import open_transport, parse_url, ports, serial
+from elib.transport import Transport, open_transport, parse_url, ports, serial
 from elib.transport.ports import holders, list_ports
 from elib.transport.pty import PtyTransport
 from elib.transport.serial import open_serial
+from shared import held, until
 
 
 @pytest.fixture
@@ -35,7 +38,7 @@ async def test_any_pty_can_be_opened_by_its_bare_name(port: PtyTransport) -> Non
 async def test_what_came_before_opening_is_dropped(port: PtyTransport) -> None:
     client = os.open(port.path, os.O_RDWR | os.O_NOCTTY)
     await port.write(b"stale")
-    await asyncio.sleep(0.01)
+    await until(lambda: int.from_bytes(fcntl.ioctl(client, termios.FIONREAD, bytes(4)), sys.byteorder) == len(b"stale"))
     transport = await open_serial(parse_url(port.path))
     os.close(client)
     await port.write(b"fresh")
@@ -56,14 +59,11 @@ async def test_a_missing_bluetooth_port_comes_with_the_command_that_makes_it() -
 
 
 async def test_a_port_held_by_another_program_is_busy_and_names_it(port: PtyTransport) -> None:
-    lock = "import fcntl,sys; f=open(sys.argv[1],'r+b',0); fcntl.flock(f, 2); print(flush=True); sys.stdin.read()"
-    pipe = asyncio.subprocess.PIPE
-    holder = await asyncio.create_subprocess_exec(sys.executable, "-c", lock, port.path, stdin=pipe, stdout=pipe)
-    assert holder.stdout is not None
-    await holder.stdout.readline()
-    with pytest.raises(LinkBusy, match=rf"python.* \(process {holder.pid}\) holds it"):
+    with (
+        held(port.path, locks=True) as holder,
+        pytest.raises(LinkBusy, match=rf"python.* \(process {holder}\) holds it"),
+    ):
         await open_serial(parse_url(port.path))
-    await holder.communicate(b"")
 
 
 async def test_a_port_held_by_this_program_says_so(port: PtyTransport) -> None:
@@ -124,20 +124,27 @@ async def test_a_port_that_never_opens_is_given_up(monkeypatch: pytest.MonkeyPat
         await open_serial(parse_url("/dev/ttyFAKE0"))
 
 
-async def test_a_cancelled_opening_leaves_the_port_free(port: PtyTransport) -> None:
+async def test_a_cancelled_opening_leaves_the_port_free(port: PtyTransport, monkeypatch: pytest.MonkeyPatch) -> None:
+    has_begun = asyncio.Event()
+    create = serialx.create_serial_connection
+
+    async def begin(*args: object, **options: object) -> object:
+        has_begun.set()
+        return await create(*args, **options)
+
+    monkeypatch.setattr(serialx, "create_serial_connection", begin)
     opening = asyncio.create_task(open_serial(parse_url(port.path)))
-    await asyncio.sleep(0.002)
+    await has_begun.wait()
     opening.cancel()
     with pytest.raises(asyncio.CancelledError):
         await opening
-    async with asyncio.timeout(1):
-        while True:
-            try:
-                transport = await open_serial(parse_url(port.path))
-                break
-            except LinkBusy:
-                await asyncio.sleep(0.005)
-    await transport.close()
+
+    async def open_again() -> Transport | None:
+        with contextlib.suppress(LinkBusy):
+            return await open_serial(parse_url(port.path))
+        return None
+
+    await (await until(open_again)).close()
 
 
 async def test_a_hang_up_ends_a_waiting_read_and_later_writes(port: PtyTransport) -> None:

@@ -12,6 +12,7 @@ Factory = Callable[[], Awaitable[tuple[Transport, Transport]]]
 """Returns a new, connected pair: the transport under test and the other end of its cable."""
 
 TIMEOUT = 5.0  # s for each rule; far more than a working transport needs
+CLOSE_TIMEOUT = 1.0  # s for closing while the other side takes nothing
 BIG = 200_000  # bytes; more than any buffer of a system or of ours
 SETTLE = 0.02  # s; time for sent bytes to reach this process
 
@@ -134,7 +135,7 @@ async def closing_is_bounded_while_nobody_reads(transport: Transport, peer: Tran
     writing = asyncio.create_task(transport.write(bytes(50 * BIG)))
     await asyncio.sleep(SETTLE)
     assert not writing.done(), "ten megabytes were taken although the peer does not read; is there no bound?"
-    async with asyncio.timeout(1.0):
+    async with asyncio.timeout(CLOSE_TIMEOUT):
         await transport.close()
         await raises(LinkClosed, writing)
 
