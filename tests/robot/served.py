@@ -49,8 +49,8 @@ class ServedRobot:
 
     @property
     def stands(self) -> bool:
-        """Whether the robot has driven and stands, and nothing is on its way that may drive it again."""
-        return self.way > 0 and not self.is_turning and not self.link._inbound and self._has_heard_all
+        """Whether the robot stands, and nothing is on its way to it that may drive it again."""
+        return not self.is_turning and not self.link._inbound and self._has_heard_all
 
     @property
     def _has_heard_all(self) -> bool:

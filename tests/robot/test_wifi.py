@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import pytest
+from served import is_suspended, served
 
 import elib
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkLost, NotAnEpuck, ReplyTimeout, RobotSilent, Unsupported
 from elib.protocol.profiles import EPUCK2_WIFI
 from elib.robot import link as robot_link
@@ -22,6 +21,7 @@ from elib.robot.snapshot import SENSORS
 from elib.testing import simulated, simulation_of
 from elib.transport.base import Transport
 from elib.transport.memory import MemoryTransport
+from shared import until
 from wifi_robot import Air, Fault, WifiRobot, wifi_pair
 
 SIM = "sim://arena?firmware=epuck2-wifi&speed=max"
@@ -509,80 +509,29 @@ def test_pictures_do_not_keep_the_sensors_of_the_same_watch_from_their_turn() ->
 # -- over TCP ----------------------------------------------------------------------------------------------------------
 
 
-@contextlib.asynccontextmanager
-async def served() -> AsyncIterator[tuple[str, list[object]]]:
-    """Serve a virtual robot over TCP; yield its URL and its motors."""
-    motors: list[object] = []
+async def test_a_program_that_was_frozen_does_not_drive_on_with_its_next_lamp() -> None:
+    async with served("wifi", firmware="epuck2-wifi") as there:
+        outside = asyncio.get_running_loop()
 
-    def meet(control: object) -> None:
-        motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # type: ignore[attr-defined]
+        async def until_stopped() -> None:
+            await until(lambda: there.way)  # the empty packet leaves before the main processor has the speeds
+            await there.until_it_stands()
 
-    settings = SimulationSettings.from_text("arena", {"firmware": "epuck2-wifi"})
-    async with serve(settings, wifi="127.0.0.1:0", control=meet) as robots:
-        yield robots[0].url, motors
+        async def drive(robot: elib.Epuck) -> None:
+            await robot.set_speed(0.4, 0.4)
+            asyncio.run_coroutine_threadsafe(until_stopped(), outside).result()  # blocks this loop
+            await robot.set_body_led(1)
+            await robot.proximity()
+            assert not there.is_turning
+            await robot.set_speed(0.3, 0.3)
+            await robot.proximity()
+            assert there.is_turning
 
-
-async def until_standing(motors: list[object]) -> None:
-    async with asyncio.timeout(20):
-        while not any(motor.speed for motor in motors):  # type: ignore[attr-defined]  # noqa: ASYNC110
-            await asyncio.sleep(0.001)  # the empty packet leaves before the main processor has the speeds
-        while any(motor.speed for motor in motors):  # type: ignore[attr-defined]  # noqa: ASYNC110
-            await asyncio.sleep(0.01)
-
-
-@pytest.mark.long
-def test_a_program_that_was_frozen_does_not_drive_on_with_its_next_lamp() -> None:
-    async def main() -> None:
-        async with served() as (url, motors):
-            outside = asyncio.get_running_loop()
-
-            async def drive(robot: elib.Epuck) -> None:
-                await robot.set_speed(0.4, 0.4)
-                asyncio.run_coroutine_threadsafe(until_standing(motors), outside).result(20)  # blocks this loop
-                await robot.set_body_led(1)
-                await robot.proximity()
-                assert not any(motor.speed for motor in motors)  # type: ignore[attr-defined]
-                await robot.set_speed(0.3, 0.3)
-                await robot.proximity()
-                assert any(motor.speed for motor in motors)  # type: ignore[attr-defined]
-
-            await asyncio.to_thread(elib.run, drive, robot=url, watchdog=True)
-
-    asyncio.run(main())
-
-
-PROGRAM = """
-import os, sys, elib
-robot = elib.connect(sys.argv[1], watchdog=True)
-robot.set_speed(0.4, 0.4)
-print("driving", flush=True)
-{end}
-"""
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("end", ["os._exit(3)", "os.kill(os.getpid(), 19)"])
-def test_the_watchdog_stops_a_robot_on_wifi(end: str) -> None:
-    async def main() -> None:
-        async with served() as (url, motors):
-            process = await asyncio.create_subprocess_exec(
-                sys.executable, "-c", PROGRAM.format(end=end), url, stdout=subprocess.PIPE
-            )
-            assert process.stdout is not None
-            assert await process.stdout.readline() == b"driving\n"
-            await until_standing(motors)
-            if "kill" in end:
-                assert process.returncode is None, "it is suspended"
-                process.kill()
-            await process.wait()
-            async with asyncio.timeout(20), elib.open(url) as robot:
-                assert (await robot.selector()).position == 15
-
-    asyncio.run(main())
+        await asyncio.to_thread(elib.run, drive, robot=there.url, watchdog=True)
 
 
 BUSY = """
-import asyncio, os, sys, time, elib
+import asyncio, sys, threading, elib
 
 async def main():
     async with elib.open(sys.argv[1], watchdog="watchdog" in sys.argv) as robot:
@@ -590,79 +539,85 @@ async def main():
 
         async def look():
             async for snapshot in robot.watch("image"):
-                pass
+                seen.set()
 
-        looking = asyncio.create_task(look()) if "pictures" in sys.argv else None
-        await asyncio.sleep(0.5)
+        seen = asyncio.Event()
+        looking = asyncio.create_task(look()) if "pictures" in sys.argv else seen.set()
+        await seen.wait()
         print("driving", flush=True)
         if "blocks" in sys.argv:
-            time.sleep(20)
-        await asyncio.sleep(20)
+            threading.Event().wait()
+        await asyncio.Event().wait()
 
 asyncio.run(main())
 """
 
 
-@pytest.mark.long
+@pytest.mark.skipif(sys.platform != "linux", reason="signals as Linux has them")
 @pytest.mark.parametrize(
     ("words", "number"),
     [
-        ("blocks", signal.SIGINT),
-        ("blocks", signal.SIGTERM),
-        ("pictures", signal.SIGINT),
-        ("pictures", signal.SIGQUIT),
-        ("pictures", signal.SIGTSTP),
         ("pictures blocks", signal.SIGINT),
-        ("pictures blocks", signal.SIGTSTP),
-        ("pictures blocks", signal.SIGQUIT),
         ("pictures watchdog", signal.SIGSTOP),
-        ("pictures watchdog", signal.SIGKILL),
-        ("pictures blocks watchdog", 0),
+        *(
+            pytest.param(*case, marks=pytest.mark.long)
+            for case in (
+                ("blocks", signal.SIGINT),
+                ("blocks", signal.SIGTERM),
+                ("pictures", signal.SIGINT),
+                ("pictures", signal.SIGQUIT),
+                ("pictures", signal.SIGTSTP),
+                ("pictures blocks", signal.SIGTSTP),
+                ("pictures blocks", signal.SIGQUIT),
+                ("pictures watchdog", signal.SIGKILL),
+                ("pictures blocks watchdog", 0),
+            )
+        ),
     ],
 )
-def test_a_program_on_wifi_that_is_ended_suspended_or_frozen_leaves_a_robot_that_stands(
+async def test_a_program_on_wifi_that_is_ended_suspended_or_frozen_leaves_a_robot_that_stands(
     words: str, number: int
 ) -> None:
-    async def main() -> None:
-        async with served() as (url, motors):
-            process = await asyncio.create_subprocess_exec(
-                sys.executable, "-c", BUSY, url, *words.split(), stdout=subprocess.PIPE, stderr=subprocess.PIPE
-            )
-            assert process.stdout is not None
+    async with served("wifi", firmware="epuck2-wifi") as there:
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-c", BUSY, there.url, *words.split(), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+        assert process.stdout is not None
+        try:
             assert await process.stdout.readline() == b"driving\n"
-            assert any(motor.speed for motor in motors)  # type: ignore[attr-defined]
-            if "blocks" in words:
-                await asyncio.sleep(2)  # what it does not read fills the connection
+            await until(lambda: there.way)
+            if "pictures blocks" in words:
+                await until(lambda: there.link._is_blocked)  # what it does not read has filled the connection
             if number:
                 process.send_signal(number)
-            async with asyncio.timeout(4):
-                while any(motor.speed for motor in motors):  # type: ignore[attr-defined]  # noqa: ASYNC110
-                    await asyncio.sleep(0.01)
-            await asyncio.sleep(0.5)
-            assert not any(motor.speed for motor in motors)  # type: ignore[attr-defined]
+            if number in (signal.SIGTSTP, signal.SIGSTOP):
+                await until(lambda: is_suspended(process.pid))
+            elif number:
+                await process.wait()
+            await there.until_it_stands()
+        finally:
             with contextlib.suppress(ProcessLookupError):
                 process.kill()
             await process.communicate()
+        async with elib.open(there.url) as robot:
+            assert (await robot.selector()).position == 15
 
-    asyncio.run(main())
 
-
-@pytest.mark.long
 def test_a_watch_waits_with_a_paused_world() -> None:
-    async def main() -> None:
-        async with elib.open("sim://arena?firmware=epuck2-wifi") as robot, robot.watch("proximity") as snapshots:
+    async def story(robot: elib.Epuck) -> None:
+        async with robot.watch("proximity") as snapshots:
             assert await snapshots.take() is not None
             simulation = simulation_of(robot)
             simulation.pause()
             with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(0.1):
+                async with asyncio.timeout(0.1):  # clock: what came before the pause is here at once
                     await snapshots.take()
             with pytest.raises(TimeoutError):
-                async with asyncio.timeout(2.5):
+                async with asyncio.timeout(2.5):  # clock: the loop's own timer, behind that of the watch's patience
                     await snapshots.take()
             simulation.resume()
             snapshot = await snapshots.take()
             assert snapshot is not None
             assert snapshot.error is None
 
-    asyncio.run(main())
+    elib.run(story, robot="sim://arena?firmware=epuck2-wifi&speed=5")
