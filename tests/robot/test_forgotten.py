@@ -2,21 +2,20 @@
 
 import asyncio
 import gc
-import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from served import served_from_a_thread
 
 import elib
 from elib.errors import LinkBusy
 from elib.testing import emulator_of
+from shared import PATIENCE, until, wait_until
 
 MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
-LONG = 20.0
-"""s of real time: more than anything here may take on any machine."""
 
 
 def driving(url: str) -> tuple[elib.BlockingEpuck, Callable[[], list[int]]]:
@@ -32,14 +31,13 @@ def url(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-@pytest.fixture
-def port() -> Iterator[str]:
-    """A robot on a port, served by another process."""
-    program = [sys.executable, "-m", "elib", "simulate", "square", "--pty"]
-    with subprocess.Popen(program, stdout=subprocess.PIPE, text=True) as server:
-        assert server.stdout is not None
-        yield server.stdout.readline().split()[1]
-        server.terminate()
+@pytest.fixture(autouse=True)
+def quick_collections() -> Iterator[None]:
+    """Let a collection look only at what the test itself has made: looking at everything takes long."""
+    gc.collect()
+    gc.freeze()
+    yield
+    gc.unfreeze()
 
 
 def test_a_robot_stops_when_the_last_reference_to_it_is_dropped(url: str) -> None:
@@ -94,25 +92,21 @@ def test_a_robot_goes_on_while_a_callback_is_pending_and_stops_after_it(url: str
         return wheels
 
     wheels = begin()
-    assert called.wait(LONG)
+    assert called.wait(PATIENCE)
     assert seen == [[500, 500]]
-    for _ in range(200):
+
+    def stands() -> bool:
         gc.collect()  # an event loop's futures refer to each other in circles
-        if wheels() == [0, 0]:
-            return
-        threading.Event().wait(0.05)
-    raise AssertionError(wheels())
+        return wheels() == [0, 0]
+
+    wait_until(stands)
 
 
 def test_a_robot_that_is_dropped_in_a_running_loop_stops(url: str) -> None:
     async def cell() -> None:
         robot, wheels = driving(url)
         del robot
-        for _ in range(200):
-            if wheels() == [0, 0]:
-                return
-            await asyncio.sleep(0.05)
-        raise AssertionError(wheels())
+        await until(lambda: wheels() == [0, 0])
 
     asyncio.run(cell())
 
@@ -126,22 +120,22 @@ def test_a_dropped_robot_that_was_opened_with_keep_moving_keeps_moving(url: str)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs ptys")
-def test_the_port_of_a_forgotten_robot_can_be_opened_again(port: str) -> None:
-    for _ in range(3):
-        robot = elib.connect(port)
-        robot.set_speed(0.5, 0.5)
-        with pytest.raises(LinkBusy, match="close the robot object that this program made before"):
-            elib.connect(port)
-        del robot
-    with elib.connect(port) as robot:
-        before = robot.encoders()
-        robot.sleep(0.2)
-        assert robot.encoders() == before
+def test_the_port_of_a_forgotten_robot_can_be_opened_again() -> None:
+    with served_from_a_thread("pty") as there:
+        for _ in range(3):
+            robot = elib.connect(there.url)
+            robot.set_speed(0.5, 0.5)
+            with pytest.raises(LinkBusy, match="close the robot object that this program made before"):
+                elib.connect(there.url)
+            del robot
+        with elib.connect(there.url) as robot:
+            robot.selector()  # what was sent before has arrived with that
+            assert not there.is_turning
 
 
 def test_a_closed_robot_leaves_no_thread_behind_when_it_is_dropped(url: str) -> None:
-    before = threading.active_count()
+    before = set(threading.enumerate())
     robot, _ = driving(url)
     robot.close()
     del robot
-    assert threading.active_count() == before
+    assert set(threading.enumerate()) <= before

@@ -45,7 +45,7 @@ def test_an_async_program_does_too_and_robots_of_a_swarm_have_one_each(tmp_path:
 
     async def main(robots: elib.Swarm) -> None:
         await robots.all.run(one)
-        await asyncio.sleep(1)
+        await asyncio.sleep(1)  # clock: simulated
 
     elib.swarm("sim://crowd?robots=2&speed=max").run(main)
     assert {path.name for path in tmp_path.iterdir()} == {"epuck-1.svg", "epuck-2.svg"}
@@ -99,10 +99,10 @@ def test_a_plot_that_cannot_be_written_at_the_end_is_logged(tmp_path: Path, capl
 async def _arc(robot: elib.Epuck) -> RobotReport:
     report = RobotReport(robot)
     await robot.set_speed(0.3, 0.5)
-    await asyncio.sleep(10)  # in one go, without any command
+    await asyncio.sleep(10)  # clock: simulated; in one go, without any command
     await robot.stop()
     report.close()
-    await asyncio.sleep(1)
+    await asyncio.sleep(1)  # clock: simulated
     return report
 
 
@@ -125,7 +125,7 @@ def test_contacts_are_counted_where_the_world_is_known() -> None:
         report = RobotReport(robot)
         for speed in (1.0, -0.5, 1.0):
             await robot.set_speed(speed, speed)
-            await asyncio.sleep(15 if speed > 0 else 1)
+            await asyncio.sleep(15 if speed > 0 else 1)  # clock: simulated
         report.close()
         return report
 

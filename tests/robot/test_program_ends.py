@@ -3,9 +3,12 @@
 import subprocess
 import sys
 import textwrap
+from itertools import product
 from pathlib import Path
 
 import pytest
+
+from shared import PATIENCE
 
 MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
 PRELUDE = """
@@ -96,7 +99,7 @@ def program(body: str, url: str) -> str:
 def run(*arguments: str, lines: str = "") -> subprocess.CompletedProcess[str]:
     """Run Python and wait for its end."""
     return subprocess.run(
-        [sys.executable, *arguments], input=lines, capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, *arguments], input=lines, capture_output=True, text=True, timeout=PATIENCE, check=False
     )
 
 
@@ -105,8 +108,22 @@ def wheels(count: int) -> str:
     return f"wheels {[0, 0] * count}\n"
 
 
-@pytest.mark.parametrize("url", [MAX, REAL])
-@pytest.mark.parametrize("ending", ENDINGS)
+def endings() -> list[object]:
+    """Return each ending in simulated and in real time, some of them in one of both for the quick form."""
+    quick = {
+        ("it is left open", REAL),
+        ("a thread that has called goes on after the main thread's end", REAL),
+        ("a thread opens it after the main thread's end", MAX),
+        ("it was opened in a running loop", REAL),
+        ("several are left open", MAX),
+        ("calls and callbacks are pending", MAX),
+        ("a thread that nobody waits for is in a call", REAL),
+    }
+    cases = list(product(ENDINGS, (MAX, REAL)))
+    return [case if case in quick else pytest.param(*case, marks=pytest.mark.long) for case in cases]
+
+
+@pytest.mark.parametrize(("ending", "url"), endings())
 def test_the_robot_stands_and_nobody_complains_when(ending: str, url: str, tmp_path: Path) -> None:
     script = tmp_path / "program.py"
     script.write_text(program(ENDINGS[ending], url))
@@ -114,7 +131,7 @@ def test_the_robot_stands_and_nobody_complains_when(ending: str, url: str, tmp_p
     assert (done.returncode, done.stdout, done.stderr) == (0, wheels(3 if "several" in ending else 1), "")
 
 
-@pytest.mark.parametrize("url", [MAX, REAL])
+@pytest.mark.parametrize("url", [MAX, pytest.param(REAL, marks=pytest.mark.long)])
 def test_the_robot_stands_when_an_interactive_python_is_left(url: str, tmp_path: Path) -> None:
     script = tmp_path / "program.py"
     script.write_text(program("robot = connect(URL)", url))
@@ -123,7 +140,7 @@ def test_the_robot_stands_when_an_interactive_python_is_left(url: str, tmp_path:
     assert done.stderr.replace(">>> ", "").strip() == ""
 
 
-@pytest.mark.parametrize("url", [MAX, REAL])
+@pytest.mark.parametrize("url", [REAL, pytest.param(MAX, marks=pytest.mark.long)])
 def test_the_shortest_program_of_all_ends_at_once(url: str) -> None:
     done = run("-c", f"import elib; elib.connect({url!r})")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

@@ -11,6 +11,7 @@ from elib.emulator.firmware.base import Firmware
 from elib.errors import ArgumentError, LinkClosed, LinkLost, ReplyTimeout
 from elib.session import Wrote
 from elib.testing import emulator_of, link_of, simulated, simulation_of
+from shared import PATIENCE
 
 BTCOM, EPUCK2 = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?speed=max&firmware=epuck2"
 
@@ -125,19 +126,21 @@ def test_leaving_a_silent_robot_takes_less_than_half_a_second() -> None:
 
 def test_one_question_from_a_second_thread_does_not_stop_the_first_ones_time() -> None:
     with elib.connect(BTCOM) as robot:
-        asked = threading.Event()
+        asked, may_end = threading.Event(), threading.Event()
 
         def ask() -> None:
             robot.selector()
             asked.set()
-            threading.Event().wait(0.2)  # alive, and not waiting for the robot
+            may_end.wait(PATIENCE)  # alive, and not waiting for the robot
 
         thread = threading.Thread(target=ask)
         thread.start()
+        assert asked.wait(PATIENCE)
         for _ in range(200):
             robot.sleep(1.0)
-        assert asked.wait(5)
-        thread.join(5)
+        assert thread.is_alive()
+        may_end.set()
+        thread.join()
 
 
 @simulated

@@ -57,28 +57,43 @@ def test_an_impossible_speed_leaves_nothing_behind(recwarn: pytest.WarningsRecor
     assert not recwarn
 
 
-@pytest.mark.parametrize("gap", [0, 0.005, 0.02, 0.1])
-@pytest.mark.parametrize(
-    "numbers", ["SIGINT SIGINT", "SIGTERM SIGINT", "SIGINT SIGTERM SIGHUP", "SIGINT SIGINT SIGINT"]
-)
-@pytest.mark.parametrize("place", ["alone", "notebook"])
-def test_repeated_signals_do_not_cut_short_how_a_program_ends(gap: float, numbers: str, place: str) -> None:
+GAPS = (0, 0.005, 0.02, 0.1)
+REPEATED = ("SIGINT SIGINT", "SIGTERM SIGINT", "SIGINT SIGTERM SIGHUP", "SIGINT SIGINT SIGINT")
+
+
+def repeated_signals() -> list[object]:
+    """Return places, signals and gaps; each pair of two of them once, and two of them for the quick form."""
+    cases = [
+        (("alone", "notebook")[(row + column) % 2], numbers, gap)
+        for row, numbers in enumerate(REPEATED)
+        for column, gap in enumerate(GAPS)
+    ]
+    quick = {("alone", "SIGINT SIGTERM SIGHUP", 0), ("notebook", "SIGTERM SIGINT", 0)}
+    return [case if case in quick else pytest.param(*case, marks=pytest.mark.long) for case in cases]
+
+
+@pytest.mark.parametrize(("place", "numbers", "gap"), repeated_signals())
+def test_repeated_signals_do_not_cut_short_how_a_program_ends(place: str, numbers: str, gap: float) -> None:
     done = run_python(
         f"""
-        import asyncio, os, signal, threading, time
+        import asyncio, os, signal, threading
         from elib.robot.running import run_coroutine
+
+        all_came = threading.Event()
 
         def press():
             for name in {numbers!r}.split():
                 os.kill(os.getpid(), getattr(signal, name))
-                time.sleep({gap})
+                threading.Event().wait({gap})
+            all_came.set()
 
         async def main():
             threading.Thread(target=press, daemon=True).start()
             try:
-                await asyncio.sleep(10)
+                await asyncio.Event().wait()
             finally:
-                await asyncio.sleep(0.3)
+                while not all_came.is_set():
+                    await asyncio.sleep(0.01)
                 print("stopped")
 
         async def notebook():
@@ -133,7 +148,7 @@ def test_a_signal_has_its_usual_effect_again_when_all_is_over() -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("url", [FAST, "sim://square?baud=0"])
+@pytest.mark.parametrize("url", [FAST, pytest.param("sim://square?baud=0", marks=pytest.mark.long)])
 def test_signals_that_a_program_handles_itself_stay_its_own_and_the_others_are_given_back(url: str) -> None:
     done = run_python(
         f"""

@@ -5,6 +5,7 @@ import logging
 import os
 import random
 from collections.abc import Callable, Coroutine
+from itertools import product
 
 import pytest
 
@@ -20,8 +21,8 @@ LATENCIES = (0.0, 0.02, 0.1, 0.25)
 """s each way."""
 STANDING_TIME = 0.35
 """s, and the way to the robot, after which its wheels stand when it was told to stop."""
-DRAWS = int(os.environ.get("ELIB_DRAWS", "2"))
-"""Moments that are tried for each link; set ELIB_DRAWS for a long run."""
+DRAWS = int(os.environ.get("ELIB_DRAWS", "1"))
+"""Moments that the long form tries for each link; set ELIB_DRAWS for more of them."""
 CHATTER = b"\x1b[0m~ who is there? \xf3\x00"
 
 
@@ -43,14 +44,14 @@ async def until_it_stands(robot: VirtualRobot) -> float:
     clock = asyncio.get_running_loop().time
     end = clock() + 20
     while is_driving(robot) and clock() < end:  # noqa: ASYNC110  # motors tell nobody that they stand
-        await asyncio.sleep(0.001)
+        await asyncio.sleep(0.001)  # clock: simulated
     return clock()
 
 
 async def make_noise(robot: VirtualRobot, chance: random.Random) -> None:
     while True:
         robot.link.inject_noise(CHATTER[: chance.randint(1, len(CHATTER))] + b"\r\n" * chance.randint(0, 1))
-        await asyncio.sleep(chance.uniform(0.005, 0.1))
+        await asyncio.sleep(chance.uniform(0.005, 0.1))  # clock: simulated
 
 
 async def drive_and_look(robot: elib.Epuck) -> None:
@@ -59,51 +60,67 @@ async def drive_and_look(robot: elib.Epuck) -> None:
             await robot.within(0.5).set_speed(0.3, 0.2)
             await robot.within(0.3).proximity()
         except ElibError:
-            await asyncio.sleep(0.05)
+            await asyncio.sleep(0.05)  # clock: simulated
 
 
 async def go_far(robot: elib.Epuck) -> None:
     await robot.drive(5.0)
 
 
-@pytest.mark.parametrize("program", [drive_and_look, go_far])
-@pytest.mark.parametrize("trouble", ["none", "answers lost", "noise"])
+@simulated
+async def time_to_stand(
+    firmware: str,
+    trouble: str,
+    program: Callable[[elib.Epuck], Coroutine[object, object, None]],
+    latency: float,
+    chance: random.Random,
+) -> float:
+    """Drive, leave the robot, and return after how long its wheels stood, without the way to the robot, s."""
+    robot = elib.open(url(firmware, latency))
+    await robot
+    there = virtual(robot)
+    driver = asyncio.ensure_future(program(robot))
+    await asyncio.sleep(1 + chance.random())
+    noise = asyncio.ensure_future(make_noise(there, chance) if trouble == "noise" else asyncio.sleep(0))
+    if trouble == "answers lost":
+        there.link.silence()
+    await asyncio.sleep(2 * chance.random())
+    if robot.session.error is not None:
+        return 0.0  # given up before: the stop went out then
+    began = asyncio.get_running_loop().time()
+    driver.cancel()
+
+    async def leave() -> None:
+        await asyncio.wait([driver])  # as at the end of a block
+        await robot.close()
+
+    leaving = asyncio.ensure_future(leave())
+    stood = await until_it_stands(there)
+    assert not is_driving(there)
+    await leaving
+    noise.cancel()
+    return stood - began - latency
+
+
+TROUBLES = ("none", "answers lost", "noise")
+DRIVERS = (drive_and_look, go_far)
+
+
+@pytest.mark.parametrize("index", range(len(FIRMWARES)), ids=FIRMWARES)
+def test_a_stop_reaches_the_robot_in_time_whatever_the_answers_are_like(index: int) -> None:
+    for turn, latency in enumerate(LATENCIES):  # each firmware, trouble, program and latency meets each of the others
+        trouble, program = TROUBLES[(index + turn) % 3], DRIVERS[(index // 2 + turn) % 2]
+        took = time_to_stand(FIRMWARES[index], trouble, program, latency, random.Random(index))
+        assert took <= STANDING_TIME, (trouble, program.__name__, latency)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("trouble", TROUBLES)
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_stop_reaches_the_robot_in_time_whatever_the_answers_are_like(
-    firmware: str, trouble: str, program: Callable[[elib.Epuck], Coroutine[object, object, None]]
-) -> None:
+def test_a_stop_reaches_the_robot_in_time_in_every_combination(firmware: str, trouble: str) -> None:
     chance = random.Random(f"{firmware} {trouble}")
-
-    @simulated
-    async def story(latency: float) -> float:
-        robot = elib.open(url(firmware, latency))
-        await robot
-        there = virtual(robot)
-        driver = asyncio.ensure_future(program(robot))
-        await asyncio.sleep(1 + chance.random())
-        noise = asyncio.ensure_future(make_noise(there, chance) if trouble == "noise" else asyncio.sleep(0))
-        if trouble == "answers lost":
-            there.link.silence()
-        await asyncio.sleep(2 * chance.random())
-        if robot.session.error is not None:
-            return 0.0  # given up before: the stop went out then
-        began = asyncio.get_running_loop().time()
-        driver.cancel()
-
-        async def leave() -> None:
-            await asyncio.wait([driver])  # as at the end of a block
-            await robot.close()
-
-        leaving = asyncio.ensure_future(leave())
-        stood = await until_it_stands(there)
-        assert not is_driving(there)
-        await leaving
-        noise.cancel()
-        return stood - began - latency
-
-    for latency in LATENCIES:
-        for _ in range(DRAWS):
-            assert story(latency) <= STANDING_TIME
+    for program, latency, _ in product(DRIVERS, LATENCIES, range(DRAWS)):
+        assert time_to_stand(firmware, trouble, program, latency, chance) <= STANDING_TIME, (program.__name__, latency)
 
 
 @pytest.mark.parametrize("latency", [0.3, 0.45])

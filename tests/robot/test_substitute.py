@@ -13,6 +13,7 @@ from elib.errors import ArgumentError, LinkNotFound
 from elib.robot.aio import on_open
 from elib.robot.substitute import choose_robot, substituted
 from elib.timebase import new_loop
+from shared import PATIENCE
 
 FAST = "sim://square?speed=max"
 OTHER = "sim://corridor?speed=max"
@@ -49,7 +50,7 @@ def opened_by_callback(url: str | None = None) -> str:
     came = threading.Event()
     with elib.connect(url) as robot:
         robot.callback(lambda value, state: came.set(), print).selector()
-        assert came.wait(10)
+        assert came.wait(PATIENCE)
         return robot.url
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import elib
+from elib.emulator.control import Control
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError, LinkBusy, LinkClosed, LinkLost, LinkNotFound, ReplyTimeout, Unsupported
@@ -16,7 +17,7 @@ from elib.swarms.swarm import OPENING_AT_ONCE, default_names
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
 from elib.transport import parse_url
-from shared import now, run_python
+from shared import now, run_python, until
 
 THREE = "sim://square?speed=max&robots=3"
 
@@ -441,8 +442,14 @@ async def test_keep_moving_leaves_all_wheels_turning() -> None:
     assert speeds() == [[500, 500]] * 3
 
 
-@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
-@pytest.mark.parametrize("program", ["await robots.all.run(wander)", "await asyncio.sleep(60)"])
+@pytest.mark.parametrize(
+    ("name", "code", "program"),
+    [
+        ("SIGINT", 130, "await robots.all.run(wander)"),
+        pytest.param("SIGTERM", 143, "await robots.all.run(wander)", marks=pytest.mark.long),
+        pytest.param("SIGINT", 130, "await asyncio.Event().wait()", marks=pytest.mark.long),
+    ],
+)
 def test_a_signal_stops_all_robots_of_a_program(name: str, code: int, program: str) -> None:
     source = f"""
         import asyncio, os, signal, sys
@@ -467,7 +474,7 @@ def test_a_signal_stops_all_robots_of_a_program(name: str, code: int, program: s
         finally:
             print([motor.speed for firmware in firmwares for motor in firmware.motors])
     """
-    done = run_python(source, seconds=30)
+    done = run_python(source)
     assert (done.returncode, done.stdout) == (code, "[0, 0, 0, 0, 0, 0]\n"), done.stderr
     assert "Traceback" not in done.stderr
 
@@ -544,19 +551,23 @@ def test_run_refuses_urls_of_different_speeds() -> None:
 @pytest.mark.parametrize("way", ["pty", "tcp"])
 async def test_a_served_crowd_is_driven_over_ports_in_real_time(way: str) -> None:
     settings = SimulationSettings(world="square", robots=4, baud=0)
-    async with serve(settings, tcp="0" if way == "tcp" else None) as served:
+    controls: list[Control] = []
+    async with serve(settings, tcp="0" if way == "tcp" else None, control=controls.append) as served:
         async with elib.swarm([robot.url for robot in served], names=[robot.name for robot in served]) as robots:
             assert robots.names == ("epuck-1", "epuck-2", "epuck-3", "epuck-4")
             await robots.all.set_speed(0.25, 0.25)
             assert await robots.all.speed() == dict.fromkeys(robots.names, (0.25, 0.25))
             seen = await robots.all.sensors()
             assert all(readings.proximity is not None for readings in seen.values())
-            await asyncio.sleep(0.04)  # 10 steps
+
+            async def have_driven() -> bool:
+                return all(steps.left > 0 for steps in (await robots.all.encoders()).values())
+
+            await until(have_driven)
         async with elib.swarm([robot.url for robot in served]) as robots:
-            stood = await robots.all.encoders()
-            assert all(steps.left > 0 for steps in stood.values())
-            await asyncio.sleep(0.05)  # 12 steps, if they moved
-            assert await robots.all.encoders() == stood, "leaving stopped them"
+            await robots.all.selector()  # what was sent before has arrived with that
+            crowd = controls[0].simulation.robots.values()
+            assert not any(motor.speed for robot in crowd for motor in robot.emulator.firmware.motors)
 
 
 async def test_a_port_where_nobody_listens_is_named() -> None:

@@ -8,14 +8,14 @@ import threading
 from collections.abc import Callable, Iterator
 
 import pytest
+from turns import let_turn
 
 import elib
 from elib.errors import LinkClosed
 from elib.testing import link_of
+from shared import PATIENCE
 
 MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
-LONG = 20.0
-"""s of real time: more than anything here may take on any machine."""
 
 
 # -- while the program waits elsewhere ---------------------------------------------------------------------------------
@@ -41,7 +41,7 @@ def chain(robot: elib.BlockingEpuck) -> None:
         done.set()
 
     robot.callback(moving, seen.append).set_speed(0.5, 0.5)
-    assert done.wait(LONG)
+    assert done.wait(PATIENCE)
     assert seen == [pytest.approx(1000, abs=15)]
 
 
@@ -67,7 +67,7 @@ def test_a_chain_of_callbacks_goes_on_while_a_second_thread_waits_for_an_event()
 
     thread = threading.Thread(target=program)
     thread.start()
-    thread.join(LONG)
+    thread.join(PATIENCE)
     assert not thread.is_alive()
     assert errors == []
 
@@ -85,7 +85,7 @@ def test_a_begun_call_ends_while_the_program_waits_for_its_callback() -> None:
         ended: queue.SimpleQueue[elib.Selector] = queue.SimpleQueue()
         for _ in range(3):
             robot.begin(lambda pending: ended.put(pending.end())).selector()
-            assert ended.get(timeout=LONG).position == 3
+            assert ended.get(timeout=PATIENCE).position == 3
 
 
 def test_time_passes_for_the_calls_that_go_on_and_no_further() -> None:
@@ -93,9 +93,9 @@ def test_time_passes_for_the_calls_that_go_on_and_no_further() -> None:
         before = robot.time
         ended = threading.Event()
         robot.begin(lambda pending: ended.set()).sleep(5)
-        assert ended.wait(LONG)
+        assert ended.wait(PATIENCE)
         assert robot.time - before == pytest.approx(5)
-        threading.Event().wait(0.2)
+        let_turn(robot)
         assert robot.time - before == pytest.approx(5)
         robot.sleep(1)
         assert robot.time - before == pytest.approx(6)
@@ -106,7 +106,7 @@ def test_time_does_not_wait_for_a_callback_of_before_when_the_program_calls_agai
         for turn in range(5):
             ended = threading.Event()
             robot.begin(lambda pending, ended=ended: ended.set()).sleep(1)
-            assert ended.wait(LONG)
+            assert ended.wait(PATIENCE)
             before = robot.time
             robot.sleep(1)
             assert robot.time - before == pytest.approx(1), turn
@@ -116,7 +116,7 @@ def test_time_does_not_wait_for_a_callback_of_before_when_the_program_calls_agai
 
 
 @pytest.fixture(params=[MAX, REAL])
-def robot(request: pytest.FixtureRequest) -> Iterator[elib.BlockingEpuck]:
+def robot(request: pytest.FixtureRequest, thought_takes_no_time: None) -> Iterator[elib.BlockingEpuck]:
     with elib.connect(request.param) as robot:
         yield robot
 
@@ -128,21 +128,23 @@ def test_all_calls_that_were_begun_are_waited_for(robot: elib.BlockingEpuck) -> 
 
 
 def test_waiting_for_the_first_ends_with_it(robot: elib.BlockingEpuck) -> None:
-    before = robot.time
-    late, early, never = robot.begin.sleep(0.5), robot.begin.sleep(0.1), robot.begin.sleep(60)
-    assert elib.wait([late, early, never], first=True) == ([early], [late, never])
-    assert robot.time - before < 0.5
+    early, never = robot.begin.sleep(0.1), robot.begin.sleep(3600)
+    assert elib.wait([never, early], first=True) == ([early], [never])
+    late = robot.begin.sleep(0.1)
     assert elib.wait([late, never], first=True) == ([late], [never])
     assert elib.wait([late, early, never], first=True) == ([late, early], [never])
 
 
 def test_waiting_ends_after_its_time_and_the_calls_go_on(robot: elib.BlockingEpuck) -> None:
-    calls = [robot.begin.sleep(0.3), robot.begin.sleep(0.1)]
-    assert elib.wait(calls, timeout=0.2) == ([calls[1]], [calls[0]])
-    assert elib.wait(calls, timeout=0) == ([calls[1]], [calls[0]])
-    assert elib.wait(calls, timeout=5) == (calls, [])
+    never, early = robot.begin.sleep(3600), robot.begin.sleep(0.1)
+    early.end()
+    assert elib.wait([never, early], timeout=0.1) == ([early], [never])
+    assert elib.wait([never, early], timeout=0) == ([early], [never])
+    late = robot.begin.sleep(0.1)
+    assert elib.wait([late, early], timeout=PATIENCE) == ([late, early], [])
 
 
+@pytest.mark.usefixtures("thought_takes_no_time")
 def test_simulated_time_is_waited_for_exactly() -> None:
     with elib.connect(MAX) as robot:
         before = robot.time

@@ -570,6 +570,8 @@ asyncio.run(main())
                 ("pictures blocks", signal.SIGTSTP),
                 ("pictures blocks", signal.SIGQUIT),
                 ("pictures watchdog", signal.SIGKILL),
+                ("watchdog", signal.SIGSTOP),
+                ("watchdog", signal.SIGKILL),
                 ("pictures blocks watchdog", 0),
             )
         ),
