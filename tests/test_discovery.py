@@ -24,7 +24,7 @@ from elib.errors import ArgumentError, SimulationError
 from elib.testing import simulated
 from elib.timebase import ScaledLoop
 from elib.transport import Transport, open_transport
-from shared import held
+from shared import PATIENCE, held
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX processes")
 
@@ -64,9 +64,12 @@ def has_ports(monkeypatch: pytest.MonkeyPatch, **about: str) -> None:
     monkeypatch.setattr(discovery, "_descriptions", lambda: descriptions)
 
 
+SPEED = 20.0
+
+
 def hurried(main: Callable[[], object]) -> None:
-    """Run *main* twenty times faster than the clock."""
-    with asyncio.Runner(loop_factory=lambda: ScaledLoop(20)) as runner:
+    """Run *main* faster than the clock."""
+    with asyncio.Runner(loop_factory=lambda: ScaledLoop(SPEED)) as runner:
         runner.run(main())  # type: ignore[arg-type]  # every test's is a coroutine function
 
 
@@ -148,7 +151,7 @@ async def test_a_bluetooth_service_that_does_not_run_is_not_waited_for(
 
 
 def test_running_simulations_are_found_by_other_programs_and_asked_without_stopping_them() -> None:
-    settings = SimulationSettings(speed=20.0, robots=2, firmware="epuck2")
+    settings = SimulationSettings(speed=SPEED, robots=2, firmware="epuck2")
 
     async def main() -> None:
         async with serve(settings) as robots:
@@ -157,14 +160,17 @@ def test_running_simulations_are_found_by_other_programs_and_asked_without_stopp
             await first.read()
             await first.close()
             with registered([(robot.name, robot.url) for robot in robots], settings):
-                found = await find()
+                found = await find(timeout=SPEED * PATIENCE)
             assert [each.url for each in found] == [robot.url for robot in robots]
             assert {(each.kind, each.firmware, each.reason) for each in found} == {("simulation", "epuck2", "")}
             assert found[0].answer == "Version 2.0 January 2018 GCtronic"
             assert found[0].description == f"epuck-1 of elib simulate arena (process {os.getpid()})"
             again = await open_transport(robots[0].url)
             await again.write(b"E\r")
-            assert await again.read() == b"e,100,-100\r\n"
+            answer = b""
+            while not answer.endswith(b"\n"):
+                answer += await again.read()
+            assert answer == b"e,100,-100\r\n"
             await again.close()
             assert await find() == []
 
@@ -172,12 +178,12 @@ def test_running_simulations_are_found_by_other_programs_and_asked_without_stopp
 
 
 def test_a_robot_that_is_offered_twice_is_asked_once() -> None:
-    settings = SimulationSettings(speed=20.0)
+    settings = SimulationSettings(speed=SPEED)
 
     async def main() -> None:
         async with serve(settings, pty=True, tcp="0") as ways:
             with registered([(way.name, way.url) for way in ways], settings):
-                (found,) = await find()
+                (found,) = await find(timeout=SPEED * PATIENCE)
         assert found.url == ways[0].url
         assert found.description.endswith(f"; also {ways[1].url}")
 
@@ -206,10 +212,10 @@ async def test_a_silent_port_is_given_up_in_time_and_comes_last(monkeypatch: pyt
 
     port = PtyTransport()
     monkeypatch.setattr(discovery, "list_ports", lambda: [port.path, "/dev/ttyGONE0"])
-    found = await find(timeout=1.5, all_ports=True)
+    found = await find(timeout=3, all_ports=True)
     port.abort()
     assert [each.reason.partition(";")[0] for each in found] == [
-        "opened, but nothing answered within 1.5 s",
+        "opened, but nothing answered within 3 s",
         "there is no port /dev/ttyGONE0",
     ]
 
@@ -218,7 +224,7 @@ async def test_links_are_tried_at_the_same_time_and_robots_come_first(monkeypatc
     together = asyncio.Barrier(3)
 
     async def ask(candidate: Found, timeout: float) -> Found:
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(PATIENCE):
             await together.wait()
         is_robot = candidate.url.endswith("ttyUSB1")
         return Found(candidate.url, "serial", "", firmware="btcom-2.0" if is_robot else None)
@@ -276,7 +282,7 @@ def test_two_simulations_of_one_process_do_not_mix() -> None:
 
 def test_the_record_of_a_crashed_simulation_is_removed(quiet_computer: Path) -> None:
     gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait(20)
+    gone.wait(PATIENCE)
     with registered([("epuck-1", "tcp://127.0.0.1:1")], HERE):
         (record,) = records(quiet_computer)
         stale = record.with_name("simulate-1-stale.json")

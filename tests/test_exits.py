@@ -11,6 +11,7 @@ import pytest
 
 from elib.errors import ArgumentError, LinkLost
 from elib.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE, exit_code
+from shared import PATIENCE
 
 
 def fail(error: BaseException) -> int:
@@ -59,7 +60,7 @@ def test_streams_that_are_closed_change_nothing_but_the_exit_code(closed: str) -
         "stdout": writer if closed in ("stdout", "both") else subprocess.DEVNULL,
         "stderr": writer if closed in ("stderr", "both") else subprocess.PIPE,
     }
-    done = subprocess.run([sys.executable, "-c", code], **streams, timeout=20, check=False)
+    done = subprocess.run([sys.executable, "-c", code], **streams, timeout=PATIENCE, check=False)
     os.close(writer)
     assert done.returncode == (WRONG_USAGE if closed == "stderr" else FAILED)
     assert not done.stderr

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from elib.errors import ArgumentError, SimulationError, SimulationStalled
 from elib.timebase import CATCHING_UP, Paced, PacedLoop, ScaledLoop, SimulatedLoop, new_loop, require_real_time
-from shared import now
+from shared import PATIENCE, now
 
 T = TypeVar("T")
 
@@ -29,7 +29,7 @@ def test_a_sleep_takes_exactly_its_time_and_no_wall_time() -> None:
     async def main() -> list[float]:
         times = [now()]
         for seconds in (3600, 0.25, 86400 * 365):
-            await asyncio.sleep(seconds)
+            await asyncio.sleep(seconds)  # clock: simulated
             times.append(now())
         return times
 
@@ -43,7 +43,7 @@ def test_timers_ring_in_order_each_exactly_at_its_time(times: list[float]) -> No
         rung: list[tuple[float, float]] = []
         for time in times:
             loop.call_at(time, lambda time=time: rung.append((time, loop.time())))
-        await asyncio.sleep(max(times) + 1)
+        await asyncio.sleep(max(times) + 1)  # clock: simulated
         return rung
 
     rung = simulate(main())
@@ -67,7 +67,7 @@ def test_a_timer_one_step_of_the_float_later_rings_later() -> None:
         first, rung = 1000.0, []
         for time in (math.nextafter(first, math.inf), first):
             loop.call_at(time, lambda: rung.append(loop.time()))
-        await asyncio.sleep(2000)
+        await asyncio.sleep(2000)  # clock: simulated
         return rung
 
     assert simulate(main()) == [1000.0, math.nextafter(1000.0, math.inf)]
@@ -76,7 +76,7 @@ def test_a_timer_one_step_of_the_float_later_rings_later() -> None:
 def test_a_timeout_expires_on_time() -> None:
     async def main() -> float:
         with pytest.raises(TimeoutError):
-            async with asyncio.timeout(5):
+            async with asyncio.timeout(5):  # clock: simulated
                 await asyncio.Event().wait()
         return now()
 
@@ -85,9 +85,9 @@ def test_a_timeout_expires_on_time() -> None:
 
 def test_a_cancelled_timer_does_not_make_the_time_jump() -> None:
     async def main() -> float:
-        async with asyncio.timeout(5):
-            await asyncio.sleep(1)
-        await asyncio.sleep(1)
+        async with asyncio.timeout(5):  # clock: simulated
+            await asyncio.sleep(1)  # clock: simulated
+        await asyncio.sleep(1)  # clock: simulated
         return now()
 
     assert simulate(main()) == 2.0
@@ -97,7 +97,7 @@ def test_tasks_of_a_group_share_the_time() -> None:
     async def main() -> float:
         async with asyncio.TaskGroup() as group:
             for seconds in (1, 2, 3):
-                group.create_task(asyncio.sleep(seconds))
+                group.create_task(asyncio.sleep(seconds))  # clock: simulated
         return now()
 
     assert simulate(main()) == 3.0
@@ -110,11 +110,11 @@ def test_no_time_passes_while_a_thread_works() -> None:
 
         async def tick() -> None:
             while True:
-                await asyncio.sleep(1)
+                await asyncio.sleep(1)  # clock: simulated
                 next(ticks)
 
         def work() -> float:
-            started.wait(1)
+            started.wait(PATIENCE)
             return loop.time()
 
         loop = asyncio.get_running_loop()
@@ -143,7 +143,7 @@ def test_a_hold_stops_time_until_it_is_released() -> None:
         hold = loop.hold()
         hold.acquire()
         hold.acquire()
-        sleeping = asyncio.create_task(asyncio.sleep(10))
+        sleeping = asyncio.create_task(asyncio.sleep(10))  # clock: simulated
         seen: list[float] = []
 
         def outside() -> None:
@@ -182,7 +182,7 @@ def test_the_portal_is_asked_before_each_jump() -> None:
             return answer
 
         loop.may_jump = may_jump
-        await asyncio.sleep(1)
+        await asyncio.sleep(1)  # clock: simulated
         assert next(answers, None) is None
         return loop.time()
 
@@ -212,7 +212,7 @@ def test_tasks_can_clean_up_after_a_stall() -> None:
         try:
             await asyncio.Event().wait()
         finally:
-            await asyncio.sleep(1)
+            await asyncio.sleep(1)  # clock: simulated
             cleaned.append(now())
 
     with pytest.raises(SimulationStalled):
@@ -267,7 +267,7 @@ def test_paced_time_is_exact_and_never_ahead_of_the_wall_clock() -> None:
     async def main() -> list[tuple[float, float]]:
         seen = []
         for _ in range(20):
-            await asyncio.sleep(0.1)
+            await asyncio.sleep(0.1)  # clock: only that it is not shorter is read from the wall clock
             seen.append((loop.time(), 50 * (wall() - before)))
         return seen
 
@@ -320,16 +320,20 @@ def test_scaled_time_runs_by_its_factor(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_a_scaled_loop_asks_the_system_for_less_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    wall = 100.0
     waits: list[float] = []
 
     def wait(read: list[int], write: list[int], extra: list[int], timeout: float) -> object:
+        nonlocal wall
         waits.append(timeout)
-        return select.select(read, write, extra, timeout)
+        wall += timeout
+        return select.select(read, write, extra, 0)
 
     monkeypatch.setattr("elib.timebase.select", SimpleNamespace(select=wait))
+    monkeypatch.setattr("asyncio.base_events.time.monotonic", lambda: wall)
     with asyncio.Runner(loop_factory=lambda: ScaledLoop(100)) as runner:
-        runner.run(asyncio.sleep(20.0))  # long enough that a busy machine leaves something to wait for
-    assert 0.01 < max(waits) <= 0.2
+        runner.run(asyncio.sleep(20.0))  # clock: a clock of the test's own
+    assert sum(waits) == pytest.approx(0.2)
 
 
 def test_files_and_threads_work_on_a_scaled_loop() -> None:
@@ -359,7 +363,7 @@ def test_work_that_was_handed_in_before_time_may_jump_is_done_before_the_jump() 
 
     loop.may_jump = may_jump
     try:
-        loop.run_until_complete(asyncio.sleep(1.0))
+        loop.run_until_complete(asyncio.sleep(1.0))  # clock: simulated
     finally:
         loop.close()
     assert handed_in == [-1.0, 0.0]

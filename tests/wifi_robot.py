@@ -4,6 +4,8 @@ It shares nothing with elib's own codec: offsets and sizes stand here again. Eve
 picture has a number of its own, and what it did is kept with its time.
 """
 
+# clock: simulated
+
 import asyncio
 import contextlib
 import math
