@@ -345,8 +345,8 @@ def test_many_callers_from_many_threads_each_get_their_own_answer(speed: str) ->
 
         def caller(number: int) -> None:
             for _ in range(8):
-                outcomes.append(robot.within(30).selector().position)
-                robot.begin.within(30).encoders().end()
+                outcomes.append(robot.within(200 * PATIENCE).selector().position)
+                robot.begin.within(200 * PATIENCE).encoders().end()
 
         threads = [threading.Thread(target=caller, args=(n,)) for n in range(8)]
         for thread in threads:
