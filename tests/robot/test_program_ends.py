@@ -140,7 +140,8 @@ def test_the_robot_stands_when_an_interactive_python_is_left(url: str, tmp_path:
     assert done.stderr.replace(">>> ", "").strip() == ""
 
 
-@pytest.mark.parametrize("url", [REAL, pytest.param(MAX, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("url", [MAX, REAL])
 def test_the_shortest_program_of_all_ends_at_once(url: str) -> None:
     done = run("-c", f"import elib; elib.connect({url!r})")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

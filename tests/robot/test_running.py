@@ -111,7 +111,9 @@ def test_repeated_signals_do_not_cut_short_how_a_program_ends(place: str, number
     assert done.returncode in [codes[name] for name in numbers.split()]
 
 
-@pytest.mark.parametrize(("name", "codes"), [("SIGINT", (1, -2)), ("SIGTERM", (143,))])
+@pytest.mark.parametrize(
+    ("name", "codes"), [("SIGINT", (1, -2)), pytest.param("SIGTERM", (143,), marks=pytest.mark.long)]
+)
 def test_a_signal_ends_a_program_that_blocks_its_event_loop(name: str, codes: tuple[int, ...]) -> None:
     done = run_python(
         f"""

@@ -45,7 +45,7 @@ def test_the_blocking_style() -> None:
         assert robot.statistics.lost == robot.statistics.resyncs == 0
 
 
-@pytest.mark.parametrize("latency", [0, 0.1, 0.2])
+@pytest.mark.parametrize("latency", [0, pytest.param(0.1, marks=pytest.mark.long), 0.2])
 def test_odometry_follows_what_is_watched(latency: float) -> None:
     @simulated
     async def main() -> None:
