@@ -24,7 +24,7 @@ ROWS = [(0, b"\x01" * 96), (0x100, b"\x02" * 96), (0x17F00, b"\x03" * 96)]
 PACKETS = [packet(*row) for row in ROWS]
 
 
-def until(upload: Upload, time: float) -> list[tuple[float, bytes]]:
+def sent_until(upload: Upload, time: float) -> list[tuple[float, bytes]]:
     """Return what is sent up to *time*, with its times."""
     sent = []
     while upload.due <= time and upload.phase not in (Phase.DONE, Phase.FAILED):
@@ -73,7 +73,7 @@ def test_a_packet_sent_twice_is_correct_and_wrong_if_the_robot_counts_differentl
 
 def test_the_robot_is_called_every_100_ms_for_30_s() -> None:
     upload = Upload(ROWS, 5.0)
-    sent = until(upload, 100.0)
+    sent = sent_until(upload, 100.0)
     assert {data for _, data in sent} == {CALL}
     assert [time for time, _ in sent] == pytest.approx([5.0 + number / 10 for number in range(300)], abs=1e-6)
     assert upload.phase is Phase.FAILED
@@ -96,9 +96,9 @@ def test_rows_are_sent_one_at_a_time_and_then_the_end() -> None:
     for number, data in enumerate(PACKETS):
         assert upload.written == max(0, number - 1)
         upload.receive(b"K", 0.01 * number)
-        assert until(upload, 0.01 * number) == [(0.01 * number, data)]
+        assert sent_until(upload, 0.01 * number) == [(0.01 * number, data)]
     upload.receive(b"K", 1.0)
-    assert until(upload, 1.0 + SETTLING) == [(1.0 + SETTLING, END)]
+    assert sent_until(upload, 1.0 + SETTLING) == [(1.0 + SETTLING, END)]
     assert (upload.phase, upload.written, upload.failures) == (Phase.DONE, 3, [])
 
 
@@ -112,15 +112,15 @@ def test_after_any_other_answer_it_keeps_quiet_and_goes_on_one_row_before(answer
     failed = 0.5
     if answer is None:
         failed = ANSWER_LIMIT
-        assert until(upload, failed) == []
+        assert sent_until(upload, failed) == []
     else:
         upload.receive(answer, failed)
-    assert until(upload, failed + QUIET - 0.001) == []
-    assert until(upload, failed + QUIET) == [(failed + QUIET, CALL)]
+    assert sent_until(upload, failed + QUIET - 0.001) == []
+    assert sent_until(upload, failed + QUIET) == [(failed + QUIET, CALL)]
     upload.receive(b"qK", 3.0)
-    assert until(upload, 3.0) == [(3.0, PARKING)]
+    assert sent_until(upload, 3.0) == [(3.0, PARKING)]
     upload.receive(b"K", 3.0)
-    assert until(upload, 3.0) == [(3.0, PACKETS[0])]
+    assert sent_until(upload, 3.0) == [(3.0, PACKETS[0])]
     assert upload.is_parked
     assert len(upload.failures) == 1
 
@@ -140,7 +140,7 @@ def test_once_rows_are_written_calls_and_silences_take_turns() -> None:
     upload.receive(b"K", 0.0)
     upload.send(0.0)
     upload.receive(b"N", 0.0)
-    times = [time for time, _ in until(upload, 100.0)]
+    times = [time for time, _ in sent_until(upload, 100.0)]
     gaps = [after - before for before, after in pairwise(times)]
     assert max(gaps) == pytest.approx(QUIET, abs=0.11)
     assert times[-1] <= QUIET + CALL_LIMIT
@@ -152,7 +152,7 @@ def test_a_first_packet_that_is_refused_makes_the_calls_rarer() -> None:
     upload.receive(b"N", 0.0)
     assert not upload.is_parked
     upload.call_again(10.0)
-    assert [time for time, _ in until(upload, 10.55)] == pytest.approx([10.0, 10.2, 10.4])
+    assert [time for time, _ in sent_until(upload, 10.55)] == pytest.approx([10.0, 10.2, 10.4])
 
 
 def test_the_same_failure_five_times_in_a_row_ends_the_upload() -> None:
@@ -161,7 +161,7 @@ def test_the_same_failure_five_times_in_a_row_ends_the_upload() -> None:
         assert upload.phase is not Phase.FAILED
         upload.receive(b"N", 10.0 * number)
         if number < MOST_FAILURES - 1:
-            until(upload, 10.0 * number + QUIET)
+            sent_until(upload, 10.0 * number + QUIET)
             upload.receive(b"qK", 10.0 * number + 5)
             upload.send(10.0 * number + 5)
     assert upload.phase is Phase.FAILED
