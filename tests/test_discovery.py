@@ -6,6 +6,7 @@ import asyncio
 import ipaddress
 import json
 import os
+import socket
 import stat
 import subprocess
 import sys
@@ -364,14 +365,17 @@ async def test_an_address_where_nothing_listens_is_not_listed_and_each_robot_is(
     robots = {}
 
     async def opened(url: object) -> Transport:
-        return await open_transport(robots.get(str(url), "tcp://127.0.0.1:9"))
+        return await open_transport(robots.get(str(url), "tcp://{}:{}".format(*closed.getsockname())))
 
     settings = SimulationSettings(firmware="epuck2-wifi", robots=2)
     async with serve(settings, wifi="127.0.0.1:0") as served:
+        closed = socket.socket()
+        closed.bind(("127.0.0.1", 0))
         robots |= {f"wifi://127.0.0.{3 + number}": robot.url for number, robot in enumerate(served)}
-        with pytest.MonkeyPatch.context() as patch:
+        with pytest.MonkeyPatch.context() as patch, closed:
             patch.setattr(discovery, "open_transport", opened)
-            found = await find(network="127.0.0.0/29")
+            patch.setattr(discovery, "CONNECTING", PATIENCE)
+            found = await find(timeout=PATIENCE, network="127.0.0.0/29")
     assert [(each.url, each.kind, each.firmware) for each in found if each.kind == "wifi"] == [
         ("wifi://127.0.0.3", "wifi", "epuck2-wifi"),
         ("wifi://127.0.0.4", "wifi", "epuck2-wifi"),

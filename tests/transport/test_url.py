@@ -1,4 +1,5 @@
 import asyncio
+import socket
 import sys
 from types import SimpleNamespace
 
@@ -177,10 +178,15 @@ def test_an_entry_point_that_cannot_be_loaded_is_named_with_its_package(monkeypa
 async def test_only_the_module_of_the_scheme_is_imported() -> None:
     script = (
         "import asyncio, sys, elib.transport as t, elib.errors as e\n"
-        "try: asyncio.run(t.open_transport('tcp://127.0.0.1:9'))\n"
+        "try: asyncio.run(t.open_transport(sys.argv[1]))\n"
         "except e.LinkError: pass\n"
         "print(sorted(m for m in sys.modules if m in ('serialx', 'elib.emulator.sim_transport', 'elib.transport.tcp')))"
     )
-    process = await asyncio.create_subprocess_exec(sys.executable, "-c", script, stdout=asyncio.subprocess.PIPE)
-    output, _ = await process.communicate()
+    with socket.socket() as closed:
+        closed.bind(("127.0.0.1", 0))
+        url = "tcp://{}:{}".format(*closed.getsockname())
+        process = await asyncio.create_subprocess_exec(
+            sys.executable, "-c", script, url, stdout=asyncio.subprocess.PIPE
+        )
+        output, _ = await process.communicate()
     assert output.decode().strip() == "['elib.transport.tcp']"
