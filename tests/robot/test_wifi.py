@@ -582,7 +582,10 @@ async def test_a_program_on_wifi_that_is_ended_suspended_or_frozen_leaves_a_robo
 ) -> None:
     async with served("wifi", firmware="epuck2-wifi") as there:
         process = await asyncio.create_subprocess_exec(
-            sys.executable, "-c", BUSY, there.url, *words.split(), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+            *(sys.executable, "-c", BUSY, there.url, *words.split()),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            process_group=0,  # Ctrl-Z does not suspend one that nobody may continue
         )
         assert process.stdout is not None
         try:
