@@ -13,6 +13,7 @@ from served import served
 import elib
 from elib.errors import Unsupported
 from elib.protocol.profiles import PROFILES
+from elib.robot import watchdog
 from elib.robot.emergency import OPEN_STOPS
 from elib.robot.signals import SIGNALS
 from elib.robot.watchdog import WATCHDOG, is_supported
@@ -73,7 +74,10 @@ async def test_a_blocked_event_loop_stops_the_robot_and_the_program_goes_on(way:
 
 
 @pytest.mark.parametrize("way", ["tcp", "pty"])
-async def test_a_closed_robot_leaves_no_watchdog_and_a_port_that_is_free_at_once(way: str) -> None:
+async def test_a_closed_robot_leaves_no_watchdog_and_a_port_that_is_free_at_once(
+    way: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(watchdog, "RELEASE_TIME", PATIENCE)  # a busy machine must not make the watchdog late
     async with served(way) as there:
         for _ in range(3):
             async with elib.open(there.url, watchdog=True) as robot:
