@@ -376,7 +376,8 @@ def test_a_random_document_is_a_world_that_runs_or_is_refused(examples):
             assert all(math.isfinite(pose.x + pose.y + pose.heading) for pose in world.poses)
 
     check()
-    assert min(counts.values()) >= examples / 6, counts
+    if examples >= 80:  # of fewer, all may be worlds by chance
+        assert min(counts.values()) >= examples / 10, counts
 
 
 TEXTS = [files("elib").joinpath("worlds", f"{name}.toml").read_bytes() for name in gallery()]
