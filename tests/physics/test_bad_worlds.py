@@ -415,4 +415,5 @@ def test_a_damaged_world_is_a_world_or_refused(examples):
             assert found.message.startswith("broken.toml")
 
     check()
-    assert min(counts.values()) >= examples / 14, counts
+    if examples >= 200:
+        assert min(counts.values()) >= examples / 14, counts
