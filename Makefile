@@ -80,7 +80,7 @@ pictures: $(READY) ## Renew the pictures of the documents; those of the panel ne
 	@$(BIN)/python docs/make_pictures.py --panel
 
 bench: $(READY) ## Measure ratios against floors and peers
-	@for script in benchmarks/bench_link.py benchmarks/simulation.py benchmarks/camera.py benchmarks/serving.py benchmarks/et.py benchmarks/recording.py benchmarks/web.py benchmarks/wifi.py benchmarks/marking.py benchmarks/doors.py benchmarks/agent.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
+	@for script in benchmarks/bench_link.py benchmarks/simulation.py benchmarks/camera.py benchmarks/serving.py benchmarks/et.py benchmarks/recording.py benchmarks/web.py benchmarks/wifi.py benchmarks/marking.py benchmarks/doors.py benchmarks/agent.py benchmarks/stopping.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
 dist: $(READY) ## Build the source archive and the wheel into dist/, and try them
 	@$(BIN)/python release/dist.py

@@ -48,6 +48,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     skipped = terminalreporter.stats.get("skipped", ())
     reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in skipped)
     parts = ["the long forms (make test-all)"] if config.option.markexpr == "not long" else []
-    parts += [f"{count} for {reason}" for reason, count in sorted(reasons.items())]
+    parts += [f"{count} {'test' if count == 1 else 'tests'} ({reason})" for reason, count in sorted(reasons.items())]
     if parts:
         terminalreporter.write_line(f"Not tried: {'; '.join(parts)}")
