@@ -10,16 +10,18 @@ box is decided by the world: it stands within 4 cm of the box, looks at it, and 
 from __future__ import annotations
 
 import argparse
-import asyncio
 import statistics
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parents[1] / "tests" / "doors")]
+TESTS = Path(__file__).parents[1] / "tests"
+sys.path[:0] = [str(TESTS), str(TESTS / "doors"), str(TESTS / "web")]
 
-from test_agent_red_box import SPEED, is_found, search  # noqa: E402
+from test_agent_red_box import is_found, search  # noqa: E402
+
+from elib.testing import simulated  # noqa: E402
 
 
 def main() -> None:
@@ -27,15 +29,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--placements", type=int, default=20)
     parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--speed", type=float, default=SPEED, help="times real time")
     options = parser.parse_args()
     took, walls, found = [], [], 0
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(options.first, options.first + options.placements):
             began = time.perf_counter()
-            said = asyncio.run(search(seed, Path(folder), options.speed))
+            said = simulated(search)(seed, Path(folder))
             walls.append(time.perf_counter() - began)
-            took.append(float(said["time"]))  # type: ignore[arg-type]
+            took.append(said["time"])
             found += is_found(said)
             word = "found" if is_found(said) else "not found"
             print(f"{seed:3}  {word}, {said['gap']:.3f} m away, after {took[-1]:.0f} s, computed in {walls[-1]:.1f} s")

@@ -16,6 +16,7 @@ from elib.calibration import fit_robot
 from elib.physics.profiles import profile
 from elib.recording import read_recording
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "calibration"))
 from parity_drives import hidden_robot, off
 

@@ -25,6 +25,7 @@ from bench_link import FIRMWARE, robots
 
 import elib
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "recording"))
 from killing import SPEED, Killed, record_and_kill
 

@@ -30,7 +30,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT / "tests" / "web")]
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "web")]
 
 from browser import CHROMIUM, Tab, browser  # noqa: E402
 from panel_rig import Rig, virtual_robot  # noqa: E402

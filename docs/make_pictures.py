@@ -25,7 +25,7 @@ from PIL import Image
 
 ROOT = Path(__file__).parent.parent
 IMAGES = ROOT / "docs/images"
-sys.path[:0] = [str(ROOT / "tests/docs"), str(ROOT / "tests/web")]
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests/docs"), str(ROOT / "tests/web")]
 
 from browser import Tab, browser  # noqa: E402
 from pages import programs  # noqa: E402  # the blocks of a page, as the tests read them
