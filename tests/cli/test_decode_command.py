@@ -85,7 +85,7 @@ def test_dumps_of_common_tools_are_read(tool: list[str], tmp_path: Path, run: Ru
     try:
         dump = subprocess.run([*tool, str(path)], capture_output=True, check=True, timeout=PATIENCE).stdout
     except FileNotFoundError:
-        pytest.skip(f"there is no {tool[0]} here")
+        pytest.skip(f"no {tool[0]}: apt-get install xxd bsdextrautils")
     code, lines, _ = run(dump)
     assert (code, lines[:3]) == (0, SHOWN)
     assert lines == run(data)[1]
