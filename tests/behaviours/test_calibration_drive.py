@@ -1,11 +1,12 @@
 """The drive that ``elib fit`` is made for."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from elib.behaviours import RunResult, run_behaviour
-from elib.behaviours.calibration_drive import CLOSE, calibration_drive
+from elib.behaviours.calibration_drive import CLOSE, LEG, REST, calibration_drive
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 from elib.session import Ended, TraceEvent
@@ -40,6 +41,8 @@ def test_it_drives_everything_and_comes_back_in_two_minutes() -> None:
     assert outcome.reason == "done"
     assert 100 < outcome.duration <= 121
     assert {state for _, state in outcome.states} == {"turns", "wall", "leg", "arcs"}
+    legs = [end - begin for (begin, state), (end, _) in pairwise(outcome.states) if state == "leg"]
+    assert min(legs) >= 2 * (LEG + REST)
     assert any(left == right > 0 for left, right in speeds)
     assert any(left == -right > 0 for left, right in speeds)
     assert any(left == -right < 0 for left, right in speeds)

@@ -214,6 +214,9 @@ async def test_every_tool_works_on_each_firmware(firmware):
         start = world.pose(0)
         assert (await call(tools, "drive", distance=0.05)).data["ended"] == "reached"
         assert went(tools, start) == pytest.approx(0.05, abs=0.005)
+        there = world.pose(0)
+        assert (await call(tools, "go_to", x=0.05, y=0.0)).data["ended"] == "reached"
+        assert world.pose(0) == there, "it was there already"
         assert (await call(tools, "turn", angle=90)).data["ended"] == "reached"
         turned = math.remainder(world.pose(0).heading - start.heading, math.tau)
         assert math.degrees(turned) == pytest.approx(90, abs=3)

@@ -1,5 +1,6 @@
 import asyncio
 from itertools import pairwise
+from unittest.mock import AsyncMock
 
 import pytest
 from fake_robot import ANSWERS, VERSIONS, FakeRobot, rig
@@ -153,6 +154,23 @@ async def test_a_late_answer_is_never_taken_for_the_next_one() -> None:
             await r.ask("proximity", within=0.1)
         assert await r.ask("proximity", within=2) == NEAR
         assert r.robot.lines == [b"N", b"V", b"N"], "a resync stands between the two"
+
+
+@simulated
+async def test_a_defect_of_the_session_loses_the_link_with_its_reason_and_is_told_to_the_event_loop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told: list[dict[str, object]] = []
+    asyncio.get_running_loop().set_exception_handler(lambda loop, context: told.append(context))
+    async with rig() as r:
+        r.robot.next_answer(b"N", 0.3, b"n,9,9,9,9,9,9,9,9\r\n")
+        with pytest.raises(ReplyTimeout):
+            await r.ask("proximity", within=0.1)
+        defect = ZeroDivisionError("by mistake")
+        monkeypatch.setattr(r.session, "_resynchronise", AsyncMock(side_effect=defect))
+        with pytest.raises(LinkLost, match=r"by mistake(.|\n)*a defect of elib"):
+            await r.ask("proximity", within=2)
+        assert [context["exception"] for context in told] == [defect]
 
 
 @simulated

@@ -386,6 +386,15 @@ def test_a_robot_stands_0_3_s_after_the_page_s_last_word_though_no_answer_of_it_
 
 
 @simulated
+async def test_readings_that_are_taken_once_a_second_are_old_after_three(monkeypatch) -> None:
+    watcher = Slot(SIM).watcher
+    watcher.watch_sensors(1)
+    for age, is_stale in ((2.9, False), (3.1, True)):
+        monkeypatch.setattr(watcher, "age", lambda name, age=age: age)
+        assert watcher.is_stale("proximity") is is_stale
+
+
+@simulated
 async def test_a_picture_that_is_taken_rarely_is_old_later() -> None:
     slot = Slot(SIM)
     await slot.connect()
