@@ -41,10 +41,10 @@ demo: $(CORE) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
 	@"$(HERE)$(BIN)/elib" demo
 
 test: $(READY) ## Prove every promise once, in its quick form
-	@$(BIN)/pytest -n auto -m "not long"
+	@$(BIN)/pytest -n auto --dist worksteal -m "not long"
 
 test-all: $(READY) ## Run all tests, the long forms too
-	@$(BIN)/pytest -n auto
+	@$(BIN)/pytest -n auto --dist worksteal
 
 N := 20
 steady: $(READY) ## Run `make test` N times beside two busy loops, to find tests that are not steady

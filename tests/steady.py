@@ -34,7 +34,7 @@ def load(loops: int) -> Iterator[None]:
 
 def lap(seed: int, lane: str) -> list[str]:
     """Run a lane once; return the tests that failed, or what pytest said if it came to no result."""
-    command = [sys.executable, "-m", "pytest", "-n", "auto", "-rfE", *LANES[lane]]
+    command = [sys.executable, "-m", "pytest", "-n", "auto", "--dist", "worksteal", "-rfE", *LANES[lane]]
     done = subprocess.run(
         command, cwd=ROOT, env={**os.environ, "ELIB_TEST_SEED": str(seed)}, capture_output=True, text=True, check=False
     )

@@ -220,6 +220,11 @@ async def test_every_tool_works_on_each_firmware(firmware):
         assert (await call(tools, "turn", angle=90)).data["ended"] == "reached"
         turned = math.remainder(world.pose(0).heading - start.heading, math.tau)
         assert math.degrees(turned) == pytest.approx(90, abs=3)
+        assert (await call(tools, "go_to", x=0.05, y=0.06)).data["ended"] == "reached"
+        back = asyncio.ensure_future(call(tools, "go_to", x=0.05, y=0.03))
+        while not back.done():
+            assert went(tools, start) > 0.056, "it does not drive beyond the place"
+            await asyncio.sleep(0.05)
         assert (await call(tools, "go_to", x=0.0, y=0.0)).data["ended"] == "reached"
         assert went(tools, start) < 0.01
         assert (await call(tools, "look")).picture
