@@ -44,7 +44,7 @@ test: $(READY) ## Prove every promise once, in its quick form
 	@$(BIN)/pytest -n auto --dist worksteal -m "not long"
 
 test-all: $(READY) ## Run all tests, the long forms too
-	@$(BIN)/pytest -n auto --dist worksteal
+	@$(BIN)/pytest -n auto
 
 N := 20
 steady: $(READY) ## Run `make test` N times beside two busy loops, to find tests that are not steady
