@@ -9,11 +9,9 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-SEED = os.environ.get("ELIB_TEST_SEED")
-"""From it follow the order of the files and the examples of Hypothesis; without it, each run is the same."""
-
 # No test fails for a machine that is busy with something else.
-settings.register_profile("elib", derandomize=not SEED, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("elib", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("seed", settings.get_profile("elib"), derandomize=False)
 settings.load_profile("elib")
 
 os.environ.pop("ELIB_ROBOT", None)  # no test drives the robot of the one who runs it
@@ -23,15 +21,17 @@ os.environ["XDG_CACHE_HOME"] = str(Path(__file__).parent.parent / ".cache")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    if SEED:
-        config.option.hypothesisseed = SEED
+    """Draw other examples for another ``--hypothesis-seed``; without it, each run is the same."""
+    if config.getoption("--hypothesis-seed") is not None:
+        settings.load_profile("seed")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the files in another order for another seed: no test may need one that ran before it."""
-    if SEED:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Run the files in another order for another seed, too: no test may need one that ran before it."""
+    seed = config.getoption("--hypothesis-seed")
+    if seed is not None:
         files = sorted({item.path for item in items})
-        random.Random(SEED).shuffle(files)
+        random.Random(str(seed)).shuffle(files)
         items.sort(key=lambda item: files.index(item.path))
 
 
