@@ -33,6 +33,14 @@ EXAMPLES = few_and_many(40, 150)
 DAMAGE = st.lists(st.tuples(st.integers(0, 1 << 20), st.integers(0, 255)), min_size=1, max_size=8)
 
 
+def damaged(content: bytes, damage: list[tuple[int, int]]) -> bytes:
+    """Return *content* with other bytes at some places."""
+    broken = bytearray(content)
+    for place, value in damage:
+        broken[place % len(broken)] = value
+    return bytes(broken)
+
+
 async def work(robot: elib.Epuck, recorder: Recorder) -> None:
     """Leave several chunks behind: one for each time that the thread is hurried."""
     for number in range(CALLS):
@@ -314,10 +322,7 @@ def test_a_damaged_file_raises_nothing_but_argument_errors(
     @settings(max_examples=examples)
     @given(damage=DAMAGE)
     def holds(damage: list[tuple[int, int]]) -> None:
-        broken = bytearray(content)
-        for place, value in damage:
-            broken[place % len(broken)] = value
-        path.write_bytes(broken)
+        path.write_bytes(damaged(content, damage))
         try:
             recording = read_recording(path)
             found = list(recording.entries())
@@ -412,10 +417,7 @@ def test_whatever_is_repaired_is_whole_afterwards(examples: int, content: bytes,
     @settings(max_examples=examples)
     @given(damage=DAMAGE)
     def holds(damage: list[tuple[int, int]]) -> None:
-        broken = bytearray(content)
-        for place, value in damage:
-            broken[place % len(broken)] = value
-        path.write_bytes(broken)
+        path.write_bytes(damaged(content, damage))
         new.unlink(missing_ok=True)
         try:
             done = repair(path, new)
