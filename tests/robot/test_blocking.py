@@ -49,6 +49,19 @@ def test_simulated_time_passes_only_while_the_program_waits() -> None:
         assert steps.left == pytest.approx(1000, abs=5)
 
 
+def test_a_computer_that_starts_no_more_threads_says_so_and_the_robot_can_be_closed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    with elib.connect(SIM) as robot, monkeypatch.context() as few:
+        few.setattr(threading.Thread, "start", refuse)
+        with pytest.raises(RuntimeError, match="can't start new thread"):
+            robot.begin.selector()
+        robot.close()
+
+
 def test_a_slow_program_gives_the_same_result_as_a_fast_one() -> None:
     def drive(work: int) -> list[object]:
         with elib.connect(SIM) as robot:

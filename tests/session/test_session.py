@@ -754,14 +754,22 @@ async def test_a_port_where_nobody_answers_is_a_silent_robot() -> None:
 
 
 @simulated
-async def test_a_silent_first_channel_of_bluetooth_may_be_an_epuck2_which_talks_on_the_second() -> None:
+async def test_a_silent_first_channel_that_was_asked_for_may_be_an_epuck2s_which_talks_on_the_second() -> None:
     hints = []
     for channel in ("", "?channel=1", "?channel=2"):
         host, _far = memory_pair(f"rfcomm://08:3A:F2:00:00:01{channel}")
         with pytest.raises(RobotSilent) as caught:
             await Session.open(host)
         hints.append("rfcomm://08:3A:F2:00:00:01?channel=2" in caught.value.hint)
-    assert hints == [True, True, False]
+    assert hints == [False, True, False]
+
+
+@pytest.mark.parametrize("firmware", VERSIONS)
+@simulated
+async def test_a_robot_that_answers_too_late_is_not_called_something_else(firmware: str) -> None:
+    with pytest.raises(RobotSilent, match=r"answered too late, after more than 4 s: v,Version"):
+        async with rig(firmware, delay=4.12):
+            pass
 
 
 @simulated
@@ -839,6 +847,17 @@ async def test_an_unexpected_greeting_is_an_event() -> None:
         await r.link.write(b'tocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n')
         await asyncio.sleep(0.1)
         assert seen.count(Greeted()) == 1
+        assert await r.ask("proximity") == NEAR
+
+
+@pytest.mark.parametrize("firmware", VERSIONS)
+@simulated
+async def test_a_reset_that_cuts_a_request_is_no_refusal(firmware: str) -> None:
+    async with rig(firmware) as r:
+        greeting = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
+        r.robot.next_answer(b"D", greeting, b"z,Command not found\r\n")
+        with pytest.raises(ReplyTimeout, match="the robot was reset meanwhile"):
+            await r.ask("set_speed", 0.1, 0.1)
         assert await r.ask("proximity") == NEAR
 
 

@@ -121,6 +121,7 @@ class HostConnection:
         state: The state of the connection.
         needs_silence: Whether a resync has to wait until the line is quiet: what may still come has no framing.
         is_overtaken: Whether something was sent past the request or probe under way.
+        has_greeted: Whether the robot has restarted since the request under way was sent.
         busy_time: Longest time that the robot may be busy with what was abandoned, s.
         received_bytes: Bytes that came so far.
         probe_answer_bytes: Bytes of the answer to the last probe.
@@ -135,6 +136,7 @@ class HostConnection:
         self.state = State.IDLE
         self.needs_silence = False
         self.is_overtaken = False
+        self.has_greeted = False
         self.busy_time = 0.0
         self.received_bytes = 0
         self.probe_answer_bytes = 0
@@ -180,6 +182,7 @@ class HostConnection:
             self._copy = b""  # the answer may look like the copy
         self._buffer.clear()
         self._unexpected_bytes = 0
+        self.has_greeted = False
         self._sent = request.data if request.make is None else request.make(self.context)
         return self._sent
 
@@ -293,8 +296,11 @@ class HostConnection:
             try:
                 found = request.reply.parse(self._buffer, 0, self.context)
             except RemoteProtocolError as error:
-                self._refuse(request, error)
-                return
+                if not (self.has_greeted and isinstance(error, CommandRejected)):
+                    self._refuse(request, error)
+                    return
+                # The bootloader took the first bytes, and the program that then started did not know the rest.
+                found = UnexpectedReply(len(self._buffer))
             if isinstance(found, UnexpectedReply):
                 self._unexpected_bytes += found.end
                 self._see_greeting(bytes(self._buffer[: found.end]))
@@ -389,5 +395,6 @@ class HostConnection:
         tail = self._greeting_tail + data
         if GREETING in tail:
             self._events.append(Greeting())
+            self.has_greeted = True
             tail = b""
         self._greeting_tail = tail[-len(GREETING) :]

@@ -41,8 +41,8 @@ class CallbackPool:
                 thread = threading.Thread(
                     target=self._work, name=f"elib callback {len(self._threads) + 1}", daemon=True
                 )
-                self._threads.append(thread)
                 thread.start()
+                self._threads.append(thread)
 
     def resume(self, thread: threading.Thread) -> bool:
         """Record that the callback in *thread* goes on after a call; return False if there is none."""

@@ -411,8 +411,9 @@ class Portal:
 
     def _start_thread(self) -> None:
         if self._thread is None and not self.is_closed:
-            self._thread = threading.Thread(target=self._run_loop, name="elib event loop", daemon=True)
-            self._thread.start()
+            thread = threading.Thread(target=self._run_loop, name="elib event loop", daemon=True)
+            thread.start()  # it may fail, and a thread that never started must not be joined
+            self._thread = thread
 
     def _run_loop(self) -> None:
         asyncio.set_event_loop(self.loop)

@@ -26,9 +26,10 @@ class Call(Generic[T]):
         sent: When its bytes were sent; nan before that.
         timer: Ends the call at its deadline.
         followers: Older calls that this one replaced; they share its outcome.
+        saw_reset: Whether the robot has restarted since the bytes were sent.
     """
 
-    __slots__ = ("called", "deadline", "followers", "future", "request", "sent", "timer")
+    __slots__ = ("called", "deadline", "followers", "future", "request", "saw_reset", "sent", "timer")
 
     def __init__(self, request: Request[T], future: asyncio.Future[T], called: float, deadline: float) -> None:
         self.request = request
@@ -38,6 +39,7 @@ class Call(Generic[T]):
         self.sent = math.nan
         self.timer: asyncio.TimerHandle | None = None
         self.followers: list[Call[T]] = []
+        self.saw_reset = False
 
     @property
     def is_open(self) -> bool:
@@ -56,6 +58,8 @@ class Call(Generic[T]):
             happened = "the picture came complete but late; it is in the error's .image"
         elif math.isnan(self.sent):
             happened = "it was never sent: others were before it, or the line was out of sync"
+        elif self.saw_reset:
+            happened = "the robot was reset meanwhile, and whether it did this before is unknown"
         else:
             happened = "no complete answer came; whether the robot did it is unknown"
         limit = self.deadline - self.called

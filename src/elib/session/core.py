@@ -480,6 +480,8 @@ class Session:
                 self._resync.answered()
             case Greeting():
                 self.counter.resets += 1
+                for each in self._current or ():
+                    each.saw_reset = True
                 if self.hooks:
                     self._trace(Greeted())
                 self.context.forget()

@@ -26,6 +26,8 @@ OPENING_TIMEOUTS = (1.0, 1.0, 2.0)
 """s that each attempt waits: a robot that calibrates or starts is busy for some seconds."""
 LINE_END_TIME = 0.05
 """s to wait for the answer to a half-typed line that was ended."""
+ANSWERED = re.compile(rb"[\r\n](v,[^\r\n]+)", re.IGNORECASE)
+"""The answer to the question for the version, among whatever else came."""
 READY = re.compile(rb"k, Calibration finished|" + re.escape(GREETING))
 """What a robot sends by itself when it is no longer busy: it is then asked once more."""
 SETTLING_TIME = 0.1
@@ -205,10 +207,16 @@ async def _ask(transport: RecordingTransport, profile: Profile | None) -> tuple[
             from elib.transport.rfcomm import EPUCK2_CHANNEL, bluetooth_address
 
             address, channel = bluetooth_address(parse_url(transport.url))
-            if channel != EPUCK2_CHANNEL:
+            if channel not in (None, EPUCK2_CHANNEL):
                 other = f"rfcomm://{address}?channel={EPUCK2_CHANNEL}"
                 silent.hint = f"an e-puck2 talks on another channel: {other}; {silent.hint}"
         raise silent
+    if late := ANSWERED.search(b"\n" + transport.received):
+        raise RobotSilent(
+            f"the robot at {transport.url} answered too late, after more than {sum(OPENING_TIMEOUTS):g} s: "
+            f"{late[1].decode('latin-1')}",
+            hint="wait until it has started and calibrated, bring it nearer, and try again",
+        )
     raise NotAnEpuck(
         f"something answers on {transport.url}, but not as an e-puck does: {transport.received[:60]!r}",
         hint="is it the right port, at 115200 baud, with the standard firmware (BTcom, asercom) on the robot?",
