@@ -109,7 +109,7 @@ async def test_other_ports_are_named_and_left_alone_unless_asked_for(monkeypatch
     assert everything.not_tried == ()
 
 
-async def test_paired_robots_are_listed_with_their_channel_and_other_devices_are_not(
+async def test_paired_robots_are_listed_and_other_devices_are_not(
     bluetoothctl: Bluetoothctl,
 ) -> None:
     bluetoothctl(
@@ -119,7 +119,7 @@ async def test_paired_robots_are_listed_with_their_channel_and_other_devices_are
     listed = await candidates()
     assert [(each.url, each.kind, each.description) for each in listed.found] == [
         ("rfcomm://10:00:E8:AA:BB:CC", "bluetooth", "e-puck_3021, known to this computer"),
-        ("rfcomm://08:3A:F2:00:00:01?channel=2", "bluetooth", "e-puck2_04567, known to this computer"),
+        ("rfcomm://08:3A:F2:00:00:01", "bluetooth", "e-puck2_04567, known to this computer"),
     ]
     assert listed.notes == ()
 

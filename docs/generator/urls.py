@@ -43,7 +43,7 @@ TARGETS = {
     "rfcomm": (
         "`rfcomm://10:00:E8:AA:BB:CC`",
         "Bluetooth by address, where the system and the Python have Bluetooth sockets. Never run on a radio yet. "
-        "`channel` is 1 to 30, 1 if left out: that is an e-puck1's; an e-puck2 talks on channel 2",
+        "`channel` is 1 to 30; if it is left out, it is 2, an e-puck2's, or 1, an e-puck1's, where the robot refuses 2",
     ),
     "tcp": ("`tcp://HOST:PORT`", "the bytes of a serial port over TCP: a bridge, or `elib simulate --tcp`"),
     "wifi": (

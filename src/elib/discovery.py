@@ -27,7 +27,6 @@ from elib.session import Session, check_timeout
 from elib.timebase import require_real_time
 from elib.transport import Transport, open_transport, parse_url
 from elib.transport.ports import holders, list_ports
-from elib.transport.rfcomm import EPUCK2_CHANNEL
 
 Kind = Literal["serial", "bluetooth", "wifi", "simulation"]
 
@@ -227,8 +226,7 @@ def _candidates(all_ports: bool) -> Survey:
         found.append(Found(f"serial://{port}", kind, description or f"{kind} port"))
     for address, name in paired.items():
         if address not in bound:
-            channel = f"?channel={EPUCK2_CHANNEL}" if name.lower().startswith("e-puck2") else ""
-            found.append(Found(f"rfcomm://{address}{channel}", "bluetooth", f"{name}, known to this computer"))
+            found.append(Found(f"rfcomm://{address}", "bluetooth", f"{name}, known to this computer"))
     return Survey(tuple(found), tuple(not_tried), tuple(notes))
 
 

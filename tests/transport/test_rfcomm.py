@@ -1,3 +1,4 @@
+import asyncio
 import errno
 import socket
 
@@ -26,6 +27,43 @@ async def test_a_system_without_bluetooth_gets_the_same_recipe(monkeypatch: pyte
     monkeypatch.setattr(rfcomm.socket, "socket", refuse)
     with pytest.raises(Unsupported, match=r"no Bluetooth sockets \(Address family"):
         await rfcomm.open_rfcomm(parse_url(URL))
+
+
+@pytest.mark.parametrize(
+    ("key", "refused", "tried", "is_open"),
+    [
+        ("", [], [2], True),
+        ("", [2], [2, 1], True),
+        ("", [2, 1], [2, 1], False),
+        ("?channel=1", [], [1], True),
+        ("?channel=1", [1], [1], False),
+    ],
+)
+async def test_a_robot_is_asked_for_its_channel_unless_the_url_names_one(
+    monkeypatch: pytest.MonkeyPatch, key: str, refused: list[int], tried: list[int], is_open: bool
+) -> None:
+    seen: list[int] = []
+
+    async def connect(radio: socket.socket, address: tuple[str, int]) -> None:
+        seen.append(address[1])
+        if address[1] in refused:
+            raise ConnectionRefusedError(errno.ECONNREFUSED, "Connection refused")
+
+    pairs = [socket.socketpair() for _ in tried]
+    radios = iter(pairs)
+    monkeypatch.setattr(socket, "AF_BLUETOOTH", 31, raising=False)
+    monkeypatch.setattr(socket, "BTPROTO_RFCOMM", 3, raising=False)
+    monkeypatch.setattr(rfcomm.socket, "socket", lambda *_: next(radios)[0])
+    monkeypatch.setattr(asyncio.get_running_loop(), "sock_connect", connect)
+    opening = rfcomm.open_rfcomm(parse_url("rfcomm://10:00:E8:AA:BB:CC" + key))
+    if is_open:
+        await (await opening).close()
+    else:
+        with pytest.raises(LinkNotFound, match="no serial service"):
+            await opening
+    for _, end in pairs:
+        end.close()
+    assert seen == tried
 
 
 @pytest.mark.parametrize(

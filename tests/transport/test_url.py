@@ -79,7 +79,7 @@ def test_a_url_written_out_says_the_same_again(text: str) -> None:
         ("tcp://robot", "'robot' is not HOST:PORT", "tcp://192.168.1.5:4000"),
         ("tcp://robot:70000", "port is 70000; it must be from 1 to 65535", ""),
         ("rfcomm://10:00:E8", "'10:00:E8' is not a Bluetooth address", "six pairs"),
-        ("rfcomm://10:00:E8:AA:BB:CC?channel=31", "channel is '31'; it must be from 1 to 30", "channel 1"),
+        ("rfcomm://10:00:E8:AA:BB:CC?channel=31", "channel is '31'; it must be from 1 to 30", "leave it out"),
         ("10:00:E8:AA:BB:CC", "neither a URL nor", "write rfcomm://10:00:E8:AA:BB:CC"),
         ("127.0.0.1:4000", "neither a URL nor", "write tcp://127.0.0.1:4000"),
         ("tcp:h:1", "neither a URL nor", "write tcp://h:1"),
@@ -129,7 +129,7 @@ def test_the_speed_of_a_url_tells_which_loop_to_make(url: str, speed: object) ->
 
 def test_addresses_are_taken_apart_for_the_transports() -> None:
     assert host_and_port(parse_url("tcp://[::1]:400")) == ("::1", 400)
-    assert bluetooth_address(parse_url("rfcomm://10:00:e8:aa:bb:cc")) == ("10:00:E8:AA:BB:CC", 1)
+    assert bluetooth_address(parse_url("rfcomm://10:00:e8:aa:bb:cc")) == ("10:00:E8:AA:BB:CC", None)
     assert bluetooth_address(parse_url("rfcomm://10:00:e8:aa:bb:cc?channel=2")) == ("10:00:E8:AA:BB:CC", 2)
 
 

@@ -18,14 +18,15 @@ from elib.transport.url import BLUETOOTH_ADDRESS, Scheme, Url
 OPEN_TIMEOUT = 10.0
 """Seconds; looking for a robot takes a radio up to 5.12 s by Bluetooth's default page timeout."""
 
-EPUCK2_CHANNEL = 2
-"""RFCOMM channel of the e-puck2's line, the second of its services GDB, UART and SPI (wire-protocol.md, 1.1)."""
+EPUCK1_CHANNEL, EPUCK2_CHANNEL = 1, 2
+"""RFCOMM channels of the line: the only service of an e-puck1, and the second of an e-puck2's GDB, UART and SPI
+(wire-protocol.md, 1.1)."""
 
-_ABSENT = {errno.EHOSTDOWN, errno.EHOSTUNREACH, errno.ETIMEDOUT, errno.ECONNREFUSED, errno.ENODEV}
+_ABSENT = {errno.EHOSTDOWN, errno.EHOSTUNREACH, errno.ETIMEDOUT, errno.ENODEV}
 
 
-def bluetooth_address(url: Url) -> tuple[str, int]:
-    """Return address and RFCOMM channel of an ``rfcomm://`` URL.
+def bluetooth_address(url: Url) -> tuple[str, int | None]:
+    """Return address and RFCOMM channel of an ``rfcomm://`` URL; None stands for a channel that is to be found.
 
     Raises:
         ArgumentError: The address is not six hexadecimal pairs, or the channel is not 1 to 30.
@@ -34,17 +35,19 @@ def bluetooth_address(url: Url) -> tuple[str, int]:
         raise ArgumentError(
             f"{url.target!r} is not a Bluetooth address", hint="it has six pairs: rfcomm://10:00:E8:AA:BB:CC"
         )
-    channel = url.keys.get("channel", "1")  # where the e-puck1 listens (wire-protocol.md, 1.1)
+    channel = url.keys.get("channel")
+    if channel is None:
+        return url.target.upper(), None
     if not channel.isascii() or not channel.isdigit() or not 1 <= int(channel) <= 30:
         raise ArgumentError(
             f"channel is {channel!r}; it must be from 1 to 30",
-            hint=f"an e-puck1 listens on channel 1, an e-puck2 on channel {EPUCK2_CHANNEL}",
+            hint=f"leave it out: an e-puck1 listens on {EPUCK1_CHANNEL}, an e-puck2 on {EPUCK2_CHANNEL}",
         )
     return url.target.upper(), int(channel)
 
 
 async def open_rfcomm(url: Url) -> StreamTransport:
-    """Connect to ``rfcomm://ADDRESS?channel=1``.
+    """Connect to ``rfcomm://ADDRESS``, on the channel of its key or on the one where the robot has its line.
 
     Raises:
         ArgumentError: The address or the channel is wrong.
@@ -59,26 +62,35 @@ async def open_rfcomm(url: Url) -> StreamTransport:
     if family is None or protocol is None:
         raise _unsupported(url, "this Python was built without Bluetooth sockets")
     require_real_time(f"{url}")
-    try:
-        radio = socket.socket(family, socket.SOCK_STREAM, protocol)
-    except OSError as error:
-        raise _unsupported(url, f"this system has no Bluetooth sockets ({error.strerror})") from error
-    try:
-        radio.setblocking(False)
-        loop = asyncio.get_running_loop()
-        async with asyncio.timeout(OPEN_TIMEOUT):
-            await loop.sock_connect(radio, (address, channel))
-            _, transport = await loop.create_connection(lambda: StreamTransport(str(url)), sock=radio)
-    except BaseException as error:
-        radio.close()
-        if isinstance(error, OSError):  # a TimeoutError is one
-            raise refusal(url, error) from error
-        raise
-    return transport
+    # An e-puck1 refuses the e-puck2's channel. The e-puck2 has another service on the e-puck1's.
+    channels = [channel] if channel is not None else [EPUCK2_CHANNEL, EPUCK1_CHANNEL]
+    loop = asyncio.get_running_loop()
+    while True:
+        try:
+            radio = socket.socket(family, socket.SOCK_STREAM, protocol)
+        except OSError as error:
+            raise _unsupported(url, f"this system has no Bluetooth sockets ({error.strerror})") from error
+        try:
+            radio.setblocking(False)
+            async with asyncio.timeout(OPEN_TIMEOUT):
+                await loop.sock_connect(radio, (address, channels.pop(0)))
+                _, transport = await loop.create_connection(lambda: StreamTransport(str(url)), sock=radio)
+                return transport
+        except BaseException as error:
+            radio.close()
+            if isinstance(error, OSError) and not (channels and error.errno == errno.ECONNREFUSED):
+                raise refusal(url, error) from error  # a TimeoutError is an OSError
+            if not isinstance(error, OSError):
+                raise
 
 
 def refusal(url: Url, error: OSError) -> LinkError:
     """Return the error that says what *error*, raised while connecting, means and what to do."""
+    if error.errno == errno.ECONNREFUSED:
+        return LinkNotFound(
+            f"{url}: the device has no serial service there",
+            hint="is it an e-puck's address? its channel is found if the URL names none",
+        )
     if isinstance(error, TimeoutError) or error.errno in _ABSENT:
         return LinkNotFound(
             f"{url}: the robot does not answer",
@@ -93,9 +105,10 @@ def refusal(url: Url, error: OSError) -> LinkError:
 
 def _unsupported(url: Url, why: str) -> Unsupported:
     address, channel = bluetooth_address(url)
+    number = channel or f"{EPUCK1_CHANNEL} ({EPUCK2_CHANNEL} for an e-puck2)"
     return Unsupported(
         f"{url}: {why}",
-        hint=f"on Linux: sudo rfcomm bind 0 {address} {channel}, then use serial:///dev/rfcomm0; on Windows and "
+        hint=f"on Linux: sudo rfcomm bind 0 {address} {number}, then use serial:///dev/rfcomm0; on Windows and "
         "macOS: pair the robot in the settings and use the port that appears",
     )
 
