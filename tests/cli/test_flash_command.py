@@ -10,6 +10,7 @@ import pytest
 from elib_process import elib, started
 
 from elib.cli import main
+from elib.cli.flash import _runs
 
 pytest.importorskip("intelhex", reason="the extra flash is not installed: pip install '.[flash]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -53,6 +54,13 @@ def test_a_virtual_robot_is_flashed_and_says_its_version(
     assert out.startswith("5 rows are written, and the program has started: Version ")
     assert "It is stopped and reset." in err
     assert err.endswith("5 of 5 rows\n")
+
+
+@pytest.mark.parametrize(
+    ("said", "shown"), [(b"", "it says nothing"), (b"data,1,2\r\n" * 99, r"it sends b'data,1,2\r\ndata,1,2\r\n'...")]
+)
+def test_a_program_without_sercom_is_known_by_what_it_sends(said: bytes, shown: str) -> None:
+    assert _runs(said).startswith(shown)
 
 
 def test_verify_says_what_is_checked_and_what_cannot_be(program: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -100,8 +100,10 @@ def test_the_packet_of_all_actuators_is_taken_apart() -> None:
     ]
 
 
-def test_what_a_binary_session_swallows_is_named() -> None:
-    assert talk("\xb2V\r\xa0\0")[0].problem == (
+def test_what_a_binary_session_swallows_is_a_fault_and_is_named() -> None:
+    line, *answers = talk("\xb2V\r\xa0\0")
+    assert (line.kind in FAULTS, [each.kind for each in answers]) == (True, [])
+    assert line.problem == (
         "asercom-1.2.2 swallows 'V'; asercom-1.2.2 swallows '\\r'; asercom-1.2.2 swallows opcode 0xa0"
     )
 

@@ -36,10 +36,10 @@ class Rig:
     def uploader(self, image: Image, number: int = 1234) -> Uploader:
         return Uploader(self.connect(), image, number, say=self.said.append)
 
-    async def upload(self, image: Image, number: int = 1234) -> Version | None:
+    async def upload(self, image: Image, number: int = 1234) -> Version | bytes:
         return await self.uploader(image, number).run()
 
-    async def begin(self, image: Image, *, rows: int) -> tuple[Uploader, asyncio.Task[Version | None]]:
+    async def begin(self, image: Image, *, rows: int) -> tuple[Uploader, asyncio.Task[Version | bytes]]:
         """Begin an upload, and return when so many rows are written."""
         is_there = asyncio.Event()
 
@@ -52,7 +52,7 @@ class Rig:
         await is_there.wait()
         return uploader, task
 
-    async def upload_by_button(self, image: Image, number: int = 1234, *, after: float = 8.0) -> Version | None:
+    async def upload_by_button(self, image: Image, number: int = 1234, *, after: float = 8.0) -> Version | bytes:
         """Upload while a person presses the reset button some time after the start."""
         pressing = asyncio.get_running_loop().call_later(after, self.press_reset)
         try:

@@ -140,7 +140,8 @@ GOTO = bytes.fromhex("0001040000000000")
     ("lines", "message"),
     [
         ([upper(0x30000), record(0, 0, bytes(4))], "0x018000"),
-        ([upper(0x08000000), record(0, 0, bytes(4))], "0x4000000"),
+        ([upper(0x08000000), record(0, 0, bytes(4))], "for the e-puck2: it has bytes for 0x08000000"),
+        ([upper(0x01F00000), record(0x000C, 0, bytes(12))], "configuration words from 0xF80006 on alone"),
         ([upper(0x00FFDFFC), record(0xDFFC, 0, bytes(4))], "0x7FEFFE"),
         ([upper(0x01F00020), record(0x0020, 0, bytes(4))], "0xF80010"),
         ([upper(0x2FFFC), record(0xFFFC, 0, bytes(8))], "0x018000"),
@@ -199,6 +200,26 @@ def test_what_is_not_intel_hex_is_refused(content: bytes, tmp_path: Path) -> Non
     path.write_bytes(content)
     with pytest.raises(ArgumentError, match=r"test\.hex"):
         read_image(path)
+
+
+@pytest.mark.parametrize(
+    ("machine", "beside", "hint"),
+    [
+        (118, True, "take robot.hex beside it"),
+        (118, False, "make one: xc16-bin2hex robot.elf"),
+        (40, True, "An e-puck2 is programmed over its USB cable"),
+    ],
+)
+def test_the_other_file_of_a_linker_is_refused_with_the_one_to_take(
+    machine: int, beside: bool, hint: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "robot.elf"
+    path.write_bytes(b"\x7fELF\x01\x01\x01" + bytes(11) + bytes((machine, 0)) + bytes(100))
+    if beside:
+        path.with_suffix(".hex").write_text(hex_file(small()))
+    with pytest.raises(ArgumentError, match=r"robot\.elf is an ELF file") as caught:
+        read_image(path)
+    assert hint in caught.value.hint
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:

@@ -107,6 +107,14 @@ async def test_a_robot_whose_program_does_not_answer_is_flashed_after_its_reset_
 
 
 @simulated
+async def test_what_a_program_without_sercom_sends_is_returned(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig()
+    kind = type(rig.robot.firmware)
+    monkeypatch.setattr(kind, "TEXT", {**kind.TEXT, ord("V"): lambda firmware, line: b"data,1,2\r\n"})
+    assert b"data,1,2" in await rig.upload_by_button(image())
+
+
+@simulated
 async def test_without_a_bootloader_the_upload_ends_after_30_s_and_says_that_nothing_was_written() -> None:
     rig = Rig()
     rig.robot.switch_off(0.0)

@@ -15,8 +15,8 @@ from elib.cli.arguments import FAST_SIMULATION
 from elib.cli.terminal import is_live, say, table
 from elib.errors import ArgumentError, Unsupported
 from elib.flash import Image, Uploader, read_image
-from elib.flash.image import BOOTLOADER, END, LARGEST_NUMBER, NUMBER_AT, ROW, START_AT, spans
-from elib.flash.uploader import EPUCK2_HINT, NOT_THIS_ROBOT
+from elib.flash.image import BOOTLOADER, END, EPUCK2_HINT, LARGEST_NUMBER, NUMBER_AT, ROW, START_AT, spans
+from elib.flash.uploader import NOT_THIS_ROBOT
 from elib.plaintext import plain
 from elib.protocol.values import Version
 from elib.robot.running import run_coroutine
@@ -39,6 +39,8 @@ VERIFIED = (
     "bootloader cannot be asked what stands in the memory, so nothing was read back."
 )
 INTERRUPTED = "Interrupted."
+SHOWN = 20
+"""The most bytes that are shown of what a program without sercom sends."""
 
 
 def flash(
@@ -72,18 +74,26 @@ def flash(
     if target.scheme == "wifi":
         raise Unsupported(f"{target}: {NOT_THIS_ROBOT}", hint=EPUCK2_HINT)
 
-    async def main() -> Version | None:
+    async def main() -> Version | bytes:
         return await _flash(str(target), image, number)
 
     version = run_coroutine(main, speed_of(target))
     rows = len(image.rows)
     if verify:
         say(VERIFIED.format(rows=rows))
-    runs = "it says nothing, as programs without sercom do" if version is None else plain(version.text)
-    print(f"{rows} rows are written, and the program has started: {runs}")
+    print(f"{rows} rows are written, and the program has started: {_runs(version)}")
 
 
-async def _flash(url: str, image: Image, number: int) -> Version | None:
+def _runs(version: Version | bytes) -> str:
+    """Return what the new program says, in words."""
+    if isinstance(version, Version):
+        return plain(version.text)
+    if version:
+        return f"it sends {version[:SHOWN]!r}... and does not answer, as programs without sercom do"
+    return "it says nothing, as programs without sercom do"
+
+
+async def _flash(url: str, image: Image, number: int) -> Version | bytes:
     transport = await open_transport(url)
     try:
         if codec_of(transport) != "serial":

@@ -25,11 +25,13 @@ class Kind(enum.Enum):
     HALF = "half"
     """The beginning of something whose end did not come."""
     UNKNOWN = "unknown"
+    SWALLOWED = "swallowed"
+    """A binary session with bytes that are not a command: the robot drops them, and does not do what they ask for."""
 
     __hash__ = object.__hash__
 
 
-FAULTS = (Kind.SURPLUS, Kind.MALFORMED, Kind.HALF, Kind.UNKNOWN)
+FAULTS = (Kind.SURPLUS, Kind.MALFORMED, Kind.HALF, Kind.UNKNOWN, Kind.SWALLOWED)
 """The kinds that do not occur in a capture without errors."""
 
 

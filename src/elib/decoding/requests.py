@@ -249,6 +249,8 @@ class RequestReader:
         if answers and kind is Kind.REQUEST:
             name = " + ".join(name for name, _ in answers)
             self._expect(ExpectedAnswer(name, answers, True, " + ".join(f"{name}()" for name, _ in answers)))
+        if self._swallowed and kind is Kind.REQUEST:
+            kind = Kind.SWALLOWED
         more = [f"and {self._swallowed - 3} bytes more"] if self._swallowed > 3 else []
         oddities = [*([problem] if problem else []), *self._oddities, *more]
         self._was_cut = False

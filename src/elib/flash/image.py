@@ -33,6 +33,15 @@ OTHER_MEMORY = {
 }
 """What a file may hold besides the program, and what the bootloader cannot write (wire-protocol.md, 6.3)."""
 
+OWN_SETTINGS = range(0xF80000, 0xF80006)
+"""The configuration words FOSC, FWDT and FBORPOR, which a dsPIC33 does not have there (DS70143, 21)."""
+OTHER_CHIP = "is it a program for another chip? The e-puck1 has a dsPIC30F6014A"
+EPUCK2_PLACES = range(0x08000000, 0x08200000)
+"""The flash memory of the e-puck2's main processor, an STM32F407 (its reference manual, RM0090, 3)."""
+EPUCK2_HINT = "An e-puck2 is programmed over its USB cable: see the guide docs/guides/flash.md"
+ELF, ELF_MACHINE, ARM = b"\x7fELF", 18, 40
+"""The first bytes of an ELF file, where it says for which processor it is, and the number of ARM, the e-puck2's."""
+
 LARGEST_FILE = 4 << 20
 """Bytes. The whole memory, in records of one byte each, takes less."""
 LINE_SECONDS = 102 * 10 / 115200
@@ -98,6 +107,14 @@ def read_image(path: str | Path) -> Image:
     content = read_file(path, "the program", largest=LARGEST_FILE)
     if len(content) > LARGEST_FILE:
         raise ArgumentError(f"{name} is larger than any Intel HEX file of a program for the e-puck1")
+    if content.startswith(ELF):
+        is_epuck2 = content[ELF_MACHINE : ELF_MACHINE + 1] == bytes((ARM,))
+        beside = Path(path).with_suffix(".hex")
+        take = f"take {beside.name} beside it" if beside.exists() else f"make one: xc16-bin2hex {name}"
+        raise ArgumentError(
+            f"{name} is an ELF file{' for the e-puck2' if is_epuck2 else ''}; an e-puck1 takes an Intel HEX file",
+            hint=EPUCK2_HINT if is_epuck2 else take,
+        )
     try:
         text = content.decode("ascii")
     except UnicodeDecodeError:
@@ -108,6 +125,13 @@ def read_image(path: str | Path) -> Image:
 def image_of(text: str, name: str) -> Image:
     """Return the program in the text of an Intel HEX file; *name* is for messages. Raises as :func:`read_image`."""
     given = _bytes_of(text, name)
+    if any(place in EPUCK2_PLACES for place in given):
+        raise ArgumentError(
+            f"{name} is a program for the e-puck2: it has bytes for 0x{min(EPUCK2_PLACES):08X}", hint=EPUCK2_HINT
+        )
+    settings = [place // 4 * 2 for place in given if place // 4 * 2 in OTHER_MEMORY["configuration words"]]
+    if settings and not any(place in OWN_SETTINGS for place in settings):
+        raise ArgumentError(f"{name} has configuration words from 0x{min(settings):06X} on alone", hint=OTHER_CHIP)
     rows: dict[int, bytearray] = {}
     skipped: Counter[str] = Counter()
     for place, byte in sorted(given.items()):
@@ -119,7 +143,7 @@ def image_of(text: str, name: str) -> Image:
             if byte not in (0, 0xFF):
                 raise ArgumentError(
                     f"{name}: the fourth byte of the instruction at 0x{address:06X} is {byte:02X}, not 00",
-                    hint="is it a program for another chip? The e-puck1 has a dsPIC30F6014A",
+                    hint=OTHER_CHIP,
                 )
         else:
             row = rows.setdefault(address - address % ROW, bytearray(EMPTY))
@@ -199,7 +223,7 @@ def _other_memory(address: int, name: str) -> str:
             return memory
     raise ArgumentError(
         f"{name} holds data for 0x{address:06X}; the memory of the e-puck1 ends at 0x{END - 2:06X}",
-        hint="is it a program for another chip? The e-puck1 has a dsPIC30F6014A",
+        hint=OTHER_CHIP,
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from math import inf
 
 from elib.errors import ElibError, NotAnEpuck, RemoteProtocolError, RobotSilent, Unsupported
-from elib.flash.image import Image
+from elib.flash.image import EPUCK2_HINT, Image
 from elib.flash.protocol import CALL_LIMIT, END_LIGHT, QUIET, Phase, Upload
 from elib.protocol.profiles import PROFILES
 from elib.protocol.shapes import GREETING
@@ -25,7 +25,6 @@ another one, and end the window of 1.09 s."""
 START_LIMIT = 5.0
 """s from the end of the light to the greeting: BTcom 2.0 takes 1.5 s, because it calibrates (wire-protocol.md, 1.2)."""
 NOT_THIS_ROBOT = "only the e-puck1 has the bootloader that elib flash talks to"
-EPUCK2_HINT = "An e-puck2 is programmed over its USB cable: see the guide docs/guides/flash.md"
 BUTTON = f"Press the robot's reset button now; its bootloader is called for {CALL_LIMIT:g} s."
 BUTTON_TIME = 1.5
 """s of calls before the person is asked for the button: a bootloader that listens answers sooner."""
@@ -64,11 +63,11 @@ class Uploader:
         self._say = say
         self._on_row = on_row
 
-    async def run(self) -> Version | None:
+    async def run(self) -> Version | bytes:
         """Stop and reset the robot, write the program and start it.
 
         Returns:
-            What the new program says its version is; None if it says nothing, as programs without sercom do.
+            What the new program says its version is; of a program without sercom what it sends, which may be nothing.
 
         Raises:
             Unsupported: The robot is not an e-puck1.
@@ -111,7 +110,7 @@ class Uploader:
     async def _reset(self) -> None:
         """Stop the robot and reset it, if its program can do that."""
         version = await self._version()
-        if version is None:
+        if isinstance(version, bytes):
             return
         self._runs = True
         if PROFILES[version.firmware].absent.get("reset"):
@@ -122,12 +121,13 @@ class Uploader:
         await self._ask(RESET, RESETTING, RESET_TIME)
         await self._read_until(self._now + RESET_PAUSE)
 
-    async def _version(self) -> Version | None:
-        """Ask the robot for its version; return None if no sercom answers."""
+    async def _version(self) -> Version | bytes:
+        """Ask the robot for its version; if no sercom answers, return the bytes that came."""
+        recorded = RecordingTransport(self._transport)
         try:
-            _, version = await recognise_robot(RecordingTransport(self._transport), None)
+            _, version = await recognise_robot(recorded, None)
         except (RobotSilent, NotAnEpuck):
-            return None
+            return recorded.received
         return version
 
     async def _ask(self, request: bytes, answer: bytes, seconds: float = ANSWER_TIME) -> bool:
@@ -177,7 +177,7 @@ class Uploader:
             + EPUCK2_HINT,
         )
 
-    async def _started(self) -> Version | None:
+    async def _started(self) -> Version | bytes:
         """Wait until the new program has started."""
         end = self._now + END_LIGHT + START_LIMIT
         received = b""

@@ -296,7 +296,7 @@ class Marker:
             raise BrokenRule("no bytes, or more than a robot's link can keep")
         if self._decoders:
             for line in self._decoders[end.index].feed("to robot", None, data):
-                if line.kind is Kind.REQUEST:
+                if line.kind in (Kind.REQUEST, Kind.SWALLOWED):
                     self.requests.update(call.name for call in line.calls)
         if end.is_open:
             end.take(data)
