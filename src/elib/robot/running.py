@@ -15,6 +15,9 @@ from elib.timebase import LoopSpeed, new_loop, running_loop
 
 T = TypeVar("T")
 
+SIGNAL_DELAY = 0.05
+"""s that a signal may have to wait at most."""
+
 
 def run_coroutine(main: Callable[[], Coroutine[Any, Any, T]], speed: LoopSpeed = "real") -> T:
     """Run ``async def main()`` on a new event loop and return its result; errors come as they are.
@@ -94,6 +97,9 @@ class _Run(Generic[T]):
         self._signals.enter()  # here, because only the main thread can install signal handlers
         try:
             threading.Thread(target=run, name="elib run", daemon=True).start()
+            # A signal that comes just before a wait without bound is not handled before that ends, in all of Python.
+            while not outcome.done():
+                concurrent.futures.wait([outcome], SIGNAL_DELAY)
             return outcome.result()
         except BaseException:
             if not outcome.done():  # a signal that the program handles itself, or one that came before the loop ran
