@@ -204,6 +204,6 @@ def test_a_sheet_has_a_piece_for_each_student_and_none_for_the_teacher() -> None
     ]
     page = sheet(students, "<class>")
     assert page.count("<section>") == 1
-    assert "tcp://10.0.0.1:4001" in page
+    assert "export ELIB_ROBOT=tcp://10.0.0.1:4001" in page
     assert "secret" not in page
     assert "<title>&lt;class&gt;</title>" in page

@@ -113,6 +113,21 @@ def test_a_program_that_names_nothing_gets_the_robot_of_the_variable(
         assert opened() == OTHER, "what stands in for it counts most"
 
 
+def test_a_program_that_names_its_robot_is_told_once_that_the_variable_is_not_used(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr("elib.robot.substitute._has_warned", False)
+    monkeypatch.setenv("ELIB_ROBOT", FAST)
+    choose_robot(FAST)
+    with substituted([OTHER]):
+        choose_robot("sim://maze")
+    assert not caplog.messages
+    choose_robot(OTHER)
+    choose_robot(OTHER)
+    [said] = caplog.messages
+    assert said.startswith(f"{OTHER} was named, so {FAST} of ELIB_ROBOT is not used; leave the URL out of the program")
+
+
 def test_without_any_word_the_robot_is_a_virtual_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ELIB_ROBOT", raising=False)
     assert choose_robot() == elib.robot_url(argv=[]) == "sim://"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import secrets
+import shlex
 from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -16,6 +17,7 @@ from elib.emulator.settings import SimulationSettings
 from elib.errors import ArgumentError
 from elib.et.table import Header, Table, aligned
 from elib.protocol.profiles import EPUCK2_WIFI
+from elib.robot.substitute import VARIABLE
 from elib.web.listening import listen
 from elib.web.server import closed_view_of
 
@@ -141,9 +143,10 @@ def listed(students: Sequence[Student]) -> str:
 def sheet(students: Sequence[Student], title: str) -> str:
     """Return a web page to print: a piece for each student, to be cut out."""
     pieces = "\n".join(
-        f"<section><h2>{student.number}</h2><p>Your robot</p><code>{escape(student.urls)}</code>"
-        + (f"<p>Watch it</p><code>{escape(student.page)}</code>" if student.page else "")
-        + (f"<p>Token of the page</p><code>{escape(student.token)}</code>" if student.token else "")
+        f"<section><h2>{student.number}</h2><p>Your robot: type this once, on Windows <code>set</code> for "
+        f"<code>export</code></p><code>export {VARIABLE}={escape(shlex.quote(student.urls))}</code>"
+        + (f"<p>Watch it in the browser</p><code>{escape(student.page)}</code>" if student.page else "")
+        + (f"<p>The token that this page asks for</p><code>{escape(student.token)}</code>" if student.token else "")
         + "</section>"
         for student in students
         if student.number

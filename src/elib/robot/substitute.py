@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import threading
 from collections.abc import Iterator, Sequence
@@ -20,6 +21,8 @@ _lock = threading.RLock()
 _inserted: Substitutes | None = None
 _environment: Substitutes | None = None
 _is_viewed = False
+_has_warned = False
+log = logging.getLogger("elib")
 
 
 class Substitutes:
@@ -127,7 +130,7 @@ def choose_robot(url: str | None = None, default: str = DEFAULT_URL) -> str:
         ArgumentError: ``ELIB_ROBOT`` is wrong, or the program opens more robots than were named.
     """
     with _lock:
-        others = _others(is_named=url is not None)
+        others = _others([] if url is None else [url])
         if others is None:
             return _viewed(default if url is None else url)
         return others.take("" if url is None else str(parse_url(url)))
@@ -144,7 +147,7 @@ def choose_robots(urls: Sequence[str], defaults: Sequence[str] = (DEFAULT_URL,))
         ArgumentError: ``ELIB_ROBOT`` is wrong.
     """
     with _lock:
-        others = _others(is_named=bool(urls))
+        others = _others(urls)
         return list(map(_viewed, urls or defaults)) if others is None else list(others.urls)
 
 
@@ -158,13 +161,25 @@ def link_to(url: str | None, name: str | None, settings: LinkSettings) -> Link:
         return Link(choose_robot(url), name, settings)
 
 
-def _others(*, is_named: bool) -> Substitutes | None:
-    """Return the robots that a program gets, if neither its own word nor its default counts."""
-    global _environment
-    if _inserted is not None or is_named:
+def _others(named: Sequence[str]) -> Substitutes | None:
+    """Return the robots that a program gets, if neither the ones that it names nor its default count."""
+    global _environment, _has_warned
+    if _inserted is not None:
         return _inserted
     urls = os.environ.get(VARIABLE, "").split()
     if not urls:
+        return None
+    if named:
+        if not _has_warned and not set(named) <= set(urls):
+            _has_warned = True
+            log.warning(
+                "%s was named, so %s of %s is not used; leave the URL out of the program, or run it with: "
+                "elib run FILE --robot %s",
+                " ".join(named),
+                " ".join(urls),
+                VARIABLE,
+                " ".join(urls),
+            )
         return None
     if _environment is None or _environment.given != urls:
         _environment = Substitutes(urls, f"the variable {VARIABLE}")
