@@ -99,6 +99,21 @@ def test_frames_of_the_live_line_follow_a_persons_time() -> None:
     assert period_of(10.0) == pytest.approx(1.0)
 
 
+def test_the_live_line_of_one_robot_shows_what_it_senses_and_how_its_wheels_turn(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    reports: list[RunReport] = []
+    lines: list[str] = []
+    monkeypatch.setattr(RunDisplay, "begin", lambda self, report: reports.append(report))
+    monkeypatch.setattr(
+        RunDisplay, "end", lambda self: lines.append("".join(text for text, _ in self._parts(*reports)))
+    )
+    assert main(["run", "avoid", "--for", "2", "--robot", FAST]) == 0
+    assert re.fullmatch(r" +2\.\d s  .* m   left \S+ right   wheels [+-]\d\.\d\d [+-]\d\.\d\d rev/s", "".join(lines)), (
+        lines
+    )
+
+
 def test_the_watcher_reads_sensors_and_wheels_off_the_trace() -> None:
     async def watch(robot: Epuck) -> Watcher:
         watcher = Watcher()

@@ -56,6 +56,11 @@ def test_the_environment_passes_the_checks_of_pettingzoo() -> None:
         parallel_seed_test(meeting, num_cycles=50)
 
 
+def test_without_a_seed_every_environment_begins_elsewhere() -> None:
+    first, second = (np.concatenate(list(meeting().reset()[0].values())) for _ in range(2))
+    assert (first != second).any()
+
+
 def test_agents_observe_and_steer_one_robot_each() -> None:
     env = meeting()
     assert env.possible_agents == ["robot_0", "robot_1"]
