@@ -11,17 +11,23 @@ from event_lines import lines_of
 
 import shared
 from elib.errors import ArgumentError, LinkClosed
-from elib.testing import simulated
+from elib.testing.inside import transport_of
+from elib.timebase import SimulatedLoop
 from elib.web.behaviours import RunPhase, catalogue, runner_state, source_of
 from elib.web.slot import Phase, Slot
 
 # clock: simulated
-ARENA = "sim://arena?speed=max"
+LOOP = SimulatedLoop
+SQUARE = pytest.mark.parametrize("url", ["sim://square?speed=max"])
 
 
-async def connected(url: str = ARENA) -> Slot:
-    slot = Slot(url)
-    assert await slot.connect()
+@pytest.fixture
+def url() -> str:
+    return "sim://arena?speed=max"
+
+
+@pytest.fixture
+def slot(slot: Slot) -> Slot:
     slot.join("page")
     return slot
 
@@ -49,9 +55,7 @@ async def until(slot: Slot, phase: RunPhase) -> None:
     await shared.until(lambda: slot.runner.phase is phase)
 
 
-@simulated
-async def test_a_behaviour_drives_and_tells_its_state() -> None:
-    slot = await connected()
+async def test_a_behaviour_drives_and_tells_its_state(slot: Slot) -> None:
     start = place(slot)
     slot.runner.start("avoid", {"cruise": 0.5})
     await asyncio.sleep(2)
@@ -62,23 +66,17 @@ async def test_a_behaviour_drives_and_tells_its_state() -> None:
     assert [line.text for line in lines_of(slot.log.lines, ["state"])] == ["avoid begins", "avoid: roaming"]
     await slot.runner.stop()
     assert slot.runner.phase is RunPhase.STOPPED
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_stopped_behaviour_moves_nothing_any_more() -> None:
-    slot = await connected()
+async def test_a_stopped_behaviour_moves_nothing_any_more(slot: Slot) -> None:
     slot.runner.start("avoid")
     await asyncio.sleep(2)
     await slot.runner.stop()
     assert await stands(slot)
     assert not slot.drive.may_move
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_paused_robot_stands_and_goes_on_as_it_was() -> None:
-    slot = await connected()
+async def test_a_paused_robot_stands_and_goes_on_as_it_was(slot: Slot) -> None:
     slot.runner.start("avoid")
     await asyncio.sleep(1)
     slot.runner.pause()
@@ -92,12 +90,10 @@ async def test_a_paused_robot_stands_and_goes_on_as_it_was() -> None:
     await asyncio.sleep(1)
     assert gone(stood, place(slot)) > 0.03
     assert slot.runner.phase is RunPhase.RUNNING
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_blocking_behaviour_closes_its_square_in_spite_of_a_pause_on_every_side() -> None:
-    slot = await connected("sim://square?speed=max")
+@SQUARE
+async def test_a_blocking_behaviour_closes_its_square_in_spite_of_a_pause_on_every_side(slot: Slot) -> None:
     start = place(slot)
     slot.runner.start("go-and-turn", {"side": 0.1})
     for _ in range(4):
@@ -111,12 +107,10 @@ async def test_a_blocking_behaviour_closes_its_square_in_spite_of_a_pause_on_eve
     assert "closes within" in slot.runner.lines[-1][1]
     assert slot.runner.line_count == 5
     assert not slot.drive.may_move
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_blocking_behaviour_with_callbacks_can_be_paused_and_stopped() -> None:
-    slot = await connected("sim://square?speed=max")
+@SQUARE
+async def test_a_blocking_behaviour_with_callbacks_can_be_paused_and_stopped(slot: Slot) -> None:
     start = place(slot)
     slot.runner.start("go-x-cm", {"cm": 40})
     await asyncio.sleep(3)
@@ -129,23 +123,17 @@ async def test_a_blocking_behaviour_with_callbacks_can_be_paused_and_stopped() -
     await slot.runner.stop()
     assert await stands(slot)
     assert gone(start, place(slot)) < 0.3
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_tour_over_the_callback_style_comes_to_its_end() -> None:
-    slot = await connected()
+async def test_a_tour_over_the_callback_style_comes_to_its_end(slot: Slot) -> None:
     slot.runner.start("sensors-tour")
     await until(slot, RunPhase.ENDED)
     texts = [text for _, text in slot.runner.lines]
     assert len(texts) == 12
     assert all("OK" in text for text in texts)
-    await slot.disconnect()
 
 
-@simulated
-async def test_who_touches_the_stick_pauses_the_behaviour_and_has_the_robot() -> None:
-    slot = await connected()
+async def test_who_touches_the_stick_pauses_the_behaviour_and_has_the_robot(slot: Slot) -> None:
     slot.runner.start("avoid")
     await asyncio.sleep(1)
     for _ in range(10):
@@ -162,12 +150,9 @@ async def test_who_touches_the_stick_pauses_the_behaviour_and_has_the_robot() ->
     slot.runner.resume()
     await asyncio.sleep(1)
     assert slot.runner.phase is RunPhase.RUNNING
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_behaviour_begins_and_goes_on_as_soon_as_the_hand_is_off_the_stick() -> None:
-    slot = await connected()
+async def test_a_behaviour_begins_and_goes_on_as_soon_as_the_hand_is_off_the_stick(slot: Slot) -> None:
 
     async def hold(share: float, seconds: float) -> None:
         for _ in range(round(seconds / 0.1)):
@@ -195,23 +180,17 @@ async def test_a_behaviour_begins_and_goes_on_as_soon_as_the_hand_is_off_the_sti
     await asyncio.sleep(1)
     assert slot.runner.phase is RunPhase.RUNNING
     assert gone(paused, place(slot)) > 0.03
-    await slot.disconnect()
 
 
-@simulated
-async def test_stop_ends_the_behaviour_whoever_presses_it() -> None:
-    slot = await connected()
+async def test_stop_ends_the_behaviour_whoever_presses_it(slot: Slot) -> None:
     slot.runner.start("avoid")
     await asyncio.sleep(1)
     slot.stop()
     assert await stands(slot)
     assert slot.runner.phase is RunPhase.STOPPED
-    await slot.disconnect()
 
 
-@simulated
-async def test_stop_ends_a_paused_blocking_behaviour() -> None:
-    slot = await connected()
+async def test_stop_ends_a_paused_blocking_behaviour(slot: Slot) -> None:
     slot.runner.start("go-and-turn")
     await asyncio.sleep(1)
     slot.runner.pause()
@@ -221,12 +200,9 @@ async def test_stop_ends_a_paused_blocking_behaviour() -> None:
     slot.runner.start("avoid")
     await asyncio.sleep(1)
     assert slot.runner.phase is RunPhase.RUNNING
-    await slot.disconnect()
 
 
-@simulated
-async def test_with_the_last_page_the_behaviour_ends_and_not_before() -> None:
-    slot = await connected()
+async def test_with_the_last_page_the_behaviour_ends_and_not_before(slot: Slot) -> None:
     slot.join("other")
     slot.runner.start("avoid")
     await asyncio.sleep(0.5)
@@ -235,12 +211,9 @@ async def test_with_the_last_page_the_behaviour_ends_and_not_before() -> None:
     slot.leave("other")
     assert slot.runner.phase is RunPhase.STOPPED
     assert await stands(slot)
-    await slot.disconnect()
 
 
-@simulated
-async def test_disconnecting_ends_the_behaviour_first() -> None:
-    slot = await connected()
+async def test_disconnecting_ends_the_behaviour_first(slot: Slot) -> None:
     slot.runner.start("go-and-turn")
     await asyncio.sleep(1)
     await slot.disconnect()
@@ -249,27 +222,23 @@ async def test_disconnecting_ends_the_behaviour_first() -> None:
     assert not lines_of(slot.log.lines, ["link"], "may still be moving")
 
 
-@simulated
-async def test_a_behaviour_lives_through_a_gap_if_it_is_made_for_that_and_ends_if_not() -> None:
-    for name, act in (
-        ("avoid", RunPhase.RUNNING),
-        ("go-and-turn", RunPhase.RUNNING),
-        ("calibration-drive", RunPhase.FAILED),
-    ):
-        slot = await connected()
-        slot.runner.start(name)
-        await asyncio.sleep(1)
-        transport = slot.robot.session.transport
-        transport.lose("pulled")  # type: ignore[attr-defined]
-        await asyncio.sleep(4)
-        assert slot.phase is Phase.CONNECTED
-        assert (name, slot.runner.phase) == (name, act), slot.runner.error
-        await slot.disconnect()
+@pytest.mark.parametrize(
+    ("name", "act"),
+    [("avoid", RunPhase.RUNNING), ("go-and-turn", RunPhase.RUNNING), ("calibration-drive", RunPhase.FAILED)],
+)
+async def test_a_behaviour_lives_through_a_gap_if_it_is_made_for_that_and_ends_if_not(
+    slot: Slot, name: str, act: RunPhase
+) -> None:
+    slot.runner.start(name)
+    await asyncio.sleep(1)
+    transport_of(slot.robot).lose("pulled")
+    await asyncio.sleep(4)
+    assert slot.phase is Phase.CONNECTED
+    assert slot.runner.phase is act, slot.runner.error
 
 
-@simulated
 async def test_what_cannot_run_is_refused_with_the_reason() -> None:
-    slot = Slot(ARENA)
+    slot = Slot("sim://arena?speed=max")
     with pytest.raises(LinkClosed, match="not connected"):
         slot.runner.start("avoid")
     await slot.connect()
@@ -292,9 +261,8 @@ async def test_what_cannot_run_is_refused_with_the_reason() -> None:
     await slot.disconnect()
 
 
-@simulated
-async def test_a_behaviour_that_fails_says_why_and_the_robot_stands() -> None:
-    slot = await connected("sim://arena?speed=max&firmware=btcom-2.0")
+@pytest.mark.parametrize("firmware", ["btcom-2.0"])
+async def test_a_behaviour_that_fails_says_why_and_the_robot_stands(slot: Slot) -> None:
     slot.runner.start("go-and-turn", {"side": 0.02})
     await until(slot, RunPhase.ENDED)
     slot.runner.start("calibration-drive")
@@ -307,12 +275,10 @@ async def test_a_behaviour_that_fails_says_why_and_the_robot_stands() -> None:
     await until(slot, RunPhase.FAILED)
     assert "a defect" in slot.runner.error
     assert await stands(slot)
-    await slot.disconnect()
 
 
-@simulated
-async def test_how_it_stands_is_json_and_only_news_come() -> None:
-    slot = await connected("sim://square?speed=max")
+@SQUARE
+async def test_how_it_stands_is_json_and_only_news_come(slot: Slot) -> None:
     assert runner_state(slot.runner)["phase"] == "idle"
     slot.runner.start("go-and-turn", {"side": 0.02})
     await until(slot, RunPhase.ENDED)
@@ -322,7 +288,6 @@ async def test_how_it_stands_is_json_and_only_news_come() -> None:
     assert len(shown["lines"]) == shown["count"] == 5  # type: ignore[arg-type]
     assert runner_state(slot.runner, 5)["lines"] == []
     assert len(runner_state(slot.runner, 4)["lines"]) == 1  # type: ignore[arg-type]
-    await slot.disconnect()
 
 
 def test_the_catalogue_has_every_behaviour_with_options_and_source() -> None:

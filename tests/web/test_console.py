@@ -8,10 +8,12 @@ from elib.errors import ArgumentError
 from elib.protocol import values as v
 from elib.protocol.commands import SPECS
 from elib.robot.actions import catalogue
-from elib.testing import simulated
+from elib.timebase import SimulatedLoop
 from elib.web.console import Call, answer, complete, help_line, parse, result_text
 from elib.web.slot import Slot
 
+# clock: simulated
+LOOP = SimulatedLoop
 SIM = "sim://square?speed=max"
 
 
@@ -87,7 +89,6 @@ def test_only_what_the_firmware_has_is_offered() -> None:
     assert "from -1.1 to 1.1 rev/s" in help_line("set_speed 0.1", "epuck2")
 
 
-@simulated
 async def test_a_line_is_sent_and_answered_and_a_wrong_one_explained() -> None:
     slot = Slot(SIM)
     assert (await answer(slot, "proximity")).is_bad
@@ -113,16 +114,12 @@ async def test_a_line_is_sent_and_answered_and_a_wrong_one_explained() -> None:
     await slot.disconnect()
 
 
-@simulated
-async def test_a_typed_speed_belongs_to_its_page() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_a_typed_speed_belongs_to_its_page(slot: Slot) -> None:
     assert not (await answer(slot, "set_speed 0.2 0.2", "page")).is_bad
     assert slot.drive.driver == "page"
     refused = await answer(slot, "set_speed 0.2 0.2", "other")
     assert "another page drives" in refused.text
     assert not (await answer(slot, "stop", "other")).is_bad
-    await slot.disconnect()
 
 
 def test_answers_are_said_in_words_with_units() -> None:

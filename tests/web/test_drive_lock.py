@@ -8,10 +8,11 @@ import math
 import pytest
 
 from elib.errors import ArgumentError, ReplyTimeout
-from elib.testing import simulated
+from elib.timebase import SimulatedLoop
 from elib.web.drivelock import DEAD_MAN, DriveLock
 
 # clock: simulated
+LOOP = SimulatedLoop
 
 
 class Wheels:
@@ -53,7 +54,6 @@ async def hold(drive: DriveLock, page: str, left: float, right: float, seconds: 
         await asyncio.sleep(0.1)
 
 
-@simulated
 async def test_a_page_that_steers_drives() -> None:
     drive, wheels = helmed()
     await hold(drive, "one", 0.5, 0.25, 1.0)
@@ -61,7 +61,6 @@ async def test_a_page_that_steers_drives() -> None:
     assert (drive.driver, drive.may_move) == ("one", True)
 
 
-@simulated
 async def test_of_many_wishes_only_the_newest_is_sent() -> None:
     drive, wheels = helmed()
     for tenth in range(10):
@@ -70,7 +69,6 @@ async def test_of_many_wishes_only_the_newest_is_sent() -> None:
     assert wheels.words == ["0.9 0"]
 
 
-@simulated
 async def test_a_page_that_falls_silent_stops_the_robot() -> None:
     drive, wheels = helmed()
     await hold(drive, "one", 1, 1, 1.0)
@@ -81,7 +79,6 @@ async def test_a_page_that_falls_silent_stops_the_robot() -> None:
     assert (drive.driver, drive.may_move) == ("", False)
 
 
-@simulated
 async def test_a_still_hand_drives_on_as_long_as_its_page_beats() -> None:
     drive, wheels = helmed()
     drive.steer("one", 1, 1)
@@ -91,7 +88,6 @@ async def test_a_still_hand_drives_on_as_long_as_its_page_beats() -> None:
     assert wheels.words == ["1 1"]
 
 
-@simulated
 async def test_a_page_that_is_closed_stops_the_robot_at_once() -> None:
     drive, wheels = helmed()
     await hold(drive, "one", 1, 1, 0.5)
@@ -100,7 +96,6 @@ async def test_a_page_that_is_closed_stops_the_robot_at_once() -> None:
     assert wheels.words[-1] == "stop"
 
 
-@simulated
 async def test_a_second_page_watches_and_takes_over_when_it_was_asked_for() -> None:
     drive, wheels = helmed()
     await hold(drive, "one", 1, 1, 0.3)
@@ -113,7 +108,6 @@ async def test_a_second_page_watches_and_takes_over_when_it_was_asked_for() -> N
     assert wheels.words == ["1 1", "stop", "-1 -1"]
 
 
-@simulated
 async def test_a_stop_that_is_not_confirmed_is_repeated_until_it_is() -> None:
     drive, wheels = helmed()
     await hold(drive, "one", 1, 1, 0.3)
@@ -128,7 +122,6 @@ async def test_a_stop_that_is_not_confirmed_is_repeated_until_it_is() -> None:
     assert not drive.trouble
 
 
-@simulated
 async def test_anybody_may_stop() -> None:
     drive, wheels = helmed()
     await hold(drive, "one", 1, 1, 0.3)
@@ -137,7 +130,6 @@ async def test_anybody_may_stop() -> None:
     assert wheels.words[-1] == "stop"
 
 
-@simulated
 async def test_the_limit_and_the_robots_own_fastest_scale_the_wheels() -> None:
     drive, wheels = helmed()
     drive.limit, drive.fastest = 0.5, 1.1
@@ -146,7 +138,6 @@ async def test_the_limit_and_the_robots_own_fastest_scale_the_wheels() -> None:
     assert wheels.words == ["0.55 0"]
 
 
-@simulated
 async def test_what_is_no_number_is_refused() -> None:
     drive, wheels = helmed()
     for value in (math.nan, math.inf, "1", None, True, [1]):
@@ -156,7 +147,6 @@ async def test_what_is_no_number_is_refused() -> None:
         assert wheels.told == [], value
 
 
-@simulated
 async def test_more_than_all_is_all() -> None:
     drive, wheels = helmed()
     drive.steer("one", 7, -1e9)
@@ -164,7 +154,6 @@ async def test_more_than_all_is_all() -> None:
     assert wheels.words == ["1 -1"]
 
 
-@simulated
 async def test_a_closed_helm_drives_no_more() -> None:
     drive, wheels = helmed()
     await drive.close()
@@ -173,7 +162,6 @@ async def test_a_closed_helm_drives_no_more() -> None:
     assert wheels.told == []
 
 
-@simulated
 async def test_a_stop_waits_for_no_drive_that_is_under_way() -> None:
     drive, wheels = helmed()
     drive.steer("one", 1, 1)
@@ -184,7 +172,6 @@ async def test_a_stop_waits_for_no_drive_that_is_under_way() -> None:
     assert [round(time, 3) for time, word in wheels.told if word == "stop"] == [0.05]
 
 
-@simulated
 async def test_after_a_stop_a_held_stick_moves_nothing_until_it_was_let_go() -> None:
     drive, wheels = helmed()
     await hold(drive, "one", 1, 1, 0.3)
@@ -197,7 +184,6 @@ async def test_after_a_stop_a_held_stick_moves_nothing_until_it_was_let_go() -> 
     assert wheels.words == ["1 1", "stop", "1 1"]
 
 
-@simulated
 async def test_who_takes_over_and_says_nothing_loses_the_helm() -> None:
     drive, wheels = helmed()
     assert drive.take("one")
@@ -208,7 +194,6 @@ async def test_who_takes_over_and_says_nothing_loses_the_helm() -> None:
     assert wheels.words == ["1 1"]
 
 
-@simulated
 async def test_a_command_past_the_stick_has_the_same_dead_man() -> None:
     drive, wheels = helmed()
     assert drive.watch_over("one")
@@ -221,7 +206,6 @@ async def test_a_command_past_the_stick_has_the_same_dead_man() -> None:
     assert (wheels.words, drive.may_move, drive.driver) == (["stop"], False, "")
 
 
-@simulated
 async def test_a_drive_that_a_stop_took_the_place_of_is_not_taken_for_done() -> None:
     drive, wheels = helmed()
 
@@ -239,7 +223,6 @@ async def test_a_drive_that_a_stop_took_the_place_of_is_not_taken_for_done() -> 
     assert wheels.words == ["stop", "1 1"]
 
 
-@simulated
 async def test_a_stop_while_another_is_under_way_is_sent_as_well() -> None:
     drive, wheels = helmed()
     drive.stop()
@@ -249,7 +232,6 @@ async def test_a_stop_while_another_is_under_way_is_sent_as_well() -> None:
     assert wheels.words == ["stop", "stop"]
 
 
-@simulated
 async def test_without_a_robot_nobody_drives_and_no_stop_is_repeated() -> None:
     drive, wheels = helmed()
     await hold(drive, "one", 1, 1, 0.3)
@@ -268,7 +250,6 @@ async def test_without_a_robot_nobody_drives_and_no_stop_is_repeated() -> None:
     assert wheels.words[-1] == "1.1 1.1"
 
 
-@simulated
 async def test_a_speed_limit_that_cannot_be_is_refused() -> None:
     drive, _ = helmed()
     drive.limit_to(0.25)
@@ -278,7 +259,6 @@ async def test_a_speed_limit_that_cannot_be_is_refused() -> None:
         assert drive.limit == 0.25, share
 
 
-@simulated
 async def test_hands_and_stops_are_told_to_what_drives_by_itself() -> None:
     drive, _ = helmed()
     told: list[str] = []

@@ -11,11 +11,12 @@ import random
 import re
 import socket as sockets
 import struct
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from importlib.resources import files
 from unittest import mock
 
 import pytest
+import pytest_asyncio
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
@@ -32,13 +33,27 @@ from shared import PATIENCE, now, until
 # clock: simulated
 LOOP = LocalLoop
 TOKEN = "right-token"
+WITH_TOKEN = pytest.mark.parametrize("token", [TOKEN])
 
 
 @pytest.fixture(autouse=True)
 def nothing_is_said_on_the_terminal(caplog: pytest.LogCaptureFixture) -> Iterator[None]:
     """Whatever strangers do, it is not worth a line, let alone a traceback."""
     yield
-    assert [record.getMessage() for record in caplog.records if record.levelno >= logging.ERROR] == []
+    records = [*caplog.get_records("call"), *caplog.records]
+    assert [record.getMessage() for record in records if record.levelno >= logging.ERROR] == []
+
+
+@pytest.fixture
+def token() -> str | None:
+    """What the rig's server asks for, unless a test says it."""
+    return None
+
+
+@pytest_asyncio.fixture
+async def rig(token: str | None) -> AsyncIterator[Rig]:
+    async with guarded(token=token) as rig:
+        yield rig
 
 
 async def refused(rig: Rig, path: str = SOCKET, **how: str | None) -> int:
@@ -70,9 +85,8 @@ def shows_nothing(answer: Answer) -> bool:
 # -- requests --
 
 
-async def test_a_page_comes_with_orders_to_the_browser() -> None:
-    async with guarded() as rig:
-        answer = await rig.ask()
+async def test_a_page_comes_with_orders_to_the_browser(rig: Rig) -> None:
+    answer = await rig.ask()
     assert answer.status == 200
     assert int(answer.headers["content-length"]) == len(answer.body)
     assert answer.headers["content-security-policy"] == (
@@ -97,39 +111,36 @@ def test_no_file_of_the_page_has_a_script_or_a_style_in_its_text() -> None:
             assert re.findall(unsafe, text) == [], file.name
 
 
-async def test_the_page_and_its_parts_come_from_here_and_name_no_other_place() -> None:
-    async with guarded() as rig:
-        seen, waiting = set[str](), ["/", "/login.css"]
-        while waiting:
-            path = waiting.pop()
-            seen.add(path)
-            answer = await rig.ask(path)
-            assert answer.status == 200, path
-            assert int(answer.headers["content-length"]) == len(answer.body)
-            kinds = ("text/html", "text/css", "text/javascript", "image/svg+xml")
-            assert answer.headers["content-type"] in [f"{kind}; charset=utf-8" for kind in kinds]
-            named = re.findall(rb'(?:href|src)="([^"]+)"|(?:from|import) "\./([^"]+)"', answer.body)
-            names = {f"/{(one or other).decode()}" for one, other in named} if path.endswith((".js", "/")) else set()
-            waiting += sorted(names - seen - {*waiting})
-            assert set(re.findall(rb"https?://[^\"'` ]+", answer.body)) <= {b"http://www.w3.org/2000/svg"}, path
-        there = {f"/{file.name}" for file in files("elib.web").joinpath("static").iterdir()}
-        assert seen <= there - {"/index.html", "/login.html"} | {"/"}
+async def test_the_page_and_its_parts_come_from_here_and_name_no_other_place(rig: Rig) -> None:
+    seen, waiting = set[str](), ["/", "/login.css"]
+    while waiting:
+        path = waiting.pop()
+        seen.add(path)
+        answer = await rig.ask(path)
+        assert answer.status == 200, path
+        assert int(answer.headers["content-length"]) == len(answer.body)
+        kinds = ("text/html", "text/css", "text/javascript", "image/svg+xml")
+        assert answer.headers["content-type"] in [f"{kind}; charset=utf-8" for kind in kinds]
+        named = re.findall(rb'(?:href|src)="([^"]+)"|(?:from|import) "\./([^"]+)"', answer.body)
+        names = {f"/{(one or other).decode()}" for one, other in named} if path.endswith((".js", "/")) else set()
+        waiting += sorted(names - seen - {*waiting})
+        assert set(re.findall(rb"https?://[^\"'` ]+", answer.body)) <= {b"http://www.w3.org/2000/svg"}, path
+    there = {f"/{file.name}" for file in files("elib.web").joinpath("static").iterdir()}
+    assert seen <= there - {"/index.html", "/login.html"} | {"/"}
 
 
-async def test_a_file_that_the_browser_has_is_not_sent_again() -> None:
-    async with guarded() as rig:
-        tag = (await rig.ask("/app.js")).headers["etag"]
-        answer = await rig.ask("/app.js", headers=[("If-None-Match", tag)])
-        assert (answer.status, answer.body) == (304, b"")
+async def test_a_file_that_the_browser_has_is_not_sent_again(rig: Rig) -> None:
+    tag = (await rig.ask("/app.js")).headers["etag"]
+    answer = await rig.ask("/app.js", headers=[("If-None-Match", tag)])
+    assert (answer.status, answer.body) == (304, b"")
 
 
-async def test_the_panel_answers_to_its_own_names_also_at_the_end_of_a_tunnel() -> None:
-    async with guarded() as rig:
-        for host in (f"localhost:{rig.port}", "127.0.0.1", "LOCALHOST:9999", f"[::1]:{rig.port}"):
-            assert (await rig.ask(host=host)).status == 200, host
+async def test_the_panel_answers_to_its_own_names_also_at_the_end_of_a_tunnel(rig: Rig) -> None:
+    for host in (f"localhost:{rig.port}", "127.0.0.1", "LOCALHOST:9999", f"[::1]:{rig.port}"):
+        assert (await rig.ask(host=host)).status == 200, host
 
 
-async def test_a_name_that_somebody_made_lead_here_is_refused() -> None:
+async def test_a_name_that_somebody_made_lead_here_is_refused(rig: Rig) -> None:
     hosts = [
         "evil.example",
         "evil.example:{port}",
@@ -145,25 +156,23 @@ async def test_a_name_that_somebody_made_lead_here_is_refused() -> None:
         "localhost;script-src *",
         " ",
     ]
-    async with guarded() as rig:
-        for each in hosts:
-            host = each.format(port=rig.port)
-            answer = await rig.ask(host=host)
-            assert answer.status in (400, 403), host
-            assert shows_nothing(answer), host
-            request = SOCKET + " HTTP/1.1\r\nHost: " + host
-            upgrade = "\r\nOrigin: http://evil.example\r\nUpgrade: websocket\r\nConnection: Upgrade, close\r\n"
-            keys = "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
-            assert b" 101 " not in await rig.raw(f"GET {request}{upgrade}{keys}".encode()), host
-            assert rig.pages == [], host
+    for each in hosts:
+        host = each.format(port=rig.port)
+        answer = await rig.ask(host=host)
+        assert answer.status in (400, 403), host
+        assert shows_nothing(answer), host
+        request = SOCKET + " HTTP/1.1\r\nHost: " + host
+        upgrade = "\r\nOrigin: http://evil.example\r\nUpgrade: websocket\r\nConnection: Upgrade, close\r\n"
+        keys = "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+        assert b" 101 " not in await rig.raw(f"GET {request}{upgrade}{keys}".encode()), host
+        assert rig.pages == [], host
 
 
-async def test_a_request_without_a_name_or_with_two_is_refused() -> None:
-    async with guarded() as rig:
-        for answer in (await rig.ask(host=None), await rig.ask(headers=[("Host", "evil.example")])):
-            assert answer.status in (400, 403)
-            assert shows_nothing(answer)
-        assert (await rig.ask(headers=[("Host", rig.name)])).status in (400, 403)
+async def test_a_request_without_a_name_or_with_two_is_refused(rig: Rig) -> None:
+    for answer in (await rig.ask(host=None), await rig.ask(headers=[("Host", "evil.example")])):
+        assert answer.status in (400, 403)
+        assert shows_nothing(answer)
+    assert (await rig.ask(headers=[("Host", rig.name)])).status in (400, 403)
 
 
 FOREIGN = {
@@ -180,40 +189,34 @@ FOREIGN = {
 }
 
 
-async def test_another_site_gets_nothing() -> None:
-    async with guarded() as rig:
-        for who, headers in FOREIGN.items():
-            answer = await rig.ask(headers=[(name, value.format(port=rig.port)) for name, value in headers])
-            assert answer.status == 403, who
-            assert shows_nothing(answer), who
+async def test_another_site_gets_nothing(rig: Rig) -> None:
+    for who, headers in FOREIGN.items():
+        answer = await rig.ask(headers=[(name, value.format(port=rig.port)) for name, value in headers])
+        assert answer.status == 403, who
+        assert shows_nothing(answer), who
 
 
-async def test_a_person_may_follow_a_link_to_the_panel() -> None:
+async def test_a_person_may_follow_a_link_to_the_panel(rig: Rig) -> None:
     visit = [("Sec-Fetch-Site", "cross-site"), ("Sec-Fetch-Mode", "navigate"), ("Sec-Fetch-Dest", "document")]
-    async with guarded() as rig:
-        assert (await rig.ask(headers=visit)).status == 200
-        assert (
-            await rig.ask(headers=[("Origin", f"http://{rig.name}"), ("Sec-Fetch-Site", "same-origin")])
-        ).status == 200
+    assert (await rig.ask(headers=visit)).status == 200
+    assert (await rig.ask(headers=[("Origin", f"http://{rig.name}"), ("Sec-Fetch-Site", "same-origin")])).status == 200
 
 
-async def test_nothing_can_be_sent_to_the_panel_by_a_request() -> None:
+async def test_nothing_can_be_sent_to_the_panel_by_a_request(rig: Rig) -> None:
     methods, paths = ("POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "CONNECT", "MKCOL"), ("/", "/login", "/ws")
-    async with guarded() as rig:
-        origin = [("Origin", f"http://{rig.name}")]
-        for method, path, headers in itertools.product(methods, (*paths, "/worlds/arena.png"), ([], origin)):
-            answer = await rig.ask(path, method=method, headers=headers)
-            assert answer.status in (400, 403, 404, 405), (method, path, headers)
-            assert shows_nothing(answer), (method, path, headers)
+    origin = [("Origin", f"http://{rig.name}")]
+    for method, path, headers in itertools.product(methods, (*paths, "/worlds/arena.png"), ([], origin)):
+        answer = await rig.ask(path, method=method, headers=headers)
+        assert answer.status in (400, 403, 404, 405), (method, path, headers)
+        assert shows_nothing(answer), (method, path, headers)
 
 
-async def test_a_request_for_a_page_has_no_body() -> None:
-    async with guarded() as rig:
-        assert (await rig.ask(body=b"x")).status == 400
-        assert (await rig.ask(headers=[("Transfer-Encoding", "chunked")], body=b"")).status == 400
+async def test_a_request_for_a_page_has_no_body(rig: Rig) -> None:
+    assert (await rig.ask(body=b"x")).status == 400
+    assert (await rig.ask(headers=[("Transfer-Encoding", "chunked")], body=b"")).status == 400
 
 
-async def test_a_path_that_no_page_has_is_refused() -> None:
+async def test_a_path_that_no_page_has_is_refused(rig: Rig) -> None:
     paths = [
         "/../../etc/passwd",
         "/worlds/../../../../../../../../etc/passwd",
@@ -241,46 +244,44 @@ async def test_a_path_that_no_page_has_is_refused() -> None:
         "/" + "a" * 20_000,
         "/?" + "a" * 20_000,
     ]
-    async with guarded() as rig:
-        for each in paths:
-            path = each.format(name=rig.name)
-            answer = await rig.raw(
-                f"GET {path} HTTP/1.1\r\nHost: {rig.name}\r\nConnection: close\r\n\r\n".encode("latin-1")
-            )
-            assert answer == b"" or parse_status(answer) in (400, 404), path[:100]
-            assert b"import" not in answer, path[:100]
-            assert b"root:" not in answer, path[:100]
+    for each in paths:
+        path = each.format(name=rig.name)
+        answer = await rig.raw(
+            f"GET {path} HTTP/1.1\r\nHost: {rig.name}\r\nConnection: close\r\n\r\n".encode("latin-1")
+        )
+        assert answer == b"" or parse_status(answer) in (400, 404), path[:100]
+        assert b"import" not in answer, path[:100]
+        assert b"root:" not in answer, path[:100]
 
 
 def parse_status(answer: bytes) -> int:
     return int(answer.split()[1])
 
 
-async def test_what_no_page_answers_to_is_not_there() -> None:
-    async with guarded() as rig:
-        for path in ("/admin", "/docs", "/openapi.json", "/login", "/static", "/metrics", "/favicon.ico", "/worlds/"):
-            answer = await rig.ask(path)
-            assert (answer.status, answer.body) == (404, b"There is no such page."), path
-            assert answer.headers["content-type"].startswith("text/plain")
-        assert (await rig.ask("/ws")).status == 403
+async def test_what_no_page_answers_to_is_not_there(rig: Rig) -> None:
+    for path in ("/admin", "/docs", "/openapi.json", "/login", "/static", "/metrics", "/favicon.ico", "/worlds/"):
+        answer = await rig.ask(path)
+        assert (answer.status, answer.body) == (404, b"There is no such page."), path
+        assert answer.headers["content-type"].startswith("text/plain")
+    assert (await rig.ask("/ws")).status == 403
 
 
-async def test_what_a_proxy_would_say_is_not_believed() -> None:
-    async with guarded(token=TOKEN) as rig:
-        for number in range(5):
-            lies = {
-                "X-Forwarded-For": f"192.0.2.{number}",
-                "Forwarded": f"for=192.0.2.{number}",
-                "X-Real-IP": "1.1.1.1",
-            }
-            assert await log_in(rig, "wrong", **lies) == (403, "")
-        lies = {"X-Forwarded-For": "192.0.2.9", "Forwarded": "for=192.0.2.9", "X-HTTP-Method-Override": "GET"}
-        assert await log_in(rig, TOKEN, **lies) == (429, "")
-        named = [("X-Forwarded-Host", rig.name), ("X-Forwarded-Proto", "https"), ("X-Forwarded-Prefix", '"><script>')]
-        assert (await rig.ask(host="evil.example", headers=named)).status == 403
+@WITH_TOKEN
+async def test_what_a_proxy_would_say_is_not_believed(rig: Rig) -> None:
+    for number in range(5):
+        lies = {
+            "X-Forwarded-For": f"192.0.2.{number}",
+            "Forwarded": f"for=192.0.2.{number}",
+            "X-Real-IP": "1.1.1.1",
+        }
+        assert await log_in(rig, "wrong", **lies) == (403, "")
+    lies = {"X-Forwarded-For": "192.0.2.9", "Forwarded": "for=192.0.2.9", "X-HTTP-Method-Override": "GET"}
+    assert await log_in(rig, TOKEN, **lies) == (429, "")
+    named = [("X-Forwarded-Host", rig.name), ("X-Forwarded-Proto", "https"), ("X-Forwarded-Prefix", '"><script>')]
+    assert (await rig.ask(host="evil.example", headers=named)).status == 403
 
 
-async def test_what_is_no_request_ends_the_connection() -> None:
+async def test_what_is_no_request_ends_the_connection(rig: Rig) -> None:
     requests = [
         b"\x00" * 100,
         b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
@@ -301,118 +302,108 @@ async def test_what_is_no_request_ends_the_connection() -> None:
         b"GET / HTTP/1.1\r\nHost: a\r\nX: " + b"y" * 2_000_000,
         b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
     ]
-    async with guarded() as rig:
-        for data in requests:
-            answer = await rig.raw(data)
-            assert answer == b"" or parse_status(answer) in (400, 403, 405), data[:100]
-            assert b"app.js" not in answer, data[:100]
-            assert (await rig.ask()).status == 200, data[:100]
+    for data in requests:
+        answer = await rig.raw(data)
+        assert answer == b"" or parse_status(answer) in (400, 403, 405), data[:100]
+        assert b"app.js" not in answer, data[:100]
+        assert (await rig.ask()).status == 200, data[:100]
 
 
-async def test_the_refusal_of_what_is_no_request_has_the_headers_of_all_answers_and_repeats_nothing() -> None:
-    async with guarded() as rig:
-        answer = parse(await rig.raw(b"GET <script>alert(1)</script>\r\n\r\n"))
-        usual = await rig.ask("/missing")
-        assert answer.status == 400
-        assert b"script" not in answer.body
-        for name in server.HEADERS:
-            assert answer.headers[name.lower()] == usual.headers[name.lower()]
-        assert answer.headers["content-security-policy"].startswith("default-src 'none'")
-        assert answer.headers["cache-control"] == "no-store"
-        assert "aiohttp" not in answer.headers.get("server", "")
+async def test_the_refusal_of_what_is_no_request_has_the_headers_of_all_answers_and_repeats_nothing(rig: Rig) -> None:
+    answer = parse(await rig.raw(b"GET <script>alert(1)</script>\r\n\r\n"))
+    usual = await rig.ask("/missing")
+    assert answer.status == 400
+    assert b"script" not in answer.body
+    for name in server.HEADERS:
+        assert answer.headers[name.lower()] == usual.headers[name.lower()]
+    assert answer.headers["content-security-policy"].startswith("default-src 'none'")
+    assert answer.headers["cache-control"] == "no-store"
+    assert "aiohttp" not in answer.headers.get("server", "")
 
 
-async def test_damaged_requests_are_refused_or_answered_and_nothing_else_happens() -> None:
+async def test_damaged_requests_are_refused_or_answered_and_nothing_else_happens(rig: Rig) -> None:
     dice = random.Random(11)
-    async with guarded() as rig:
-        whole = (
-            f"GET /ws HTTP/1.1\r\nHost: {rig.name}\r\nOrigin: http://{rig.name}\r\nUpgrade: websocket\r\nConnection: "
-            "Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nCookie: a=b\r\n\r\n"
-        ).encode()
-        for _ in range(300):
-            data = bytearray(whole)
-            for _ in range(dice.randrange(1, 6)):
-                place = dice.randrange(len(data))
-                data[place : place + dice.randrange(3)] = dice.randbytes(dice.randrange(4))
-            reader, writer = await asyncio.open_connection(rig.host, rig.port)
-            writer.write(bytes(data) + b"\r\n\r\n")
-            writer.write_eof()
-            with contextlib.suppress(ConnectionError):
-                async with asyncio.timeout(PATIENCE):
-                    answer = await reader.read(2000)
-                assert answer == b"" or parse_status(answer) in (101, 304, 400, 401, 403, 404, 405, 408, 413, 417, 501)
-            writer.close()
-        await until(lambda: rig.server.pages == 0)
-        assert (await rig.ask()).status == 200
-
-
-async def test_a_second_request_hidden_in_a_body_is_not_answered() -> None:
-    async with guarded() as rig:
-        hidden = f"GET / HTTP/1.1\r\nHost: {rig.name}\r\n\r\n"
-        head = f"POST /login HTTP/1.1\r\nHost: {rig.name}\r\nOrigin: http://{rig.name}\r\n"
-        for way in (f"Content-Length: {len(hidden)}\r\n", "Transfer-Encoding: chunked\r\nContent-Length: 0\r\n"):
-            answer = await rig.raw(f"{head}{way}Connection: close\r\n\r\n{hidden}".encode())
-            assert b"app.js" not in answer
-
-
-async def test_a_request_that_does_not_come_is_not_waited_for() -> None:
-    async with guarded() as rig:
-        for data in (b"", b"G", b"GET / HTTP/1.1\r\nHost: a\r\n"):
-            began = now()
-            assert await rig.raw(data, ends=False) == b""
-            assert now() - began == pytest.approx(server.REQUEST_TIME, abs=0.1), data
-
-
-async def test_a_second_request_that_does_not_come_is_not_waited_for_either() -> None:
-    async with guarded() as rig:
-        whole = f"GET / HTTP/1.1\r\nHost: {rig.name}\r\n\r\n".encode()
-        answer = await rig.raw(whole + b"GET /again HT", ends=False)
-        assert answer.count(b"HTTP/1.1 200") == 1
-
-
-async def test_a_request_that_comes_byte_by_byte_is_not_waited_for() -> None:
-    async with guarded() as rig:
+    whole = (
+        f"GET /ws HTTP/1.1\r\nHost: {rig.name}\r\nOrigin: http://{rig.name}\r\nUpgrade: websocket\r\nConnection: "
+        "Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nCookie: a=b\r\n\r\n"
+    ).encode()
+    for _ in range(300):
+        data = bytearray(whole)
+        for _ in range(dice.randrange(1, 6)):
+            place = dice.randrange(len(data))
+            data[place : place + dice.randrange(3)] = dice.randbytes(dice.randrange(4))
         reader, writer = await asyncio.open_connection(rig.host, rig.port)
-        answers = asyncio.ensure_future(reader.read())
-        writer.write(b"GET / HTTP/1.1\r\nX: ")
-        while not answers.done():
-            writer.write(b"X")
-            await asyncio.sleep(0.1)
-        assert now() < 2 * server.REQUEST_TIME
-        assert answers.exception() is not None or answers.result() == b""
+        writer.write(bytes(data) + b"\r\n\r\n")
+        writer.write_eof()
+        with contextlib.suppress(ConnectionError):
+            async with asyncio.timeout(PATIENCE):
+                answer = await reader.read(2000)
+            assert answer == b"" or parse_status(answer) in (101, 304, 400, 401, 403, 404, 405, 408, 413, 417, 501)
+        writer.close()
+    await until(lambda: rig.server.pages == 0)
+    assert (await rig.ask()).status == 200
+
+
+async def test_a_second_request_hidden_in_a_body_is_not_answered(rig: Rig) -> None:
+    hidden = f"GET / HTTP/1.1\r\nHost: {rig.name}\r\n\r\n"
+    head = f"POST /login HTTP/1.1\r\nHost: {rig.name}\r\nOrigin: http://{rig.name}\r\n"
+    for way in (f"Content-Length: {len(hidden)}\r\n", "Transfer-Encoding: chunked\r\nContent-Length: 0\r\n"):
+        answer = await rig.raw(f"{head}{way}Connection: close\r\n\r\n{hidden}".encode())
+        assert b"app.js" not in answer
+
+
+async def test_a_request_that_does_not_come_is_not_waited_for(rig: Rig) -> None:
+    for data in (b"", b"G", b"GET / HTTP/1.1\r\nHost: a\r\n"):
+        began = now()
+        assert await rig.raw(data, ends=False) == b""
+        assert now() - began == pytest.approx(server.REQUEST_TIME, abs=0.1), data
+
+
+async def test_a_second_request_that_does_not_come_is_not_waited_for_either(rig: Rig) -> None:
+    whole = f"GET / HTTP/1.1\r\nHost: {rig.name}\r\n\r\n".encode()
+    answer = await rig.raw(whole + b"GET /again HT", ends=False)
+    assert answer.count(b"HTTP/1.1 200") == 1
+
+
+async def test_a_request_that_comes_byte_by_byte_is_not_waited_for(rig: Rig) -> None:
+    reader, writer = await asyncio.open_connection(rig.host, rig.port)
+    answers = asyncio.ensure_future(reader.read())
+    writer.write(b"GET / HTTP/1.1\r\nX: ")
+    while not answers.done():
+        writer.write(b"X")
+        await asyncio.sleep(0.1)
+    assert now() < 2 * server.REQUEST_TIME
+    assert answers.exception() is not None or answers.result() == b""
+    writer.close()
+
+
+async def test_one_address_does_not_take_all_connections(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "MOST_OF_ONE", 3)
+    held = [await asyncio.open_connection(rig.host, rig.port) for _ in range(3)]
+    assert await rig.raw(b"", ends=False) == b""
+    for _, writer in held:
+        writer.close()
+        await writer.wait_closed()
+    assert (await rig.raw(f"GET / HTTP/1.0\r\nHost: {rig.name}\r\n\r\n".encode()))[:4] == b"HTTP"
+
+
+async def test_there_is_a_bound_for_the_connections_of_all_addresses(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "MOST_CONNECTIONS", 3)
+    held = [await asyncio.open_connection(rig.host, rig.port) for _ in range(3)]
+    assert await rig.raw(b"", ends=False) == b""
+    for _, writer in held:
         writer.close()
 
 
-async def test_one_address_does_not_take_all_connections(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server, "MOST_OF_ONE", 3)
-    async with guarded() as rig:
-        held = [await asyncio.open_connection(rig.host, rig.port) for _ in range(3)]
-        assert await rig.raw(b"", ends=False) == b""
-        for _, writer in held:
-            writer.close()
-            await writer.wait_closed()
-        assert (await rig.raw(f"GET / HTTP/1.0\r\nHost: {rig.name}\r\n\r\n".encode()))[:4] == b"HTTP"
-
-
-async def test_there_is_a_bound_for_the_connections_of_all_addresses(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server, "MOST_CONNECTIONS", 3)
-    async with guarded() as rig:
-        held = [await asyncio.open_connection(rig.host, rig.port) for _ in range(3)]
-        assert await rig.raw(b"", ends=False) == b""
-        for _, writer in held:
-            writer.close()
-
-
 async def test_a_mistake_of_the_program_is_answered_and_written_down_once(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    rig: Rig, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     async def fail(name: str) -> bytes:
         raise KeyError(name)
 
     monkeypatch.setattr(server, "world_picture", fail)
-    async with guarded() as rig:
-        answer = await rig.ask("/worlds/arena.png")
-        assert (answer.status, b"KeyError" in answer.body) == (500, False)
+    answer = await rig.ask("/worlds/arena.png")
+    assert (answer.status, b"KeyError" in answer.body) == (500, False)
     assert [record.getMessage() for record in caplog.records] == ["a request failed"]
     caplog.clear()
 
@@ -425,22 +416,21 @@ def steer(**changes: object) -> str:
     return json.dumps({"do": "steer", "robot": "1", "left": 0.5, "right": 0.5} | changes)
 
 
-async def test_a_page_talks_with_the_panel() -> None:
+async def test_a_page_talks_with_the_panel(rig: Rig) -> None:
     said = [steer(), json.dumps({"do": "stop"}), json.dumps({"do": "forget", "url": "sim://", "id": 7})]
-    async with guarded() as rig:
-        async with rig.socket() as socket:
-            assert json.loads(await socket.recv())["type"] == "hello"
-            for text in said:
-                await socket.send(text)
-            async with asyncio.timeout(PATIENCE):
-                while (found := json.loads(await socket.recv()))["type"] != "answer":
-                    pass
-            assert found == {"type": "answer", "id": 7, "ok": True, "result": []}
-        await asyncio.wait_for(rig.gone.wait(), PATIENCE)
-        assert rig.heard == said
+    async with rig.socket() as socket:
+        assert json.loads(await socket.recv())["type"] == "hello"
+        for text in said:
+            await socket.send(text)
+        async with asyncio.timeout(PATIENCE):
+            while (found := json.loads(await socket.recv()))["type"] != "answer":
+                pass
+        assert found == {"type": "answer", "id": 7, "ok": True, "result": []}
+    await asyncio.wait_for(rig.gone.wait(), PATIENCE)
+    assert rig.heard == said
 
 
-async def test_no_other_sites_page_opens_a_socket() -> None:
+async def test_no_other_sites_page_opens_a_socket(rig: Rig) -> None:
     origins = [
         None,
         "null",
@@ -455,22 +445,20 @@ async def test_no_other_sites_page_opens_a_socket() -> None:
         "file://",
         "chrome-extension://abcdef",
     ]
-    async with guarded() as rig:
-        for each in origins:
-            assert await refused(rig, origin=None if each is None else each.format(port=rig.port)) == 403, each
-        assert rig.pages == []
+    for each in origins:
+        assert await refused(rig, origin=None if each is None else each.format(port=rig.port)) == 403, each
+    assert rig.pages == []
 
 
-async def test_a_socket_that_no_page_opens_is_refused() -> None:
-    async with guarded() as rig:
-        for path in ("/", "/ws/", "/ws/socket", "/ws/%2e%2e/ws", "//ws", "/WS", "/login", "/app.js"):
-            with pytest.raises((InvalidStatus, ConnectionClosed)):
-                async with rig.socket(path):
-                    pass
-        assert rig.pages == []
+async def test_a_socket_that_no_page_opens_is_refused(rig: Rig) -> None:
+    for path in ("/", "/ws/", "/ws/socket", "/ws/%2e%2e/ws", "//ws", "/WS", "/login", "/app.js"):
+        with pytest.raises((InvalidStatus, ConnectionClosed)):
+            async with rig.socket(path):
+                pass
+    assert rig.pages == []
 
 
-async def test_half_an_opening_of_a_socket_is_refused() -> None:
+async def test_half_an_opening_of_a_socket_is_refused(rig: Rig) -> None:
     openings = [
         "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n",
         "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: {key}\r\n",
@@ -480,12 +468,11 @@ async def test_half_an_opening_of_a_socket_is_refused() -> None:
         "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: {key}\r\n"
         "Sec-WebSocket-Protocol: \x1b[2J\r\n",
     ]
-    async with guarded() as rig:
-        for headers in openings:
-            request = f"GET /ws HTTP/1.1\r\nHost: {rig.name}\r\nOrigin: http://{rig.name}\r\n"
-            whole = request + headers.format(key="dGhlIHNhbXBsZSBub25jZQ==") + "\r\n"
-            assert parse_status(await rig.raw(whole.encode())) == 400, headers
-        assert rig.pages == []
+    for headers in openings:
+        request = f"GET /ws HTTP/1.1\r\nHost: {rig.name}\r\nOrigin: http://{rig.name}\r\n"
+        whole = request + headers.format(key="dGhlIHNhbXBsZSBub25jZQ==") + "\r\n"
+        assert parse_status(await rig.raw(whole.encode())) == 400, headers
+    assert rig.pages == []
 
 
 MALFORMED = {
@@ -532,40 +519,35 @@ MALFORMED = {
 }
 
 
-async def test_a_malformed_message_throws_the_page_out_and_reaches_nobody() -> None:
+async def test_a_malformed_message_throws_the_page_out_and_reaches_nobody(rig: Rig) -> None:
     stop = '{"do":"stop"}'
-    async with guarded() as rig:
-        for what, message in MALFORMED.items():
-            rig.heard.clear()
-            assert await thrown_out(rig, stop, message, stop) == 1008, what
-            assert rig.heard == [stop], what
+    for what, message in MALFORMED.items():
+        rig.heard.clear()
+        assert await thrown_out(rig, stop, message, stop) == 1008, what
+        assert rig.heard == [stop], what
 
 
-async def test_bytes_throw_the_page_out_and_reach_nobody() -> None:
-    async with guarded() as rig:
-        assert await thrown_out(rig, b"\x00\x00\x00\x01", '{"do":"stop"}') == 1003
-        assert rig.heard == []
+async def test_bytes_throw_the_page_out_and_reach_nobody(rig: Rig) -> None:
+    assert await thrown_out(rig, b"\x00\x00\x00\x01", '{"do":"stop"}') == 1003
+    assert rig.heard == []
 
 
-async def test_an_oversized_message_throws_the_page_out() -> None:
-    async with guarded() as rig:
-        for message in ("4" * 8193, ["4" * (messages.LONGEST // 3 + 1)] * 3):
-            assert await thrown_out(rig, message) == 1009  # type: ignore[arg-type]
-        assert rig.heard == []
+async def test_an_oversized_message_throws_the_page_out(rig: Rig) -> None:
+    for message in ("4" * 8193, ["4" * (messages.LONGEST // 3 + 1)] * 3):
+        assert await thrown_out(rig, message) == 1009  # type: ignore[arg-type]
+    assert rig.heard == []
 
 
-async def test_a_message_in_fragments_is_one_message() -> None:
-    async with guarded() as rig:
-        async with rig.socket() as socket:
-            await socket.send(['{"do":', '"st', 'op"}'])
-            await until(lambda: rig.heard)
-        assert rig.heard == ['{"do":"stop"}']
+async def test_a_message_in_fragments_is_one_message(rig: Rig) -> None:
+    async with rig.socket() as socket:
+        await socket.send(['{"do":', '"st', 'op"}'])
+        await until(lambda: rig.heard)
+    assert rig.heard == ['{"do":"stop"}']
 
 
-async def test_a_page_that_sends_too_fast_is_thrown_out() -> None:
-    async with guarded() as rig:
-        assert await thrown_out(rig, *[steer()] * 300) == 1008
-        assert len(rig.heard) == server.MESSAGES_AT_ONCE
+async def test_a_page_that_sends_too_fast_is_thrown_out(rig: Rig) -> None:
+    assert await thrown_out(rig, *[steer()] * 300) == 1008
+    assert len(rig.heard) == server.MESSAGES_AT_ONCE
 
 
 async def test_a_page_that_drives_for_long_is_not_too_fast() -> None:
@@ -601,7 +583,7 @@ async def test_a_page_cannot_act_for_another() -> None:
             assert thief.socket.close_code == 1008
 
 
-async def test_a_frame_that_is_none_throws_the_page_out() -> None:
+async def test_a_frame_that_is_none_throws_the_page_out(rig: Rig) -> None:
     frames = [
         b"\x81\x02{}",  # without a mask, which every browser has
         b"\xc1\x82\x00\x00\x00\x00{}",  # compressed, which was not agreed on
@@ -612,30 +594,28 @@ async def test_a_frame_that_is_none_throws_the_page_out() -> None:
         b"\x88\x81\x00\x00\x00\x00x",  # a close with half a code
         b"\x81\x82\x00\x00\x00\x00\xff\xfe",  # a text of two wrong bytes
     ]
-    async with guarded() as rig:
-        for frame in frames:
-            async with rig.socket() as socket:
-                socket.transport.write(frame)
-                await until_closed(socket)
-            assert rig.heard == [], frame
-            await until(lambda: not rig.server.pages)
+    for frame in frames:
+        async with rig.socket() as socket:
+            socket.transport.write(frame)
+            await until_closed(socket)
+        assert rig.heard == [], frame
+        await until(lambda: not rig.server.pages)
 
 
-async def test_a_flood_of_tiny_frames_throws_the_page_out() -> None:
+async def test_a_flood_of_tiny_frames_throws_the_page_out(rig: Rig) -> None:
     frames = [
         b"\x00\x80\x00\x00\x00\x00",  # a part of a message, with nothing in it
         b"\x89\x80\x00\x00\x00\x00",  # a ping
         b"\x8a\x80\x00\x00\x00\x00",  # an answer to none
         b"\x81\x80\x00\x00\x00\x00",  # an empty message
     ]
-    async with guarded() as rig:
-        for frame in frames:
-            async with rig.socket() as socket:
-                first = b"\x01\x80\x00\x00\x00\x00" if frame[0] == 0 else b""
-                socket.transport.write(first + frame * (round(server.BYTES_AT_ONCE) // len(frame) + 100))
-                await until_closed(socket)
-            assert rig.heard == [], frame
-        assert (await rig.ask()).status == 200
+    for frame in frames:
+        async with rig.socket() as socket:
+            first = b"\x01\x80\x00\x00\x00\x00" if frame[0] == 0 else b""
+            socket.transport.write(first + frame * (round(server.BYTES_AT_ONCE) // len(frame) + 100))
+            await until_closed(socket)
+        assert rig.heard == [], frame
+    assert (await rig.ask()).status == 200
 
 
 async def until_closed(socket: ClientConnection) -> int:
@@ -656,14 +636,13 @@ async def test_pings_are_answered_and_count_as_messages() -> None:
         assert await until_closed(socket) == 1008
 
 
-async def test_there_are_no_more_sockets_than_pages(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_there_are_no_more_sockets_than_pages(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "MOST_PAGES", 2)
-    async with guarded() as rig:
-        async with rig.socket(), rig.socket():
-            assert await refused(rig) == 503
-        await until(lambda: rig.server.pages == 0)
-        async with rig.socket() as socket:
-            assert json.loads(await socket.recv())["type"] == "hello"
+    async with rig.socket(), rig.socket():
+        assert await refused(rig) == 503
+    await until(lambda: rig.server.pages == 0)
+    async with rig.socket() as socket:
+        assert json.loads(await socket.recv())["type"] == "hello"
 
 
 async def test_sixty_four_pages_are_served_at_once() -> None:
@@ -718,22 +697,20 @@ async def test_a_page_that_reads_nothing_is_not_sent_ever_more() -> None:
         await until(lambda: len(other.of("update")) > before)
 
 
-async def test_a_browser_that_leaves_unread_what_it_asked_for_is_left() -> None:
-    async with guarded() as rig:
-        asked = f"GET /arena.js HTTP/1.1\r\nHost: {rig.name}\r\n\r\n".encode() * 30
-        with connected(rig, 4096) as raw, pytest.raises(ConnectionError):
-            while True:
-                await asyncio.get_running_loop().sock_sendall(raw, asked)
-                await asyncio.sleep(0.5)
-        assert now() < 2 * server.READING_TIME
+async def test_a_browser_that_leaves_unread_what_it_asked_for_is_left(rig: Rig) -> None:
+    asked = f"GET /arena.js HTTP/1.1\r\nHost: {rig.name}\r\n\r\n".encode() * 30
+    with connected(rig, 4096) as raw, pytest.raises(ConnectionError):
+        while True:
+            await asyncio.get_running_loop().sock_sendall(raw, asked)
+            await asyncio.sleep(0.5)
+    assert now() < 2 * server.READING_TIME
 
 
-async def test_a_page_that_is_silent_is_asked_and_then_left() -> None:
-    async with guarded() as rig:
-        with unread(rig):
-            await until(lambda: rig.pages)
-            await until(lambda: rig.server.pages == 0)
-        assert now() < 2 * server.HEARTBEAT
+async def test_a_page_that_is_silent_is_asked_and_then_left(rig: Rig) -> None:
+    with unread(rig):
+        await until(lambda: rig.pages)
+        await until(lambda: rig.server.pages == 0)
+    assert now() < 2 * server.HEARTBEAT
 
 
 async def test_the_end_of_the_server_is_told_to_its_pages_and_waits_for_none() -> None:
@@ -768,69 +745,69 @@ async def log_in(rig: Rig, token: str, **headers: str) -> tuple[int, str]:
     return answer.status, answer.headers.get("set-cookie", "")
 
 
-async def test_who_has_shown_no_token_sees_nothing_but_the_question_for_it() -> None:
-    async with guarded(token=TOKEN) as rig:
-        for path in ("/", "/login", "/app.js", "/worlds/arena.png", f"/?token={TOKEN}", f"/login?token={TOKEN}"):
-            answer = await rig.ask(path)
-            assert answer.status == (200 if path.startswith("/login") else 401)
-            assert b'name="token"' in answer.body
-            assert "set-cookie" not in answer.headers
-            assert TOKEN.encode() not in answer.body
-        assert await refused(rig) == 401
-        assert await refused(rig, f"{SOCKET}?token={TOKEN}") == 401
-        assert rig.pages == []
+@WITH_TOKEN
+async def test_who_has_shown_no_token_sees_nothing_but_the_question_for_it(rig: Rig) -> None:
+    for path in ("/", "/login", "/app.js", "/worlds/arena.png", f"/?token={TOKEN}", f"/login?token={TOKEN}"):
+        answer = await rig.ask(path)
+        assert answer.status == (200 if path.startswith("/login") else 401)
+        assert b'name="token"' in answer.body
+        assert "set-cookie" not in answer.headers
+        assert TOKEN.encode() not in answer.body
+    assert await refused(rig) == 401
+    assert await refused(rig, f"{SOCKET}?token={TOKEN}") == 401
+    assert rig.pages == []
 
 
-async def test_the_right_token_opens_the_panel_and_its_socket() -> None:
-    async with guarded(token=TOKEN) as rig:
-        status, cookie = await log_in(rig, TOKEN)
-        assert status == 303
-        assert sorted(cookie.split("; ")[1:]) == ["HttpOnly", "Path=/", "SameSite=Strict"]
-        assert TOKEN not in cookie
-        shown = cookie.partition(";")[0]
-        assert (await rig.ask(headers=[("Cookie", f"other=1; {shown}")])).status == 200
-        async with rig.socket(cookie=shown) as socket:
-            assert json.loads(await socket.recv())["type"] == "hello"
+@WITH_TOKEN
+async def test_the_right_token_opens_the_panel_and_its_socket(rig: Rig) -> None:
+    status, cookie = await log_in(rig, TOKEN)
+    assert status == 303
+    assert sorted(cookie.split("; ")[1:]) == ["HttpOnly", "Path=/", "SameSite=Strict"]
+    assert TOKEN not in cookie
+    shown = cookie.partition(";")[0]
+    assert (await rig.ask(headers=[("Cookie", f"other=1; {shown}")])).status == 200
+    async with rig.socket(cookie=shown) as socket:
+        assert json.loads(await socket.recv())["type"] == "hello"
 
 
-async def test_a_wrong_token_opens_nothing_and_many_of_them_are_not_even_read() -> None:
-    async with guarded(token=TOKEN) as rig:
-        wrong = ["", TOKEN[:-1], TOKEN + "x", f"{TOKEN}&token={TOKEN}", "%ff%00"]
-        assert [await log_in(rig, token) for token in wrong] == [(403, "")] * 5
-        assert await log_in(rig, TOKEN) == (429, "")
-        assert (await rig.ask()).status == 401
+@WITH_TOKEN
+async def test_a_wrong_token_opens_nothing_and_many_of_them_are_not_even_read(rig: Rig) -> None:
+    wrong = ["", TOKEN[:-1], TOKEN + "x", f"{TOKEN}&token={TOKEN}", "%ff%00"]
+    assert [await log_in(rig, token) for token in wrong] == [(403, "")] * 5
+    assert await log_in(rig, TOKEN) == (429, "")
+    assert (await rig.ask()).status == 401
 
 
-async def test_a_made_up_cookie_opens_nothing() -> None:
-    async with guarded(token=TOKEN) as rig:
-        own = (await log_in(rig, TOKEN))[1].partition(";")[0]
-        name, _, value = own.partition("=")
-        for made_up in (f"{name}=", f"{name}=x", f"{name}={TOKEN}", name, f"{own}; {own}", f"a={value}"):
-            assert (await rig.ask(headers=[("Cookie", made_up)])).status == 401, made_up
-            assert await refused(rig, cookie=made_up) == 401, made_up
+@WITH_TOKEN
+async def test_a_made_up_cookie_opens_nothing(rig: Rig) -> None:
+    own = (await log_in(rig, TOKEN))[1].partition(";")[0]
+    name, _, value = own.partition("=")
+    for made_up in (f"{name}=", f"{name}=x", f"{name}={TOKEN}", name, f"{own}; {own}", f"a={value}"):
+        assert (await rig.ask(headers=[("Cookie", made_up)])).status == 401, made_up
+        assert await refused(rig, cookie=made_up) == 401, made_up
 
 
-async def test_another_sites_page_cannot_log_in_nor_use_that_somebody_has() -> None:
-    async with guarded(token=TOKEN) as rig:
-        for origin in ("http://evil.example", "null", f"http://localhost:{rig.port}"):
-            assert await log_in(rig, TOKEN, Origin=origin) == (403, "")
-        own = (await log_in(rig, TOKEN))[1].partition(";")[0]
-        assert await refused(rig, origin="http://evil.example", cookie=own) == 403
-        answer = await rig.ask(headers=[("Cookie", own), ("Origin", "http://evil.example")])
-        assert answer.status == 403
-        assert rig.pages == []
+@WITH_TOKEN
+async def test_another_sites_page_cannot_log_in_nor_use_that_somebody_has(rig: Rig) -> None:
+    for origin in ("http://evil.example", "null", f"http://localhost:{rig.port}"):
+        assert await log_in(rig, TOKEN, Origin=origin) == (403, "")
+    own = (await log_in(rig, TOKEN))[1].partition(";")[0]
+    assert await refused(rig, origin="http://evil.example", cookie=own) == 403
+    answer = await rig.ask(headers=[("Cookie", own), ("Origin", "http://evil.example")])
+    assert answer.status == 403
+    assert rig.pages == []
 
 
-async def test_a_login_form_is_short_and_comes_soon() -> None:
-    async with guarded(token=TOKEN) as rig:
-        assert (await log_in(rig, TOKEN + "&a=" + "a" * 1000))[0] in (403, 413)
-        head = f"POST /login HTTP/1.1\r\nHost: {rig.name}\r\nOrigin: http://{rig.name}\r\nContent-Length: 99\r\n\r\n"
-        began = now()
-        assert parse_status(await rig.raw(head.encode() + b"token=")) in (400, 403)
-        assert now() - began < server.FORM_TIME + 0.1
+@WITH_TOKEN
+async def test_a_login_form_is_short_and_comes_soon(rig: Rig) -> None:
+    assert (await log_in(rig, TOKEN + "&a=" + "a" * 1000))[0] in (403, 413)
+    head = f"POST /login HTTP/1.1\r\nHost: {rig.name}\r\nOrigin: http://{rig.name}\r\nContent-Length: 99\r\n\r\n"
+    began = now()
+    assert parse_status(await rig.raw(head.encode() + b"token=")) in (400, 403)
+    assert now() - began < server.FORM_TIME + 0.1
 
 
-async def test_secrets_are_compared_in_constant_time(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_secrets_are_compared_in_constant_time(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     compared: list[bytes] = []
 
     def compare(shown: bytes, secret: bytes) -> bool:
@@ -838,10 +815,9 @@ async def test_secrets_are_compared_in_constant_time(monkeypatch: pytest.MonkeyP
         return shown == secret
 
     monkeypatch.setattr(access, "compare_digest", compare)
-    async with guarded(token=TOKEN) as rig:
-        await log_in(rig, "guess")
-        cookie = (await log_in(rig, TOKEN))[1].partition(";")[0]
-        await rig.ask(headers=[("Cookie", cookie)])
+    await log_in(rig, "guess")
+    cookie = (await log_in(rig, TOKEN))[1].partition(";")[0]
+    await rig.ask(headers=[("Cookie", cookie)])
     assert compared == [b"guess", TOKEN.encode(), cookie.partition("=")[2].encode()]
 
 
@@ -863,11 +839,10 @@ async def test_a_shared_panel_answers_to_the_address_at_which_it_is_reached_and_
     assert called("192.168.1.5:8700", token=None) is None
 
 
-async def test_what_was_refused_is_said_in_json_to_nobody() -> None:
+async def test_what_was_refused_is_said_in_json_to_nobody(rig: Rig) -> None:
     """A script cannot read why: the reasons are short, plain, and name nothing that was sent."""
-    async with guarded() as rig:
-        answer = await rig.ask("/<script>alert(1)</script>", headers=[("Origin", "http://<script>.example")])
-        assert answer.headers["content-type"].startswith("text/plain")
-        assert b"<script>" not in answer.body
-        with pytest.raises(ValueError, match="Expecting value"):
-            json.loads(answer.body)
+    answer = await rig.ask("/<script>alert(1)</script>", headers=[("Origin", "http://<script>.example")])
+    assert answer.headers["content-type"].startswith("text/plain")
+    assert b"<script>" not in answer.body
+    with pytest.raises(ValueError, match="Expecting value"):
+        json.loads(answer.body)

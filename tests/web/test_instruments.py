@@ -9,24 +9,25 @@ import math
 from typing import Any
 
 import pytest
+import pytest_asyncio
 
 from elib.pose import Pose
 from elib.protocol import values as v
 from elib.protocol.profiles import PROFILES
 from elib.robot.snapshot import SENSORS
-from elib.testing import simulated
 from elib.testing.inside import transport_of
+from elib.timebase import SimulatedLoop
 from elib.web.gauges import instruments, numbers, words
 from elib.web.instruments import MOST_POINTS, Cursor, scheme, summary, tick
 from elib.web.slot import Slot
 
 # clock: simulated
+LOOP = SimulatedLoop
 SIM = "sim://square?speed=max"
 
 
-async def connected(url: str = SIM) -> Slot:
-    slot = Slot(url)
-    assert await slot.connect()
+@pytest_asyncio.fixture
+async def slot(slot: Slot) -> Slot:
     await asyncio.sleep(0.5)
     return slot
 
@@ -53,7 +54,6 @@ def test_every_reading_of_every_firmware_has_an_instrument() -> None:
         assert all(each.low is None or each.high is None or each.low < each.high for each in there)
 
 
-@simulated
 async def test_before_the_first_reading_nothing_is_known_and_all_is_grey() -> None:
     slot = Slot(SIM)
     shown = seen(slot)
@@ -66,54 +66,40 @@ async def test_before_the_first_reading_nothing_is_known_and_all_is_grey() -> No
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
-def test_readings_come_with_unit_and_age_and_absent_ones_with_the_reason(firmware: str) -> None:
-    @simulated
-    async def shown() -> None:
-        slot = await connected(f"{SIM}&firmware={firmware}")
-        absent = PROFILES[firmware].absent
-        about = json.loads(json.dumps(scheme(slot), allow_nan=False))
-        assert about["firmware"] == firmware
-        assert {each["name"] for each in about["instruments"] if each["absent"]} == set(SENSORS) & set(absent)
-        readings = seen(slot)["readings"]
-        assert set(readings) == set(SENSORS) - set(absent)
-        for each in about["instruments"]:
-            if not each["absent"]:
-                reading = readings[each["name"]]
-                assert 0 < len(reading["values"]) <= len(each["labels"]) == len(each["units"])
-                assert 0 <= reading["age"] < 0.3
-                assert not reading["stale"]
-        up = readings["accelerometer"]["physical"][2]
-        assert up == pytest.approx(1, abs=0.2)
-        await slot.disconnect()
-
-    shown()
+async def test_readings_come_with_unit_and_age_and_absent_ones_with_the_reason(slot: Slot, firmware: str) -> None:
+    absent = PROFILES[firmware].absent
+    about = json.loads(json.dumps(scheme(slot), allow_nan=False))
+    assert about["firmware"] == firmware
+    assert {each["name"] for each in about["instruments"] if each["absent"]} == set(SENSORS) & set(absent)
+    readings = seen(slot)["readings"]
+    assert set(readings) == set(SENSORS) - set(absent)
+    for each in about["instruments"]:
+        if not each["absent"]:
+            reading = readings[each["name"]]
+            assert 0 < len(reading["values"]) <= len(each["labels"]) == len(each["units"])
+            assert 0 <= reading["age"] < 0.3
+            assert not reading["stale"]
+    up = readings["accelerometer"]["physical"][2]
+    assert up == pytest.approx(1, abs=0.2)
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
-def test_the_wheels_show_what_they_were_told_by_the_console_and_by_a_behaviour(firmware: str) -> None:
-    @simulated
-    async def shown() -> None:
-        slot = await connected(f"{SIM}&firmware={firmware}")
-        slot.join("page")
-        await slot.command("set_speed", 0.5, -0.25, page="page")
-        drive = seen(slot)["drive"]
-        assert (drive["left"], drive["right"]) == (0.5, -0.25)
-        slot.stop()
-        await asyncio.sleep(0.5)
-        drive = seen(slot)["drive"]
-        assert (drive["left"], drive["right"]) == (0, 0)
-        slot.runner.start("avoid", {"cruise": 0.5})
-        await asyncio.sleep(1)
-        drive = seen(slot)["drive"]
-        assert abs(drive["left"]) + abs(drive["right"]) > 0.3
-        await slot.disconnect()
-
-    shown()
+async def test_the_wheels_show_what_they_were_told_by_the_console_and_by_a_behaviour(slot: Slot, firmware: str) -> None:
+    slot.join("page")
+    await slot.command("set_speed", 0.5, -0.25, page="page")
+    drive = seen(slot)["drive"]
+    assert (drive["left"], drive["right"]) == (0.5, -0.25)
+    slot.stop()
+    await asyncio.sleep(0.5)
+    drive = seen(slot)["drive"]
+    assert (drive["left"], drive["right"]) == (0, 0)
+    slot.runner.start("avoid", {"cruise": 0.5})
+    await asyncio.sleep(1)
+    drive = seen(slot)["drive"]
+    assert abs(drive["left"]) + abs(drive["right"]) > 0.3
 
 
-@simulated
-async def test_with_the_link_cut_the_last_values_stay_and_turn_grey() -> None:
-    slot = await connected()
+async def test_with_the_link_cut_the_last_values_stay_and_turn_grey(slot: Slot) -> None:
     before = seen(slot)["readings"]["accelerometer"]
     transport = transport_of(slot.robot)
     transport.lose("pulled")
@@ -122,12 +108,9 @@ async def test_with_the_link_cut_the_last_values_stay_and_turn_grey() -> None:
     assert (cut["phase"], cut["phase_text"]) == ("gap", "connection lost, trying again")
     assert len(cut["readings"]["accelerometer"]["values"]) == len(before["values"])
     assert cut["readings"]["accelerometer"]["stale"]
-    await slot.disconnect()
 
 
-@simulated
-async def test_the_helm_and_the_lamps_are_shown_as_they_were_set() -> None:
-    slot = await connected()
+async def test_the_helm_and_the_lamps_are_shown_as_they_were_set(slot: Slot) -> None:
     slot.drive.limit_to(0.4)
     slot.drive.steer("page", 1, -0.5)
     await slot.command("set_led", 3, 1)
@@ -145,22 +128,17 @@ async def test_the_helm_and_the_lamps_are_shown_as_they_were_set() -> None:
     assert scheme(slot)["fastest"] == 1.0
     assert shown["lamps"] == {"ring": [0, 0, 0, 1, 0, 0, 0, 0], "body": 1, "front": 0, "rgb": None}
     assert shown["camera"] == {"width": 24, "height": 18, "zoom": 20, "mode": "COLOUR"}
-    await slot.disconnect()
 
 
-@simulated
-async def test_an_epuck2_has_colours_and_is_a_little_faster() -> None:
-    slot = await connected(f"{SIM}&firmware=epuck2")
+@pytest.mark.parametrize("firmware", ["epuck2"])
+async def test_an_epuck2_has_colours_and_is_a_little_faster(slot: Slot) -> None:
     await slot.command("set_rgb_led", 3, 0.5, 0, 1)
     shown = seen(slot)
     assert shown["lamps"]["rgb"] == [[0, 0, 0], [50, 0, 100], [0, 0, 0], [0, 0, 0]]
     assert scheme(slot)["fastest"] == 1.1
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_picture_is_sent_once_to_each_page() -> None:
-    slot = await connected()
+async def test_a_picture_is_sent_once_to_each_page(slot: Slot) -> None:
     one, other = Cursor(), Cursor()
     slot.watch_camera(0.5)
     await asyncio.sleep(2)
@@ -171,12 +149,9 @@ async def test_a_picture_is_sent_once_to_each_page() -> None:
     assert seen(slot, other)["picture"]["pixels"] is not None
     await asyncio.sleep(1)
     assert seen(slot, one)["picture"]["pixels"] is not None
-    await slot.disconnect()
 
 
-@simulated
-async def test_trail_and_event_log_come_in_pieces_and_only_what_is_new() -> None:
-    slot = await connected()
+async def test_trail_and_event_log_come_in_pieces_and_only_what_is_new(slot: Slot) -> None:
     cursor = Cursor()
     seen(slot, cursor)
     for tenth in range(1200):
@@ -194,12 +169,9 @@ async def test_trail_and_event_log_come_in_pieces_and_only_what_is_new() -> None
     assert len(lines["lines"][0]["text"]) < 2100
     assert lines["lines"][0]["number"] == slot.log.count - 1
     assert seen(slot)["trail"]["whole"]
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_page_that_fell_behind_or_a_new_journey_begins_the_trail_anew() -> None:
-    slot = await connected()
+async def test_a_page_that_fell_behind_or_a_new_journey_begins_the_trail_anew(slot: Slot) -> None:
     cursor = Cursor()
     seen(slot, cursor)
     for tenth in range(6000):
@@ -212,20 +184,16 @@ async def test_a_page_that_fell_behind_or_a_new_journey_begins_the_trail_anew() 
     await asyncio.sleep(0.5)
     trail = seen(slot, cursor)["trail"]
     assert (trail["whole"], len(trail["points"])) == (True, 1)
-    await slot.disconnect()
 
 
-@simulated
-async def test_the_link_is_shown_in_numbers_that_can_be_counted_on() -> None:
-    slot = await connected(f"{SIM}&latency=0.02")
+@pytest.mark.parametrize("url", [f"{SIM}&latency=0.02"])
+async def test_the_link_is_shown_in_numbers_that_can_be_counted_on(slot: Slot) -> None:
     link = seen(slot)["link"]
     assert link["median"] == pytest.approx(0.045, abs=0.02)
     assert (link["lost"], link["loss"], link["waiting"]) == (0, 0, 0)
     assert link["count"] > 5
-    await slot.disconnect()
 
 
-@simulated
 async def test_a_failure_is_shown_with_what_the_doctor_found() -> None:
     slot = Slot("serial:///dev/elib-nowhere")
     await slot.connect()
@@ -241,7 +209,6 @@ async def test_a_failure_is_shown_with_what_the_doctor_found() -> None:
     await slot.disconnect()
 
 
-@simulated
 async def test_the_scheme_is_asked_for_again_after_each_connection() -> None:
     slot = Slot(SIM)
     numbers = [scheme(slot)["scheme"]]
@@ -253,21 +220,16 @@ async def test_the_scheme_is_asked_for_again_after_each_connection() -> None:
     assert scheme(slot)["firmware"] == ""
 
 
-@simulated
-async def test_an_overview_is_small() -> None:
-    slot = await connected()
+async def test_an_overview_is_small(slot: Slot) -> None:
     text = json.dumps(summary(slot), allow_nan=False)
     assert len(text) < 500
     assert json.loads(text)["phase"] == "connected"
     assert len(json.loads(text)["proximity"]) == 8
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_ground_module_that_is_not_plugged_in_is_unknown_and_not_minus_one() -> None:
-    slot = await connected("sim://square?speed=max&firmware=asercom-1.2.2")
-    assert seen(slot)["readings"]["ground"]["values"] == [None] * 5
-    await slot.disconnect()
-    slot = await connected("sim://line?speed=max&firmware=asercom-1.2.2")
-    assert all(value >= 0 for value in seen(slot)["readings"]["ground"]["values"][:3])
-    await slot.disconnect()
+@pytest.mark.parametrize(("url", "is_plugged_in"), [(SIM, False), ("sim://line?speed=max", True)])
+async def test_a_ground_module_that_is_not_plugged_in_is_unknown_and_not_minus_one(
+    slot: Slot, is_plugged_in: bool
+) -> None:
+    values = seen(slot)["readings"]["ground"]["values"]
+    assert all(value >= 0 for value in values[:3]) if is_plugged_in else values == [None] * 5

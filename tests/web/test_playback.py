@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 
 from elib.errors import ArgumentError
-from elib.testing import simulated
+from elib.timebase import SimulatedLoop
 from elib.web.slot import Phase, Slot
 
 # clock: simulated
+LOOP = SimulatedLoop
 SIM = "sim://square?speed=max"
 
 
@@ -42,7 +43,6 @@ def led(slot: Slot) -> int:
     return slot.context.last_set.lamps[3]
 
 
-@simulated
 async def test_a_recording_that_is_held_stands_still_and_then_goes_on(tmp_path: Path) -> None:
     await recorded(tmp_path / "run.mcap")
     slot = await playing(tmp_path / "run.mcap")
@@ -59,7 +59,6 @@ async def test_a_recording_that_is_held_stands_still_and_then_goes_on(tmp_path: 
     await slot.disconnect()
 
 
-@simulated
 async def test_a_recording_can_be_played_from_any_moment_forwards_and_backwards(tmp_path: Path) -> None:
     await recorded(tmp_path / "run.mcap")
     slot = await playing(tmp_path / "run.mcap")
@@ -78,7 +77,6 @@ async def test_a_recording_can_be_played_from_any_moment_forwards_and_backwards(
     await slot.disconnect()
 
 
-@simulated
 async def test_a_recording_that_is_held_can_be_moved_to_another_moment(tmp_path: Path) -> None:
     await recorded(tmp_path / "run.mcap")
     slot = await playing(tmp_path / "run.mcap")

@@ -15,18 +15,19 @@ from elib.errors import ArgumentError, LinkClosed
 from elib.pose import Pose
 from elib.protocol.profiles import FIRMWARES, PROFILES
 from elib.recording.reader import Entry
-from elib.testing import simulated
 from elib.testing.inside import transport_of
+from elib.timebase import SimulatedLoop
 from elib.transport import parse_url
 from elib.web.lifecycle import live_camera
 from elib.web.playback import Playback
 from elib.web.slot import Phase, Slot
 from lanes import short
 
+# clock: simulated
+LOOP = SimulatedLoop
 SIM = "sim://square?speed=max"
 
 
-@simulated
 async def test_connecting_stops_the_robot_sets_its_camera_and_puts_its_lamps_out() -> None:
     slot = Slot(SIM)
     connecting = asyncio.ensure_future(slot.connect())
@@ -42,7 +43,6 @@ async def test_connecting_stops_the_robot_sets_its_camera_and_puts_its_lamps_out
     assert slot.phase is Phase.DISCONNECTED
 
 
-@simulated
 async def test_readings_come_by_themselves_and_know_their_age() -> None:
     slot = Slot(SIM)
     assert slot.watcher.age("proximity") == float("inf")
@@ -55,10 +55,7 @@ async def test_readings_come_by_themselves_and_know_their_age() -> None:
     assert slot.is_stale("proximity")
 
 
-@simulated
-async def test_the_camera_is_watched_when_it_is_asked_for() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_the_camera_is_watched_when_it_is_asked_for(slot: Slot) -> None:
     await asyncio.sleep(1)
     assert "image" not in slot.readings
     slot.watch_camera(0.5)
@@ -66,52 +63,46 @@ async def test_the_camera_is_watched_when_it_is_asked_for() -> None:
     assert slot.watcher.age("image") < 1.5
     with pytest.raises(ArgumentError, match=r"from 0\.4 to 60"):
         slot.watch_camera(0.1)
-    await slot.disconnect()
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_the_camera_of_a_virtual_robot_is_live_while_a_page_shows_it_and_holds_up_no_stop(firmware: str) -> None:
-    @simulated
-    async def story() -> None:
-        slot = Slot(f"{SIM}&firmware={firmware}")
-        await slot.connect()
-        slot.look("page")
+async def test_the_camera_of_a_virtual_robot_is_live_while_a_page_shows_it_and_holds_up_no_stop(
+    slot: Slot, firmware: str
+) -> None:
+    slot.look("page")
+    assert slot.control is not None
+    world, confirmed_after = slot.control.world, []
+
+    def place() -> Pose:
         assert slot.control is not None
-        world, confirmed_after = slot.control.world, []
+        slot.control.snapshot()
+        return world.pose(0)
 
-        def place() -> Pose:
-            assert slot.control is not None
-            slot.control.snapshot()
-            return world.pose(0)
-
-        for pause in range(30):
-            for _ in range(3):
-                slot.drive.steer("page", 0.5, 0.5)
-                await asyncio.sleep(0.1 + 0.006 * pause)  # the stop comes at another moment of a picture each time
-            assert slot.drive.may_move
-            began = slot.now
-            slot.stop()
-            # 0.1 s of a picture, and the line's own time; over Wi-Fi nobody chooses the size of a picture.
-            await asyncio.sleep(0.2 if firmware == "epuck2-wifi" else 0.105)
-            stood_at = place()
-            await slot.drive.settle()
-            confirmed_after.append(slot.now - began)
-            assert not slot.drive.may_move
-            await asyncio.sleep(0.1)
-            assert place() == dataclasses.replace(stood_at, time=place().time)
-            slot.drive.steer("page", 0, 0)
-        assert slot.watcher.age("image") < 1
-        assert isinstance(slot.readings["image"], elib.Image)
-        assert slot.readings["image"].mode is elib.CameraMode.COLOUR
-        assert max(confirmed_after) > 0.15, "no stop met a picture"
-        slot.look_away("page")
-        assert slot.watcher.pictures is None
-        slot.watch_camera(2)
-        slot.look("page")
-        assert slot.watcher.pictures == 2, "a person chose it"
-        await slot.disconnect()
-
-    story()
+    for pause in range(30):
+        for _ in range(3):
+            slot.drive.steer("page", 0.5, 0.5)
+            await asyncio.sleep(0.1 + 0.006 * pause)  # the stop comes at another moment of a picture each time
+        assert slot.drive.may_move
+        began = slot.now
+        slot.stop()
+        # 0.1 s of a picture, and the line's own time; over Wi-Fi nobody chooses the size of a picture.
+        await asyncio.sleep(0.2 if firmware == "epuck2-wifi" else 0.105)
+        stood_at = place()
+        await slot.drive.settle()
+        confirmed_after.append(slot.now - began)
+        assert not slot.drive.may_move
+        await asyncio.sleep(0.1)
+        assert place() == dataclasses.replace(stood_at, time=place().time)
+        slot.drive.steer("page", 0, 0)
+    assert slot.watcher.age("image") < 1
+    assert isinstance(slot.readings["image"], elib.Image)
+    assert slot.readings["image"].mode is elib.CameraMode.COLOUR
+    assert max(confirmed_after) > 0.15, "no stop met a picture"
+    slot.look_away("page")
+    assert slot.watcher.pictures is None
+    slot.watch_camera(2)
+    slot.look("page")
+    assert slot.watcher.pictures == 2, "a person chose it"
 
 
 def test_a_live_picture_leaves_any_line_within_a_tenth_of_a_second() -> None:
@@ -128,10 +119,7 @@ def test_a_line_that_is_too_slow_carries_no_live_picture() -> None:
     assert live_camera(9600, None) is None
 
 
-@simulated
-async def test_driving_moves_the_robot_and_letting_go_stops_it() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_driving_moves_the_robot_and_letting_go_stops_it(slot: Slot) -> None:
     for _ in range(20):
         slot.drive.steer("page", 1, 1)
         await asyncio.sleep(0.1)
@@ -141,13 +129,9 @@ async def test_driving_moves_the_robot_and_letting_go_stops_it() -> None:
     place = slot.watcher.trail[-1]
     await asyncio.sleep(1)
     assert slot.watcher.trail[-1] == place
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_link_that_breaks_is_said_and_comes_back() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_a_link_that_breaks_is_said_and_comes_back(slot: Slot) -> None:
     slot.drive.steer("page", 1, 1)
     await asyncio.sleep(0.2)
     transport_of(slot.robot).lose("pulled")
@@ -158,13 +142,9 @@ async def test_a_link_that_breaks_is_said_and_comes_back() -> None:
     assert slot.phase is Phase.CONNECTED
     assert slot.watcher.age("proximity") < 0.2
     assert [line.is_bad for line in lines_of(slot.log.lines, ["link"], "link is")] == [True, False]
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_link_that_was_cut_in_the_world_stays_cut_until_it_is_mended() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_a_link_that_was_cut_in_the_world_stays_cut_until_it_is_mended(slot: Slot) -> None:
     door = slot.control
     assert door is not None
     door.cut(0)
@@ -176,10 +156,8 @@ async def test_a_link_that_was_cut_in_the_world_stays_cut_until_it_is_mended() -
     await asyncio.sleep(5)
     assert slot.phase is Phase.CONNECTED
     assert slot.control.simulation is door.simulation
-    await slot.disconnect()
 
 
-@simulated
 async def test_a_robot_that_is_not_there_is_examined() -> None:
     slot = Slot("serial:///dev/elib-nowhere")
     assert not await slot.connect()
@@ -195,7 +173,6 @@ async def test_a_robot_that_is_not_there_is_examined() -> None:
     await slot.disconnect()
 
 
-@simulated
 async def test_commands_of_the_table_are_checked_and_answered() -> None:
     slot = Slot(SIM)
     with pytest.raises(LinkClosed, match="not connected"):
@@ -211,21 +188,14 @@ async def test_commands_of_the_table_are_checked_and_answered() -> None:
     await slot.disconnect()
 
 
-@simulated
-async def test_what_is_told_is_in_the_event_log_and_readings_are_not() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_what_is_told_is_in_the_event_log_and_readings_are_not(slot: Slot) -> None:
     await slot.command("set_body_led", 1)
     await asyncio.sleep(1)
     calls = lines_of(slot.log.lines, ["call"])
     assert [line.text for line in calls] == ["set_body_led(1): ok"]
-    await slot.disconnect()
 
 
-@simulated
-async def test_log_and_recording_are_written_and_end_with_the_connection(tmp_path: Path) -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_log_and_recording_are_written_and_end_with_the_connection(slot: Slot, tmp_path: Path) -> None:
     slot.start_log(str(tmp_path / "run.log"))
     slot.start_recorder(str(tmp_path / "run.mcap"))
     await asyncio.sleep(0.5)
@@ -238,7 +208,6 @@ async def test_log_and_recording_are_written_and_end_with_the_connection(tmp_pat
     assert (tmp_path / "run.mcap").stat().st_size > 1000
 
 
-@simulated
 async def test_the_world_of_a_simulated_robot_can_be_reached() -> None:
     slot = Slot(SIM)
     assert slot.control is None
@@ -250,10 +219,7 @@ async def test_the_world_of_a_simulated_robot_can_be_reached() -> None:
     await slot.disconnect()
 
 
-@simulated
-async def test_a_speed_from_the_console_stops_when_its_page_falls_silent() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_a_speed_from_the_console_stops_when_its_page_falls_silent(slot: Slot) -> None:
     await slot.command("set_speed", 0.5, 0.5, page="page")
     for _ in range(10):
         await asyncio.sleep(0.1)
@@ -270,10 +236,8 @@ async def test_a_speed_from_the_console_stops_when_its_page_falls_silent() -> No
     assert slot.drive.may_move
     await asyncio.sleep(1)
     assert not slot.drive.may_move
-    await slot.disconnect()
 
 
-@simulated
 async def test_a_connection_can_be_given_up_while_it_is_being_made() -> None:
     slot = Slot("sim://square?speed=max&latency=2")
     connecting = asyncio.create_task(slot.connect())
@@ -284,7 +248,6 @@ async def test_a_connection_can_be_given_up_while_it_is_being_made() -> None:
     assert (slot.phase, slot.is_connected) == (Phase.DISCONNECTED, False)
 
 
-@simulated
 async def test_a_robot_that_is_disconnected_without_a_link_may_still_move() -> None:
     slot = Slot("sim://square?speed=max")
     await slot.connect()
@@ -304,88 +267,67 @@ async def test_a_robot_that_is_disconnected_without_a_link_may_still_move() -> N
 
 @pytest.mark.parametrize("latency", [0.45, 0.7, 1])
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_robot_on_a_very_slow_line_is_connected_and_confirms_a_stop(firmware: str, latency: float) -> None:
-    @simulated
-    async def story() -> None:
-        slot = Slot(f"sim://square?speed=max&firmware={firmware}&latency={latency}")
-        assert await slot.connect(), slot.error
-        await slot.command("set_led", 2, 1)
-        slot.drive.steer("page", 1, 1)
-        await asyncio.sleep(0.1)
-        slot.stop()
-        async with asyncio.timeout(20):
-            await slot.drive.settle()
-        assert not slot.drive.may_move
-        await slot.disconnect()
-
-    story()
+async def test_a_robot_on_a_very_slow_line_is_connected_and_confirms_a_stop(firmware: str, latency: float) -> None:
+    slot = Slot(f"sim://square?speed=max&firmware={firmware}&latency={latency}")
+    assert await slot.connect(), slot.error
+    await slot.command("set_led", 2, 1)
+    slot.drive.steer("page", 1, 1)
+    await asyncio.sleep(0.1)
+    slot.stop()
+    async with asyncio.timeout(20):
+        await slot.drive.settle()
+    assert not slot.drive.may_move
+    await slot.disconnect()
 
 
 @pytest.mark.parametrize("latency", [0.1, 0.3, 0.45])
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_robot_on_a_slow_line_is_not_said_to_move_when_it_has_confirmed_its_stop(
+async def test_a_robot_on_a_slow_line_is_not_said_to_move_when_it_has_confirmed_its_stop(
     firmware: str, latency: float
 ) -> None:
-    @simulated
-    async def story() -> None:
-        slot = Slot(f"sim://square?speed=max&firmware={firmware}&latency={latency}")
-        await slot.connect()
-        for _ in range(20):
-            slot.drive.steer("page", 1, 1)
-            await asyncio.sleep(0.1)
-        await slot.disconnect()
-        assert not slot.drive.may_move
-        assert not lines_of(slot.log.lines, ["link"], "may still be moving")
-
-    story()
+    slot = Slot(f"sim://square?speed=max&firmware={firmware}&latency={latency}")
+    await slot.connect()
+    for _ in range(20):
+        slot.drive.steer("page", 1, 1)
+        await asyncio.sleep(0.1)
+    await slot.disconnect()
+    assert not slot.drive.may_move
+    assert not lines_of(slot.log.lines, ["link"], "may still be moving")
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_robot_that_did_not_confirm_its_last_stop_may_still_move(firmware: str) -> None:
-    @simulated
-    async def story() -> None:
-        slot = Slot(f"{SIM}&firmware={firmware}")
-        await slot.connect()
-        slot.drive.steer("page", 1, 1)
-        await asyncio.sleep(0.2)
-        assert slot.control is not None
-        slot.control.set_faults(0, loss=1)
-        await slot.disconnect()
-        assert slot.drive.may_move
-        assert lines_of(slot.log.lines, ["link"], "may still be moving")
-
-    story()
+async def test_a_robot_that_did_not_confirm_its_last_stop_may_still_move(slot: Slot) -> None:
+    slot.drive.steer("page", 1, 1)
+    await asyncio.sleep(0.2)
+    assert slot.control is not None
+    slot.control.set_faults(0, loss=1)
+    await slot.disconnect()
+    assert slot.drive.may_move
+    assert lines_of(slot.log.lines, ["link"], "may still be moving")
 
 
 @pytest.mark.parametrize("seed", short(range(10), 0, 1, 2))
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_robot_stands_0_3_s_after_the_page_s_last_word_though_no_answer_of_it_comes(firmware: str, seed: int) -> None:
+async def test_a_robot_stands_0_3_s_after_the_page_s_last_word_though_no_answer_of_it_comes(
+    slot: Slot, seed: int
+) -> None:
     drawn = random.Random(seed)
-
-    @simulated
-    async def story() -> None:
-        slot = Slot(f"{SIM}&firmware={firmware}")
-        await slot.connect()
-        door = slot.control
-        assert door is not None
-        deaf = round(drawn.uniform(0, 2), 1)
-        for tenth in range(25):
-            if tenth == round(10 * deaf):
-                door.set_faults(0, loss=1)
-            slot.drive.steer("page", 1, 0.9)
-            await asyncio.sleep(0.1)
-        # Its last word was a tenth of a second ago; and the world shows what happened two of its ticks later at most.
-        await asyncio.sleep(0.35 - 0.1 + 2 / 64)
-        stood = door.snapshot().robots[0].pose
-        await asyncio.sleep(3)
-        there = door.snapshot().robots[0].pose
-        assert (there.x, there.y, there.heading) == (stood.x, stood.y, stood.heading)
-        await slot.disconnect()
-
-    story()
+    door = slot.control
+    assert door is not None
+    deaf = round(drawn.uniform(0, 2), 1)
+    for tenth in range(25):
+        if tenth == round(10 * deaf):
+            door.set_faults(0, loss=1)
+        slot.drive.steer("page", 1, 0.9)
+        await asyncio.sleep(0.1)
+    # Its last word was a tenth of a second ago; and the world shows what happened two of its ticks later at most.
+    await asyncio.sleep(0.35 - 0.1 + 2 / 64)
+    stood = door.snapshot().robots[0].pose
+    await asyncio.sleep(3)
+    there = door.snapshot().robots[0].pose
+    assert (there.x, there.y, there.heading) == (stood.x, stood.y, stood.heading)
 
 
-@simulated
 async def test_readings_that_are_taken_once_a_second_are_old_after_three(monkeypatch) -> None:
     watcher = Slot(SIM).watcher
     watcher.watch_sensors(1)
@@ -394,34 +336,23 @@ async def test_readings_that_are_taken_once_a_second_are_old_after_three(monkeyp
         assert watcher.is_stale("proximity") is is_stale
 
 
-@simulated
-async def test_a_picture_that_is_taken_rarely_is_old_later() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_a_picture_that_is_taken_rarely_is_old_later(slot: Slot) -> None:
     slot.watch_camera(3)
     await asyncio.sleep(5)
     assert not slot.is_stale("image")
     for seconds in ("1", True, float("nan"), [1]):
         with pytest.raises(ArgumentError, match=r"from 0\.4 to 60"):
             slot.watch_camera(seconds)  # type: ignore[arg-type]
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_stick_fills_no_event_log() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_a_stick_fills_no_event_log(slot: Slot) -> None:
     for tenth in range(30):
         slot.drive.steer("page", tenth / 30, 0.1)
         await asyncio.sleep(0.1)
     assert len(lines_of(slot.log.lines, ["call"], "set_speed")) in (3, 4)
-    await slot.disconnect()
 
 
-@simulated
-async def test_arguments_of_the_wrong_number_and_kind_are_refused_for_every_command() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_arguments_of_the_wrong_number_and_kind_are_refused_for_every_command(slot: Slot) -> None:
     bad: list[tuple[str, list[object]]] = [
         ("text", []),
         ("text", [7]),
@@ -437,31 +368,20 @@ async def test_arguments_of_the_wrong_number_and_kind_are_refused_for_every_comm
         with pytest.raises(ArgumentError):
             await slot.command(name, *arguments, page="page")
     assert (slot.drive.driver, slot.drive.may_move) == ("", False)
-    await slot.disconnect()
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
-def test_lamps_burn_on_when_the_camera_is_set(firmware: str) -> None:
-    @simulated
-    async def story() -> None:
-        slot = Slot(f"{SIM}&firmware={firmware}")
-        await slot.connect()
-        await slot.command("set_led", 3, 1)
-        await slot.command("set_body_led", 1)
-        await slot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
-        assert slot.robot.context.last_set.lamps == [0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
-        lamps = transport_of(slot.robot).simulation.world.snapshot().robots[0].lamps
-        assert [any(colour) for colour in lamps.ring] == [led == 3 for led in range(8)]
-        assert lamps.body
-        await slot.disconnect()
-
-    story()
+async def test_lamps_burn_on_when_the_camera_is_set(slot: Slot, firmware: str) -> None:
+    await slot.command("set_led", 3, 1)
+    await slot.command("set_body_led", 1)
+    await slot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
+    assert slot.robot.context.last_set.lamps == [0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
+    lamps = transport_of(slot.robot).simulation.world.snapshot().robots[0].lamps
+    assert [any(colour) for colour in lamps.ring] == [led == 3 for led in range(8)]
+    assert lamps.body
 
 
-@simulated
-async def test_with_the_last_page_polling_ends_and_begins_again_with_the_next() -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_with_the_last_page_polling_ends_and_begins_again_with_the_next(slot: Slot) -> None:
     slot.join("one")
     slot.join("other")
     slot.watch_camera(0.5)
@@ -479,22 +399,16 @@ async def test_with_the_last_page_polling_ends_and_begins_again_with_the_next() 
     await asyncio.sleep(0.6)
     assert slot.watcher.age("proximity") < 0.2
     assert slot.watcher.age("image") < 0.6
-    await slot.disconnect()
 
 
-@simulated
-async def test_a_recording_goes_on_when_nobody_watches(tmp_path: Path) -> None:
-    slot = Slot(SIM)
-    await slot.connect()
+async def test_a_recording_goes_on_when_nobody_watches(slot: Slot, tmp_path: Path) -> None:
     slot.join("page")
     slot.start_recorder(str(tmp_path / "run.mcap"))
     slot.leave("page")
     await asyncio.sleep(3)
     assert slot.watcher.age("proximity") < 0.2
-    await slot.disconnect()
 
 
-@simulated
 async def test_a_robot_that_nobody_watches_is_not_polled_when_it_is_connected_again() -> None:
     slot = Slot(SIM)
     slot.join("page")
@@ -513,61 +427,56 @@ async def test_a_robot_that_nobody_watches_is_not_polled_when_it_is_connected_ag
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
-def test_the_panel_s_own_recording_is_played_as_it_happened(firmware: str, tmp_path: Path) -> None:
+async def test_the_panel_s_own_recording_is_played_as_it_happened(firmware: str, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
 
-    @simulated
-    async def story() -> None:
-        slot = Slot(f"{SIM}&firmware={firmware}")
-        await slot.connect()
-        slot.start_recorder(str(path))
-        await asyncio.sleep(1)
-        await slot.command("set_camera", 40, 40, 8, elib.CameraMode.COLOUR)
-        picture = await slot.take_picture()
-        await slot.command("set_led", 3, 1)
-        for _ in range(10):
-            slot.drive.steer("page", 1, 1)
-            await asyncio.sleep(0.1)
-        slot.drive.leave("page")
-        await asyncio.sleep(1)
-        seen, place = dict(slot.readings), slot.watcher.trail[-1]
-        await slot.disconnect()
+    slot = Slot(f"{SIM}&firmware={firmware}")
+    await slot.connect()
+    slot.start_recorder(str(path))
+    await asyncio.sleep(1)
+    await slot.command("set_camera", 40, 40, 8, elib.CameraMode.COLOUR)
+    picture = await slot.take_picture()
+    await slot.command("set_led", 3, 1)
+    for _ in range(10):
+        slot.drive.steer("page", 1, 1)
+        await asyncio.sleep(0.1)
+    slot.drive.leave("page")
+    await asyncio.sleep(1)
+    seen, place = dict(slot.readings), slot.watcher.trail[-1]
+    await slot.disconnect()
 
-        replayed = Slot(f"replay://{path}")
-        assert await replayed.connect()
-        assert (replayed.phase, replayed.is_connected, replayed.firmware) == (Phase.PLAYING, False, firmware)
-        await asyncio.sleep(0.5)
-        assert replayed.watcher.age("proximity") < 0.2
-        assert not replayed.is_stale("proximity")
-        with pytest.raises(LinkClosed, match="is a recording: it can be watched, and told nothing"):
-            await replayed.command("set_led", 1, 1)
-        assert not replayed.drive.steer("page", 1, 1)
-        told = set()
-        while replayed.phase is Phase.PLAYING:
-            if replayed.context is not None:
-                told.add((replayed.context.last_set.lamps[3], replayed.context.last_set.speed[0] > 0))
-            await asyncio.sleep(0.1)
-        assert {(0, False), (1, True)} <= told
-        assert replayed.phase is Phase.DISCONNECTED
-        assert replayed.error is None
-        assert (replayed.readings["image"].pixels == picture.pixels).all()
-        assert {name: type(value) for name, value in replayed.readings.items()} == {
-            name: type(value) for name, value in seen.items()
-        }
-        assert replayed.readings["encoders"] == seen["encoders"], "it stood at the end"
-        assert (replayed.watcher.trail[-1].x, replayed.watcher.trail[-1].y) == pytest.approx((place.x, place.y))
-        assert "set_led(3, 1): ok" in [line.text for line in replayed.log.lines]
-        assert replayed.is_stale("proximity")
+    replayed = Slot(f"replay://{path}")
+    assert await replayed.connect()
+    assert (replayed.phase, replayed.is_connected, replayed.firmware) == (Phase.PLAYING, False, firmware)
+    await asyncio.sleep(0.5)
+    assert replayed.watcher.age("proximity") < 0.2
+    assert not replayed.is_stale("proximity")
+    with pytest.raises(LinkClosed, match="is a recording: it can be watched, and told nothing"):
+        await replayed.command("set_led", 1, 1)
+    assert not replayed.drive.steer("page", 1, 1)
+    told = set()
+    while replayed.phase is Phase.PLAYING:
+        if replayed.context is not None:
+            told.add((replayed.context.last_set.lamps[3], replayed.context.last_set.speed[0] > 0))
+        await asyncio.sleep(0.1)
+    assert {(0, False), (1, True)} <= told
+    assert replayed.phase is Phase.DISCONNECTED
+    assert replayed.error is None
+    assert (replayed.readings["image"].pixels == picture.pixels).all()
+    assert {name: type(value) for name, value in replayed.readings.items()} == {
+        name: type(value) for name, value in seen.items()
+    }
+    assert replayed.readings["encoders"] == seen["encoders"], "it stood at the end"
+    assert (replayed.watcher.trail[-1].x, replayed.watcher.trail[-1].y) == pytest.approx((place.x, place.y))
+    assert "set_led(3, 1): ok" in [line.text for line in replayed.log.lines]
+    assert replayed.is_stale("proximity")
 
-        assert await replayed.connect(), "it begins anew"
-        await asyncio.sleep(0.5)
-        await replayed.disconnect()
-        assert (replayed.phase, replayed.readings, replayed.firmware) == (Phase.DISCONNECTED, {}, "")
-
-    story()
+    assert await replayed.connect(), "it begins anew"
+    await asyncio.sleep(0.5)
+    await replayed.disconnect()
+    assert (replayed.phase, replayed.readings, replayed.firmware) == (Phase.DISCONNECTED, {}, "")
 
 
-@simulated
 async def test_a_recording_that_is_not_there_is_said() -> None:
     slot = Slot("replay:///elib/nowhere.mcap")
     assert not await slot.connect()
@@ -577,7 +486,6 @@ async def test_a_recording_that_is_not_there_is_said() -> None:
     await slot.disconnect()
 
 
-@simulated
 async def test_a_recording_can_be_gone_on_with_in_the_panel(tmp_path: Path) -> None:
     slot = Slot(SIM)
     await slot.connect()
@@ -591,7 +499,6 @@ async def test_a_recording_can_be_gone_on_with_in_the_panel(tmp_path: Path) -> N
     await forked.disconnect()
 
 
-@simulated
 async def test_what_elib_did_not_write_into_a_recording_is_passed_over(tmp_path: Path) -> None:
     entries = [
         Entry(0.1, "/readings/proximity", {"front_right": "<script>"}),
