@@ -42,9 +42,16 @@ async def test_a_simulation_is_shown_until_it_ends_and_its_port_is_free_again() 
 
 async def test_a_message_of_the_world_with_a_mistake_is_answered_and_the_page_goes_on() -> None:
     async with simulation(world="square") as control, view_of(control, "0") as url, opened(url) as page:
-        for message in ({}, {"do": "fly"}, {"do": "cut", "robot": 7}, {"do": "move_robot", "robot": "epuck-1"}):
+        for message in (
+            {},
+            {"do": "fly"},
+            {"do": "cut"},
+            {"do": "cut", "robot": 7},
+            {"do": "cut", "robot": True},
+            {"do": "move_robot", "robot": "epuck-1"},
+        ):
             answer = await page.ask("world", message=message)
-            assert (answer["ok"] and answer["result"]["ok"]) is False
+            assert (answer["ok"] and answer["result"]["ok"]) is False, message
         assert (await page.ask("watch", index=99))["ok"]
         assert (await page.ask("rays", on=True))["ok"]
         before = len(page.frames)

@@ -3,7 +3,6 @@
 import asyncio
 import base64
 import json
-import re
 from collections.abc import AsyncIterator
 
 import pytest
@@ -14,13 +13,9 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from world_page_rig import PAINT, ROOM, Page, Rig, opened, watched
 
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.errors import LinkBusy, SimulationError
 from elib.physics.worldfile import load_file
 from elib.transport import open_transport
 from elib.web import world
-from elib.web.server import MOST_PAGES, view_of
 from elib.web.world import AHEAD
 from shared import PATIENCE, until
 
@@ -50,38 +45,6 @@ async def get(rig: Rig, path: str, host: str | None = None) -> tuple[int, dict[s
     first, *lines = head.decode().split("\r\n")
     headers = {name.lower(): value for name, _, value in (line.partition(": ") for line in lines)}
     return int(first.split()[1]), headers, body
-
-
-async def test_the_page_and_its_parts_come_from_here_and_name_no_other_place(rig):
-    status, headers, body = await get(rig, "/")
-    assert status == 200
-    assert headers["content-type"] == "text/html; charset=utf-8"
-    assert "script-src 'self'" in headers["content-security-policy"]
-    parts = re.findall(rb'(?:href|src)="([^"]+)"', body)
-    assert {b"base.css", b"world.css", b"app.js", b"icon.svg"} <= set(parts)
-    seen = {"app.js"}
-    waiting = [f"/{part.decode()}" for part in parts]
-    while waiting:
-        path = waiting.pop()
-        status, headers, body = await get(rig, path)
-        assert status == 200, path
-        assert int(headers["content-length"]) == len(body)
-        imported = re.findall(rb'from "\./([^"]+)"', body)
-        waiting += [f"/{name.decode()}" for name in imported if name.decode() not in seen]
-        seen |= {name.decode() for name in imported}
-        assert set(re.findall(rb"https?://[^\"'` ]+", body)) <= {b"http://www.w3.org/2000/svg"}, path
-    ours = {"world.js", "arena.js", "model.js", "details.js", "hand.js", "frames.js", "robotshape.js", "path.js"}
-    assert ours <= seen
-
-
-async def test_what_is_no_part_of_the_page_is_not_there(rig):
-    for path in ("/nothing", "/../world.py", "/..%2fworld.py", "//etc/passwd", "/app.js/", "/floor.png"):
-        status, _, body = await get(rig, path)
-        assert (status, body) == (404, b"There is no such page."), path
-
-
-async def test_a_request_with_two_names_of_the_host_gets_nothing(rig):
-    assert (await get(rig, "/", host=f"{rig.host}\r\nHost: {rig.host}"))[0] == 400
 
 
 async def test_a_page_that_calls_this_computer_by_another_name_gets_nothing(rig):
@@ -274,12 +237,6 @@ async def test_a_hand_turns_the_selector_and_presses_the_remote_control(rig, pag
     assert "has no button" in (await page.world(do="press_button", robot=0))["error"]
 
 
-async def test_a_message_for_the_world_with_a_mistake_is_answered_and_the_page_goes_on(page):
-    for message in ({}, {"do": "fly"}, {"do": "cut"}, {"do": "cut", "robot": 2}, {"do": "cut", "robot": True}):
-        assert (await page.world(**message))["ok"] is False, message
-        assert (await page.frame()).poses
-
-
 async def test_what_no_page_says_ends_that_page_and_no_other(rig, page):
     for text in (
         "nonsense",
@@ -289,23 +246,14 @@ async def test_what_no_page_says_ends_that_page_and_no_other(rig, page):
         '{"do": "watch"}',
         '{"do": "fly"}',
         b"no number of a frame",
+        "x" * 10_000,
     ):
         async with opened(rig) as other:
             await other.scene()
             await other.socket.send(text)
             with pytest.raises(ConnectionClosedError):
                 await other.hear("never")
-        assert (await page.frame()).poses, text
-
-
-async def test_a_message_beyond_all_measure_ends_that_page_and_no_other(rig, page):
-    async with opened(rig) as other:
-        await other.scene()
-        await other.socket.send("x" * 10_000)
-        with pytest.raises(ConnectionClosedError) as caught:
-            await other.hear("never")
-        assert caught.value.rcvd.code == 1009
-    assert (await page.frame()).poses
+        assert (await page.frame()).poses, text[:50]
 
 
 async def test_a_page_that_draws_nothing_gets_no_more_frames_and_then_the_newest(rig, page):
@@ -346,18 +294,6 @@ async def test_while_nobody_looks_no_frame_is_made(rig, monkeypatch):
     assert made
 
 
-async def test_only_so_many_pages_at_once(rig):
-    pages = [await connect(f"ws://{rig.host}/ws", origin=f"http://{rig.host}") for _ in range(MOST_PAGES)]
-    for each in pages:
-        assert json.loads(await each.recv())["type"] == "hello"
-    with pytest.raises(InvalidStatus) as caught:
-        async with opened(rig):
-            pass
-    assert caught.value.response.status_code == 503
-    for each in pages:
-        await each.close()
-
-
 async def test_a_painted_floor_is_sent_as_a_picture_north_up(tmp_path):
     from io import BytesIO
 
@@ -375,23 +311,3 @@ async def test_a_painted_floor_is_sent_as_a_picture_north_up(tmp_path):
     stripe = round(picture.height * (1 - 0.3 / 0.8))
     assert picture.getpixel((picture.width // 2, stripe)) == (255, 0, 0)
     assert picture.getpixel((picture.width // 2, picture.height - stripe)) == (0x20, 0x50, 0x30)
-
-
-async def test_leaving_ends_the_pages_and_frees_the_port(tmp_path):
-    async with watched(tmp_path) as rig, opened(rig) as page:
-        await page.scene()
-    with pytest.raises(ConnectionRefusedError):
-        await asyncio.open_connection(*rig.host.split(":"))
-
-
-async def test_a_taken_port_and_constant_readings_are_said(rig, tmp_path):
-    with pytest.raises(LinkBusy, match="is taken"):
-        async with view_of(rig.control, rig.host):
-            pass
-    path = tmp_path / "readings.json"
-    path.write_text("{}")
-    controls = []
-    async with serve(SimulationSettings(hardware=str(path)), tcp="0", control=controls.append):
-        with pytest.raises(SimulationError, match="no world"):
-            async with view_of(controls[0], "0"):
-                pass
