@@ -1,5 +1,6 @@
 """The page's world in a real browser: it shows the world as it is, and what is done there happens in the world."""
 
+import contextlib
 import math
 from collections.abc import AsyncIterator
 
@@ -8,7 +9,7 @@ import pytest_asyncio
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from browser import Tab, needs_browser
+from browser import Opener, Tab, needs_browser
 from panel_rig import panel, virtual_robot
 from world_page_rig import PAINT, ROOM, Rig, watched
 
@@ -31,16 +32,24 @@ async def rig(tmp_path) -> AsyncIterator[Rig]:
         yield rig
 
 
+@contextlib.asynccontextmanager
+async def visiting(open_page: Opener, url: str) -> AsyncIterator[Tab]:
+    """Open a page of the usual size, on which nothing may be complained of."""
+    tab = await open_page(url)
+    await tab.size(*SIZE)
+    yield tab
+    await tab.close()
+    assert tab.complaints == []
+
+
 @pytest_asyncio.fixture(loop_scope="module")
 async def tab(rig, open_page) -> AsyncIterator[Tab]:
     """The page, with frames on the screen and the details unfolded."""
-    tab = await open_page(rig.url)
-    await tab.size(*SIZE)
-    await tab.until("window.app?.place?.world?.model.frame?.number > 2")
-    await press(tab, "Details")
-    await fitted(tab)
-    yield tab
-    await tab.close()
+    async with visiting(open_page, rig.url) as tab:
+        await tab.until("window.app?.place?.world?.model.frame?.number > 2")
+        await press(tab, "Details")
+        await fitted(tab)
+        yield tab
 
 
 async def fitted(tab: Tab) -> None:
@@ -131,7 +140,6 @@ async def test_the_page_shows_the_world_without_a_complaint_and_asks_nobody_else
     assert await pixel(tab, 0.4, 0.4) != NOSE
     assert await tab.run(f"{PART}.model.scene.world") == "room"
     assert {url.partition("://")[2].partition("/")[0] for url in tab.requests} == {rig.host}
-    assert tab.complaints == []
 
 
 async def test_a_robot_is_dragged_to_another_place_and_never_into_something(rig, tab):
@@ -145,7 +153,6 @@ async def test_a_robot_is_dragged_to_another_place_and_never_into_something(rig,
     await until(lambda: is_at(rig.control.snapshot().boxes[0], 0.9, 0.1))
     await drag(tab, (1.1, 0.7), (0.6, 0.6))
     await until(lambda: is_at(rig.control.snapshot().lights[0], 0.6, 0.6))
-    assert tab.complaints == []
 
 
 async def test_the_panel_switches_link_faults_and_lights_and_shows_readings(rig, tab):
@@ -167,7 +174,6 @@ async def test_the_panel_switches_link_faults_and_lights_and_shows_readings(rig,
     await choose(tab, "")
     await set_slider(tab, "knob-ambient", 1000)
     await until(lambda: rig.control.ambient == 1000)
-    assert tab.complaints == []
 
 
 async def test_what_was_switched_stays_so_until_the_simulation_has_answered(tab):
@@ -196,7 +202,6 @@ async def test_the_keyboard_selects_moves_and_turns(rig, tab):
     await until(lambda: abs(rig.control.world.pose(0).heading - math.pi / 12) < 1e-6)
     await tab.key("p")
     assert await tab.run("window.app.place.world.list.value") == ""
-    assert tab.complaints == []
 
 
 @pytest.mark.parametrize(("width", "height", "dark"), [(390, 844, True), (390, 844, False), (320, 568, False)])
@@ -261,7 +266,6 @@ async def test_the_wheel_the_buttons_and_a_drag_on_the_floor_change_what_is_in_v
     assert await tab.run(f"{PART}.arena.zoom") > 1
     await tab.key("0")
     assert await tab.run(f"{PART}.arena.zoom") == 1
-    assert tab.complaints == []
 
 
 async def test_two_fingers_pinch(tab):
@@ -298,7 +302,6 @@ async def test_the_clock_is_stopped_stepped_and_changed_in_speed(rig, tab):
     await tab.until(f"{PART}.stepButton.disabled")
     rig.control.set_speed(0.5)  # as another page would
     await tab.until(f"{PART}.speed.value === '0.5'")
-    assert tab.complaints == []
 
 
 async def test_boxes_and_walls_are_put_in_moved_and_taken_away_by_mouse_and_keys(rig, tab):
@@ -321,7 +324,6 @@ async def test_boxes_and_walls_are_put_in_moved_and_taken_away_by_mouse_and_keys
     await until(lambda: len(rig.control.snapshot().walls) == 1)
     await tab.key("b")
     await until(lambda: len(rig.control.snapshot().boxes) == 2)
-    assert tab.complaints == []
 
 
 async def test_the_world_is_saved_under_a_name(rig, tab, tmp_path):
@@ -351,7 +353,6 @@ async def test_faults_are_of_the_selected_robot_shown_as_they_are_and_taken_back
     await unfold(tab, "Link of this robot")
     await press(tab, "Undo all faults")
     await until(lambda: not rig.control.is_cut(1) and rig.control.link(1).jitter == 0)
-    assert tab.complaints == []
 
 
 async def test_selector_and_remote_control_of_the_robot_are_worked(rig, tab):
@@ -371,9 +372,7 @@ async def test_selector_and_remote_control_of_the_robot_are_worked(rig, tab):
 async def test_rays_are_switched_on_and_can_be_read_on_every_floor(tmp_path, open_page):
     folder = tmp_path / "painted"
     folder.mkdir()
-    async with watched(folder, world=ROOM + PAINT) as rig:
-        tab = await open_page(rig.url)
-        await tab.size(*SIZE)
+    async with watched(folder, world=ROOM + PAINT) as rig, visiting(open_page, rig.url) as tab:
         await tab.until("window.app?.place?.world?.model.frame?.number > 2")
         assert await tab.run(f"{PART}.model.frame.rays") is None
         await tab.run(f"{PART}.raysBox.click()")
@@ -383,7 +382,6 @@ async def test_rays_are_switched_on_and_can_be_read_on_every_floor(tmp_path, ope
         x, y = (ray[0] + ray[2]) / 2, (ray[1] + ray[3]) / 2
         red, green, _ = await pixel(tab, x, y)
         assert red > green + 40, "a ray on the green floor"
-        await tab.close()
 
 
 async def test_at_a_usual_screen_the_world_is_large_and_its_controls_push_nothing_away(tab):
@@ -397,9 +395,7 @@ async def test_at_a_usual_screen_the_world_is_large_and_its_controls_push_nothin
 
 
 async def test_a_double_click_opens_the_page_of_a_robot_and_a_pause_loses_no_link(tmp_path, open_page):
-    async with panel(tmp_path, "sim://soccer") as url:
-        tab = await open_page(url)
-        await tab.size(*SIZE)
+    async with panel(tmp_path, "sim://soccer") as url, visiting(open_page, url) as tab:
         await tab.until("window.app?.place?.world?.model.frame?.number > 2")
         await fitted(tab)
         names = await tab.run(f"[...{PART}.list.options].map((each) => each.textContent)")
@@ -430,14 +426,10 @@ async def test_a_double_click_opens_the_page_of_a_robot_and_a_pause_loses_no_lin
         await tab.until("elib.robot('3').tick.readings.proximity?.stale === false")
         lines = await tab.run("elib.robot('3').lines.filter((each) => each.bad).map((each) => each.text)")
         assert (await tab.run("elib.robot('3').tick.phase"), lines) == ("connected", [])
-        assert tab.complaints == []
-        await tab.close()
 
 
 async def test_without_a_virtual_world_the_path_and_what_the_sensors_met_are_drawn(tmp_path, open_page):
-    async with virtual_robot(tmp_path) as robot, panel(tmp_path, robot.url) as url:
-        tab = await open_page(url)
-        await tab.size(*SIZE)
+    async with virtual_robot(tmp_path) as robot, panel(tmp_path, robot.url) as url, visiting(open_page, url) as tab:
         own = "window.app?.place?.parts?.find((each) => each.path)"
         await tab.until(f"{own}?.path.pose")
         assert await tab.run(f"{own}.live.hidden && !{own}.map.hidden")
@@ -446,14 +438,10 @@ async def test_without_a_virtual_world_the_path_and_what_the_sensors_met_are_dra
         found = await tab.until(f"{met}.length > 0 && {met}")
         assert all(math.dist((column, row), (0, 0)) < 9 for column, row in found), "within 9 cm of the robot"
         assert max(column for column, _ in found) >= 4, "ahead of it"
-        assert tab.complaints == []
-        await tab.close()
 
 
 async def test_of_several_worlds_one_is_chosen_in_the_overview_and_a_world_outlives_the_link(tmp_path, open_page):
-    async with panel(tmp_path, "sim://arena", "sim://square") as url:
-        tab = await open_page(url)
-        await tab.size(*SIZE)
+    async with panel(tmp_path, "sim://arena", "sim://square") as url, visiting(open_page, url) as tab:
         shown = "window.app?.place?.world?.model.scene?.world"
         choice = "document.querySelector(`[aria-label='world that is shown']`)"
         await tab.until(f"{shown} === 'arena' && {choice}.length === 2")
@@ -467,14 +455,10 @@ async def test_of_several_worlds_one_is_chosen_in_the_overview_and_a_world_outli
         assert await tab.run(f"!{own}.live.hidden && {own}.map.hidden"), "it stays as it was seen last"
         await tab.run("window.app.ask('connect', { robot: '2' })")
         await tab.until(f"!{own}.live.inert")
-        assert tab.complaints == []
-        await tab.close()
 
 
 async def test_the_news_of_one_world_are_not_taken_for_those_of_another(tmp_path, open_page):
-    async with panel(tmp_path, "sim://arena", "sim://square") as url:
-        tab = await open_page(url)
-        await tab.size(*SIZE)
+    async with panel(tmp_path, "sim://arena", "sim://square") as url, visiting(open_page, url) as tab:
         await tab.until("window.app?.robots.length === 2")
         await tab.run("window.app.open('1')")
         own = "window.app.place.parts?.find((each) => each.arena)"
@@ -486,5 +470,3 @@ async def test_the_news_of_one_world_are_not_taken_for_those_of_another(tmp_path
         seen = await tab.run(f"{own}.model.frame?.number ?? 0")
         await tab.until(f"{own}.model.frame?.number > {seen}")
         assert await tab.run(f"[...{own}.list.options].map((each) => each.value)") == ["", "robot:0"]
-        assert tab.complaints == []
-        await tab.close()
