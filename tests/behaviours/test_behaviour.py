@@ -12,7 +12,7 @@ from typing import TypeVar
 import pytest
 
 from elib.behaviours import Behaviour, RunContext, behaviour, behaviours, find, play, run_behaviour
-from elib.errors import ArgumentError, ReplyTimeout
+from elib.errors import ArgumentError
 from elib.protocol.quantities import SoundNumber, WheelSpeed
 from elib.robot.aio import Epuck
 from elib.runner import run_on
@@ -125,17 +125,6 @@ def test_a_behaviour_that_fails_leaves_the_robot_stopped_and_its_error_unchanged
         with pytest.raises(ZeroDivisionError, match="a defect"):
             await run_behaviour(made(failing), robot)
         assert not await wheels_turn(robot)
-
-    on_robot(main)
-
-
-def test_a_lost_answer_is_not_taken_for_the_end_of_the_time() -> None:
-    async def impatient(robot: Epuck, **_: float) -> None:
-        await robot.within(0).proximity()
-
-    async def main(robot: Epuck) -> None:
-        with pytest.raises(ReplyTimeout):
-            await run_behaviour(made(impatient), robot, seconds=60)
 
     on_robot(main)
 

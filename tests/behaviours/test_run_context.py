@@ -259,7 +259,7 @@ def test_the_timeout_fits_the_link_and_grows_only_with_answers_lost_in_a_row() -
     assert timeout.seconds == MAX_TIMEOUT
 
 
-def test_a_behaviour_that_ends_by_a_lost_answer_leaves_the_robot_standing() -> None:
+def test_a_lost_answer_is_not_taken_for_the_end_of_the_time_and_leaves_the_robot_standing() -> None:
     async def main(robot: Epuck) -> None:
         async def hasty(robot: Epuck) -> None:
             """Drive, and give up at once."""
@@ -267,7 +267,7 @@ def test_a_behaviour_that_ends_by_a_lost_answer_leaves_the_robot_standing() -> N
             await robot.within(0).proximity()
 
         with pytest.raises(ReplyTimeout):
-            await run_behaviour(made(hasty), robot)
+            await run_behaviour(made(hasty), robot, seconds=60)
         before = await robot.encoders()
         await robot.sleep(1)
         assert await robot.encoders() == before
