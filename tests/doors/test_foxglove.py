@@ -114,15 +114,6 @@ async def driving(client: Client, topic: str = "/drive", **speeds: object) -> As
         await asyncio.wait([holding])
 
 
-async def test_a_client_drives_and_silence_stops_the_robot() -> None:
-    async with door() as (panel, url), connected_to(url) as client:
-        slot = panel.slots["1"]
-        async with driving(client, left=0.02, right=0.04):
-            await until(lambda: wheels(slot) == (155, 311))
-            assert slot.drive.driver
-        await until(lambda: standing(slot))
-
-
 @simulated
 async def test_a_message_has_the_speeds_of_both_wheels_or_a_twist_within_the_limit_and_drives_for_a_moment() -> None:
     async with connected(["sim://square"]) as panel:
@@ -254,7 +245,9 @@ async def test_one_client_drives_at_a_time_and_everybody_may_stop() -> None:
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-async def test_a_robot_of_each_firmware_has_the_topics_of_its_sensors_and_can_be_driven(firmware: str) -> None:
+async def test_a_robot_of_each_firmware_has_its_topics_is_driven_and_stands_in_silence(
+    firmware: str,
+) -> None:
     async with door(f"sim://square?firmware={firmware}") as (panel, url), connected_to(url) as client:
         slot = panel.slots["1"]
         absent = set(FIRMWARES[firmware].absent)
@@ -270,8 +263,8 @@ async def test_a_robot_of_each_firmware_has_the_topics_of_its_sensors_and_can_be
             await client.subscribe("/ranges/distance")
             await client.first("/ranges/distance")
         assert not {f"/readings/{name}" for name in absent} & client.topics.keys()
-        async with driving(client):
-            await until(lambda: not standing(slot))
+        async with driving(client, left=0.02, right=0.04):
+            await until(lambda: wheels(slot) == (155, 311) and slot.drive.driver)
         await until(lambda: standing(slot))
 
 

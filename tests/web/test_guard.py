@@ -387,12 +387,13 @@ async def test_there_is_a_bound_for_the_connections_of_one_address_and_of_all(
     rig: Rig, bound: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(server, bound, 3)
+    request = f"GET / HTTP/1.0\r\nHost: {rig.name}\r\n\r\n".encode()
     held = [await asyncio.open_connection(rig.host, rig.port) for _ in range(3)]
-    assert await rig.raw(b"", ends=False) == b""
+    assert await rig.raw(request) == b""
     for _, writer in held:
         writer.close()
         await writer.wait_closed()
-    assert (await rig.raw(f"GET / HTTP/1.0\r\nHost: {rig.name}\r\n\r\n".encode()))[:4] == b"HTTP"
+    assert (await rig.raw(request))[:4] == b"HTTP"
 
 
 async def test_a_mistake_of_the_program_is_answered_and_written_down_once(

@@ -34,18 +34,6 @@ from elib.web.panel import Panel
 from lanes import short
 from shared import PATIENCE, until, wait_until
 
-TRAVERSAL = [
-    "../../../../../etc/passwd",
-    "%2e%2e/%2e%2e/%2e%2e/server.py",
-    "..%2f..%2fserver.py",
-    "static/../server.py",
-    "static/..%2fserver.py",
-    "worlds/..%2f..%2fetc%2fpasswd.png",
-    "worlds/..%5c..%5carena.toml.png",
-    "worlds/%2fetc%2fpasswd",
-    "/etc/passwd",
-    "app.js/..%2fserver.py",
-]
 DRIVING = Path(__file__).parent / "driving_panel.py"
 
 
@@ -93,7 +81,7 @@ async def moves(control: Control) -> None:
 # -- how it begins and ends --
 
 
-def test_it_prints_where_it_is_serves_nothing_else_and_ends_quietly(home: Path) -> None:
+def test_it_prints_where_it_is_and_ends_quietly(home: Path) -> None:
     with started("joystick", "--no-browser", "--port", "0", cwd=home) as run:
         url = run.out.line()
         assert url.startswith("http://127.0.0.1:")
@@ -101,14 +89,6 @@ def test_it_prints_where_it_is_serves_nothing_else_and_ends_quietly(home: Path) 
         assert status == 200
         assert "<title>elib</title>" in page
         assert fetch(f"{url}app.js")[0] == 200
-        for path in TRAVERSAL:
-            status, text = fetch(f"{url}{path}")
-            assert status in (400, 403, 404), path
-            assert "import" not in text
-            assert "root:" not in text
-        for path in ("docs", "openapi.json", "redoc", "login", "static", "server.py", "metrics"):
-            status, text = fetch(f"{url}{path}")
-            assert (status, text) == (404, "There is no such page."), path
         assert run.end() == 0
         assert (run.out.rest(), run.err.rest()) == (url, "")
     assert not list(home.iterdir())
