@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,8 @@ from typing import IO
 from shared import PATIENCE, run
 
 COMMAND = [sys.executable, "-m", "elib"]
+Told = Callable[..., str]
+"""Takes the words of a command and returns what was said: the fixtures ``printed`` and ``refused``."""
 
 
 def environment(**changes: str) -> dict[str, str]:

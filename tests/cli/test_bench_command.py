@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
+from typing import Any
 
 import pytest
+from elib_process import Told
 
 import elib
 from elib.cli import bench as module
@@ -23,17 +26,21 @@ FAST = "sim://?speed=max"
 FIGURES = ("mean", "sd", "p50", "p99")
 
 
-def report_of(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, object]:
-    assert main(["bench", "--json", *options]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    found = json.loads(out)
-    assert isinstance(found, dict)
-    return found
+@pytest.fixture
+def report_of(capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
+    """Return a function that runs the benchmark, of which nothing is said beside, and returns its report."""
+
+    def run(*options: str) -> Any:
+        assert main(["bench", "--json", *options]) == 0
+        out, err = capsys.readouterr()
+        assert err == ""
+        return json.loads(out)
+
+    return run
 
 
-def test_the_json_has_this_shape(capsys: pytest.CaptureFixture[str]) -> None:
-    found = report_of(capsys, "--count", "3", "--robot", FAST)
+def test_the_json_has_this_shape(report_of: Callable[..., Any]) -> None:
+    found = report_of("--count", "3", "--robot", FAST)
     assert list(found) == ["robot", "firmware", "origin", "unit", "count", "source", "commands"]
     assert (found["firmware"], found["origin"], found["unit"], found["count"]) == (
         "asercom-1.2.2",
@@ -42,7 +49,6 @@ def test_the_json_has_this_shape(capsys: pytest.CaptureFixture[str]) -> None:
         3,
     )
     commands = found["commands"]
-    assert isinstance(commands, list)
     assert [each["command"] for each in commands] == [*THESIS, *EXTRA]
     for each in commands:
         assert list(each) == ["command", "calls", "lost", "refused", *FIGURES, "skipped", "thesis"]
@@ -60,11 +66,10 @@ def test_the_json_has_this_shape(capsys: pytest.CaptureFixture[str]) -> None:
     }
 
 
-def test_the_figures_are_those_of_the_link(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_figures_are_those_of_the_link(report_of: Callable[..., Any]) -> None:
     def mean(latency: float, command: str) -> float:
-        found = report_of(capsys, "--count", "2", "--robot", f"{FAST}&latency={latency}")
+        found = report_of("--count", "2", "--robot", f"{FAST}&latency={latency}")
         commands = found["commands"]
-        assert isinstance(commands, list)
         return float(next(each["mean"] for each in commands if each["command"] == command))
 
     for command in ("proximity", "set_speed", "image"):
@@ -77,9 +82,8 @@ def test_the_thesis_measured_commands_that_exist() -> None:
     assert set(DISTURBING) <= set(THESIS)
 
 
-def test_what_a_robot_does_not_have_is_said_with_the_reason(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "--count", "1", "--all", "--robot", FAST + "&firmware=epuck2"]) == 0
-    out = capsys.readouterr().out
+def test_what_a_robot_does_not_have_is_said_with_the_reason(printed: Told) -> None:
+    out = printed("bench", "--count", "1", "--all", "--robot", FAST + "&firmware=epuck2")
     assert "reset               - epuck2 does not have it: the firmware takes R and does" in out
 
 
@@ -180,9 +184,10 @@ def test_what_was_measured_before_the_robot_was_lost_is_shown(
 
 
 @pytest.mark.parametrize("count", ["0", "-3", "10001"])
-def test_an_impossible_count_is_wrong_usage(count: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", "--count", count, "--robot", "tcp://127.0.0.1:9"]) == 2
-    assert f"--count is {count}; it must be from 1 to 10000" in capsys.readouterr().err
+def test_an_impossible_count_is_wrong_usage(refused: Told, count: str) -> None:
+    assert f"--count is {count}; it must be from 1 to 10000" in refused(
+        "bench", "--count", count, "--robot", "tcp://127.0.0.1:9"
+    )
 
 
 def test_figures_are_mean_sample_deviation_and_nearest_rank() -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from urllib.request import ProxyHandler, build_opener
 
 import pytest
-from elib_process import PATIENCE, Running, started
+from elib_process import PATIENCE, Running, Told, started
 
 import elib
 from elib.cli import main
@@ -174,12 +174,13 @@ def test_what_cannot_be_is_refused_with_the_reason(
     assert said in err
 
 
-def test_a_robot_cannot_have_the_port_of_a_page(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_robot_cannot_have_the_port_of_a_page(refused: Told) -> None:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
-    assert main(["simulate", "--class", "2", "--tcp", port, "--view", port]) == 1
-    assert f"port {port} of 127.0.0.1 is taken" in capsys.readouterr().err
+    assert f"port {port} of 127.0.0.1 is taken" in refused(
+        "simulate", "--class", "2", "--tcp", port, "--view", port, code=1
+    )
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from elib_process import COMMAND, PATIENCE, elib, environment, started
+from elib_process import COMMAND, PATIENCE, Told, elib, environment, started
 from PIL import Image as Pillow
 
 from elib.cli import main
@@ -71,9 +71,8 @@ def test_a_robot_without_a_world_is_followed_by_its_encoders(here: Path) -> None
 
 
 @pytest.mark.long
-def test_a_terminal_sees_a_live_line_and_the_same_summary(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["demo", "--for", "3", "--seed", "2"]) == 0
-    unseen = capsys.readouterr().out
+def test_a_terminal_sees_a_live_line_and_the_same_summary(printed: Told, here: Path) -> None:
+    unseen = printed("demo", "--for", "3", "--seed", "2")
     ours, theirs = pty.openpty()
     process = subprocess.Popen(
         [*COMMAND, "demo", "--for", "3", "--seed", "2"],
@@ -144,12 +143,9 @@ def test_a_picture_whose_name_is_taken_by_a_folder_is_a_failure_after_the_summar
     ],
 )
 def test_a_demo_that_cannot_run_says_why_and_draws_nothing(
-    tokens: list[str], code: int, message: str, here: Path, capsys: pytest.CaptureFixture[str]
+    refused: Told, tokens: list[str], code: int, message: str, here: Path
 ) -> None:
-    assert main(["demo", *tokens]) == code
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert message in err
+    assert message in refused("demo", *tokens, code=code)
     assert not (here / PICTURE).exists()
 
 

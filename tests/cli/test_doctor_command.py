@@ -6,7 +6,7 @@ import json
 import sys
 
 import pytest
-from elib_process import elib, started
+from elib_process import Told, elib, started
 
 from elib.cli import main
 from elib.cli.doctor import lines
@@ -64,9 +64,8 @@ def test_the_report_has_every_step_with_its_fix(tokens: list[str], capsys: pytes
     assert report["steps"][0]["fix"]
 
 
-def test_the_report_of_a_healthy_robot_is_ok(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["doctor", "sim://?speed=max", "--json"]) == 0
-    report = json.loads(capsys.readouterr().out)
+def test_the_report_of_a_healthy_robot_is_ok(printed: Told) -> None:
+    report = json.loads(printed("doctor", "sim://?speed=max", "--json"))
     assert report["ok"] is True
     assert {step["ok"] for step in report["steps"]} == {True}
 
@@ -79,13 +78,8 @@ def test_the_report_of_a_healthy_robot_is_ok(capsys: pytest.CaptureFixture[str])
         ([DEAD, "--robot", "sim://"], "two links were named"),
     ],
 )
-def test_text_that_is_not_a_url_is_wrong_usage(
-    tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["doctor", *tokens]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert message in err
+def test_text_that_is_not_a_url_is_wrong_usage(refused: Told, tokens: list[str], message: str) -> None:
+    assert message in refused("doctor", *tokens)
 
 
 def test_without_a_url_and_without_a_link_the_search_itself_is_the_page(

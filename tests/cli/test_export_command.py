@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas
 import pytest
+from elib_process import Told
 
 import elib
 from elib.cli import main
@@ -63,21 +64,21 @@ def test_parquet_keeps_the_types(path: Path, tmp_path: Path) -> None:
     assert oks.dtype == bool
 
 
-def test_one_table_can_go_into_one_file(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_table_can_go_into_one_file(refused: Told, path: Path, tmp_path: Path) -> None:
     file = tmp_path / "light.csv"
     assert main(["record", "export", str(path), "ambient-light", "--csv", str(file)]) == 0
     assert "ambient_light_front_left" in file.read_text().splitlines()[0]
-    assert main(["record", "export", str(path), "--csv", str(tmp_path / "all.csv")]) == 2
-    assert "is one file, and a recording has several tables" in capsys.readouterr().err
+    assert "is one file, and a recording has several tables" in refused(
+        "record", "export", path, "--csv", tmp_path / "all.csv"
+    )
 
 
 def test_nothing_is_replaced_unless_told_and_all_is_written_or_nothing(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    refused: Told, path: Path, tmp_path: Path
 ) -> None:
     mine = tmp_path / "notes.csv"  # the last table that is begun
     mine.write_text("mine")
-    assert main(["record", "export", str(path), "--csv", str(tmp_path)]) == 2
-    assert "exists\nhint: choose another name, or add --replace" in capsys.readouterr().err
+    assert "exists\nhint: choose another name, or add --replace" in refused("record", "export", path, "--csv", tmp_path)
     assert [each.name for each in tmp_path.iterdir()] == ["notes.csv"]
     assert mine.read_text() == "mine"
     assert main(["record", "export", str(path), "notes", "--csv", str(mine), "--replace"]) == 0
@@ -97,16 +98,10 @@ def test_nothing_is_replaced_unless_told_and_all_is_written_or_nothing(
     ],
 )
 def test_mistakes_are_named(
-    words: list[str],
-    said: str,
-    path: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    refused: Told, words: list[str], said: str, path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["record", "export", str(path), *words]) == 2
-    assert said in capsys.readouterr().err
+    assert said in refused("record", "export", path, *words)
 
 
 def test_of_a_damaged_recording_what_is_whole_is_exported_and_said(
@@ -119,14 +114,13 @@ def test_of_a_damaged_recording_what_is_whole_is_exported_and_said(
     assert (tmp_path / "out" / "proximity.csv").exists()
 
 
-def test_a_recording_without_a_whole_chunk_is_not_called_empty(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_recording_without_a_whole_chunk_is_not_called_empty(refused: Told, path: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     content = path.read_bytes()
     cut.write_bytes(content[: len(content) // 8])
-    assert main(["record", "export", str(cut), "--csv", str(tmp_path / "out")]) == 2
-    assert "cut.mcap was cut off or damaged before its first whole chunk" in capsys.readouterr().err
+    assert "cut.mcap was cut off or damaged before its first whole chunk" in refused(
+        "record", "export", cut, "--csv", tmp_path / "out"
+    )
 
 
 @pytest.mark.long

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from elib_process import elib, started
+from elib_process import Told, elib, started
 
 from elib.cli import find as command
 from elib.cli import main
@@ -111,9 +111,8 @@ def test_options_reach_the_search(finds: list[dict[str, object]]) -> None:
     assert finds[1] == {"timeout": 2.0, "all_ports": True, "network": None}
 
 
-def test_an_impossible_time_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["find", "--within", "-1"]) == 2
-    assert "a timeout is -1.0 s" in capsys.readouterr().err
+def test_an_impossible_time_is_wrong_usage(refused: Told) -> None:
+    assert "a timeout is -1.0 s" in refused("find", "--within", "-1")
 
 
 def test_the_network_is_asked_only_if_the_caller_says_so(finds: list[dict[str, object]]) -> None:

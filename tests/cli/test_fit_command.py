@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from elib_process import Told
 
 from elib.behaviours import run_behaviour
 from elib.behaviours.calibration_drive import calibration_drive
@@ -62,9 +63,8 @@ def test_what_was_found_is_printed_and_the_profile_written(
 
 @pytest.mark.long
 @pytest.mark.usefixtures("fits_once")
-def test_the_json_holds_the_same(capsys: pytest.CaptureFixture[str], drive: Path) -> None:
-    assert main(["fit", str(drive), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+def test_the_json_holds_the_same(printed: Told, drive: Path) -> None:
+    found = json.loads(printed("fit", drive, "--json"))
     assert found["wheels"]["axle"] == pytest.approx(0.053, rel=0.002)
     assert found["wheels"]["left_radius"] == pytest.approx(0.0205, rel=0.002)
     assert found["link"]["latency"] == pytest.approx(0.03, abs=0.002)
@@ -93,12 +93,6 @@ def still(file: Path) -> Path:
         ([], "needs"),
     ],
 )
-def test_a_mistake_is_said_with_what_to_do(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str], says: str
-) -> None:
+def test_a_mistake_is_said_with_what_to_do(refused: Told, tmp_path: Path, arguments: list[str], says: str) -> None:
     file = still(tmp_path / "still.mcap")
-    assert main(["fit", *(each.format(still=file) for each in arguments)]) in (1, 2)
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert says in err
-    assert "Traceback" not in err
+    assert says in refused("fit", *(each.format(still=file) for each in arguments), code=None)

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from elib_process import Told
 
 from elib.cli import main
 
@@ -33,23 +34,20 @@ def exit_of(line: list[str]) -> int:
         return int(ending.code or 0)
 
 
-def test_the_labs_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["lab", "list"]) == 0
-    assert "go-10-cm" in capsys.readouterr().out
-    assert main(["lab", "list", "--json"]) == 0
-    assert "go-10-cm" in [each["name"] for each in json.loads(capsys.readouterr().out)["labs"]]
+def test_the_labs_are_listed(printed: Told) -> None:
+    assert "go-10-cm" in printed("lab", "list")
+    assert "go-10-cm" in [each["name"] for each in json.loads(printed("lab", "list", "--json"))["labs"]]
 
 
-def test_a_new_lab_has_all_but_the_teachers_part(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_new_lab_has_all_but_the_teachers_part(printed: Told, refused: Told, lab: Path) -> None:
     assert {"README.md", "lab.toml", "start.py", "worlds"} <= {each.name for each in lab.iterdir()}
     assert not (lab / "teacher").exists()
-    assert main(["lab", "new", "go-10-cm", str(lab)]) == 2
-    assert "is there already" in capsys.readouterr().err
-    assert main(["lab", "new", "go-10-cm", str(lab.parent / "ours"), "--teacher"]) == 0
-    assert f"elib lab check {lab.parent / 'ours' / 'start.py'}" in capsys.readouterr().out
+    assert "is there already" in refused("lab", "new", "go-10-cm", lab)
+    assert f"elib lab check {lab.parent / 'ours' / 'start.py'}" in printed(
+        "lab", "new", "go-10-cm", str(lab.parent / "ours"), "--teacher"
+    )
     assert (lab.parent / "ours" / "teacher" / "solution.py").is_file()
-    assert main(["lab", "new", "go-11-cm"]) == 2
-    assert "did you mean go-10-cm?" in capsys.readouterr().err
+    assert "did you mean go-10-cm?" in refused("lab", "new", "go-11-cm")
 
 
 def test_a_check_names_each_goal_and_what_happened(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -145,15 +143,13 @@ def test_goals_begin_a_line_also_after_words_without_an_end(lab: Path, capsys: p
     assert "done\n  yes" in capsys.readouterr().out
 
 
-def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_that_cannot_be_made_is_named(refused: Told, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    assert main(["lab", "new", "square", str(tmp_path / "file" / "square")]) == 2
-    assert "square cannot be made: " in capsys.readouterr().err
+    assert "square cannot be made: " in refused("lab", "new", "square", str(tmp_path / "file" / "square"))
 
 
-def test_the_list_of_commands_says_what_each_does(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["lab", "--help"]) == 0
-    assert "mark   Mark all submissions in a folder" in capsys.readouterr().out
+def test_the_list_of_commands_says_what_each_does(printed: Told) -> None:
+    assert "mark   Mark all submissions in a folder" in printed("lab", "--help")
 
 
 def test_another_lab_can_be_named(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,18 +7,16 @@ import sys
 from pathlib import Path
 
 import pytest
-from elib_process import elib, environment
+from elib_process import Told, elib, environment
 
-from elib.cli import main
 from elib.cli.new import samples
 from shared import run
 
 FAST = "sim://arena?speed=max"
 
 
-def test_the_list_has_every_sample_with_what_it_does(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["new", "--list"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_the_list_has_every_sample_with_what_it_does(printed: Told) -> None:
+    lines = printed("new", "--list").splitlines()
     assert [line.split()[0] for line in lines] == list(samples()) == ["avoid", "explore", "square"]
     assert "avoid what is near" in lines[0]
 
@@ -38,13 +36,10 @@ def test_a_sample_runs_as_it_is_by_python_and_by_elib_run(name: str, tmp_path: P
     assert summary["robots"][0]["link"]["lost"] == 0
 
 
-def test_nothing_is_replaced(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nothing_is_replaced(refused: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "avoid.py").write_text("mine")
     monkeypatch.chdir(tmp_path)
-    assert main(["new", "avoid"]) == 2
-    assert "avoid.py exists already" in capsys.readouterr().err
+    assert "avoid.py exists already" in refused("new", "avoid")
     assert (tmp_path / "avoid.py").read_text() == "mine"
 
 
@@ -58,13 +53,8 @@ def test_nothing_is_replaced(
     ],
 )
 def test_a_wrong_call_says_what_is_meant(
-    tokens: list[str],
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    refused: Told, tokens: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert main(["new", *tokens]) == 2
-    assert message in capsys.readouterr().err
+    assert message in refused("new", *tokens)
     assert list(tmp_path.iterdir()) == []

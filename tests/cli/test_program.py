@@ -8,10 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from elib_process import COMMAND, PATIENCE, elib, environment
+from elib_process import COMMAND, PATIENCE, Told, elib, environment
 
 from elib import __version__
-from elib.cli import main
 from elib.cli.program import COMMANDS, build, parse
 from shared import run_python
 
@@ -49,32 +48,23 @@ def test_options_and_names_may_be_written_in_several_ways(typed: str, same: str)
 
 
 @pytest.mark.parametrize("line", ["run", "--robot U run"])
-def test_a_behaviour_that_is_not_named_is_chosen_from_the_page(line: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(line.split()) == 0
-    assert capsys.readouterr().out.startswith("Usage: elib run COMMAND")
+def test_a_behaviour_that_is_not_named_is_chosen_from_the_page(printed: Told, line: str) -> None:
+    assert printed(*line.split()).startswith("Usage: elib run COMMAND")
 
 
-def test_the_list_of_behaviours_is_not_a_behaviour(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "--list"]) == 0
-    assert capsys.readouterr().out.startswith("actuators-tour")
-
-
-def test_help_names_every_command_and_fits_eighty_columns(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--help"]) == 0
-    page = capsys.readouterr().out
+def test_help_names_every_command_and_fits_eighty_columns(printed: Told) -> None:
+    page = printed("--help")
     assert all(f"  {name}" in page and summary.split(":")[0].rstrip(".") in page for name, summary in COMMANDS.items())
     assert all(len(line) <= 80 for line in page.splitlines())
 
 
-def test_a_command_line_without_words_shows_the_help(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([]) == 0
-    assert "Usage: elib COMMAND" in capsys.readouterr().out
+def test_a_command_line_without_words_shows_the_help(printed: Told) -> None:
+    assert "Usage: elib COMMAND" in printed()
 
 
-def test_every_command_has_a_help_page_of_eighty_columns(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_has_a_help_page_of_eighty_columns(printed: Told) -> None:
     for name in COMMANDS:
-        assert main([name, "--help"]) == 0, name
-        page = capsys.readouterr().out
+        page = printed(name, "--help")
         assert page.startswith(f"Usage: elib {name}"), name
         assert [line for line in page.splitlines() if len(line) > 80] == []
 
@@ -91,9 +81,8 @@ def test_every_command_has_a_help_page_of_eighty_columns(capsys: pytest.CaptureF
         ("world show", "[OPTIONS] NAME"),
     ],
 )
-def test_a_usage_line_names_the_arguments(words: str, usage: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*words.split(), "--help"]) == 0
-    assert capsys.readouterr().out.splitlines()[0] == f"Usage: elib {words} {usage}"
+def test_a_usage_line_names_the_arguments(printed: Told, words: str, usage: str) -> None:
+    assert printed(*words.split(), "--help").splitlines()[0] == f"Usage: elib {words} {usage}"
 
 
 @pytest.mark.parametrize(
@@ -105,12 +94,8 @@ def test_a_usage_line_names_the_arguments(words: str, usage: str, capsys: pytest
         (["simulate", "--robots"], "--robots"),
     ],
 )
-def test_what_is_not_understood_is_wrong_usage(
-    tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(tokens) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
+def test_what_is_not_understood_is_wrong_usage(refused: Told, tokens: list[str], message: str) -> None:
+    err = refused(*tokens)
     assert err.startswith("error: ")
     assert message in err
 

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from elib_process import started
+from elib_process import Told, started
 
 import elib
 from elib.behaviours import find
@@ -81,19 +81,12 @@ def test_enter_ctrl_c_or_a_signal_ends_a_recording_that_is_then_whole(end: str, 
     ],
 )
 def test_a_wrong_call_is_told_what_is_wrong(
-    tokens: list[str],
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    refused: Told, tokens: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there.mcap").touch()
     robot = [] if "--robot" in tokens else ["--robot", "tcp://127.0.0.1:9"]
-    assert main(["record", *tokens, *robot]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert message in err
+    assert message in refused("record", *tokens, *robot)
     assert [each.name for each in tmp_path.iterdir()] == ["there.mcap"]
 
 
@@ -111,9 +104,8 @@ def run(tmp_path: Path) -> Path:
     return path
 
 
-def test_info_says_what_was_recorded(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["record", "info", str(run)]) == 0
-    out = capsys.readouterr().out
+def test_info_says_what_was_recorded(printed: Told, run: Path) -> None:
+    out = printed("record", "info", run)
     assert "robot     sim://?speed=max (asercom-1.2.2)" in out
     assert "world     arena, seed 1" in out
     assert re.search(r"duration  2\.\d+ s of robot time", out)
@@ -124,9 +116,8 @@ def test_info_says_what_was_recorded(run: Path, capsys: pytest.CaptureFixture[st
     assert "and 5 more notes; --json has them all" in out
 
 
-def test_the_json_of_info_has_this_shape(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["record", "info", str(run), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+def test_the_json_of_info_has_this_shape(printed: Told, run: Path) -> None:
+    found = json.loads(printed("record", "info", run, "--json"))
     assert list(found) == ["about", "duration", "complete", "parts", "topics", "notes"]
     assert found["about"]["firmware"] == "asercom-1.2.2"
     assert found["complete"] is True
@@ -136,30 +127,27 @@ def test_the_json_of_info_has_this_shape(run: Path, capsys: pytest.CaptureFixtur
     assert found["notes"][3]["text"] == "note 3"
 
 
-def test_info_about_a_file_that_is_not_a_recording_is_an_error_in_words(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_info_about_a_file_that_is_not_a_recording_is_an_error_in_words(refused: Told, tmp_path: Path) -> None:
     (tmp_path / "text.mcap").write_text("no recording")
     for name in ("none.mcap", "text.mcap"):
-        assert main(["record", "info", str(tmp_path / name)]) == 2
-        assert name in capsys.readouterr().err
+        assert name in refused("record", "info", tmp_path / name)
 
 
 # -- elib record repair ----------------------------------------------------------------------------------------------
 
 
-def test_a_cut_file_is_made_whole_beside_the_old_one(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_cut_file_is_made_whole_beside_the_old_one(
+    printed: Told, refused: Told, run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     cut = run.with_name("cut.mcap")
     cut.write_bytes(run.read_bytes()[:-100])
-    assert main(["record", "info", str(cut)]) == 0
-    assert "not complete: elib record repair FILE repairs it" in capsys.readouterr().out
+    assert "not complete: elib record repair FILE repairs it" in printed("record", "info", cut)
     assert main(["record", "repair", str(cut)]) == 0
     out, err = capsys.readouterr()
     assert out == ""
     assert re.match(r"lost: 0 damaged pieces inside and the last \d+ bytes of \d+\nwrote ", err)
     assert summary_of(read_recording(run.with_name("cut.repaired.mcap"))).is_complete
-    assert main(["record", "repair", str(cut)]) == 2
-    assert "exists; a recording never replaces a file" in capsys.readouterr().err
+    assert "exists; a recording never replaces a file" in refused("record", "repair", cut)
     assert main(["record", "repair", str(cut), "-o", str(run.with_name("new.mcap"))]) == 0
 
 
@@ -205,18 +193,20 @@ def test_every_program_logs_with_the_names_of_2011_if_asked(program: str, tmp_pa
 
 @pytest.mark.parametrize("program", ["demo", "watch", "bench", "run avoid", "send selector"])
 def test_a_file_that_cannot_be_written_is_reported_before_anything_moves(
-    program: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    refused: Told, program: str, tmp_path: Path
 ) -> None:
     (tmp_path / "run.mcap").touch()
     robot = ["--robot", "tcp://127.0.0.1:9"]
-    assert main([*program.split(), *robot, "--record", str(tmp_path / "run.mcap")]) == 2
-    assert "exists; a recording never replaces a file" in capsys.readouterr().err
+    assert "exists; a recording never replaces a file" in refused(
+        *program.split(), *robot, "--record", tmp_path / "run.mcap"
+    )
 
 
-def test_a_log_that_cannot_be_written_is_a_wrong_call(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_log_that_cannot_be_written_is_a_wrong_call(refused: Told, tmp_path: Path) -> None:
     for program in (["run", "avoid", "--for", "1"], ["send", "selector"]):
-        assert main([*program, "--robot", FAST, "--log", str(tmp_path / "none" / "run.log")]) == 2
-        assert f"there is no folder '{tmp_path / 'none'}' for the log" in capsys.readouterr().err
+        assert f"there is no folder '{tmp_path / 'none'}' for the log" in refused(
+            *program, "--robot", FAST, "--log", str(tmp_path / "none" / "run.log")
+        )
 
 
 def test_the_states_and_messages_of_a_behaviour_are_notes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -252,10 +242,11 @@ def test_a_robots_name_becomes_part_of_a_files_name() -> None:
     assert own_name(Path("a/run.mcap"), "sim://x?y=1").name == "run-sim---x-y-1.mcap"
 
 
-def test_raw_bytes_have_no_calls_to_keep(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_raw_bytes_have_no_calls_to_keep(refused: Told, tmp_path: Path) -> None:
     assert find("port-turn-around").name == "port-turn-around"
-    assert main(["run", "port-turn-around", "--robot", FAST, "--record", str(tmp_path / "run.mcap")]) == 2
-    assert "there are no calls to log or record" in capsys.readouterr().err
+    assert "there are no calls to log or record" in refused(
+        "run", "port-turn-around", "--robot", FAST, "--record", tmp_path / "run.mcap"
+    )
 
 
 def test_a_program_of_ones_own_takes_both_options(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from elib_process import COMMAND
+from elib_process import COMMAND, Told
 
 from elib.cli import main
 from elib.robot.aio import Epuck
@@ -47,19 +47,16 @@ def test_without_a_terminal_everything_is_printed_at_once(file: str, capsys: pyt
     assert err.startswith("run.mcap: sim://square?speed=max (asercom-1.2.2) in square, 2.")
 
 
-def test_from_to_and_only_choose(file: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["replay", file, "--from", "0.4", "--to", "1.1", "--only", "call"]) == 0
-    assert len(capsys.readouterr().out.splitlines()) == 2
-    assert main(["replay", file, "--only", "state,note"]) == 0
-    assert [line.split("  ")[-1] for line in capsys.readouterr().out.splitlines()] == [
+def test_from_to_and_only_choose(printed: Told, file: str) -> None:
+    assert len(printed("replay", file, "--from", "0.4", "--to", "1.1", "--only", "call").splitlines()) == 2
+    assert [line.split("  ")[-1] for line in printed("replay", file, "--only", "state,note").splitlines()] == [
         "state: driving",
         "note: nearly there",
     ]
 
 
-def test_as_json_each_line_is_an_object(file: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["replay", file, "--json"]) == 0
-    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+def test_as_json_each_line_is_an_object(printed: Told, file: str) -> None:
+    found = [json.loads(line) for line in printed("replay", file, "--json").splitlines()]
     assert [each["kind"] for each in found][:2] == ["state", "call"]
     assert found[1]["speed"] == [0.3, 0.3]
     assert len(found[2]["readings"]["proximity"]) == 8
@@ -81,16 +78,12 @@ def test_as_json_each_line_is_an_object(file: str, capsys: pytest.CaptureFixture
         (["--plot", "run.doc"], "cannot become 'run.doc'"),
     ],
 )
-def test_impossible_options_are_reported(
-    file: str, words: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["replay", file, *words]) == 2
-    assert message in capsys.readouterr().err
+def test_impossible_options_are_reported(refused: Told, file: str, words: list[str], message: str) -> None:
+    assert message in refused("replay", file, *words)
 
 
-def test_a_file_that_is_not_a_recording_is_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["replay", str(tmp_path / "none.mcap")]) == 2
-    assert "cannot be read" in capsys.readouterr().err
+def test_a_file_that_is_not_a_recording_is_reported(refused: Told, tmp_path: Path) -> None:
+    assert "cannot be read" in refused("replay", tmp_path / "none.mcap")
 
 
 def test_the_picture_shows_the_run(file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -102,9 +95,8 @@ def test_the_picture_shows_the_run(file: str, tmp_path: Path, capsys: pytest.Cap
     assert "plot " in capsys.readouterr().err
 
 
-def test_a_fork_drives_on_as_the_robot_did(file: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["replay", file, "--fork-at", "1", "--for", "2"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_a_fork_drives_on_as_the_robot_did(printed: Told, file: str) -> None:
+    lines = printed("replay", file, "--fork-at", "1", "--for", "2").splitlines()
     places = [float(line.split("x ")[1].split(" m")[0]) for line in lines]
     times = [float(line.split()[0]) for line in lines]
     assert times[0] == pytest.approx(1.2, abs=0.02)

@@ -8,9 +8,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from elib_process import COMMAND, elib, environment, started
+from elib_process import COMMAND, Told, elib, environment, started
 
-from elib.cli import main
 from elib.recording import read_recording
 from shared import run, wait_until
 
@@ -375,18 +374,13 @@ except KeyboardInterrupt:
     ],
 )
 def test_a_wrong_call_says_what_is_meant_and_where_it_looked(
-    tokens: list[str],
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    refused: Told, tokens: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     written(tmp_path, "raise SystemExit('must not run')\n")
     (tmp_path / "my_folder").mkdir()
     (tmp_path / "notes.txt").touch()
     monkeypatch.chdir(tmp_path)
-    assert main(["run", *tokens]) == 2
-    error = capsys.readouterr().err
+    error = refused("run", *tokens)
     assert message in error
     assert "must not run" not in error
     if tokens[0].startswith("my_robt"):

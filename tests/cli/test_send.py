@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from elib_process import Told
 from PIL import Image as Pillow
 
 from elib.cli import main
@@ -38,21 +40,27 @@ def sim(firmware: str) -> str:
     return f"sim://?speed=max&firmware={firmware}"
 
 
-def sent(capsys: pytest.CaptureFixture[str], *tokens: str) -> tuple[int, str, str]:
-    """Run ``elib send`` here and return exit code, stdout and stderr."""
-    code = main(["send", *tokens])
-    out, err = capsys.readouterr()
-    return code, out, err
+Sent = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def sent(capsys: pytest.CaptureFixture[str]) -> Sent:
+    """Return a function that runs ``elib send`` here and returns exit code, stdout and stderr."""
+
+    def run(*tokens: str) -> tuple[int, str, str]:
+        code = main(["send", *tokens])
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return run
 
 
 @pytest.mark.parametrize(
     "firmware", [pytest.param(each, marks=() if each in FIRST else pytest.mark.long) for each in PROFILES]
 )
-def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(
-    firmware: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(firmware: str, sent: Sent) -> None:
     for name in catalogue():
-        code, out, err = sent(capsys, name, *ARGUMENTS.get(name, []), "--json", "--robot", sim(firmware))
+        code, out, err = sent(name, *ARGUMENTS.get(name, []), "--json", "--robot", sim(firmware))
         reason = PROFILES[firmware].absent.get(name)
         if reason is not None:
             assert (code, out) == (1, ""), name
@@ -64,10 +72,9 @@ def test_every_command_answers_with_one_line_of_json_or_says_why_there_is_none(
         assert (json.loads(out) is None) == is_empty, name
 
 
-def test_every_command_has_a_page_with_the_rule_of_each_argument(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_has_a_page_with_the_rule_of_each_argument(printed: Told) -> None:
     for name in catalogue():
-        assert main(["send", name, "--help"]) == 0
-        page = capsys.readouterr().out
+        page = printed("send", name, "--help")
         assert page.startswith(f"Usage: elib send {name}")
         assert all(len(line) <= 80 for line in page.splitlines()), name
         flowing = " ".join(page.split())
@@ -88,21 +95,20 @@ def test_a_page_names_the_firmwares_that_do_not_have_the_command_and_those_with_
     assert "rev/s, a number from -1 to 1; on epuck2 and epuck2-wifi from -1.1 to 1.1" in page
 
 
-def test_the_list_shows_every_command_and_fits_eighty_columns(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["send"]) == 0
-    page = capsys.readouterr().out
+def test_the_list_shows_every_command_and_fits_eighty_columns(printed: Told) -> None:
+    page = printed("send")
     assert all(f"\n  {name} " in page for name in catalogue())
     assert all(len(line) <= 80 for line in page.splitlines())
 
 
-def test_named_fields_are_shown_with_their_unit(capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, _ = sent(capsys, "speed")
+def test_named_fields_are_shown_with_their_unit(sent: Sent) -> None:
+    code, out, _ = sent("speed")
     assert code == 0
     assert out == "left   0 rev/s\nright  0 rev/s\n"
 
 
-def test_a_command_without_an_answer_leaves_stdout_empty(capsys: pytest.CaptureFixture[str]) -> None:
-    assert sent(capsys, "set_speed", "0.5", "-0.5") == (0, "", "set_speed: done\n")
+def test_a_command_without_an_answer_leaves_stdout_empty(sent: Sent) -> None:
+    assert sent("set_speed", "0.5", "-0.5") == (0, "", "set_speed: done\n")
 
 
 @pytest.mark.parametrize(
@@ -113,13 +119,12 @@ def test_a_command_without_an_answer_leaves_stdout_empty(capsys: pytest.CaptureF
         [f"--robot={sim('epuck2')}", "set-speed", "--json", "0.1", "0.1", "--within", "2"],
     ],
 )
-def test_names_take_dashes_and_options_stand_anywhere(tokens: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert sent(capsys, *tokens) == (0, "null\n", "")
+def test_names_take_dashes_and_options_stand_anywhere(tokens: list[str], sent: Sent) -> None:
+    assert sent(*tokens) == (0, "null\n", "")
 
 
-def test_the_robot_may_be_named_before_the_command(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--robot", sim("btcom-2.0"), "send", "version", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["firmware"] == "btcom-2.0"
+def test_the_robot_may_be_named_before_the_command(printed: Told) -> None:
+    assert json.loads(printed("--robot", sim("btcom-2.0"), "send", "version", "--json"))["firmware"] == "btcom-2.0"
 
 
 @pytest.mark.parametrize(
@@ -149,12 +154,10 @@ def test_the_robot_may_be_named_before_the_command(capsys: pytest.CaptureFixture
         (["image", "--save", "picture.jpg"], "it must end in .png"),
     ],
 )
-def test_a_wrong_call_is_told_the_rule_and_reaches_no_robot(
-    tokens: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_wrong_call_is_told_the_rule_and_reaches_no_robot(tokens: list[str], message: str, sent: Sent) -> None:
     # No robot is there: if the call were not refused, the link would fail instead.
     robot = [] if "--robot" in tokens else ["--robot", "tcp://127.0.0.1:9"]
-    code, out, err = sent(capsys, *tokens, *robot)
+    code, out, err = sent(*tokens, *robot)
     assert (code, out) == (2, "")
     assert err.startswith("error: ")
     assert message in err
@@ -169,24 +172,22 @@ def test_a_wrong_call_is_told_the_rule_and_reaches_no_robot(
         ("sim://nowhere?speed=max", "there is no world 'nowhere'"),
     ],
 )
-def test_a_robot_that_cannot_be_reached_is_a_failure_not_a_wrong_call(
-    url: str, message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, out, err = sent(capsys, "proximity", "--robot", url)
+def test_a_robot_that_cannot_be_reached_is_a_failure_not_a_wrong_call(url: str, message: str, sent: Sent) -> None:
+    code, out, err = sent("proximity", "--robot", url)
     assert (code, out) == (1, "")
     assert message in err
     assert "hint: " in err
 
 
-def test_no_answer_in_time_is_a_failure_that_names_the_request(capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, err = sent(capsys, "calibrate_proximity", "--within", "0.01", "--robot", sim("btcom-1.1.3"))
+def test_no_answer_in_time_is_a_failure_that_names_the_request(sent: Sent) -> None:
+    code, _, err = sent("calibrate_proximity", "--within", "0.01", "--robot", sim("btcom-1.1.3"))
     assert code == 1
     assert err.startswith("error: calibrate_proximity() did not end within 0.01 s")
 
 
-def test_a_picture_is_saved_and_described(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_picture_is_saved_and_described(tmp_path: Path, sent: Sent) -> None:
     file = tmp_path / "seen.png"
-    code, out, err = sent(capsys, "image", "--save", str(file))
+    code, out, err = sent("image", "--save", str(file))
     assert code == 0
     assert out == "40 x 40 pixels, COLOUR, 3200 bytes\n"
     assert err == f"saved {file}\n"
@@ -194,51 +195,43 @@ def test_a_picture_is_saved_and_described(tmp_path: Path, capsys: pytest.Capture
         assert (picture.size, picture.mode) == ((40, 40), "RGB")
 
 
-def test_a_picture_as_json_has_its_pixels_unless_they_were_saved(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    value = json.loads(sent(capsys, "image", "--json")[1])
+def test_a_picture_as_json_has_its_pixels_unless_they_were_saved(tmp_path: Path, sent: Sent) -> None:
+    value = json.loads(sent("image", "--json")[1])
     assert (value["mode"], value["width"], value["height"]) == ("COLOUR", 40, 40)
     assert len(value["pixels"]) == 40
     assert all(len(pixel) == 3 for row in value["pixels"] for pixel in row)
-    saved = json.loads(sent(capsys, "image", "--json", "--save", str(tmp_path / "a.png"))[1])
+    saved = json.loads(sent("image", "--json", "--save", str(tmp_path / "a.png"))[1])
     assert saved["pixels"] is None
     assert saved["saved"] == str(tmp_path / "a.png")
 
 
-def test_a_picture_that_cannot_be_saved_is_a_failure_that_names_the_file(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    code, _, err = sent(capsys, "image", "--save", str(tmp_path / "none" / "a.png"))
+def test_a_picture_that_cannot_be_saved_is_a_failure_that_names_the_file(tmp_path: Path, sent: Sent) -> None:
+    code, _, err = sent("image", "--save", str(tmp_path / "none" / "a.png"))
     assert code == 2
     path = str(tmp_path / "none" / "a.png")
     assert err.startswith(f"error: {path!r} cannot be written: No such file or directory\nhint: ")
 
 
-def test_samples_are_nested_lists(capsys: pytest.CaptureFixture[str]) -> None:
-    rings = json.loads(sent(capsys, "microphone_samples", "--json")[1])
+def test_samples_are_nested_lists(sent: Sent) -> None:
+    rings = json.loads(sent("microphone_samples", "--json")[1])
     assert [len(ring) for ring in rings] == [100, 100, 100]
     assert all(isinstance(sample, int) for ring in rings for sample in ring)
 
 
-def test_any_text_command_can_be_sent(capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, _ = sent(capsys, "text", "D,100,-100")
+def test_any_text_command_can_be_sent(sent: Sent) -> None:
+    code, out, _ = sent("text", "D,100,-100")
     assert (code, out) == (0, "d\n")
 
 
-def test_the_variable_elib_robot_names_the_robot_of_a_command(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_variable_elib_robot_names_the_robot_of_a_command(sent: Sent, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ELIB_ROBOT", sim("btcom-2.0"))
-    code, out, _ = sent(capsys, "version", "--json")
+    code, out, _ = sent("version", "--json")
     assert (code, json.loads(out)["firmware"]) == (0, "btcom-2.0")
 
 
-def test_a_command_for_one_robot_refuses_a_variable_that_names_two(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_command_for_one_robot_refuses_a_variable_that_names_two(sent: Sent, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ELIB_ROBOT", "sim:// sim://maze")
-    code, out, err = sent(capsys, "version")
+    code, out, err = sent("version")
     assert (code, out) == (2, "")
     assert "ELIB_ROBOT" in err
     assert "--robot URL" in err

@@ -9,9 +9,8 @@ import sys
 from urllib.request import urlopen
 
 import pytest
-from elib_process import PATIENCE, started
+from elib_process import PATIENCE, Told, started
 
-from elib.cli import main
 from elib.cli.simulate import with_optional_link
 from elib.extras import install
 
@@ -50,23 +49,17 @@ def test_the_servers_start_after_the_robots_and_stand_on_stderr_where_no_script_
     ],
 )
 def test_a_server_that_others_could_reach_is_refused_before_any_robot_is_offered(
-    tokens: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+    refused: Told, tokens: list[str], code: int, message: str
 ) -> None:
-    assert main(["simulate", "square", "--tcp", "0", *tokens]) == code
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert message in err
+    assert message in refused("simulate", "square", "--tcp", "0", *tokens, code=code)
 
 
 @pytest.mark.parametrize("missing", ["aiohttp", "msgspec"])
 def test_a_view_without_its_extra_says_how_to_get_it(
-    missing: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    refused: Told, missing: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
-    assert main(["simulate", "square", "--tcp", "0", "--view", "0"]) == 1
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert install("web") in err
+    assert install("web") in refused("simulate", "square", "--tcp", "0", "--view", "0", code=1)
 
 
 @pytest.mark.parametrize(

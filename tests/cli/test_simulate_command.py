@@ -10,10 +10,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from elib_process import PATIENCE, elib, started
+from elib_process import PATIENCE, Told, elib, started
 
 from elib import Epuck, LinkError, Swarm, SwarmError, swarm
-from elib.cli import main
 from shared import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX signals")
@@ -146,18 +145,14 @@ def test_bytes_that_are_not_a_command_do_not_disturb_the_server() -> None:
     ],
 )
 def test_what_cannot_be_served_is_refused_with_the_rule(
-    tokens: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+    refused: Told, tokens: list[str], code: int, message: str
 ) -> None:
-    assert main(["simulate", *tokens]) == code
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert message in err
+    assert message in refused("simulate", *tokens, code=code)
 
 
-def test_a_name_that_is_taken_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_name_that_is_taken_is_left_alone(refused: Told, tmp_path: Path) -> None:
     (tmp_path / "robot").write_text("mine")
-    assert main(["simulate", "--pty", str(tmp_path / "robot")]) == 1
-    assert "exists already" in capsys.readouterr().err
+    assert "exists already" in refused("simulate", "--pty", tmp_path / "robot", code=1)
     assert (tmp_path / "robot").read_text() == "mine"
 
 

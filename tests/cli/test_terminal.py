@@ -11,9 +11,9 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from elib_process import COMMAND, PATIENCE, elib, environment
+from elib_process import COMMAND, PATIENCE, Told, elib, environment
 
-from elib.cli import find, main, send
+from elib.cli import find, send
 from elib.cli.live import bars
 from elib.cli.readings import print_json
 from elib.cli.terminal import BLOCKS, GREEN, LiveLine, paint, say, table
@@ -98,12 +98,9 @@ def test_text_from_outside_cannot_control_the_terminal(capsys: pytest.CaptureFix
     assert "\x1b" not in table([(HOSTILE, HOSTILE)])
 
 
-def test_text_from_a_robot_cannot_control_the_terminal(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_text_from_a_robot_cannot_control_the_terminal(printed: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(send, "run_on", lambda *arguments, **options: f"Version 1.1.3 {HOSTILE}")
-    assert main(["send", "help_text"]) == 0
-    assert capsys.readouterr().out == f"Version 1.1.3 {SHOWN}\n"
+    assert printed("send", "help_text") == f"Version 1.1.3 {SHOWN}\n"
 
 
 def test_a_bluetooth_name_cannot_control_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,7 +7,7 @@ import math
 import signal
 
 import pytest
-from elib_process import started
+from elib_process import Told, started
 
 import elib
 from elib.cli import main
@@ -42,10 +42,9 @@ def test_without_a_terminal_there_is_a_line_for_each_snapshot(capsys: pytest.Cap
     assert "\x1b" not in out
 
 
-def test_the_json_of_a_snapshot_has_this_shape(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_json_of_a_snapshot_has_this_shape(printed: Told) -> None:
     robot = FAST + "&firmware=epuck2"
-    assert main(["watch", "proximity", "battery", "ground", "--json", "--once", "--robot", robot]) == 0
-    (line,) = capsys.readouterr().out.splitlines()
+    (line,) = printed("watch", "proximity", "battery", "ground", "--json", "--once", "--robot", robot).splitlines()
     found = json.loads(line)
     assert list(found) == ["time", "origin", "sequence", "dropped", "error", "readings"]
     assert (found["origin"], found["sequence"], found["dropped"], found["error"]) == ("simulator", 0, 0, None)
@@ -58,10 +57,14 @@ def test_the_json_of_a_snapshot_has_this_shape(capsys: pytest.CaptureFixture[str
     assert len(found["readings"]["ground"]["value"]) == 5
 
 
-def test_lost_answers_show_as_stale_readings(capsys: pytest.CaptureFixture[str]) -> None:
+def test_lost_answers_show_as_stale_readings(printed: Told, capsys: pytest.CaptureFixture[str]) -> None:
     robot = FAST + "&loss=0.1&seed=4"
-    assert main(["watch", "proximity", "--json", "--rate", "20", "--for", "10", "--robot", robot]) == 0
-    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    found = [
+        json.loads(line)
+        for line in printed(
+            "watch", "proximity", "--json", "--rate", "20", "--for", "10", "--robot", robot
+        ).splitlines()
+    ]
     lost = [each for each in found if each["error"] is not None]
     assert lost
     assert all("proximity() did not end within 1 s" in each["error"] for each in lost)
@@ -70,9 +73,8 @@ def test_lost_answers_show_as_stale_readings(capsys: pytest.CaptureFixture[str])
     assert sum("stale=proximity" in line for line in capsys.readouterr().out.splitlines()) == len(lost)
 
 
-def test_names_may_be_written_with_dashes(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["watch", "ambient-light", "--robot", FAST, "--for", "0.1"]) == 0
-    assert "ambient_light=" in capsys.readouterr().out
+def test_names_may_be_written_with_dashes(printed: Told) -> None:
+    assert "ambient_light=" in printed("watch", "ambient-light", "--robot", FAST, "--for", "0.1")
 
 
 @pytest.mark.parametrize(
@@ -85,14 +87,9 @@ def test_names_may_be_written_with_dashes(capsys: pytest.CaptureFixture[str]) ->
         (["distance", "--robot", FAST], 1, "distance cannot be watched: it does not exist on asercom-1.2.2"),
     ],
 )
-def test_a_wrong_call_is_told_what_is_wrong(
-    tokens: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_wrong_call_is_told_what_is_wrong(refused: Told, tokens: list[str], code: int, message: str) -> None:
     robot = [] if "--robot" in tokens else ["--robot", "tcp://127.0.0.1:9"]
-    assert main(["watch", *tokens, *robot]) == code
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert message in err
+    assert message in refused("watch", *tokens, *robot, code=code)
 
 
 def test_a_watched_robot_goes_on_as_it_was_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,12 +126,9 @@ def test_ctrl_c_ends_it_quietly() -> None:
 
 
 @pytest.mark.parametrize("firmware", sorted(PROFILES))
-def test_the_table_of_every_firmware_fits_a_terminal_of_80_by_24(
-    firmware: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_table_of_every_firmware_fits_a_terminal_of_80_by_24(printed: Told, firmware: str) -> None:
     robot = f"{FAST}&firmware={firmware}"
-    assert main(["watch", "--once", "--robot", robot]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = printed("watch", "--once", "--robot", robot).splitlines()
     assert firmware in lines[0]
     assert len(lines) <= 22
     assert all(len(line) < 80 for line in lines)
@@ -143,12 +137,9 @@ def test_the_table_of_every_firmware_fits_a_terminal_of_80_by_24(
     assert shown == [name for name in v.Sensors.__dataclass_fields__ if name not in {"time", "origin", *absent}]
 
 
-def test_on_a_terminal_the_table_is_drawn_again_and_again(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_on_a_terminal_the_table_is_drawn_again_and_again(printed: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("elib.cli.watch.is_live", lambda stream: True)
-    assert main(["watch", "--for", "3", "--robot", FAST]) == 0
-    out = capsys.readouterr().out
+    out = printed("watch", "--for", "3", "--robot", FAST)
     assert "proximity" in out
     assert "snapshots/s" in out
     assert "answers, 0 lost" in out

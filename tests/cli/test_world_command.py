@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from elib_process import Told
 from PIL import Image
 
 from elib.cli import main
@@ -41,21 +42,17 @@ def gate(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_list_has_a_line_for_every_world(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_list_has_a_line_for_every_world(printed: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "100")
-    assert main(["world", "list"]) == 0
-    out = capsys.readouterr().out
+    out = printed("world", "list")
     first = [line.split()[0] for line in out.splitlines() if not line.startswith(" ")]
     assert first == gallery()
     assert "soccer     1.7 x 1 m      4 robots   A field with two goals" in out
     assert max(map(len, out.splitlines())) <= 100
 
 
-def test_the_list_as_json_has_all_of_it(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["world", "list", "--json"]) == 0
-    out = capsys.readouterr().out
+def test_the_list_as_json_has_all_of_it(printed: Told) -> None:
+    out = printed("world", "list", "--json")
     assert out.count("\n") == 1
     worlds = {world["name"]: world for world in json.loads(out)["worlds"]}
     assert list(worlds) == gallery()
@@ -82,17 +79,15 @@ def test_what_is_in_a_world_is_shown_a_line_a_thing(gate: Path, capsys: pytest.C
     ]
 
 
-def test_many_things_are_counted_and_cut_short(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["world", "show", "crowd", "--robots", "90"]) == 0
-    out = capsys.readouterr().out
+def test_many_things_are_counted_and_cut_short(printed: Told) -> None:
+    out = printed("world", "show", "crowd", "--robots", "90")
     assert "size         3 x 3 m" in out
     assert "robots (90)  (" in out
     assert "and 79 more" in out
 
 
-def test_a_world_as_json_has_everything_that_the_file_says(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["world", "show", str(gate), "--json"]) == 0
-    out = capsys.readouterr().out
+def test_a_world_as_json_has_everything_that_the_file_says(printed: Told, gate: Path) -> None:
+    out = printed("world", "show", gate, "--json")
     assert "NaN" not in out
     shown = json.loads(out)
     assert (shown["name"], shown["about"], shown["robots"]) == ("gate", "A gate to push open.", 1)
@@ -131,53 +126,47 @@ def test_every_world_of_the_gallery_passes_the_check(capsys: pytest.CaptureFixtu
         assert capsys.readouterr().out.startswith(f"{name} is a good world: ")
 
 
-def test_a_bad_file_is_refused_with_its_line_and_a_cure(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_bad_file_is_refused_with_its_line_and_a_cure(refused: Told, gate: Path) -> None:
     gate.write_text(GATE.replace("size = [0.04, 0.2]", "sise = [0.04, 0.2]"))
-    assert main(["world", "check", str(gate)]) == 1
-    out, err = capsys.readouterr()
-    assert out == ""
+    err = refused("world", "check", gate, code=1)
     assert err == f"error: {gate}:10: box[0].sise is not a key of a world\nhint: did you mean size?\n"
 
 
-def test_a_start_that_is_not_free_fails_the_check(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_start_that_is_not_free_fails_the_check(refused: Told, gate: Path) -> None:
     gate.write_text(GATE.replace("position = [0.2, 0.4]", "position = [0.5, 0.42]"))
-    assert main(["world", "check", str(gate)]) == 1
-    assert f"{gate}:19: robot[0].position stands in a wall or an obstacle: box[0]" in capsys.readouterr().err
+    assert f"{gate}:19: robot[0].position stands in a wall or an obstacle: box[0]" in refused(
+        "world", "check", gate, code=1
+    )
 
 
 def test_a_file_without_the_ending_is_found_where_it_lies(
-    gate: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    printed: Told, gate: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(gate.parent)
     gate.rename("gate")
     assert main(["world", "check", "gate"]) == 0
-    assert main(["world", "show", "gate"]) == 0
-    assert "A gate to push open." in capsys.readouterr().out
+    assert "A gate to push open." in printed("world", "show", "gate")
 
 
 @pytest.mark.parametrize("words", [["check", "nowhere"], ["show", "nowhere"], ["check", "none.toml"]])
-def test_a_missing_world_is_a_failure(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["world", *words]) == 1
-    assert words[1] in capsys.readouterr().err
+def test_a_missing_world_is_a_failure(refused: Told, words: list[str]) -> None:
+    assert words[1] in refused("world", *words, code=1)
 
 
 @pytest.mark.parametrize(
     "words",
     [["show"], ["check"], ["show", "square", "--robots", "-1"], ["list", "square"], ["lits"], ["show", "-x"]],
 )
-def test_a_wrong_command_line_is_wrong_usage(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["world", *words]) == 2
-    assert capsys.readouterr().err.startswith("error: ")
+def test_a_wrong_command_line_is_wrong_usage(refused: Told, words: list[str]) -> None:
+    assert refused("world", *words).startswith("error: ")
 
 
-def test_more_robots_than_there_is_room_for_fail(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["world", "show", "square", "--robots", "500"]) == 1
-    assert "no room for 500 robots" in capsys.readouterr().err
+def test_more_robots_than_there_is_room_for_fail(refused: Told) -> None:
+    assert "no room for 500 robots" in refused("world", "show", "square", "--robots", "500", code=1)
 
 
-def test_the_command_alone_lists_its_parts(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["world"]) == 0
-    out = capsys.readouterr().out
+def test_the_command_alone_lists_its_parts(printed: Told) -> None:
+    out = printed("world")
     assert all(f"  {part} " in out for part in ("check", "list", "show"))
 
 
@@ -188,10 +177,9 @@ def test_a_firmware_that_does_not_exist_is_named_with_its_robot(gate: Path, caps
     assert f"{gate}:{line}: robot[0].firmware is 'epuck3'; it must be \"btcom-1.1.3\" or " in capsys.readouterr().err
 
 
-def test_a_robot_with_wifi_may_stand_in_a_world(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_robot_with_wifi_may_stand_in_a_world(printed: Told, gate: Path) -> None:
     gate.write_text(GATE.replace("epuck2", "epuck2-wifi"))
-    assert main(["world", "check", str(gate)]) == 0
-    assert "is a good world" in capsys.readouterr().out
+    assert "is a good world" in printed("world", "check", gate)
 
 
 def test_what_stands_outside_the_arena_is_noted(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -232,11 +220,8 @@ def test_what_stands_in_another_thing_is_noted(tmp_path: Path, capsys: pytest.Ca
         (["world", "check", "nowhere/mine.toml"], f"check its path; it was looked for in {Path.cwd()}\n"),
     ],
 )
-def test_a_misspelt_word_is_answered_with_a_hint(
-    tokens: list[str], hint: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(tokens) in (1, 2)
-    assert f"\nhint: {hint}" in capsys.readouterr().err
+def test_a_misspelt_word_is_answered_with_a_hint(tokens: list[str], hint: str, refused: Told) -> None:
+    assert f"\nhint: {hint}" in refused(*tokens, code=None)
 
 
 def test_a_drawing_is_a_png_and_nothing_else(gate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -60,8 +60,12 @@ STRAIGHT = 0.75
 """Part of the top speed at which the controller below drives, whatever it sees; 0.0751 m/s are what the motors make."""
 
 
+Made = Callable[[str], Champion]
+"""The fixture ``champion``."""
+
+
 @pytest.fixture
-def champion(tmp_path: Path) -> Callable[[str], Champion]:
+def champion(tmp_path: Path) -> Made:
     """Return a controller for one of the tasks above that drives straight on."""
     file = tmp_path / "my_tasks.py"
     file.write_text(TASKS)
@@ -125,9 +129,7 @@ def test_the_limit_is_where_the_line_between_two_values_falls_below_the_least() 
     assert crossing([0.0], [0.7], 0.8) == 0.0
 
 
-def test_physics_and_the_quiet_wire_agree_where_the_controller_needs_no_sensor(
-    champion: Callable[[str], Champion],
-) -> None:
+def test_physics_and_the_quiet_wire_agree_where_the_controller_needs_no_sensor(champion: Made) -> None:
     report = transfer(champion("FAST"), SHORT)
     physics, randomised, wire, poor = report.stages
     assert [stage.name for stage in report.stages] == ["physics", "randomised", f"wire {FIRST}", "poor link"]
@@ -138,7 +140,7 @@ def test_physics_and_the_quiet_wire_agree_where_the_controller_needs_no_sensor(
     assert poor.mean < 1.01 * wire.mean
 
 
-def test_the_reward_of_the_wire_reads_the_sensors_of_the_virtual_world(champion: Callable[[str], Champion]) -> None:
+def test_the_reward_of_the_wire_reads_the_sensors_of_the_virtual_world(champion: Made) -> None:
     best = champion("CLEAR")
     scores = Episodes(best.find_task(), engine="interpreted").play(
         best.network.controller(best.parameters), [best.parameters], [3]
@@ -148,31 +150,31 @@ def test_the_reward_of_the_wire_reads_the_sensors_of_the_virtual_world(champion:
     assert fitness == pytest.approx(float(scores.fitness[0][0]), rel=0.02)
 
 
-def test_an_episode_on_the_wire_ends_when_the_task_says_so(champion: Callable[[str], Champion]) -> None:
+def test_an_episode_on_the_wire_ends_when_the_task_says_so(champion: Made) -> None:
     best = champion("FAR")
     fitness, _ = play_on_wire(best, written_scene(best.find_task().scenes[0]), {"robots": 1})
     assert 0.098 < fitness < 0.104
 
 
-def test_several_robots_share_a_world_and_the_fitness_is_their_mean(champion: Callable[[str], Champion]) -> None:
+def test_several_robots_share_a_world_and_the_fitness_is_their_mean(champion: Made) -> None:
     best = champion("BOTH")
     fitness, _ = play_on_wire(best, written_scene(best.find_task().scenes[0]), {"robots": 2})
     assert fitness == pytest.approx(STRAIGHT, abs=0.01)
 
 
-def test_a_link_that_cannot_be_opened_counts_as_a_lost_run(champion: Callable[[str], Champion]) -> None:
+def test_a_link_that_cannot_be_opened_counts_as_a_lost_run(champion: Made) -> None:
     best = champion("FAST")
     assert play_on_wire(best, written_scene(best.find_task().scenes[0]), {"robots": 1, "loss": 1.0}) == (0.0, True)
 
 
-def test_a_firmware_without_the_sensors_is_left_out(champion: Callable[[str], Champion]) -> None:
+def test_a_firmware_without_the_sensors_is_left_out(champion: Made) -> None:
     report = transfer(champion("EYES"), replace(SHORT, firmwares=(FIRST, "epuck2")))
     assert [stage.name for stage in report.stages] == ["physics", "randomised", "wire epuck2", "poor link"]
     (left_out,) = report.left_out
     assert left_out.startswith(f"wire {FIRST}: the controller sees distance")
 
 
-def test_robots_of_other_profiles_are_tried(champion: Callable[[str], Champion], tmp_path: Path) -> None:
+def test_robots_of_other_profiles_are_tried(champion: Made, tmp_path: Path) -> None:
     file = tmp_path / "small-wheels.toml"
     write(RobotProfile(wheels=Wheels(0.9 * NOMINAL_RADIUS, 0.9 * NOMINAL_RADIUS)), file)
     report = transfer(champion("FAST"), replace(SHORT, profiles=("webots", str(file))))
@@ -182,9 +184,7 @@ def test_robots_of_other_profiles_are_tried(champion: Callable[[str], Champion],
     assert small.ratio == pytest.approx(0.9, abs=0.02)
 
 
-def test_what_breaks_the_controller_first_stands_first(
-    champion: Callable[[str], Champion], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_breaks_the_controller_first_stands_first(champion: Made, monkeypatch: pytest.MonkeyPatch) -> None:
     troubles = (
         Trouble("motor noise", "of the travel", "physics", "motor_noise", 0.03, (0.1, 0.3)),
         Trouble("loss", "of the answers", "wire", "loss", 0.02, (0.3, 0.6, 0.9)),
@@ -202,7 +202,7 @@ def test_what_breaks_the_controller_first_stands_first(
     assert loss.margin == loss.limit / 0.02
 
 
-def test_the_same_seed_gives_the_same_report_and_another_seed_other_runs(champion: Callable[[str], Champion]) -> None:
+def test_the_same_seed_gives_the_same_report_and_another_seed_other_runs(champion: Made) -> None:
     best, plan = champion("CLEAR"), replace(SHORT, seed=5, latency=0.03, loss=0.1)
     report = transfer(best, plan)
     with open_executor() as executor:
@@ -210,7 +210,7 @@ def test_the_same_seed_gives_the_same_report_and_another_seed_other_runs(champio
     assert transfer(best, replace(plan, seed=6)).stages[0].seeds != report.stages[0].seeds
 
 
-def test_the_folder_holds_a_page_a_plot_and_all_runs(champion: Callable[[str], Champion], tmp_path: Path) -> None:
+def test_the_folder_holds_a_page_a_plot_and_all_runs(champion: Made, tmp_path: Path) -> None:
     duckdb = pytest.importorskip("duckdb", reason="the extra parquet is not installed: pip install '.[parquet]'")
     pytest.importorskip("matplotlib", reason="the extra plot is not installed: pip install '.[plot]'")
     report = transfer(champion("FAST"), SHORT)
@@ -226,7 +226,7 @@ def test_the_folder_holds_a_page_a_plot_and_all_runs(champion: Callable[[str], C
 
 
 def test_a_robot_is_measured_by_its_readings_and_speeds_and_stands_at_the_end(
-    champion: Callable[[str], Champion], driven: list[World]
+    champion: Made, driven: list[World]
 ) -> None:
     asked: list[str] = []
     plan = replace(SHORT, runs=1, firmwares=(), robot=ROBOT, robot_runs=2)
@@ -237,7 +237,7 @@ def test_a_robot_is_measured_by_its_readings_and_speeds_and_stands_at_the_end(
     assert asked == ["Run 1 of 2: put the robot at a start.", "Run 2 of 2: put the robot at a start."]
 
 
-def test_a_reward_that_needs_the_place_is_not_measured_on_a_robot(champion: Callable[[str], Champion]) -> None:
+def test_a_reward_that_needs_the_place_is_not_measured_on_a_robot(champion: Made) -> None:
     best = champion("CLEAR")
     plan = replace(SHORT, runs=1, firmwares=(), robot=ROBOT, robot_runs=1)
     robot = transfer(best, plan).stages[-1]
@@ -246,9 +246,7 @@ def test_a_reward_that_needs_the_place_is_not_measured_on_a_robot(champion: Call
     assert "not measured" in robot.about
 
 
-def test_a_reward_that_needs_a_sensor_that_the_controller_does_not_see_is_not_measured(
-    champion: Callable[[str], Champion],
-) -> None:
+def test_a_reward_that_needs_a_sensor_that_the_controller_does_not_see_is_not_measured(champion: Made) -> None:
     best = champion("NEAR")
     assert can_be_measured(best)
     blind = Champion(best.task, "braitenberg", ("ambient_light",), best.parameters)
@@ -257,9 +255,7 @@ def test_a_reward_that_needs_a_sensor_that_the_controller_does_not_see_is_not_me
     assert play_on_robot(best, ROBOT) > 0.0
 
 
-def test_a_robot_is_stopped_when_the_controller_fails(
-    champion: Callable[[str], Champion], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_robot_is_stopped_when_the_controller_fails(champion: Made, monkeypatch: pytest.MonkeyPatch) -> None:
     worlds: list[World] = []
 
     async def drive(self: Champion, robot: Epuck, watch: Callable[[SensorView], object], **_: object) -> None:
@@ -274,7 +270,7 @@ def test_a_robot_is_stopped_when_the_controller_fails(
     assert came_to_a_stand(worlds[0])
 
 
-def test_a_task_of_several_robots_is_not_for_one_robot(champion: Callable[[str], Champion]) -> None:
+def test_a_task_of_several_robots_is_not_for_one_robot(champion: Made) -> None:
     with pytest.raises(ArgumentError, match="task 'both' has 2 robots"):
         transfer(champion("BOTH"), replace(SHORT, robot="sim://"))
 
@@ -291,11 +287,7 @@ def test_a_task_of_several_robots_is_not_for_one_robot(champion: Callable[[str],
     ],
 )
 def test_a_wrong_option_is_refused_before_anything_runs(
-    champion: Callable[[str], Champion],
-    tmp_path: Path,
-    options: list[str],
-    words: str,
-    capsys: pytest.CaptureFixture[str],
+    champion: Made, tmp_path: Path, options: list[str], words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     champion("FAST").save(tmp_path / "best.toml")
     assert main(["transfer", str(tmp_path / "best.toml"), *options]) == 2
@@ -308,10 +300,7 @@ def test_times_may_be_given_in_milliseconds() -> None:
 
 
 def test_the_command_prints_a_table_and_writes_the_folder(
-    champion: Callable[[str], Champion],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    champion: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("matplotlib", reason="the extra plot is not installed: pip install '.[plot]'")
     champion("FAST").save(tmp_path / "best.toml")
@@ -326,10 +315,7 @@ def test_the_command_prints_a_table_and_writes_the_folder(
 
 
 def test_without_numba_the_command_says_that_it_is_slow(
-    champion: Callable[[str], Champion],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    champion: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     champion("FAST").save(tmp_path / "best.toml")
     monkeypatch.setattr(command, "TransferPlan", partial(TransferPlan, firmwares=(), profiles=(), engine="interpreted"))
@@ -340,10 +326,7 @@ def test_without_numba_the_command_says_that_it_is_slow(
 
 
 def test_the_command_prints_json(
-    champion: Callable[[str], Champion],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    champion: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     champion("FAST").save(tmp_path / "best.toml")
     monkeypatch.setattr(command, "TransferPlan", partial(TransferPlan, firmwares=(FIRST,), engine="interpreted"))
