@@ -125,7 +125,8 @@ async def test_the_page_and_its_parts_come_from_here_and_name_no_other_place(rig
         names = {f"/{(one or other).decode()}" for one, other in named} if path.endswith((".js", "/")) else set()
         waiting += sorted(names - seen - {*waiting})
         assert set(re.findall(rb"https?://[^\"'` ]+", answer.body)) <= {b"http://www.w3.org/2000/svg"}, path
-    assert {"/world.css", "/icon.svg", "/world.js", "/arena.js", "/model.js", "/hand.js", "/path.js"} <= seen
+    parts = ("world", "arena", "model", "details", "hand", "frames", "robotshape", "path", "app")
+    assert {"/base.css", "/world.css", "/icon.svg", *(f"/{name}.js" for name in parts)} <= seen
     there = {f"/{file.name}" for file in files("elib.web").joinpath("static").iterdir()}
     assert seen <= there - {"/index.html", "/login.html"} | {"/"}
 
