@@ -8,6 +8,7 @@ waiting: in simulated time, by counting, or by an answer that would have come la
 from __future__ import annotations
 
 import asyncio
+import functools
 import inspect
 import io
 import subprocess
@@ -15,9 +16,11 @@ import sys
 import textwrap
 import threading
 import time
-from collections.abc import Awaitable, Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable, Coroutine, Iterator, Sequence
+from contextlib import AbstractAsyncContextManager, contextmanager
 from typing import Any, TypeVar
+
+from elib.testing import simulated
 
 T = TypeVar("T")
 
@@ -58,6 +61,29 @@ def wait_until(is_so: Callable[[], T]) -> T:  # clock: the place for it
         assert time.monotonic() < end, f"this did not come in {PATIENCE} s"
         threading.Event().wait(LOOK)
     return value
+
+
+def inside(
+    place: Callable[..., AbstractAsyncContextManager[Any]], *arguments: Any, **settings: Any
+) -> Callable[[Callable[..., Coroutine[Any, Any, None]]], Callable[..., None]]:
+    """Make a test of a coroutine function: in simulated time, inside ``place(*arguments, **settings)``.
+
+    What the place gives, such as an open robot, is the first argument of the function; the others are fixtures.
+    """
+
+    def decorate(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+        others = list(inspect.signature(test).parameters.values())[1:]
+
+        @functools.wraps(test)
+        @simulated
+        async def run(**given: Any) -> None:
+            async with place(*arguments, **settings) as it:
+                await test(it, **given)
+
+        run.__signature__ = inspect.Signature(others)  # type: ignore[attr-defined]  # pytest looks for fixtures there
+        return run
+
+    return decorate
 
 
 def run(command: Sequence[str], **options: Any) -> subprocess.CompletedProcess[str]:

@@ -201,26 +201,23 @@ async def test_a_stall_holds_everything_back_and_then_lets_all_come_at_once() ->
 
 
 @pytest.mark.parametrize("origin", [0.1, 1e3 / 3, 1e6 / 7])
-def test_what_is_due_happens_at_its_time_whenever_the_script_began(origin: float) -> None:
-    @simulated
-    async def story() -> None:
-        await asyncio.sleep(origin)
-        rig, player = rough('[[fault]]\nkind = "stall"\nfrom = 0.7\nevery = 0.7\nfor = 0.3')
-        plays = 0
-        play = player._play
+@simulated
+async def test_what_is_due_happens_at_its_time_whenever_the_script_began(origin: float) -> None:
+    await asyncio.sleep(origin)
+    rig, player = rough('[[fault]]\nkind = "stall"\nfrom = 0.7\nevery = 0.7\nfor = 0.3')
+    plays = 0
+    play = player._play
 
-        def counted(time: float) -> None:
-            nonlocal plays
-            plays += 1
-            assert plays < 1000, "the player wakes up again and again without end"
-            play(time)
+    def counted(time: float) -> None:
+        nonlocal plays
+        plays += 1
+        assert plays < 1000, "the player wakes up again and again without end"
+        play(time)
 
-        player._play = counted  # type: ignore[method-assign]
-        await rig.ask(b"A\r", 69.9)
-        assert player.counts.stalls == 99
-        assert plays == pytest.approx(199, abs=1)
-
-    story()
+    player._play = counted  # type: ignore[method-assign]
+    await rig.ask(b"A\r", 69.9)
+    assert player.counts.stalls == 99
+    assert plays == pytest.approx(199, abs=1)
 
 
 @simulated

@@ -21,64 +21,55 @@ def faulty(tmp_path: Path) -> str:
     return with_script(tmp_path, CUT)
 
 
-def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(faulty: str) -> None:
-    @simulated
-    async def story() -> None:
-        first = await open_url(faulty)
-        world = first.simulation.world
-        assert world is not None
-        assert await ask(first, b"D,100,100\r") == b"d\r\n"
-        error = await until_lost(first)
-        assert now() == 5.0
-        assert "the link was cut at 5 s, as the fault script says" in error.message
-        await first.close()
-        await asyncio.sleep(10)
-        second = await open_url(faulty)
-        assert second.simulation is first.simulation
-        assert await ask(second, b"E\r") == b"e,100,100\r\n"
-        assert world.time == pytest.approx(15.0, abs=0.1), "it drove on meanwhile"
-        await second.close()
-
-    story()
+@simulated
+async def test_after_a_cut_the_same_url_leads_to_the_same_robot_and_world(faulty: str) -> None:
+    first = await open_url(faulty)
+    world = first.simulation.world
+    assert world is not None
+    assert await ask(first, b"D,100,100\r") == b"d\r\n"
+    error = await until_lost(first)
+    assert now() == 5.0
+    assert "the link was cut at 5 s, as the fault script says" in error.message
+    await first.close()
+    await asyncio.sleep(10)
+    second = await open_url(faulty)
+    assert second.simulation is first.simulation
+    assert await ask(second, b"E\r") == b"e,100,100\r\n"
+    assert world.time == pytest.approx(15.0, abs=0.1), "it drove on meanwhile"
+    await second.close()
 
 
-def test_while_a_cut_lasts_nothing_is_found_and_the_error_says_how_long(faulty: str) -> None:
-    @simulated
-    async def story() -> None:
-        first = await open_url(faulty)
-        await ask(first, b"E\r")
-        await until_lost(first)
-        for attempt in range(20):
-            assert now() == 5 + attempt / 2
-            with pytest.raises(elib.LinkNotFound, match=f"for another {10 - attempt / 2:g} s"):
-                await open_url(faulty)
-            await asyncio.sleep(0.5)
-        second = await open_url(faulty)
-        assert second.simulation is first.simulation
-        await first.close()  # late: it must not disturb the second
-        assert await ask(second, b"E\r") == b"e,0,0\r\n"
-        await second.close()
-
-    story()
+@simulated
+async def test_while_a_cut_lasts_nothing_is_found_and_the_error_says_how_long(faulty: str) -> None:
+    first = await open_url(faulty)
+    await ask(first, b"E\r")
+    await until_lost(first)
+    for attempt in range(20):
+        assert now() == 5 + attempt / 2
+        with pytest.raises(elib.LinkNotFound, match=f"for another {10 - attempt / 2:g} s"):
+            await open_url(faulty)
+        await asyncio.sleep(0.5)
+    second = await open_url(faulty)
+    assert second.simulation is first.simulation
+    await first.close()  # late: it must not disturb the second
+    assert await ask(second, b"E\r") == b"e,0,0\r\n"
+    await second.close()
 
 
-def test_a_link_that_is_cut_again_and_again_can_be_opened_again_and_again(faulty: str) -> None:
-    @simulated
-    async def story() -> None:
-        found = set()
-        for gap in range(5):
-            robot = await open_url(faulty)
-            found.add(robot.simulation)
-            assert await ask(robot, b"Q\r") == b"q,0,0\r\n"
-            await until_lost(robot)
-            assert now() == pytest.approx(5 + 100 * gap)
-            await robot.close()
-            await asyncio.sleep(11)
-        assert len(found) == 1
-        (simulation,) = found
-        assert simulation.robots[0].player.counts.cuts == 5
-
-    story()
+@simulated
+async def test_a_link_that_is_cut_again_and_again_can_be_opened_again_and_again(faulty: str) -> None:
+    found = set()
+    for gap in range(5):
+        robot = await open_url(faulty)
+        found.add(robot.simulation)
+        assert await ask(robot, b"Q\r") == b"q,0,0\r\n"
+        await until_lost(robot)
+        assert now() == pytest.approx(5 + 100 * gap)
+        await robot.close()
+        await asyncio.sleep(11)
+    assert len(found) == 1
+    (simulation,) = found
+    assert simulation.robots[0].player.counts.cuts == 5
 
 
 @simulated

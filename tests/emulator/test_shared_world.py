@@ -81,24 +81,21 @@ async def test_another_seed_or_another_number_of_robots_is_another_world() -> No
         await robot.close()
 
 
-def test_robots_of_one_world_see_and_push_each_other(pair: str) -> None:
-    @simulated
-    async def story() -> None:
-        first, second = [await open_url(url) for url in numbered(pair, 1, 2)]
-        assert [robot.robot.firmware for robot in (first, second)] == ["asercom-1.2.2", "epuck2"]
-        near = [int(text) for text in (await ask(first, b"N\r"))[2:].split(b",")]
-        assert min(near[0], near[7]) > 50 > max(near[2:6]), "the other stands 26 mm in front"
-        world = first.simulation.world
-        assert world is not None
-        before = world.poses[1].x
-        assert await ask(first, b"D,800,800\r") == b"d\r\n"
-        await asyncio.sleep(2)
-        second.simulation.catch_up()
-        assert world.poses[1].x > before + 0.05, "pushed along"
-        await first.close()
-        await second.close()
-
-    story()
+@simulated
+async def test_robots_of_one_world_see_and_push_each_other(pair: str) -> None:
+    first, second = [await open_url(url) for url in numbered(pair, 1, 2)]
+    assert [robot.robot.firmware for robot in (first, second)] == ["asercom-1.2.2", "epuck2"]
+    near = [int(text) for text in (await ask(first, b"N\r"))[2:].split(b",")]
+    assert min(near[0], near[7]) > 50 > max(near[2:6]), "the other stands 26 mm in front"
+    world = first.simulation.world
+    assert world is not None
+    before = world.poses[1].x
+    assert await ask(first, b"D,800,800\r") == b"d\r\n"
+    await asyncio.sleep(2)
+    second.simulation.catch_up()
+    assert world.poses[1].x > before + 0.05, "pushed along"
+    await first.close()
+    await second.close()
 
 
 @simulated
@@ -252,17 +249,14 @@ async def test_the_robots_that_nobody_opened_stand_still_and_one_opened_late_is_
         ("sim://square?robot=1&fault=no.toml", ArgumentError, "no.toml"),
     ],
 )
-def test_an_impossible_robot_is_refused_and_leaves_no_world_behind(
+@simulated
+async def test_an_impossible_robot_is_refused_and_leaves_no_world_behind(
     url: str, error: type[elib.ElibError], message: str
 ) -> None:
-    @simulated
-    async def story() -> None:
-        with pytest.raises(error, match=message):
-            await open_url(url)
-        assert not shared()
-        assert not asyncio.get_running_loop()._scheduled  # type: ignore[attr-defined]
-
-    story()
+    with pytest.raises(error, match=message):
+        await open_url(url)
+    assert not shared()
+    assert not asyncio.get_running_loop()._scheduled  # type: ignore[attr-defined]
 
 
 def test_two_event_loops_have_a_world_each_and_an_abandoned_one_goes_with_its_loop() -> None:

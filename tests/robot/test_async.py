@@ -8,19 +8,18 @@ from elib.protocol.profiles import PROFILES
 from elib.robot.polling import sensor_polls
 from elib.session import Wrote
 from elib.testing import emulator_of, link_of, simulated
-from shared import run_python
+from shared import inside, run_python
 
 
 def url(firmware: str = "btcom-2.0", **keys: object) -> str:
     return f"sim://square?speed=max&firmware={firmware}" + "".join(f"&{key}={value}" for key, value in keys.items())
 
 
-@simulated
-async def test_commands_are_awaited() -> None:
-    async with elib.open(url()) as robot:
-        await robot.set_speed(0.5, -0.5)
-        assert await robot.speed() == (0.5, -0.5)
-        assert robot.firmware == "btcom-2.0"
+@inside(elib.open, url())
+async def test_commands_are_awaited(robot: elib.Epuck) -> None:
+    await robot.set_speed(0.5, -0.5)
+    assert await robot.speed() == (0.5, -0.5)
+    assert robot.firmware == "btcom-2.0"
 
 
 @simulated
@@ -70,18 +69,17 @@ async def test_leaving_by_cancellation_stops_the_robot() -> None:
     assert [motor.speed for motor in motors] == [0, 0]  # type: ignore[attr-defined]
 
 
-@simulated
-async def test_a_cancelled_call_leaves_the_next_one_right() -> None:
-    async with elib.open(url(latency=0.1)) as robot:
-        with pytest.raises(TimeoutError):
-            async with asyncio.timeout(0.15):
-                await robot.selector()
-        assert (await robot.within(2).ambient_light()) is not None
+@inside(elib.open, url(latency=0.1))
+async def test_a_cancelled_call_leaves_the_next_one_right(robot: elib.Epuck) -> None:
+    with pytest.raises(TimeoutError):
+        async with asyncio.timeout(0.15):
+            await robot.selector()
+    assert (await robot.within(2).ambient_light()) is not None
 
 
-@simulated
-async def test_several_robots_run_in_one_loop() -> None:
-    async with elib.open(url()) as first, elib.open(url("epuck2")) as second:
+@inside(elib.open, url())
+async def test_several_robots_run_in_one_loop(first: elib.Epuck) -> None:
+    async with elib.open(url("epuck2")) as second:
         near, far = await asyncio.gather(first.proximity(), second.distance())
         assert len(near) == 8
         assert far.metres > 0
@@ -99,32 +97,28 @@ async def test_simulated_time_is_refused_in_a_real_loop() -> None:
 @pytest.mark.parametrize(
     ("firmware", "writes"), [("btcom-1.1.3", 7), ("btcom-2.0", 1), ("asercom-1.2.2", 1), ("epuck2", 1)]
 )
-def test_all_sensors_cost_one_write_where_the_receive_ring_has_room_for_it(firmware: str, writes: int) -> None:
-    @simulated
-    async def story() -> None:
-        async with elib.open(url(firmware)) as robot:
-            wrote: list[bytes] = []
-            robot.trace(lambda time, event: wrote.append(event.data) if isinstance(event, Wrote) else None)
-            sensors = await robot.sensors()
-            assert len(wrote) == writes
-            assert all(len(data) <= PROFILES[firmware].receive_ring or firmware == "btcom-1.1.3" for data in wrote)
-            absent = PROFILES[firmware].absent
-            for name in type(sensors).__dataclass_fields__:
-                if name not in ("time", "origin"):
-                    assert (getattr(sensors, name) is None) == (name in absent), name
-            assert sensors.time == robot.time
-            assert sensors.origin == "simulator"
-
-    story()
-
-
 @simulated
-async def test_a_virtual_epuck2_measures_the_magnetic_field_from_the_start() -> None:
-    async with elib.open(url("epuck2")) as robot:
-        before = await robot.magnetometer()
-        assert any(before)
-        await robot.start_magnetometer()
-        assert tuple(await robot.magnetometer()) == tuple(before)
+async def test_all_sensors_cost_one_write_where_the_receive_ring_has_room_for_it(firmware: str, writes: int) -> None:
+    async with elib.open(url(firmware)) as robot:
+        wrote: list[bytes] = []
+        robot.trace(lambda time, event: wrote.append(event.data) if isinstance(event, Wrote) else None)
+        sensors = await robot.sensors()
+        assert len(wrote) == writes
+        assert all(len(data) <= PROFILES[firmware].receive_ring or firmware == "btcom-1.1.3" for data in wrote)
+        absent = PROFILES[firmware].absent
+        for name in type(sensors).__dataclass_fields__:
+            if name not in ("time", "origin"):
+                assert (getattr(sensors, name) is None) == (name in absent), name
+        assert sensors.time == robot.time
+        assert sensors.origin == "simulator"
+
+
+@inside(elib.open, url("epuck2"))
+async def test_a_virtual_epuck2_measures_the_magnetic_field_from_the_start(robot: elib.Epuck) -> None:
+    before = await robot.magnetometer()
+    assert any(before)
+    await robot.start_magnetometer()
+    assert tuple(await robot.magnetometer()) == tuple(before)
 
 
 @simulated
@@ -135,36 +129,30 @@ async def test_a_virtual_btcom_says_0_before_the_first_speed() -> None:
 
 
 @pytest.mark.parametrize("firmware", sorted(PROFILES))
-def test_nothing_that_is_asked_overflows_the_receive_buffer_of_any_robot(firmware: str) -> None:
-    @simulated
-    async def story() -> None:
-        async with elib.open(url(firmware)) as robot:
-            for _ in range(30):
-                await robot.within(0.2).sensors()
-                await robot.within(0.2).attitude()
-                await robot.within(0.2).set_led(8, elib.LedAction.TOGGLE)
-            emulator = link_of(robot).robot
-            assert not any(emulator.firmware.lights.ring)
-
-    story()
+@simulated
+async def test_nothing_that_is_asked_overflows_the_receive_buffer_of_any_robot(firmware: str) -> None:
+    async with elib.open(url(firmware)) as robot:
+        for _ in range(30):
+            await robot.within(0.2).sensors()
+            await robot.within(0.2).attitude()
+            await robot.within(0.2).set_led(8, elib.LedAction.TOGGLE)
+        emulator = link_of(robot).robot
+        assert not any(emulator.firmware.lights.ring)
 
 
 @pytest.mark.parametrize("firmware", sorted(PROFILES))
-def test_sensors_read_one_by_one_and_all_at_once_are_the_same(firmware: str) -> None:
-    @simulated
-    async def story() -> None:
-        async with elib.open(f"sim://?speed=max&firmware={firmware}") as robot:
-            await robot.set_speed(0.1, -0.1)
-            sensors = await robot.sensors()
-            assert sensors.speed == await robot.speed()
-            assert sensors.selector == await robot.selector()
-            assert sensors.ir_receiver == await robot.ir_receiver()
-            # Noisy sensors, read at two moments.
-            assert list(sensors.accelerometer) == pytest.approx(list(await robot.accelerometer()), abs=20)
-            assert list(sensors.microphones) == pytest.approx(list(await robot.microphones()), abs=12)
-            assert sensors.encoders is not None
-
-    story()
+@simulated
+async def test_sensors_read_one_by_one_and_all_at_once_are_the_same(firmware: str) -> None:
+    async with elib.open(f"sim://?speed=max&firmware={firmware}") as robot:
+        await robot.set_speed(0.1, -0.1)
+        sensors = await robot.sensors()
+        assert sensors.speed == await robot.speed()
+        assert sensors.selector == await robot.selector()
+        assert sensors.ir_receiver == await robot.ir_receiver()
+        # Noisy sensors, read at two moments.
+        assert list(sensors.accelerometer) == pytest.approx(list(await robot.accelerometer()), abs=20)
+        assert list(sensors.microphones) == pytest.approx(list(await robot.microphones()), abs=12)
+        assert sensors.encoders is not None
 
 
 def test_the_frame_for_all_sensors_fits_every_ring() -> None:
@@ -175,28 +163,23 @@ def test_the_frame_for_all_sensors_fits_every_ring() -> None:
         assert sum(len(poll.request.data) for poll in polls) <= max(profile.receive_ring, 64)
 
 
-@simulated
-async def test_any_text_command_gives_the_lines_of_its_answer() -> None:
-    async with elib.open(url("asercom-1.2.2")) as robot:
-        assert await robot.text("D,100,-100") == "d"
-        assert await robot.text("E\r") == "e,100,-100"
-        assert (await robot.text("V")).splitlines()[1].startswith("HW version")
-        assert (await robot.text("b")).startswith("b,")
-        assert await robot.text("B,1") == "b"
-        assert await robot.text("@") == "z,Command not found"
-        assert len((await robot.text("H")).splitlines()) > 20
-        assert await robot.text("Z") in ("", "192: 3\n220: 48", "220: 48")
+@inside(elib.open, url("asercom-1.2.2"))
+async def test_any_text_command_gives_the_lines_of_its_answer(robot: elib.Epuck) -> None:
+    assert await robot.text("D,100,-100") == "d"
+    assert await robot.text("E\r") == "e,100,-100"
+    assert (await robot.text("V")).splitlines()[1].startswith("HW version")
+    assert (await robot.text("b")).startswith("b,")
+    assert await robot.text("B,1") == "b"
+    assert await robot.text("@") == "z,Command not found"
+    assert len((await robot.text("H")).splitlines()) > 20
+    assert await robot.text("Z") in ("", "192: 3\n220: 48", "220: 48")
 
 
 @pytest.mark.parametrize("wrong", ["", " ", "\r", "D,1\rD,2", "D,\x00", "é", "D" * 4000, None, b"D", 7])
-def test_what_is_not_a_text_command_is_refused_before_it_is_sent(wrong: object) -> None:
-    @simulated
-    async def story() -> None:
-        async with elib.open(url()) as robot:
-            with pytest.raises(elib.ArgumentError):
-                await robot.text(wrong)  # type: ignore[arg-type]
-
-    story()
+@inside(elib.open, url())
+async def test_what_is_not_a_text_command_is_refused_before_it_is_sent(robot: elib.Epuck, wrong: object) -> None:
+    with pytest.raises(elib.ArgumentError):
+        await robot.text(wrong)  # type: ignore[arg-type]
 
 
 @simulated
@@ -220,20 +203,19 @@ async def test_obstacle_avoidance_keeps_speeds_and_lamps() -> None:
 # -- statistics --------------------------------------------------------------------------------------------------------
 
 
-@simulated
-async def test_statistics_tell_how_the_link_has_been() -> None:
-    async with elib.open(url(latency=0.02)) as robot:
-        link = link_of(robot)
-        for _ in range(9):
-            await robot.selector()
-        link.lose_next_reply()
-        with pytest.raises(ReplyTimeout):
-            await robot.within(0.2).selector()
+@inside(elib.open, url(latency=0.02))
+async def test_statistics_tell_how_the_link_has_been(robot: elib.Epuck) -> None:
+    link = link_of(robot)
+    for _ in range(9):
         await robot.selector()
-        found = robot.statistics
-        assert (found.count, found.lost, found.unsent, found.resyncs) == (10, 1, 0, 1)
-        assert 0.04 < found.median < 0.05
-        assert found.age == 0
+    link.lose_next_reply()
+    with pytest.raises(ReplyTimeout):
+        await robot.within(0.2).selector()
+    await robot.selector()
+    found = robot.statistics
+    assert (found.count, found.lost, found.unsent, found.resyncs) == (10, 1, 0, 1)
+    assert 0.04 < found.median < 0.05
+    assert found.age == 0
 
 
 @simulated

@@ -8,7 +8,7 @@ import elib
 from elib.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.robot.events import CAPACITY, Events, LateAnswer, LinkBack, LinkDown, RobotEvent, UnexpectedReset
 from elib.testing import link_of, simulated
-from shared import GREETING
+from shared import GREETING, inside
 
 
 def url(**keys: object) -> str:
@@ -19,91 +19,85 @@ async def happened(robot: elib.Epuck) -> list[RobotEvent]:
     return [event async for event in robot.events.within(0)]
 
 
-@simulated
-async def test_a_robot_that_restarts_is_noted_and_one_told_to_is_not() -> None:
-    async with elib.open(url()) as robot:
-        assert robot.events.recent == ()
-        await robot.reset()
-        assert await happened(robot) == []
-        before = robot.time
-        link_of(robot).inject_noise(GREETING)
-        await robot.sleep(1)
-        (event,) = await happened(robot)
-        assert isinstance(event, UnexpectedReset)
-        assert before <= event.time < robot.time
+@inside(elib.open, url())
+async def test_a_robot_that_restarts_is_noted_and_one_told_to_is_not(robot: elib.Epuck) -> None:
+    assert robot.events.recent == ()
+    await robot.reset()
+    assert await happened(robot) == []
+    before = robot.time
+    link_of(robot).inject_noise(GREETING)
+    await robot.sleep(1)
+    (event,) = await happened(robot)
+    assert isinstance(event, UnexpectedReset)
+    assert before <= event.time < robot.time
 
 
-@simulated
-async def test_an_answer_that_comes_late_is_noted_with_its_call() -> None:
-    async with elib.open(url()) as robot:
-        assert robot.events.dropped == 0
-        link_of(robot).delay_next_reply(0.5)
-        with pytest.raises(ReplyTimeout):
-            await robot.within(0.1).proximity()
-        await robot.sleep(1)
+@inside(elib.open, url())
+async def test_an_answer_that_comes_late_is_noted_with_its_call(robot: elib.Epuck) -> None:
+    assert robot.events.dropped == 0
+    link_of(robot).delay_next_reply(0.5)
+    with pytest.raises(ReplyTimeout):
+        await robot.within(0.1).proximity()
+    await robot.sleep(1)
+    await robot.selector()
+    (event,) = await happened(robot)
+    assert isinstance(event, LateAnswer)
+    assert event.request == "proximity()"
+    assert event.dropped > 10
+
+
+@inside(elib.open, url())
+async def test_an_answer_that_comes_during_the_resync_is_noted_without_the_probes_own(robot: elib.Epuck) -> None:
+    assert robot.events.recent == ()
+    link_of(robot).delay_next_reply(0.3)
+    with pytest.raises(ReplyTimeout):
+        await robot.within(0.1).speed()
+    await robot.selector()  # at once: the late answer comes between the probe and its answer
+    (event,) = await happened(robot)
+    assert isinstance(event, LateAnswer)
+    assert event.dropped == len("e,0,0")
+
+
+@inside(elib.open, url())
+async def test_an_answer_that_never_comes_is_not_late(robot: elib.Epuck) -> None:
+    assert robot.events.recent == ()
+    link_of(robot).lose_next_reply()
+    with pytest.raises(ReplyTimeout):
+        await robot.within(0.1).proximity()
+    await robot.selector()
+    assert robot.statistics.resyncs == 1
+    assert await happened(robot) == []
+
+
+@inside(elib.open, url())
+async def test_a_cancelled_call_whose_successor_is_answered_leaves_no_late_answer(robot: elib.Epuck) -> None:
+    assert robot.events.recent == ()
+    first = asyncio.create_task(robot.proximity())
+    older = asyncio.create_task(robot.set_speed(0.1, 0.1))
+    newer = asyncio.create_task(robot.set_speed(0.2, 0.2))
+    await first
+    older.cancel()
+    await newer
+    await robot.speed()
+    assert await happened(robot) == []
+
+
+@inside(elib.open, url())
+async def test_a_lost_link_is_the_last_event(robot: elib.Epuck) -> None:
+    events = robot.events
+
+    async def read() -> list[RobotEvent]:
+        return [event async for event in events]
+
+    reading = asyncio.create_task(read())
+    await robot.selector()
+    link_of(robot).cut()
+    await robot.sleep(0.1)
+    with pytest.raises(LinkError):
         await robot.selector()
-        (event,) = await happened(robot)
-        assert isinstance(event, LateAnswer)
-        assert event.request == "proximity()"
-        assert event.dropped > 10
-
-
-@simulated
-async def test_an_answer_that_comes_during_the_resync_is_noted_without_the_probes_own() -> None:
-    async with elib.open(url()) as robot:
-        assert robot.events.recent == ()
-        link_of(robot).delay_next_reply(0.3)
-        with pytest.raises(ReplyTimeout):
-            await robot.within(0.1).speed()
-        await robot.selector()  # at once: the late answer comes between the probe and its answer
-        (event,) = await happened(robot)
-        assert isinstance(event, LateAnswer)
-        assert event.dropped == len("e,0,0")
-
-
-@simulated
-async def test_an_answer_that_never_comes_is_not_late() -> None:
-    async with elib.open(url()) as robot:
-        assert robot.events.recent == ()
-        link_of(robot).lose_next_reply()
-        with pytest.raises(ReplyTimeout):
-            await robot.within(0.1).proximity()
-        await robot.selector()
-        assert robot.statistics.resyncs == 1
-        assert await happened(robot) == []
-
-
-@simulated
-async def test_a_cancelled_call_whose_successor_is_answered_leaves_no_late_answer() -> None:
-    async with elib.open(url()) as robot:
-        assert robot.events.recent == ()
-        first = asyncio.create_task(robot.proximity())
-        older = asyncio.create_task(robot.set_speed(0.1, 0.1))
-        newer = asyncio.create_task(robot.set_speed(0.2, 0.2))
-        await first
-        older.cancel()
-        await newer
-        await robot.speed()
-        assert await happened(robot) == []
-
-
-@simulated
-async def test_a_lost_link_is_the_last_event() -> None:
-    async with elib.open(url()) as robot:
-        events = robot.events
-
-        async def read() -> list[RobotEvent]:
-            return [event async for event in events]
-
-        reading = asyncio.create_task(read())
-        await robot.selector()
-        link_of(robot).cut()
-        await robot.sleep(0.1)
-        with pytest.raises(LinkError):
-            await robot.selector()
-        (event,) = await reading
-        assert isinstance(event, LinkDown)
-        assert isinstance(event.error, LinkError)
+    (event,) = await reading
+    assert isinstance(event, LinkDown)
+    assert isinstance(event.error, LinkError)
 
 
 @simulated
@@ -119,18 +113,17 @@ async def test_closing_the_robot_ends_an_iteration_quietly() -> None:
     assert await counting == 0
 
 
-@simulated
-async def test_a_reconnecting_robot_tells_of_the_gap_and_goes_on() -> None:
-    async with elib.reconnecting(url()) as robot:
-        assert robot.events.recent == ()
-        await robot.selector()
-        link_of(robot).cut()
-        await robot.within(10).selector()
-        down, back = await happened(robot)
-        assert isinstance(down, LinkDown)
-        assert isinstance(back, LinkBack)
-        assert back.attempts >= 1
-        assert back.time - down.time == pytest.approx(back.gap)
+@inside(elib.reconnecting, url())
+async def test_a_reconnecting_robot_tells_of_the_gap_and_goes_on(robot: elib.Epuck) -> None:
+    assert robot.events.recent == ()
+    await robot.selector()
+    link_of(robot).cut()
+    await robot.within(10).selector()
+    down, back = await happened(robot)
+    assert isinstance(down, LinkDown)
+    assert isinstance(back, LinkBack)
+    assert back.attempts >= 1
+    assert back.time - down.time == pytest.approx(back.gap)
 
 
 @simulated

@@ -19,6 +19,7 @@ from elib.robot.reconnect import Policy, Reconnector
 from elib.session import Disconnected, Ending, Reconnected, ResetNoticed, Session, TraceEvent
 from elib.testing import simulated
 from elib.transport.memory import MemoryTransport, memory_pair
+from shared import inside
 
 
 @dataclass
@@ -95,204 +96,189 @@ async def rig(firmware: str = "asercom-1.2.2", policy: Policy = Policy()) -> Asy
             radio.link.close()
 
 
-@simulated
-async def test_a_call_in_the_gap_waits_for_the_link_and_is_answered() -> None:
-    async with rig() as r:
-        r.radio.cut()
-        asyncio.get_running_loop().call_later(1.0, setattr, r.radio, "is_clear", True)
-        assert await r.ask("selector", within=5) is not None
-        assert r.radio.opened == 2
-        (back,) = r.radio.seen(Reconnected)
-        assert isinstance(back, Reconnected)
-        assert back.gap == pytest.approx(2.0, abs=1.0)
-        assert len(r.radio.seen(Disconnected)) == 1
+@inside(rig)
+async def test_a_call_in_the_gap_waits_for_the_link_and_is_answered(r: Rig) -> None:
+    r.radio.cut()
+    asyncio.get_running_loop().call_later(1.0, setattr, r.radio, "is_clear", True)
+    assert await r.ask("selector", within=5) is not None
+    assert r.radio.opened == 2
+    (back,) = r.radio.seen(Reconnected)
+    assert isinstance(back, Reconnected)
+    assert back.gap == pytest.approx(2.0, abs=1.0)
+    assert len(r.radio.seen(Disconnected)) == 1
 
 
-@simulated
-async def test_a_call_in_the_gap_keeps_its_own_deadline() -> None:
-    async with rig() as r:
-        r.radio.cut()
-        began = r.now
-        with pytest.raises(ReplyTimeout, match="never sent"):
-            await r.ask("selector", within=0.5)
-        assert r.now - began == pytest.approx(0.5)
+@inside(rig)
+async def test_a_call_in_the_gap_keeps_its_own_deadline(r: Rig) -> None:
+    r.radio.cut()
+    began = r.now
+    with pytest.raises(ReplyTimeout, match="never sent"):
+        await r.ask("selector", within=0.5)
+    assert r.now - began == pytest.approx(0.5)
 
 
-@simulated
-async def test_a_call_that_was_never_sent_because_there_was_no_link_is_counted_as_such() -> None:
-    async with rig() as r:
-        counter = r.channel._session.counter
-        r.radio.cut()
-        with pytest.raises(ReplyTimeout, match="never sent"):
-            await r.ask("selector", within=0.5)
-        assert counter.read(r.now).unsent == 1
+@inside(rig)
+async def test_a_call_that_was_never_sent_because_there_was_no_link_is_counted_as_such(r: Rig) -> None:
+    counter = r.channel._session.counter
+    r.radio.cut()
+    with pytest.raises(ReplyTimeout, match="never sent"):
+        await r.ask("selector", within=0.5)
+    assert counter.read(r.now).unsent == 1
 
 
-@simulated
-async def test_calls_in_the_gap_fail_at_once_if_asked() -> None:
-    async with rig(policy=Policy(during_gap="fail")) as r:
-        r.radio.cut()
-        began = r.now
-        with pytest.raises(LinkLost, match="being opened again"):
-            await r.ask("selector", within=5)
-        assert r.now == began
-        r.radio.is_clear = True
-        await asyncio.sleep(3)
-        assert await r.ask("selector") is not None
+@inside(rig, policy=Policy(during_gap="fail"))
+async def test_calls_in_the_gap_fail_at_once_if_asked(r: Rig) -> None:
+    r.radio.cut()
+    began = r.now
+    with pytest.raises(LinkLost, match="being opened again"):
+        await r.ask("selector", within=5)
+    assert r.now == began
+    r.radio.is_clear = True
+    await asyncio.sleep(3)
+    assert await r.ask("selector") is not None
 
 
-@simulated
-async def test_a_setter_on_its_way_when_the_link_breaks_fails_and_is_not_repeated() -> None:
-    async with rig() as r:
-        call = asyncio.ensure_future(r.ask("set_speed", 0.5, 0.5, within=5))
-        await asyncio.sleep(0.001)
-        r.radio.cut()
-        r.radio.is_clear = True
-        with pytest.raises(LinkLost):
-            await call
-        await asyncio.sleep(3)
-        assert r.radio.hardware.rates == (0, 0)
+@inside(rig)
+async def test_a_setter_on_its_way_when_the_link_breaks_fails_and_is_not_repeated(r: Rig) -> None:
+    call = asyncio.ensure_future(r.ask("set_speed", 0.5, 0.5, within=5))
+    await asyncio.sleep(0.001)
+    r.radio.cut()
+    r.radio.is_clear = True
+    with pytest.raises(LinkLost):
+        await call
+    await asyncio.sleep(3)
+    assert r.radio.hardware.rates == (0, 0)
 
 
-@simulated
-async def test_a_reading_on_its_way_when_the_link_breaks_is_made_again() -> None:
-    async with rig() as r:
-        call = asyncio.ensure_future(r.ask("selector", within=5))
-        await asyncio.sleep(0.001)
-        r.radio.cut()
-        r.radio.is_clear = True
-        assert await call is not None
+@inside(rig)
+async def test_a_reading_on_its_way_when_the_link_breaks_is_made_again(r: Rig) -> None:
+    call = asyncio.ensure_future(r.ask("selector", within=5))
+    await asyncio.sleep(0.001)
+    r.radio.cut()
+    r.radio.is_clear = True
+    assert await call is not None
 
 
-@simulated
-async def test_camera_lamps_and_colours_are_restored_and_the_wheels_stand() -> None:
-    async with rig("epuck2") as r:
-        await r.ask("set_camera", 30, 20, 4, "grey")
-        await r.ask("set_led", 2, 1)
-        await r.ask("set_body_led", 1)
-        await r.ask("set_rgb_led", 3, 0.5, 0, 1)
-        await r.ask("set_speed", 0.5, 0.5)
-        r.radio.cut()
-        r.radio.pull_battery()
-        await asyncio.sleep(6)
-        r.radio.is_clear = True
-        assert (await r.ask("camera", within=10))[:4] == (0, 30, 20, 4)  # type: ignore[index]
-        lights = r.radio.hardware.lights
-        assert (lights.ring[2], lights.body, lights.rgb[3:6]) == (1, 1, [50, 0, 100])
-        assert r.radio.hardware.rates == (0, 0)
+@inside(rig, "epuck2")
+async def test_camera_lamps_and_colours_are_restored_and_the_wheels_stand(r: Rig) -> None:
+    await r.ask("set_camera", 30, 20, 4, "grey")
+    await r.ask("set_led", 2, 1)
+    await r.ask("set_body_led", 1)
+    await r.ask("set_rgb_led", 3, 0.5, 0, 1)
+    await r.ask("set_speed", 0.5, 0.5)
+    r.radio.cut()
+    r.radio.pull_battery()
+    await asyncio.sleep(6)
+    r.radio.is_clear = True
+    assert (await r.ask("camera", within=10))[:4] == (0, 30, 20, 4)  # type: ignore[index]
+    lights = r.radio.hardware.lights
+    assert (lights.ring[2], lights.body, lights.rgb[3:6]) == (1, 1, [50, 0, 100])
+    assert r.radio.hardware.rates == (0, 0)
 
 
-@simulated
-async def test_the_wheels_turn_on_after_a_gap_if_asked() -> None:
-    async with rig(policy=Policy(keep_speed=True)) as r:
-        await r.ask("set_speed", 0.5, 0.25)
-        r.radio.cut()
-        r.radio.pull_battery()
-        await asyncio.sleep(4)
-        r.radio.is_clear = True
-        assert await r.ask("speed", within=10) == (0.5, 0.25)
-        assert r.radio.hardware.rates[0] > 400
+@inside(rig, policy=Policy(keep_speed=True))
+async def test_the_wheels_turn_on_after_a_gap_if_asked(r: Rig) -> None:
+    await r.ask("set_speed", 0.5, 0.25)
+    r.radio.cut()
+    r.radio.pull_battery()
+    await asyncio.sleep(4)
+    r.radio.is_clear = True
+    assert await r.ask("speed", within=10) == (0.5, 0.25)
+    assert r.radio.hardware.rates[0] > 400
 
 
-@simulated
-async def test_step_counters_go_on_where_they_stood_when_the_battery_was_pulled() -> None:
-    async with rig() as r:
-        await r.ask("set_speed", 0.5, 0.5)
-        await asyncio.sleep(2)
-        await r.ask("stop")
-        before = await r.ask("encoders")
-        assert isinstance(before, Steps)
-        assert before.left > 900
-        r.radio.cut()
-        r.radio.pull_battery()
-        await asyncio.sleep(6)
-        r.radio.is_clear = True
-        assert await r.ask("encoders", within=10) == before
-        assert [event.sign for event in r.radio.seen(ResetNoticed)] == ["encoders"]  # type: ignore[attr-defined]
+@inside(rig)
+async def test_step_counters_go_on_where_they_stood_when_the_battery_was_pulled(r: Rig) -> None:
+    await r.ask("set_speed", 0.5, 0.5)
+    await asyncio.sleep(2)
+    await r.ask("stop")
+    before = await r.ask("encoders")
+    assert isinstance(before, Steps)
+    assert before.left > 900
+    r.radio.cut()
+    r.radio.pull_battery()
+    await asyncio.sleep(6)
+    r.radio.is_clear = True
+    assert await r.ask("encoders", within=10) == before
+    assert [event.sign for event in r.radio.seen(ResetNoticed)] == ["encoders"]  # type: ignore[attr-defined]
 
 
-@simulated
-async def test_step_counters_of_a_robot_that_drove_on_in_the_gap_are_left_alone() -> None:
-    async with rig() as r:
-        await r.ask("set_encoders", 5000, 5000)
-        await r.ask("encoders")
-        await r.ask("set_speed", 0.1, 0.1)
-        r.radio.cut()
-        await asyncio.sleep(3)
-        r.radio.is_clear = True
-        after = await r.ask("encoders", within=10)
-        assert isinstance(after, Steps)
-        assert 5300 < after.left < 5800
-        assert r.radio.seen(ResetNoticed) == []
+@inside(rig)
+async def test_step_counters_of_a_robot_that_drove_on_in_the_gap_are_left_alone(r: Rig) -> None:
+    await r.ask("set_encoders", 5000, 5000)
+    await r.ask("encoders")
+    await r.ask("set_speed", 0.1, 0.1)
+    r.radio.cut()
+    await asyncio.sleep(3)
+    r.radio.is_clear = True
+    after = await r.ask("encoders", within=10)
+    assert isinstance(after, Steps)
+    assert 5300 < after.left < 5800
+    assert r.radio.seen(ResetNoticed) == []
 
 
-@simulated
-async def test_an_unexpected_greeting_is_reported_and_what_was_set_is_restored() -> None:
-    async with rig() as r:
-        await r.ask("set_led", 5, 1)
-        await r.ask("set_front_led", 1)
-        r.radio.pull_battery()
-        await asyncio.sleep(6)
-        assert [event.sign for event in r.radio.seen(ResetNoticed)] == ["greeting"]  # type: ignore[attr-defined]
-        assert (r.radio.hardware.lights.ring[5], r.radio.hardware.lights.front) == (1, 1)
-        assert r.radio.opened == 1
+@inside(rig)
+async def test_an_unexpected_greeting_is_reported_and_what_was_set_is_restored(r: Rig) -> None:
+    await r.ask("set_led", 5, 1)
+    await r.ask("set_front_led", 1)
+    r.radio.pull_battery()
+    await asyncio.sleep(6)
+    assert [event.sign for event in r.radio.seen(ResetNoticed)] == ["greeting"]  # type: ignore[attr-defined]
+    assert (r.radio.hardware.lights.ring[5], r.radio.hardware.lights.front) == (1, 1)
+    assert r.radio.opened == 1
 
 
-@simulated
-async def test_counters_that_fall_back_to_0_show_a_reset_without_a_greeting() -> None:
-    async with rig() as r:
-        await r.ask("set_encoders", 20000, -20000)
-        await r.ask("encoders")
-        await asyncio.sleep(0.1)
-        for motor in r.radio.robot.firmware.motors:
-            motor.steps = 0
-        await r.ask("encoders")
-        await asyncio.sleep(1)
-        assert [event.sign for event in r.radio.seen(ResetNoticed)] == ["encoders"]  # type: ignore[attr-defined]
-        assert await r.ask("encoders") == (20000, -20000)
+@inside(rig)
+async def test_counters_that_fall_back_to_0_show_a_reset_without_a_greeting(r: Rig) -> None:
+    await r.ask("set_encoders", 20000, -20000)
+    await r.ask("encoders")
+    await asyncio.sleep(0.1)
+    for motor in r.radio.robot.firmware.motors:
+        motor.steps = 0
+    await r.ask("encoders")
+    await asyncio.sleep(1)
+    assert [event.sign for event in r.radio.seen(ResetNoticed)] == ["encoders"]  # type: ignore[attr-defined]
+    assert await r.ask("encoders") == (20000, -20000)
 
 
-@simulated
-async def test_attempts_back_off_and_end_at_the_bound() -> None:
-    async with rig(policy=Policy(first_delay=0.5, longest_delay=2.0, give_up_after=10.0)) as r:
-        r.radio.cut()
-        began = r.now
-        calls = [asyncio.ensure_future(r.ask("selector", within=60)) for _ in range(3)]
-        results = await asyncio.gather(*calls, return_exceptions=True)
-        assert [type(result) for result in results] == [LinkLost] * 3
-        assert "did not come back within 10 s" in str(results[0])
-        assert r.now - began <= 10.0
-        # At 0, 0.5, 1.5, 3.5, 5.5, 7.5 and 9.5 s.
-        assert r.radio.attempts - 1 == 7
-        with pytest.raises(LinkLost):
-            await r.ask("selector")
-        assert isinstance(r.radio.seen(Ending)[-1].error, LinkLost)  # type: ignore[attr-defined]
+@inside(rig, policy=Policy(first_delay=0.5, longest_delay=2.0, give_up_after=10.0))
+async def test_attempts_back_off_and_end_at_the_bound(r: Rig) -> None:
+    r.radio.cut()
+    began = r.now
+    calls = [asyncio.ensure_future(r.ask("selector", within=60)) for _ in range(3)]
+    results = await asyncio.gather(*calls, return_exceptions=True)
+    assert [type(result) for result in results] == [LinkLost] * 3
+    assert "did not come back within 10 s" in str(results[0])
+    assert r.now - began <= 10.0
+    # At 0, 0.5, 1.5, 3.5, 5.5, 7.5 and 9.5 s.
+    assert r.radio.attempts - 1 == 7
+    with pytest.raises(LinkLost):
+        await r.ask("selector")
+    assert isinstance(r.radio.seen(Ending)[-1].error, LinkLost)  # type: ignore[attr-defined]
 
 
-@simulated
-async def test_another_robot_behind_the_same_address_is_refused() -> None:
-    async with rig("btcom-2.0", Policy(give_up_after=5)) as r:
-        r.radio.cut()
-        r.radio.robot = Emulator("epuck2", FixedHardware(firmware="epuck2"), booted=True)
-        r.radio.link = None
-        r.radio.is_clear = True
-        with pytest.raises(LinkLost, match="another robot answers"):
-            await r.ask("selector", within=30)
+@inside(rig, "btcom-2.0", Policy(give_up_after=5))
+async def test_another_robot_behind_the_same_address_is_refused(r: Rig) -> None:
+    r.radio.cut()
+    r.radio.robot = Emulator("epuck2", FixedHardware(firmware="epuck2"), booted=True)
+    r.radio.link = None
+    r.radio.is_clear = True
+    with pytest.raises(LinkLost, match="another robot answers"):
+        await r.ask("selector", within=30)
 
 
-@simulated
-async def test_closing_in_the_gap_ends_everything_at_once() -> None:
-    async with rig() as r:
-        r.radio.cut()
-        call = asyncio.ensure_future(r.ask("selector", within=60))
-        await asyncio.sleep(1)
-        began = r.now
-        await r.channel.close()
-        with pytest.raises(LinkClosed):
-            await call
-        assert r.now == began
-        with pytest.raises(LinkError):
-            await r.ask("selector")
+@inside(rig)
+async def test_closing_in_the_gap_ends_everything_at_once(r: Rig) -> None:
+    r.radio.cut()
+    call = asyncio.ensure_future(r.ask("selector", within=60))
+    await asyncio.sleep(1)
+    began = r.now
+    await r.channel.close()
+    with pytest.raises(LinkClosed):
+        await call
+    assert r.now == began
+    with pytest.raises(LinkError):
+        await r.ask("selector")
 
 
 @simulated
@@ -319,10 +305,9 @@ def test_a_reconnecting_robot_has_the_blocking_style() -> None:
         assert robot.statistics.count >= 2
 
 
-@simulated
-async def test_a_reconnecting_robot_has_the_async_style() -> None:
-    async with elib.reconnecting("sim://square?speed=max") as robot:
-        assert (await robot.selector()).position == 3
+@inside(elib.reconnecting, "sim://square?speed=max")
+async def test_a_reconnecting_robot_has_the_async_style(robot: elib.Epuck) -> None:
+    assert (await robot.selector()).position == 3
 
 
 def test_a_robot_that_cannot_be_opened_the_first_time_says_why_at_once() -> None:

@@ -18,6 +18,7 @@ from elib.robot.blocking import BlockingEpuck
 from elib.runner import run_on
 from elib.testing import link_of, simulation_of, with_faults
 from elib.timebase import new_loop
+from shared import inside
 
 FIELD = "sim://arena?speed=max"
 BLUETOOTH = "&latency=0.03&jitter=0.015"
@@ -87,184 +88,154 @@ def test_a_square_closes_within_two_millimetres_and_a_degree_over_bluetooth(seed
     on(f"{FIELD}{BLUETOOTH}&seed={seed}", main)
 
 
-def test_backwards_and_to_the_right_are_negative() -> None:
-    async def main(robot: Epuck) -> None:
-        before = standing(robot)
-        assert (await robot.drive(-0.05)).x == pytest.approx(-0.05, abs=STEP)
-        await robot.turn(math.radians(-45))
-        assert turned(before, standing(robot)) == pytest.approx(-45, abs=0.3)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_backwards_and_to_the_right_are_negative(robot: Epuck) -> None:
+    before = standing(robot)
+    assert (await robot.drive(-0.05)).x == pytest.approx(-0.05, abs=STEP)
+    await robot.turn(math.radians(-45))
+    assert turned(before, standing(robot)) == pytest.approx(-45, abs=0.3)
 
 
-def test_many_small_turns_add_up_because_what_one_rounds_off_the_next_makes_good() -> None:
-    async def main(robot: Epuck) -> None:
-        before = standing(robot)
-        for _ in range(20):
-            await robot.turn(math.radians(4.5))
-        assert turned(before, standing(robot)) == pytest.approx(90, abs=0.5)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_many_small_turns_add_up_because_what_one_rounds_off_the_next_makes_good(robot: Epuck) -> None:
+    before = standing(robot)
+    for _ in range(20):
+        await robot.turn(math.radians(4.5))
+    assert turned(before, standing(robot)) == pytest.approx(90, abs=0.5)
 
 
-def test_a_place_is_reached_with_the_heading_asked_for() -> None:
-    async def main(robot: Epuck) -> None:
-        pose = await robot.go_to(0.12, -0.08, math.pi / 2)
-        assert math.dist((pose.x, pose.y), (0.12, -0.08)) < 0.001
-        assert pose.heading == pytest.approx(math.pi / 2, abs=math.radians(0.5))
-        assert not math.isnan(pose.time)
-        assert await robot.go_to(0.12, -0.08) == pose  # it is there already: nothing moves
-
-    on(FIELD + BLUETOOTH, main)
+@inside(elib.open, FIELD + BLUETOOTH)
+async def test_a_place_is_reached_with_the_heading_asked_for(robot: Epuck) -> None:
+    pose = await robot.go_to(0.12, -0.08, math.pi / 2)
+    assert math.dist((pose.x, pose.y), (0.12, -0.08)) < 0.001
+    assert pose.heading == pytest.approx(math.pi / 2, abs=math.radians(0.5))
+    assert not math.isnan(pose.time)
+    assert await robot.go_to(0.12, -0.08) == pose  # it is there already: nothing moves
 
 
-def test_odometry_can_be_put_to_a_known_place_and_follows_every_reading_of_the_counters() -> None:
-    async def main(robot: Epuck) -> None:
-        await robot.set_pose(1.0, 2.0, math.pi)
-        await robot.set_velocity(0.05)
-        for _ in range(10):
-            await robot.sleep(0.2)
-            await robot.encoders()  # odometry sees every reading, also this one
-        await robot.stop()
-        pose = await robot.pose()
-        assert pose.x == pytest.approx(1.0 - 0.1, abs=0.005)
-        assert pose.y == pytest.approx(2.0, abs=0.001)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_odometry_can_be_put_to_a_known_place_and_follows_every_reading_of_the_counters(robot: Epuck) -> None:
+    await robot.set_pose(1.0, 2.0, math.pi)
+    await robot.set_velocity(0.05)
+    for _ in range(10):
+        await robot.sleep(0.2)
+        await robot.encoders()  # odometry sees every reading, also this one
+    await robot.stop()
+    pose = await robot.pose()
+    assert pose.x == pytest.approx(1.0 - 0.1, abs=0.005)
+    assert pose.y == pytest.approx(2.0, abs=0.001)
 
 
 @pytest.mark.parametrize("broken", ["D", "D,100", "D,x,y", "P,7", "P,"])
-def test_odometry_follows_speeds_and_counters_that_are_set_as_text(broken: str) -> None:
-    async def main(robot: Epuck) -> None:
-        await robot.pose()
-        await robot.text(broken)
-        await robot.text("D,500,500")
-        await robot.sleep(2.0)
-        await robot.text("D,0,0")
-        assert (await robot.pose()).x == pytest.approx(0.129, abs=0.006)
-        await robot.text("P,2000,2000")
-        assert (await robot.pose()).x == pytest.approx(0.129, abs=0.006)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_odometry_follows_speeds_and_counters_that_are_set_as_text(robot: Epuck, broken: str) -> None:
+    await robot.pose()
+    await robot.text(broken)
+    await robot.text("D,500,500")
+    await robot.sleep(2.0)
+    await robot.text("D,0,0")
+    assert (await robot.pose()).x == pytest.approx(0.129, abs=0.006)
+    await robot.text("P,2000,2000")
+    assert (await robot.pose()).x == pytest.approx(0.129, abs=0.006)
 
 
-def test_counters_that_are_set_or_wrap_do_not_move_the_pose() -> None:
-    async def main(robot: Epuck) -> None:
-        await robot.pose()
-        await robot.set_encoders(32760, -32760)
-        await robot.turn(math.radians(-30))  # the left counter wraps upwards, the right one downwards
-        await robot.set_encoders(5, 5)
-        pose = await robot.pose()
-        assert (pose.x, pose.y) == pytest.approx((0, 0), abs=1e-6)
-        assert math.degrees(pose.heading) == pytest.approx(-30, abs=0.3)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_counters_that_are_set_or_wrap_do_not_move_the_pose(robot: Epuck) -> None:
+    await robot.pose()
+    await robot.set_encoders(32760, -32760)
+    await robot.turn(math.radians(-30))  # the left counter wraps upwards, the right one downwards
+    await robot.set_encoders(5, 5)
+    pose = await robot.pose()
+    assert (pose.x, pose.y) == pytest.approx((0, 0), abs=1e-6)
+    assert math.degrees(pose.heading) == pytest.approx(-30, abs=0.3)
 
 
-def test_a_reset_between_two_readings_counts_from_nothing() -> None:
-    async def main(robot: Epuck) -> None:
-        await robot.drive(0.1)
-        await robot.reset()
-        await robot.drive(0.05)
-        assert (await robot.pose()).x == pytest.approx(0.15, abs=2 * STEP)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_a_reset_between_two_readings_counts_from_nothing(robot: Epuck) -> None:
+    await robot.drive(0.1)
+    await robot.reset()
+    await robot.drive(0.05)
+    assert (await robot.pose()).x == pytest.approx(0.15, abs=2 * STEP)
 
 
-def test_velocity_and_turn_rate_become_wheel_speeds() -> None:
-    async def main(robot: Epuck) -> None:
-        await robot.set_velocity(0.0644, 1.0)
-        left, right = await robot.speed()
-        assert (left + right) / 2 == pytest.approx(0.5, abs=0.001)
-        assert (right - left) * 0.1288 / 0.053 == pytest.approx(1.0, abs=0.01)
-        with pytest.raises(ArgumentError, match="asks a wheel for"):
-            await robot.set_velocity(0.12, 3.0)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_velocity_and_turn_rate_become_wheel_speeds(robot: Epuck) -> None:
+    await robot.set_velocity(0.0644, 1.0)
+    left, right = await robot.speed()
+    assert (left + right) / 2 == pytest.approx(0.5, abs=0.001)
+    assert (right - left) * 0.1288 / 0.053 == pytest.approx(1.0, abs=0.01)
+    with pytest.raises(ArgumentError, match="asks a wheel for"):
+        await robot.set_velocity(0.12, 3.0)
 
 
-def test_a_motion_that_is_cancelled_leaves_the_robot_standing() -> None:
-    async def main(robot: Epuck) -> None:
-        task = asyncio.create_task(robot.drive(0.5))
-        await robot.sleep(1.0)
-        task.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await task
-        assert await stands(robot)
-        assert 0.01 < (await robot.pose()).x < 0.2
-        await robot.drive(0.01)  # and the next one has the wheels
-
-    on(FIELD + BLUETOOTH, main)
+@inside(elib.open, FIELD + BLUETOOTH)
+async def test_a_motion_that_is_cancelled_leaves_the_robot_standing(robot: Epuck) -> None:
+    task = asyncio.create_task(robot.drive(0.5))
+    await robot.sleep(1.0)
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+    assert await stands(robot)
+    assert 0.01 < (await robot.pose()).x < 0.2
+    await robot.drive(0.01)  # and the next one has the wheels
 
 
-def test_a_second_motion_is_refused_while_one_is_under_way() -> None:
-    async def main(robot: Epuck) -> None:
-        task = asyncio.create_task(robot.drive(0.1))
-        await robot.sleep(0.5)
-        with pytest.raises(MotionBusy, match=r"turn\(1\): drive\(0.1\) is still under way"):
-            await robot.turn(1)
-        with pytest.raises(MotionBusy):
-            await robot.set_velocity(0.05)
-        assert (await task).x == pytest.approx(0.1, abs=STEP)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_a_second_motion_is_refused_while_one_is_under_way(robot: Epuck) -> None:
+    task = asyncio.create_task(robot.drive(0.1))
+    await robot.sleep(0.5)
+    with pytest.raises(MotionBusy, match=r"turn\(1\): drive\(0.1\) is still under way"):
+        await robot.turn(1)
+    with pytest.raises(MotionBusy):
+        await robot.set_velocity(0.05)
+    assert (await task).x == pytest.approx(0.1, abs=STEP)
 
 
 @pytest.mark.parametrize("meddle", ["stop", "set_speed"])
-def test_another_call_for_the_wheels_ends_a_motion_and_is_obeyed(meddle: str) -> None:
-    async def main(robot: Epuck) -> None:
-        task = asyncio.create_task(robot.drive(0.2))
-        await robot.sleep(0.5)
-        await (robot.stop() if meddle == "stop" else robot.set_speed(-0.2, -0.2))
-        with pytest.raises(MotionInterrupted, match=rf"drive\(0.2\) was ended by {meddle}\(\)"):
-            await task
-        assert await stands(robot) == (meddle == "stop")
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_another_call_for_the_wheels_ends_a_motion_and_is_obeyed(robot: Epuck, meddle: str) -> None:
+    task = asyncio.create_task(robot.drive(0.2))
+    await robot.sleep(0.5)
+    await (robot.stop() if meddle == "stop" else robot.set_speed(-0.2, -0.2))
+    with pytest.raises(MotionInterrupted, match=rf"drive\(0.2\) was ended by {meddle}\(\)"):
+        await task
+    assert await stands(robot) == (meddle == "stop")
 
 
-def test_the_pose_can_be_asked_for_while_a_motion_is_under_way_and_when_it_was_ended() -> None:
-    async def main(robot: Epuck) -> None:
-        task = asyncio.create_task(robot.drive(0.2))
-        await robot.sleep(1.0)
-        assert 0.02 < (await robot.pose()).x < 0.1
-        await robot.stop()
-        assert 0.02 < (await robot.pose()).x < 0.1
-        with pytest.raises(MotionInterrupted):
-            await task
-
-    on(FIELD + BLUETOOTH, main)
+@inside(elib.open, FIELD + BLUETOOTH)
+async def test_the_pose_can_be_asked_for_while_a_motion_is_under_way_and_when_it_was_ended(robot: Epuck) -> None:
+    task = asyncio.create_task(robot.drive(0.2))
+    await robot.sleep(1.0)
+    assert 0.02 < (await robot.pose()).x < 0.1
+    await robot.stop()
+    assert 0.02 < (await robot.pose()).x < 0.1
+    with pytest.raises(MotionInterrupted):
+        await task
 
 
-def test_the_first_pose_survives_a_lost_answer_whatever_time_it_is() -> None:
-    async def main(robot: Epuck) -> None:
-        await robot.sleep(1000)
-        link = link_of(robot)
-        link._loss = 1.0
-        asking = asyncio.create_task(robot.pose())
-        await robot.sleep(0.2)
-        link._loss = 0.0
-        assert (await asking).x == 0.0
-
-    on(FIELD + BLUETOOTH, main)
+@inside(elib.open, FIELD + BLUETOOTH)
+async def test_the_first_pose_survives_a_lost_answer_whatever_time_it_is(robot: Epuck) -> None:
+    await robot.sleep(1000)
+    link = link_of(robot)
+    link._loss = 1.0
+    asking = asyncio.create_task(robot.pose())
+    await robot.sleep(0.2)
+    link._loss = 0.0
+    assert (await asking).x == 0.0
 
 
-def test_a_time_of_its_own_ends_a_motion_that_takes_longer_and_the_robot_stands() -> None:
-    async def main(robot: Epuck) -> None:
-        with pytest.raises(ReplyTimeout):
-            await robot.within(1.0).drive(1.0)
-        assert await stands(robot)
-
-    on(FIELD + BLUETOOTH, main)
+@inside(elib.open, FIELD + BLUETOOTH)
+async def test_a_time_of_its_own_ends_a_motion_that_takes_longer_and_the_robot_stands(robot: Epuck) -> None:
+    with pytest.raises(ReplyTimeout):
+        await robot.within(1.0).drive(1.0)
+    assert await stands(robot)
 
 
-def test_a_lost_answer_costs_a_motion_with_a_time_of_its_own_no_more_than_another_one() -> None:
-    async def main(robot: Epuck) -> None:
-        began = robot.time
-        await robot.within(20).turn(-1.75)
-        assert robot.time - began < 8
-
-    on("sim://arena?speed=max&loss=0.05&seed=3&latency=0.03", main)
+@inside(elib.open, "sim://arena?speed=max&loss=0.05&seed=3&latency=0.03")
+async def test_a_lost_answer_costs_a_motion_with_a_time_of_its_own_no_more_than_another_one(robot: Epuck) -> None:
+    began = robot.time
+    await robot.within(20).turn(-1.75)
+    assert robot.time - began < 8
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
@@ -288,69 +259,55 @@ def test_a_motion_that_takes_too_long_says_what_was_asked_what_was_driven_and_th
     on(f"{FIELD}&firmware={firmware}", main)
 
 
-def test_a_motion_whose_robot_cannot_be_heard_does_not_say_that_it_stands() -> None:
-    async def main(robot: Epuck) -> None:
-        driving = asyncio.create_task(robot.within(3).drive(10))
-        await robot.sleep(1.0)
-        link_of(robot)._loss = 1.0
-        with pytest.raises((ReplyTimeout, LinkLost)) as caught:
-            await driving
-        assert "the robot stands" not in str(caught.value)
-        assert "encoders() did not end" not in str(caught.value)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_a_motion_whose_robot_cannot_be_heard_does_not_say_that_it_stands(robot: Epuck) -> None:
+    driving = asyncio.create_task(robot.within(3).drive(10))
+    await robot.sleep(1.0)
+    link_of(robot)._loss = 1.0
+    with pytest.raises((ReplyTimeout, LinkLost)) as caught:
+        await driving
+    assert "the robot stands" not in str(caught.value)
+    assert "encoders() did not end" not in str(caught.value)
 
 
-def test_a_pose_that_cannot_be_read_in_time_names_the_call_and_its_time() -> None:
-    async def main(robot: Epuck) -> None:
-        with pytest.raises(
-            ReplyTimeout, match=r"^pose\(\) did not end within 0.1 s: the step counters could not be read"
-        ):
-            await robot.within(0.1).pose()
-
-    on(FIELD + "&latency=0.2", main)
+@inside(elib.open, FIELD + "&latency=0.2")
+async def test_a_pose_that_cannot_be_read_in_time_names_the_call_and_its_time(robot: Epuck) -> None:
+    with pytest.raises(ReplyTimeout, match=r"^pose\(\) did not end within 0.1 s: the step counters could not be read"):
+        await robot.within(0.1).pose()
 
 
 @pytest.mark.parametrize("degrees", [19, 90, -180, 360.0])
-def test_an_angle_of_more_than_three_turns_is_refused_and_degrees_are_suspected(degrees: float) -> None:
-    async def main(robot: Epuck) -> None:
-        before = robot.statistics.count
-        for wrong in (robot.turn(degrees), robot.go_to(0.1, 0.0, degrees), robot.set_pose(0.0, 0.0, degrees)):
-            with pytest.raises(ArgumentError, match="must be a number from -18") as caught:
-                await wrong
-            assert caught.value.hint == f"did you mean math.radians({degrees:g})?"
-        assert robot.statistics.count == before
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_more_than_three_turns_are_refused_and_degrees_are_suspected(robot: Epuck, degrees: float) -> None:
+    before = robot.statistics.count
+    for wrong in (robot.turn(degrees), robot.go_to(0.1, 0.0, degrees), robot.set_pose(0.0, 0.0, degrees)):
+        with pytest.raises(ArgumentError, match="must be a number from -18") as caught:
+            await wrong
+        assert caught.value.hint == f"did you mean math.radians({degrees:g})?"
+    assert robot.statistics.count == before
 
 
-def test_three_turns_are_three_turns() -> None:
-    async def main(robot: Epuck) -> None:
-        await robot.turn(6 * math.pi)
-        left, right = await robot.encoders()
-        assert right - left == pytest.approx(6 * math.pi * 0.053 / 0.1288 * 1000, abs=2)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_three_turns_are_three_turns(robot: Epuck) -> None:
+    await robot.turn(6 * math.pi)
+    left, right = await robot.encoders()
+    assert right - left == pytest.approx(6 * math.pi * 0.053 / 0.1288 * 1000, abs=2)
 
 
-def test_a_pose_can_be_gone_to_and_x_without_y_is_refused() -> None:
-    async def main(robot: Epuck) -> None:
-        pose = await robot.go_to(Pose(0.05, 0.02, 1.0))
-        assert (pose.x, pose.y, pose.heading) == pytest.approx((0.05, 0.02, 1.0), abs=0.005)
-        with pytest.raises(ArgumentError, match="needs y as well"):
-            await robot.go_to(0.1)
-        with pytest.raises(ArgumentError, match="takes either a pose"):
-            await robot.go_to(pose, 0.1)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_a_pose_can_be_gone_to_and_x_without_y_is_refused(robot: Epuck) -> None:
+    pose = await robot.go_to(Pose(0.05, 0.02, 1.0))
+    assert (pose.x, pose.y, pose.heading) == pytest.approx((0.05, 0.02, 1.0), abs=0.005)
+    with pytest.raises(ArgumentError, match="needs y as well"):
+        await robot.go_to(0.1)
+    with pytest.raises(ArgumentError, match="takes either a pose"):
+        await robot.go_to(pose, 0.1)
 
 
-def test_a_negative_sleep_is_refused_as_a_sleep() -> None:
-    async def main(robot: Epuck) -> None:
-        with pytest.raises(ArgumentError, match="the time to sleep is -1 s; it must be finite and not negative"):
-            await robot.sleep(-1)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_a_negative_sleep_is_refused_as_a_sleep(robot: Epuck) -> None:
+    with pytest.raises(ArgumentError, match="the time to sleep is -1 s; it must be finite and not negative"):
+        await robot.sleep(-1)
 
 
 def test_of_two_motions_the_one_that_was_called_first_drives() -> None:
@@ -368,31 +325,27 @@ def test_of_two_motions_the_one_that_was_called_first_drives() -> None:
         first.end()
 
 
-def test_of_two_motions_in_one_loop_the_one_that_was_called_first_drives() -> None:
-    async def main(robot: Epuck) -> None:
-        first = asyncio.create_task(robot.drive(0.05))
-        with pytest.raises(MotionBusy, match=r"drive\(0.1\): drive\(0.05\) is still under way"):
-            await robot.drive(0.1)
-        assert (await first).x == pytest.approx(0.05, abs=STEP)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_of_two_motions_in_one_loop_the_one_that_was_called_first_drives(robot: Epuck) -> None:
+    first = asyncio.create_task(robot.drive(0.05))
+    with pytest.raises(MotionBusy, match=r"drive\(0.1\): drive\(0.05\) is still under way"):
+        await robot.drive(0.1)
+    assert (await first).x == pytest.approx(0.05, abs=STEP)
 
 
-def test_a_motion_that_nobody_will_run_gives_the_wheels_back() -> None:
-    async def main(robot: Epuck) -> None:
-        never = robot.drive(0.5)
-        with pytest.raises(MotionBusy):
-            await robot.drive(0.1)
-        never.close()
-        del never
-        cancelled = asyncio.create_task(robot.drive(0.5))
-        cancelled.cancel()
-        await asyncio.wait([cancelled])
-        with pytest.raises(ArgumentError):
-            await robot.drive(math.nan)
-        assert (await robot.drive(0.05)).x == pytest.approx(0.05, abs=STEP)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_a_motion_that_nobody_will_run_gives_the_wheels_back(robot: Epuck) -> None:
+    never = robot.drive(0.5)
+    with pytest.raises(MotionBusy):
+        await robot.drive(0.1)
+    never.close()
+    del never
+    cancelled = asyncio.create_task(robot.drive(0.5))
+    cancelled.cancel()
+    await asyncio.wait([cancelled])
+    with pytest.raises(ArgumentError):
+        await robot.drive(math.nan)
+    assert (await robot.drive(0.05)).x == pytest.approx(0.05, abs=STEP)
 
 
 def test_calls_for_the_wheels_count_in_the_order_in_which_they_were_made() -> None:
@@ -407,32 +360,28 @@ def test_calls_for_the_wheels_count_in_the_order_in_which_they_were_made() -> No
         assert blocking_stands(robot)
 
 
-def test_impossible_numbers_are_refused_before_anything_is_sent() -> None:
-    async def main(robot: Epuck) -> None:
-        before = robot.statistics.count
-        for wrong in (
-            robot.drive(math.nan),
-            robot.drive(0.1, speed=1.0),
-            robot.turn(math.inf),
-            robot.turn(1, turn_rate=0),
-            robot.go_to(0.1, "x"),  # type: ignore[arg-type]
-        ):
-            with pytest.raises(ArgumentError, match="must be a number from"):
-                await wrong
-        assert robot.statistics.count == before
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_impossible_numbers_are_refused_before_anything_is_sent(robot: Epuck) -> None:
+    before = robot.statistics.count
+    for wrong in (
+        robot.drive(math.nan),
+        robot.drive(0.1, speed=1.0),
+        robot.turn(math.inf),
+        robot.turn(1, turn_rate=0),
+        robot.go_to(0.1, "x"),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(ArgumentError, match="must be a number from"):
+            await wrong
+    assert robot.statistics.count == before
 
 
-def test_on_a_link_that_loses_everything_a_motion_is_given_up_in_bounded_time() -> None:
-    async def main(robot: Epuck) -> None:
-        link_of(robot)._loss = 1.0
-        began = robot.time
-        with pytest.raises((LinkLost, ReplyTimeout)):
-            await robot.drive(0.1)
-        assert robot.time - began < 30
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_on_a_link_that_loses_everything_a_motion_is_given_up_in_bounded_time(robot: Epuck) -> None:
+    link_of(robot)._loss = 1.0
+    began = robot.time
+    with pytest.raises((LinkLost, ReplyTimeout)):
+        await robot.drive(0.1)
+    assert robot.time - began < 30
 
 
 def test_the_other_styles_move_too_and_a_pending_motion_can_be_cancelled() -> None:
@@ -473,52 +422,44 @@ def test_a_robot_that_restarts_in_the_middle_of_a_turn_turns_on(firmware: str, m
         runner.run(main())
 
 
-def test_garbled_answers_delay_a_motion_and_do_not_end_it() -> None:
-    async def main(robot: Epuck) -> None:
-        before = standing(robot)
-        await robot.drive(0.05)
-        assert moved(before, standing(robot)) == pytest.approx(0.05, abs=0.001)
-
-    on(with_faults("half-answers", FIELD), main)
+@inside(elib.open, with_faults("half-answers", FIELD))
+async def test_garbled_answers_delay_a_motion_and_do_not_end_it(robot: Epuck) -> None:
+    before = standing(robot)
+    await robot.drive(0.05)
+    assert moved(before, standing(robot)) == pytest.approx(0.05, abs=0.001)
 
 
-def test_a_drive_back_to_where_the_counters_were_0_is_not_taken_for_a_restart() -> None:
-    async def main(robot: Epuck) -> None:
-        await robot.pose()
-        await robot.set_speed(0.2, 0.2)
-        await robot.sleep(2.5)
-        assert (await robot.pose()).x > 0.05
-        await robot.set_speed(-0.2, -0.2)
-        await robot.sleep(2.5)
-        await robot.stop()
-        assert (await robot.pose()).x == pytest.approx(0, abs=0.002)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_a_drive_back_to_where_the_counters_were_0_is_not_taken_for_a_restart(robot: Epuck) -> None:
+    await robot.pose()
+    await robot.set_speed(0.2, 0.2)
+    await robot.sleep(2.5)
+    assert (await robot.pose()).x > 0.05
+    await robot.set_speed(-0.2, -0.2)
+    await robot.sleep(2.5)
+    await robot.stop()
+    assert (await robot.pose()).x == pytest.approx(0, abs=0.002)
 
 
-def test_counters_that_were_set_without_an_answer_move_no_pose() -> None:
-    async def main(robot: Epuck) -> None:
-        await robot.pose()
-        link = link_of(robot)
-        link._loss = 1.0
-        with pytest.raises(ReplyTimeout):
-            await robot.within(0.2).set_encoders(5000, 5000)
-        link._loss = 0.0
-        assert (await robot.pose()).x == pytest.approx(0, abs=0.001)
-
-    on(FIELD, main)
+@inside(elib.open, FIELD)
+async def test_counters_that_were_set_without_an_answer_move_no_pose(robot: Epuck) -> None:
+    await robot.pose()
+    link = link_of(robot)
+    link._loss = 1.0
+    with pytest.raises(ReplyTimeout):
+        await robot.within(0.2).set_encoders(5000, 5000)
+    link._loss = 0.0
+    assert (await robot.pose()).x == pytest.approx(0, abs=0.001)
 
 
-def test_a_stop_that_was_never_sent_ends_no_motion() -> None:
-    async def main(robot: Epuck) -> None:
-        task = asyncio.create_task(robot.drive(0.1))
-        await robot.sleep(0.2)
-        with pytest.raises(ReplyTimeout):
-            await robot.within(0.001).stop()
-        assert (await task).x == pytest.approx(0.1, abs=STEP)
-        assert await stands(robot)
-
-    on("sim://arena?speed=max&latency=0.2", main)
+@inside(elib.open, "sim://arena?speed=max&latency=0.2")
+async def test_a_stop_that_was_never_sent_ends_no_motion(robot: Epuck) -> None:
+    task = asyncio.create_task(robot.drive(0.1))
+    await robot.sleep(0.2)
+    with pytest.raises(ReplyTimeout):
+        await robot.within(0.001).stop()
+    assert (await task).x == pytest.approx(0.1, abs=STEP)
+    assert await stands(robot)
 
 
 def test_a_motion_that_ends_in_a_gap_does_not_go_on_after_it(tmp_path: Path) -> None:

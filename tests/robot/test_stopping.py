@@ -15,6 +15,7 @@ from elib.errors import ElibError, LinkLost, ReplyTimeout
 from elib.protocol.profiles import PROFILES
 from elib.testing import simulated
 from elib.testing.inside import transport_of
+from shared import inside
 
 FIRMWARES = sorted(PROFILES)
 LATENCIES = (0.0, 0.02, 0.1, 0.25)
@@ -251,50 +252,47 @@ async def test_where_the_last_stop_is_lost_on_its_way_a_second_one_is_sent_witho
     assert not is_driving(there)
 
 
-@simulated
-async def test_a_stop_that_was_garbled_on_its_way_is_sent_again_until_it_is_confirmed() -> None:
-    async with elib.open(url("btcom-2.0", 0.02)) as robot:
-        await robot.set_speed(0.3, 0.3)
-        line = robot.session._line  # type: ignore[attr-defined]
-        send, garbled = line.send_nowait, []
+@inside(elib.open, url("btcom-2.0", 0.02))
+async def test_a_stop_that_was_garbled_on_its_way_is_sent_again_until_it_is_confirmed(robot: elib.Epuck) -> None:
+    await robot.set_speed(0.3, 0.3)
+    line = robot.session._line  # type: ignore[attr-defined]
+    send, garbled = line.send_nowait, []
 
-        def garble_the_first(data: bytes) -> bool:
-            if data.endswith(b"S\r") and not garbled:
-                garbled.append(data)
-                data = data.replace(b"S", b"\x7f")
-            return bool(send(data))
+    def garble_the_first(data: bytes) -> bool:
+        if data.endswith(b"S\r") and not garbled:
+            garbled.append(data)
+            data = data.replace(b"S", b"\x7f")
+        return bool(send(data))
 
-        line.send_nowait = garble_the_first
-        await robot.stop()
-        assert garbled
-        assert not is_driving(virtual(robot))
+    line.send_nowait = garble_the_first
+    await robot.stop()
+    assert garbled
+    assert not is_driving(virtual(robot))
 
 
 # -- asking again ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_reading_whose_answer_is_lost_is_asked_again_within_its_time(firmware: str) -> None:
-    @simulated
-    async def story() -> None:
-        async with elib.open(url(firmware, 0.01)) as robot:
-            for name in ("proximity", "selector", "version", "encoders"):
-                virtual(robot).link.lose_next_reply()
-                began = robot.time
-                assert await getattr(robot.within(3, tries=3), name)() is not None
-                assert 1 < robot.time - began < 1.6
-
-    story()
-
-
 @simulated
-async def test_a_reading_that_is_never_answered_ends_at_its_deadline_and_says_how_often_it_was_tried() -> None:
-    async with elib.open(url("btcom-2.0")) as robot:
-        virtual(robot).link.silence()
-        began = robot.time
-        with pytest.raises(ReplyTimeout, match=r"proximity\(\) did not end within 1.5 s, though it was tried 3 times"):
-            await robot.within(1.5, tries=3).proximity()
-        assert robot.time - began == pytest.approx(1.5)
+async def test_a_reading_whose_answer_is_lost_is_asked_again_within_its_time(firmware: str) -> None:
+    async with elib.open(url(firmware, 0.01)) as robot:
+        for name in ("proximity", "selector", "version", "encoders"):
+            virtual(robot).link.lose_next_reply()
+            began = robot.time
+            assert await getattr(robot.within(3, tries=3), name)() is not None
+            assert 1 < robot.time - began < 1.6
+
+
+@inside(elib.open, url("btcom-2.0"))
+async def test_a_reading_never_answered_ends_at_its_deadline_and_says_how_often_it_was_tried(
+    robot: elib.Epuck,
+) -> None:
+    virtual(robot).link.silence()
+    began = robot.time
+    with pytest.raises(ReplyTimeout, match=r"proximity\(\) did not end within 1.5 s, though it was tried 3 times"):
+        await robot.within(1.5, tries=3).proximity()
+    assert robot.time - began == pytest.approx(1.5)
 
 
 @simulated

@@ -17,7 +17,7 @@ from elib.swarms.swarm import OPENING_AT_ONCE, default_names
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
 from elib.transport import parse_url
-from shared import now, run_python, until
+from shared import inside, now, run_python, until
 
 THREE = "sim://square?speed=max&robots=3"
 
@@ -34,43 +34,40 @@ STANDING = [[0, 0]] * 3
 # -- opening -----------------------------------------------------------------------------------------------------------
 
 
-@simulated
-async def test_every_robot_of_a_world_is_opened_with_a_link_statistics_and_name_of_its_own() -> None:
-    async with elib.swarm(THREE) as robots:
-        assert robots.names == ("epuck-1", "epuck-2", "epuck-3")
-        assert len({transport_of(robot).simulation for robot in robots}) == 1
-        assert len({transport_of(robot).robot.index for robot in robots}) == len({id(r.session) for r in robots}) == 3
-        await robots[1].selector()
-        await robots["epuck-2"].selector()
-        assert [robot.statistics.count for robot in robots] == [0, 2, 0]
-        assert [robot.name for robot in robots] == list(robots.names)
+@inside(elib.swarm, THREE)
+async def test_every_robot_of_a_world_is_opened_with_a_link_statistics_and_name_of_its_own(robots: elib.Swarm) -> None:
+    assert robots.names == ("epuck-1", "epuck-2", "epuck-3")
+    assert len({transport_of(robot).simulation for robot in robots}) == 1
+    assert len({transport_of(robot).robot.index for robot in robots}) == len({id(r.session) for r in robots}) == 3
+    await robots[1].selector()
+    await robots["epuck-2"].selector()
+    assert [robot.statistics.count for robot in robots] == [0, 2, 0]
+    assert [robot.name for robot in robots] == list(robots.names)
 
 
-@simulated
-async def test_a_world_of_the_gallery_is_opened_with_as_many_robots_as_it_names() -> None:
-    async with elib.swarm("sim://crowd") as robots:
-        assert len(robots) == 20
-        assert (await robots.all.selector())["epuck-20"].position == 3
+@inside(elib.swarm, "sim://crowd")
+async def test_a_world_of_the_gallery_is_opened_with_as_many_robots_as_it_names(robots: elib.Swarm) -> None:
+    assert len(robots) == 20
+    assert (await robots.all.selector())["epuck-20"].position == 3
 
 
-@simulated
-async def test_robots_are_found_by_place_by_name_and_in_parts() -> None:
-    async with elib.swarm(THREE) as robots:
-        assert robots["epuck-3"] is robots[2] is robots[-1]
-        assert list(robots) == [robots[0], robots[1], robots[2]]
-        assert robots[1:].names == ("epuck-2", "epuck-3")
-        assert robots.only("epuck-3", 0).names == ("epuck-3", "epuck-1")
-        assert "epuck-2" in robots
-        assert robots[0] in robots
-        assert "epuck-4" not in robots
-        assert repr(robots) == "<Swarm of epuck-1, epuck-2, epuck-3>"
-        assert repr(robots[:1].all) == "<AllRobots of epuck-1>"
-        with pytest.raises(ArgumentError, match=r"there is no robot 'epuck-4'\nhint: there are epuck-1, epuck-2"):
-            robots["epuck-4"]
-        with pytest.raises(IndexError, match="there is no robot 3: there are 3, counted from 0"):
-            robots[3]
-        with pytest.raises(ArgumentError, match="twice"):
-            robots.only(0, "epuck-1")
+@inside(elib.swarm, THREE)
+async def test_robots_are_found_by_place_by_name_and_in_parts(robots: elib.Swarm) -> None:
+    assert robots["epuck-3"] is robots[2] is robots[-1]
+    assert list(robots) == [robots[0], robots[1], robots[2]]
+    assert robots[1:].names == ("epuck-2", "epuck-3")
+    assert robots.only("epuck-3", 0).names == ("epuck-3", "epuck-1")
+    assert "epuck-2" in robots
+    assert robots[0] in robots
+    assert "epuck-4" not in robots
+    assert repr(robots) == "<Swarm of epuck-1, epuck-2, epuck-3>"
+    assert repr(robots[:1].all) == "<AllRobots of epuck-1>"
+    with pytest.raises(ArgumentError, match=r"there is no robot 'epuck-4'\nhint: there are epuck-1, epuck-2"):
+        robots["epuck-4"]
+    with pytest.raises(IndexError, match="there is no robot 3: there are 3, counted from 0"):
+        robots[3]
+    with pytest.raises(ArgumentError, match="twice"):
+        robots.only(0, "epuck-1")
 
 
 @simulated
@@ -187,43 +184,40 @@ def test_a_plain_with_says_what_to_write() -> None:
 # -- the same for all --------------------------------------------------------------------------------------------------
 
 
-@simulated
-async def test_all_are_asked_at_the_same_time_and_answer_by_name_in_order() -> None:
-    async with elib.swarm(f"{THREE}&latency=0.1") as robots:
-        began = now()
-        answers = await robots.all.encoders()
-        assert now() - began == pytest.approx(0.2, rel=0.05)
-        assert list(answers.items()) == [("epuck-1", (0, 0)), ("epuck-2", (0, 0)), ("epuck-3", (0, 0))]
-        assert isinstance(answers["epuck-3"], elib.Steps)
+@inside(elib.swarm, f"{THREE}&latency=0.1")
+async def test_all_are_asked_at_the_same_time_and_answer_by_name_in_order(robots: elib.Swarm) -> None:
+    began = now()
+    answers = await robots.all.encoders()
+    assert now() - began == pytest.approx(0.2, rel=0.05)
+    assert list(answers.items()) == [("epuck-1", (0, 0)), ("epuck-2", (0, 0)), ("epuck-3", (0, 0))]
+    assert isinstance(answers["epuck-3"], elib.Steps)
 
 
-@simulated
-async def test_in_turn_the_next_is_asked_when_the_one_before_has_answered() -> None:
-    async with elib.swarm(f"{THREE}&latency=0.1") as robots:
-        asked: list[float] = []
+@inside(elib.swarm, f"{THREE}&latency=0.1")
+async def test_in_turn_the_next_is_asked_when_the_one_before_has_answered(robots: elib.Swarm) -> None:
+    asked: list[float] = []
 
-        def note(time: float, event: object) -> None:
-            if isinstance(event, Wrote):
-                asked.append(time)
+    def note(time: float, event: object) -> None:
+        if isinstance(event, Wrote):
+            asked.append(time)
 
-        for robot in robots:
-            robot.trace(note)
-        began = now()
-        assert list(await robots.in_turn.selector()) == list(robots.names)
-        assert [time - began for time in asked] == pytest.approx([0, 0.2, 0.4], abs=0.01)
+    for robot in robots:
+        robot.trace(note)
+    began = now()
+    assert list(await robots.in_turn.selector()) == list(robots.names)
+    assert [time - began for time in asked] == pytest.approx([0, 0.2, 0.4], abs=0.01)
 
 
-@simulated
-async def test_every_command_and_action_reaches_all_with_its_arguments() -> None:
-    async with elib.swarm(THREE) as robots:
-        assert await robots.all.set_speed(0.2, right=-0.1) == dict.fromkeys(robots.names)
-        assert (await robots.all.speed())["epuck-2"] == (0.2, -0.1)
-        assert (await robots.all.sensors())["epuck-3"].selector.position == 3  # type: ignore[union-attr]
-        assert (await robots.all.text("C")).keys() == set(robots.names)
-        assert robots.all.set_speed.__doc__ == elib.Epuck.set_speed.__doc__
-        began = now()
-        await robots.all.sleep(1.5)
-        assert now() - began == 1.5
+@inside(elib.swarm, THREE)
+async def test_every_command_and_action_reaches_all_with_its_arguments(robots: elib.Swarm) -> None:
+    assert await robots.all.set_speed(0.2, right=-0.1) == dict.fromkeys(robots.names)
+    assert (await robots.all.speed())["epuck-2"] == (0.2, -0.1)
+    assert (await robots.all.sensors())["epuck-3"].selector.position == 3  # type: ignore[union-attr]
+    assert (await robots.all.text("C")).keys() == set(robots.names)
+    assert robots.all.set_speed.__doc__ == elib.Epuck.set_speed.__doc__
+    began = now()
+    await robots.all.sleep(1.5)
+    assert now() - began == 1.5
 
 
 @simulated
@@ -240,12 +234,11 @@ async def test_a_program_is_run_for_each_robot_at_the_same_time_or_in_turn() -> 
         assert list(apart.values()) == [("epuck-3", pytest.approx(began + 2)), ("epuck-1", pytest.approx(began + 3))]
 
 
-@simulated
-async def test_an_empty_group_answers_nothing() -> None:
-    async with elib.swarm(THREE) as robots:
-        assert await robots[:0].all.selector() == {}
-        assert await robots[:0].in_turn.selector() == {}
-        assert (await robots[:0].all.collect.selector()).answers == {}
+@inside(elib.swarm, THREE)
+async def test_an_empty_group_answers_nothing(robots: elib.Swarm) -> None:
+    assert await robots[:0].all.selector() == {}
+    assert await robots[:0].in_turn.selector() == {}
+    assert (await robots[:0].all.collect.selector()).answers == {}
 
 
 @simulated
@@ -266,61 +259,57 @@ async def test_each_robot_has_the_firmware_that_its_world_names(tmp_path: Path) 
 # -- failing together --------------------------------------------------------------------------------------------------
 
 
-@simulated
-async def test_what_is_wrong_with_a_call_is_said_before_anything_is_sent() -> None:
-    async with elib.swarm([*(f"{THREE}&robot={n}" for n in (1, 2)), "sim://square?firmware=epuck2"]) as robots:
-        sent: list[Request[object]] = []
-        for robot in robots:
-            robot.trace(lambda time, event: sent.append(event.request) if isinstance(event, Called) else None)
-        with pytest.raises(ArgumentError, match=r"^epuck-1: left is 1.05 rev/s"):
-            await robots.all.set_speed(1.05, 0)  # which the third could
-        with pytest.raises(ArgumentError, match=r"^epuck-1: set_speed"):
-            robots.all.set_speed(1)  # type: ignore[call-arg]
-        with pytest.raises(Unsupported, match=r"^epuck-3: microphone_samples\(\)"):
-            robots.in_turn.microphone_samples()
-        assert sent == []
-        with pytest.raises(ArgumentError, match=r"^epuck-1: the time to sleep"):
-            await robots.all.sleep(-1)
+@inside(elib.swarm, [*(f"{THREE}&robot={n}" for n in (1, 2)), "sim://square?firmware=epuck2"])
+async def test_what_is_wrong_with_a_call_is_said_before_anything_is_sent(robots: elib.Swarm) -> None:
+    sent: list[Request[object]] = []
+    for robot in robots:
+        robot.trace(lambda time, event: sent.append(event.request) if isinstance(event, Called) else None)
+    with pytest.raises(ArgumentError, match=r"^epuck-1: left is 1.05 rev/s"):
+        await robots.all.set_speed(1.05, 0)  # which the third could
+    with pytest.raises(ArgumentError, match=r"^epuck-1: set_speed"):
+        robots.all.set_speed(1)  # type: ignore[call-arg]
+    with pytest.raises(Unsupported, match=r"^epuck-3: microphone_samples\(\)"):
+        robots.in_turn.microphone_samples()
+    assert sent == []
+    with pytest.raises(ArgumentError, match=r"^epuck-1: the time to sleep"):
+        await robots.all.sleep(-1)
 
 
-@simulated
-async def test_the_first_error_gives_up_the_others_stops_all_and_names_the_robot() -> None:
-    async with elib.swarm(THREE) as robots:
-        speeds = wheels(robots)
-        await robots.all.set_speed(0.5, 0.5)
-        transport_of(robots[1]).robot.link.silence()
-        with pytest.raises(elib.SwarmError, match=r"^epuck-2: proximity\(\) did not end within 0.2 s") as caught:
-            await robots.all.within(0.2).proximity()
-        assert (caught.value.robot, list(caught.value.errors)) == ("epuck-2", ["epuck-2"])
-        assert isinstance(caught.value.__cause__, ReplyTimeout)
-        await asyncio.sleep(0.01)
-        assert speeds() == STANDING, "the silent one hears, and was told too"
+@inside(elib.swarm, THREE)
+async def test_the_first_error_gives_up_the_others_stops_all_and_names_the_robot(robots: elib.Swarm) -> None:
+    speeds = wheels(robots)
+    await robots.all.set_speed(0.5, 0.5)
+    transport_of(robots[1]).robot.link.silence()
+    with pytest.raises(elib.SwarmError, match=r"^epuck-2: proximity\(\) did not end within 0.2 s") as caught:
+        await robots.all.within(0.2).proximity()
+    assert (caught.value.robot, list(caught.value.errors)) == ("epuck-2", ["epuck-2"])
+    assert isinstance(caught.value.__cause__, ReplyTimeout)
+    await asyncio.sleep(0.01)
+    assert speeds() == STANDING, "the silent one hears, and was told too"
 
 
-@simulated
-async def test_robots_that_fail_at_the_same_moment_are_all_named() -> None:
-    async with elib.swarm(THREE) as robots:
-        for robot in robots[1:]:
-            transport_of(robot).robot.link.cut()
-        with pytest.raises(elib.SwarmError, match=r"^epuck-2: .*; epuck-3 failed too") as caught:
-            await robots.all.proximity()
-        assert {name: type(error) for name, error in caught.value.errors.items()} == {
-            "epuck-2": LinkLost,
-            "epuck-3": LinkLost,
-        }
+@inside(elib.swarm, THREE)
+async def test_robots_that_fail_at_the_same_moment_are_all_named(robots: elib.Swarm) -> None:
+    for robot in robots[1:]:
+        transport_of(robot).robot.link.cut()
+    with pytest.raises(elib.SwarmError, match=r"^epuck-2: .*; epuck-3 failed too") as caught:
+        await robots.all.proximity()
+    assert {name: type(error) for name, error in caught.value.errors.items()} == {
+        "epuck-2": LinkLost,
+        "epuck-3": LinkLost,
+    }
 
 
-@simulated
-async def test_in_turn_nobody_is_asked_any_more_after_the_first_error() -> None:
-    async with elib.swarm(THREE) as robots:
-        speeds = wheels(robots)
-        await robots.all.set_speed(0.5, 0.5)
-        transport_of(robots[1]).robot.link.cut()
-        with pytest.raises(elib.SwarmError, match=r"^epuck-2: "):
-            await robots.in_turn.set_body_led(1)
-        lamps = [transport_of(robot).robot.emulator.firmware.lights.body for robot in robots]
-        assert lamps == [1, 0, 0]
-        assert speeds()[::2] == STANDING[::2]
+@inside(elib.swarm, THREE)
+async def test_in_turn_nobody_is_asked_any_more_after_the_first_error(robots: elib.Swarm) -> None:
+    speeds = wheels(robots)
+    await robots.all.set_speed(0.5, 0.5)
+    transport_of(robots[1]).robot.link.cut()
+    with pytest.raises(elib.SwarmError, match=r"^epuck-2: "):
+        await robots.in_turn.set_body_led(1)
+    lamps = [transport_of(robot).robot.emulator.firmware.lights.body for robot in robots]
+    assert lamps == [1, 0, 0]
+    assert speeds()[::2] == STANDING[::2]
 
 
 @simulated
@@ -345,34 +334,32 @@ async def test_the_programs_of_the_others_are_cancelled_and_an_error_of_ones_own
         assert asyncio.all_tasks() == {asyncio.current_task()}
 
 
-@simulated
-async def test_a_call_to_all_can_be_cancelled_and_the_robots_answer_on() -> None:
-    async with elib.swarm(f"{THREE}&latency=0.1") as robots:
-        for view in (robots.all, robots.in_turn, robots.all.collect):
-            with pytest.raises(TimeoutError):
-                async with asyncio.timeout(0.15):
-                    await view.selector()
-        assert len(await robots.all.within(3).encoders()) == 3
+@inside(elib.swarm, f"{THREE}&latency=0.1")
+async def test_a_call_to_all_can_be_cancelled_and_the_robots_answer_on(robots: elib.Swarm) -> None:
+    for view in (robots.all, robots.in_turn, robots.all.collect):
+        with pytest.raises(TimeoutError):
+            async with asyncio.timeout(0.15):
+                await view.selector()
+    assert len(await robots.all.within(3).encoders()) == 3
 
 
 # -- each for itself ---------------------------------------------------------------------------------------------------
 
 
-@simulated
-async def test_collected_every_robot_has_exactly_one_outcome_and_nobody_is_stopped() -> None:
-    async with elib.swarm(THREE) as robots:
-        speeds = wheels(robots)
-        await robots.all.set_speed(0.1, 0.1)
-        transport_of(robots[0]).robot.link.cut()
-        transport_of(robots[2]).robot.link.silence()
-        for view in (robots.all, robots.in_turn):
-            outcomes = await view.collect.within(0.3).proximity()
-            assert list(outcomes.answers) == ["epuck-2"]
-            assert [(name, type(error)) for name, error in outcomes.errors.items()] == [
-                ("epuck-1", LinkLost),
-                ("epuck-3", ReplyTimeout),
-            ]
-        assert speeds() == [[100, 100]] * 3
+@inside(elib.swarm, THREE)
+async def test_collected_every_robot_has_exactly_one_outcome_and_nobody_is_stopped(robots: elib.Swarm) -> None:
+    speeds = wheels(robots)
+    await robots.all.set_speed(0.1, 0.1)
+    transport_of(robots[0]).robot.link.cut()
+    transport_of(robots[2]).robot.link.silence()
+    for view in (robots.all, robots.in_turn):
+        outcomes = await view.collect.within(0.3).proximity()
+        assert list(outcomes.answers) == ["epuck-2"]
+        assert [(name, type(error)) for name, error in outcomes.errors.items()] == [
+            ("epuck-1", LinkLost),
+            ("epuck-3", ReplyTimeout),
+        ]
+    assert speeds() == [[100, 100]] * 3
 
 
 @simulated

@@ -5,7 +5,7 @@ import contextlib
 import signal
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -21,7 +21,7 @@ from elib.robot.snapshot import SENSORS
 from elib.testing import simulated, simulation_of
 from elib.transport.base import Transport
 from elib.transport.memory import MemoryTransport
-from shared import until
+from shared import inside, until
 from wifi_robot import Air, Fault, WifiRobot, wifi_pair
 
 SIM = "sim://arena?firmware=epuck2-wifi&speed=max"
@@ -46,37 +46,34 @@ def test_the_blocking_style() -> None:
 
 
 @pytest.mark.parametrize("latency", [0, pytest.param(0.1, marks=pytest.mark.long), 0.2])
-def test_odometry_follows_what_is_watched(latency: float) -> None:
-    @simulated
-    async def main() -> None:
-        async with elib.open(f"{SIM}&latency={latency}") as robot, robot.watch("encoders", rate=10) as watched:
+@simulated
+async def test_odometry_follows_what_is_watched(latency: float) -> None:
+    async with elib.open(f"{SIM}&latency={latency}") as robot, robot.watch("encoders", rate=10) as watched:
 
-            async def look() -> None:
-                async for _ in watched:
-                    pass
+        async def look() -> None:
+            async for _ in watched:
+                pass
 
-            looking = asyncio.create_task(look())
-            odometry = robot.motion.odometry
-            for speed in (0.9, -0.9, 0.9, 0.5):  # packets that come before a command is taken are not strange
-                await robot.set_speed(speed, speed)
-                await asyncio.sleep(0.5)
-            before = await robot.encoders()
-            counted = odometry.left
-            assert counted == before.left
-            await robot.set_encoders(5000, -3000)  # the next packet may have the old counters
-            await asyncio.sleep(1.0)
-            after = await robot.encoders()
-            assert (odometry.left - counted, odometry.right - counted) == pytest.approx(
-                (after.left - 5000, after.right + 3000), abs=300
-            )
-            await robot.stop()
-            begin = odometry.left
-            await robot.drive(0.05)
-            assert odometry.left - begin == pytest.approx(0.05 / 0.0001288, abs=160)
-            assert odometry.restarts == 0
-            looking.cancel()
-
-    main()
+        looking = asyncio.create_task(look())
+        odometry = robot.motion.odometry
+        for speed in (0.9, -0.9, 0.9, 0.5):  # packets that come before a command is taken are not strange
+            await robot.set_speed(speed, speed)
+            await asyncio.sleep(0.5)
+        before = await robot.encoders()
+        counted = odometry.left
+        assert counted == before.left
+        await robot.set_encoders(5000, -3000)  # the next packet may have the old counters
+        await asyncio.sleep(1.0)
+        after = await robot.encoders()
+        assert (odometry.left - counted, odometry.right - counted) == pytest.approx(
+            (after.left - 5000, after.right + 3000), abs=300
+        )
+        await robot.stop()
+        begin = odometry.left
+        await robot.drive(0.05)
+        assert odometry.left - begin == pytest.approx(0.05 / 0.0001288, abs=160)
+        assert odometry.restarts == 0
+        looking.cancel()
 
 
 def test_the_styles_of_begin_and_end_and_of_callbacks() -> None:
@@ -157,86 +154,68 @@ async def place(monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Place]:
         await there.robot.close()
 
 
-@pytest.fixture
-def patched() -> Iterator[pytest.MonkeyPatch]:
-    with pytest.MonkeyPatch.context() as patch:
-        yield patch
+@simulated
+async def test_what_acts_once_acts_in_one_cycle_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch) as there, elib.open("wifi://robot") as robot:
+        await robot.set_speed(0.2, 0.2)
+        await robot.calibrate_proximity()
+        await robot.set_encoders(100, 200)
+        await robot.play_sound(3)
+        await robot.play_sound(0)
+        await asyncio.sleep(1)
+        cycles = there.robot.cycles
+        assert sum(cycle.settings & 1 for cycle in cycles) == 1
+        assert [(c.left, c.right) for c in cycles if c.settings & 4] == [(100, 200)]
+        assert [cycle.sound for cycle in cycles if cycle.sound] == [4, 0x20]
+        assert there.robot.speed == (200, 200)
+        assert await robot.encoders() == elib.Steps(100, 200)
+        assert there.robot.wrong == []
+        assert there.robot.discarded == 0
 
 
-def test_what_acts_once_acts_in_one_cycle_only(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.open("wifi://robot") as robot:
-            await robot.set_speed(0.2, 0.2)
-            await robot.calibrate_proximity()
-            await robot.set_encoders(100, 200)
-            await robot.play_sound(3)
-            await robot.play_sound(0)
-            await asyncio.sleep(1)
-            cycles = there.robot.cycles
-            assert sum(cycle.settings & 1 for cycle in cycles) == 1
-            assert [(c.left, c.right) for c in cycles if c.settings & 4] == [(100, 200)]
-            assert [cycle.sound for cycle in cycles if cycle.sound] == [4, 0x20]
-            assert there.robot.speed == (200, 200)
-            assert await robot.encoders() == elib.Steps(100, 200)
-            assert there.robot.wrong == []
-            assert there.robot.discarded == 0
-
-    story()
-
-
-def test_nothing_but_commands_is_sent_even_when_the_robot_is_silent(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there:
-            async with elib.open("wifi://robot") as robot:
-                await robot.set_speed(0.5, 0.5)
-                there.robot.is_silent = True
-                with pytest.raises(ReplyTimeout):
-                    await robot.within(0.1).proximity()
-                with pytest.raises(ReplyTimeout):
-                    await robot.within(1).stop()
-                there.robot.is_silent = False
-            await asyncio.sleep(1)
-            assert there.robot.wrong == []
-            assert there.robot.speed == (0, 0)
-
-    story()
-
-
-def test_closing_stops_the_robot_and_keep_moving_does_not(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there:
-            async with elib.open("wifi://robot") as robot:
-                await robot.set_speed(0.5, 0.5)
-            assert there.robot.speed == (0, 0)
-            async with elib.open("wifi://robot", keep_moving=True) as robot:
-                await robot.set_speed(0.3, 0.4)
-            assert there.robot.speed == (300, 400)
-            async with elib.open("wifi://robot"):
-                assert there.robot.speed == (0, 0), "the first command of a connection stops the robot"
-
-    story()
-
-
-def test_a_stop_overtakes_a_reading_that_is_late(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.open("wifi://robot") as robot:
+@simulated
+async def test_nothing_but_commands_is_sent_even_when_the_robot_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch) as there:
+        async with elib.open("wifi://robot") as robot:
             await robot.set_speed(0.5, 0.5)
-            there.airs[0].down_faults.append(Fault(delay=0.7))
-            reading = asyncio.ensure_future(robot.within(3).distance())
-            await asyncio.sleep(0.01)
-            stopping = asyncio.ensure_future(robot.within(3).stop())
-            await asyncio.sleep(0.3)
-            assert there.robot.speed == (0, 0), "the stop went past the reading"
-            assert not reading.done()
-            await stopping
-            await reading
-            assert there.robot.discarded == 0
+            there.robot.is_silent = True
+            with pytest.raises(ReplyTimeout):
+                await robot.within(0.1).proximity()
+            with pytest.raises(ReplyTimeout):
+                await robot.within(1).stop()
+            there.robot.is_silent = False
+        await asyncio.sleep(1)
+        assert there.robot.wrong == []
+        assert there.robot.speed == (0, 0)
 
-    story()
+
+@simulated
+async def test_closing_stops_the_robot_and_keep_moving_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch) as there:
+        async with elib.open("wifi://robot") as robot:
+            await robot.set_speed(0.5, 0.5)
+        assert there.robot.speed == (0, 0)
+        async with elib.open("wifi://robot", keep_moving=True) as robot:
+            await robot.set_speed(0.3, 0.4)
+        assert there.robot.speed == (300, 400)
+        async with elib.open("wifi://robot"):
+            assert there.robot.speed == (0, 0), "the first command of a connection stops the robot"
+
+
+@simulated
+async def test_a_stop_overtakes_a_reading_that_is_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch) as there, elib.open("wifi://robot") as robot:
+        await robot.set_speed(0.5, 0.5)
+        there.airs[0].down_faults.append(Fault(delay=0.7))
+        reading = asyncio.ensure_future(robot.within(3).distance())
+        await asyncio.sleep(0.01)
+        stopping = asyncio.ensure_future(robot.within(3).stop())
+        await asyncio.sleep(0.3)
+        assert there.robot.speed == (0, 0), "the stop went past the reading"
+        assert not reading.done()
+        await stopping
+        await reading
+        assert there.robot.discarded == 0
 
 
 def test_an_emergency_stop_is_one_command_that_leaves_body_front_and_stream() -> None:
@@ -249,16 +228,13 @@ def test_an_emergency_stop_is_one_command_that_leaves_body_front_and_stream() ->
     elib.run(main, robot=SIM)
 
 
-def test_after_an_emergency_stop_a_lamp_does_not_drive_the_robot_on(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.open("wifi://robot") as robot:
-            await robot.set_speed(0.5, 0.5)
-            assert robot.session.send_unqueued(stop_bytes(robot.session))
-            await robot.set_body_led(1)
-            assert there.robot.speed == (0, 0)
-
-    story()
+@simulated
+async def test_after_an_emergency_stop_a_lamp_does_not_drive_the_robot_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch) as there, elib.open("wifi://robot") as robot:
+        await robot.set_speed(0.5, 0.5)
+        assert robot.session.send_unqueued(stop_bytes(robot.session))
+        await robot.set_body_led(1)
+        assert there.robot.speed == (0, 0)
 
 
 @pytest.mark.parametrize(
@@ -271,8 +247,9 @@ def test_after_an_emergency_stop_a_lamp_does_not_drive_the_robot_on(patched: pyt
         (b"v,Version 1.2.2\r\n", NotAnEpuck, "not as an e-puck2 on Wi-Fi does"),
     ],
 )
-def test_what_is_not_an_epuck2_on_wifi_is_named(
-    patched: pytest.MonkeyPatch, answer: bytes, error: type[elib.ElibError], words: str
+@simulated
+async def test_what_is_not_an_epuck2_on_wifi_is_named(
+    monkeypatch: pytest.MonkeyPatch, answer: bytes, error: type[elib.ElibError], words: str
 ) -> None:
     far: list[MemoryTransport] = []
 
@@ -282,228 +259,191 @@ def test_what_is_not_an_epuck2_on_wifi_is_named(
         other.send_nowait(answer) if answer else None
         return near
 
-    patched.setattr(robot_link, "open_transport", open_transport)
-
-    @simulated
-    async def story() -> None:
-        with pytest.raises(error, match=words):
-            async with elib.open("wifi://robot"):
-                pass
-
-    story()
+    monkeypatch.setattr(robot_link, "open_transport", open_transport)
+    with pytest.raises(error, match=words):
+        async with elib.open("wifi://robot"):
+            pass
 
 
-def test_a_second_client_waits_until_the_first_one_is_gone(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched):
-            async with elib.open("wifi://robot"):
-                with pytest.raises(RobotSilent, match="it serves one at a time"):
-                    async with elib.open("wifi://robot"):
-                        pass
-            async with elib.open("wifi://robot") as robot:
-                await robot.proximity()
-
-    story()
+@simulated
+async def test_a_second_client_waits_until_the_first_one_is_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch):
+        async with elib.open("wifi://robot"):
+            with pytest.raises(RobotSilent, match="it serves one at a time"):
+                async with elib.open("wifi://robot"):
+                    pass
+        async with elib.open("wifi://robot") as robot:
+            await robot.proximity()
 
 
 # -- watching ----------------------------------------------------------------------------------------------------------
 
 
-def test_every_sensor_packet_and_every_picture_is_delivered_with_its_age_and_nothing_is_asked(
-    patched: pytest.MonkeyPatch,
+@simulated
+async def test_every_sensor_packet_and_every_picture_is_delivered_with_its_age_and_nothing_is_asked(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.open("wifi://robot") as robot:
-            calls = robot.statistics.count
-            sent = there.robot.sent_packets
-            numbers = []
-            async with robot.watch("ambient_light", rate=1000) as snapshots:
-                async for snapshot in snapshots:
-                    assert snapshot.age("ambient_light") == 0
-                    numbers.append(snapshot.ambient_light[0])
-                    if len(numbers) == 50:
-                        break
-            assert all(later == before + 1 for before, later in pairwise(numbers)), "every packet, in order"
-            assert there.robot.sent_packets - sent <= 52
-            pictures = []
-            async with robot.watch("image") as snapshots:
-                async for snapshot in snapshots:
-                    assert snapshot.age("image") == 0
-                    pictures.append(int.from_bytes(snapshot.image.raw[:2], "big"))
-                    if len(pictures) == 10:
-                        break
-            taken = [number for _, number in there.robot.readings["image"]]
-            assert pictures == taken[: len(pictures)], "every picture"
-            await asyncio.sleep(0.3)
-            before = there.robot.picture_cycles
-            await asyncio.sleep(1)
-            assert there.robot.picture_cycles == before, "nobody watches, so the robot takes no pictures"
-            assert robot.statistics.count == calls
-
-    story()
+    async with place(monkeypatch) as there, elib.open("wifi://robot") as robot:
+        calls = robot.statistics.count
+        sent = there.robot.sent_packets
+        numbers = []
+        async with robot.watch("ambient_light", rate=1000) as snapshots:
+            async for snapshot in snapshots:
+                assert snapshot.age("ambient_light") == 0
+                numbers.append(snapshot.ambient_light[0])
+                if len(numbers) == 50:
+                    break
+        assert all(later == before + 1 for before, later in pairwise(numbers)), "every packet, in order"
+        assert there.robot.sent_packets - sent <= 52
+        pictures = []
+        async with robot.watch("image") as snapshots:
+            async for snapshot in snapshots:
+                assert snapshot.age("image") == 0
+                pictures.append(int.from_bytes(snapshot.image.raw[:2], "big"))
+                if len(pictures) == 10:
+                    break
+        taken = [number for _, number in there.robot.readings["image"]]
+        assert pictures == taken[: len(pictures)], "every picture"
+        await asyncio.sleep(0.3)
+        before = there.robot.picture_cycles
+        await asyncio.sleep(1)
+        assert there.robot.picture_cycles == before, "nobody watches, so the robot takes no pictures"
+        assert robot.statistics.count == calls
 
 
-def test_sensors_come_at_the_rate_that_was_asked_for_if_the_robot_is_faster(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched), elib.open("wifi://robot") as robot:
-            began, count = robot.time, 0
-            async with robot.watch("proximity", rate=5) as snapshots:
-                async for snapshot in snapshots:
-                    count += 1
-                    if snapshot.time - began > 2:
-                        break
-            assert 10 <= count <= 12
-
-    story()
-
-
-def test_calls_and_single_pictures_work_while_pictures_are_watched(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.open("wifi://robot") as robot:
-            seen = 0
-            async with robot.watch("image", "distance", rate=20) as snapshots:
-                async for _ in snapshots:
-                    seen += 1
-                    await robot.set_speed(seen / 100, 0)
-                    assert there.robot.speed == (10 * seen, 0)
-                    await robot.image()
-                    if seen == 10:
-                        break
-            assert there.robot.discarded == 0
-
-    story()
-
-
-def test_a_stream_that_stops_is_told_with_the_readings_that_there_were(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.open("wifi://robot") as robot, robot.watch("distance") as snapshots:
-            first = await snapshots.take()
-            assert first is not None
-            there.robot.is_silent = True
-            while (snapshot := await snapshots.take()) is not None and snapshot.error is None:
-                pass
-            assert snapshot is not None
-            assert isinstance(snapshot.error, ReplyTimeout)
-            assert snapshot.is_stale("distance")
-            there.robot.is_silent = False
-            while (snapshot := await snapshots.take()) is not None and snapshot.error is not None:
-                pass
-            assert snapshot is not None
-            assert snapshot.age("distance") == 0
-
-    story()
-
-
-def test_a_robot_that_is_switched_off_ends_the_watch_though_its_connection_stays(
-    patched: pytest.MonkeyPatch,
+@simulated
+async def test_sensors_come_at_the_rate_asked_for_if_the_robot_is_faster(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.open("wifi://robot") as robot:
-            began = robot.time
-            with pytest.raises(LinkLost, match="sent nothing for"):
-                async for _ in robot.watch("image"):
-                    there.robot.is_silent = True
-            assert robot.time - began < 10
-
-    story()
+    async with place(monkeypatch), elib.open("wifi://robot") as robot:
+        began, count = robot.time, 0
+        async with robot.watch("proximity", rate=5) as snapshots:
+            async for snapshot in snapshots:
+                count += 1
+                if snapshot.time - began > 2:
+                    break
+        assert 10 <= count <= 12
 
 
-def test_a_late_packet_is_not_taken_for_a_late_answer_and_the_stream_is_not_kept(
-    patched: pytest.MonkeyPatch,
+@simulated
+async def test_calls_and_single_pictures_work_while_pictures_are_watched(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch) as there, elib.open("wifi://robot") as robot:
+        seen = 0
+        async with robot.watch("image", "distance", rate=20) as snapshots:
+            async for _ in snapshots:
+                seen += 1
+                await robot.set_speed(seen / 100, 0)
+                assert there.robot.speed == (10 * seen, 0)
+                await robot.image()
+                if seen == 10:
+                    break
+        assert there.robot.discarded == 0
+
+
+@simulated
+async def test_a_stream_that_stops_is_told_with_the_readings_that_there_were(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch) as there, elib.open("wifi://robot") as robot, robot.watch("distance") as snapshots:
+        first = await snapshots.take()
+        assert first is not None
+        there.robot.is_silent = True
+        while (snapshot := await snapshots.take()) is not None and snapshot.error is None:
+            pass
+        assert snapshot is not None
+        assert isinstance(snapshot.error, ReplyTimeout)
+        assert snapshot.is_stale("distance")
+        there.robot.is_silent = False
+        while (snapshot := await snapshots.take()) is not None and snapshot.error is not None:
+            pass
+        assert snapshot is not None
+        assert snapshot.age("distance") == 0
+
+
+@simulated
+async def test_a_robot_that_is_switched_off_ends_the_watch_though_its_connection_stays(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.open("wifi://robot") as robot:
-            events = robot.events
-            there.robot.is_frozen = True
-            with pytest.raises(ReplyTimeout):
-                await robot.within(0.1).selector()
-            await asyncio.sleep(5)
-            assert not events._late_answers._heard
-            there.robot.is_frozen = False
-            await robot.selector()
-            assert events.recent == ()
-
-    story()
+    async with place(monkeypatch) as there, elib.open("wifi://robot") as robot:
+        began = robot.time
+        with pytest.raises(LinkLost, match="sent nothing for"):
+            async for _ in robot.watch("image"):
+                there.robot.is_silent = True
+        assert robot.time - began < 10
 
 
-def test_a_lost_link_ends_the_watch_with_its_reason(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.open("wifi://robot") as robot:
-            with pytest.raises(LinkLost):
-                async for _ in robot.watch("distance"):
-                    there.airs[0].cut()
+@simulated
+async def test_a_late_packet_is_not_taken_for_a_late_answer_and_the_stream_is_not_kept(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with place(monkeypatch) as there, elib.open("wifi://robot") as robot:
+        events = robot.events
+        there.robot.is_frozen = True
+        with pytest.raises(ReplyTimeout):
+            await robot.within(0.1).selector()
+        await asyncio.sleep(5)
+        assert not events._late_answers._heard
+        there.robot.is_frozen = False
+        await robot.selector()
+        assert events.recent == ()
 
-    story()
+
+@simulated
+async def test_a_lost_link_ends_the_watch_with_its_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch) as there, elib.open("wifi://robot") as robot:
+        with pytest.raises(LinkLost):
+            async for _ in robot.watch("distance"):
+                there.airs[0].cut()
 
 
 # -- coming back -------------------------------------------------------------------------------------------------------
 
 
-def test_a_robot_that_comes_back_has_its_lamps_and_is_watched_on(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.reconnecting("wifi://robot", first_delay=0.1) as robot:
-            await robot.set_led(8, 1)
-            await robot.set_rgb_led(3, 0.5, 0, 0)
-            await robot.set_body_led(1)
-            await robot.set_speed(0.4, 0.4)
-            async with robot.watch("image", "distance") as snapshots:
-                assert await snapshots.take() is not None
-                there.airs[0].cut()
-                await robot.within(5).proximity()
-                assert len(there.airs) == 2
-                command = there.robot.adopted[-1]
-                assert command[3:7] == bytes(4), "the wheels stand"
-                assert command[7] == 0x1F
-                assert list(command[8:20]) == [0, 0, 0, 50, 0, 0, 10, 0, 0, 10, 0, 0]
-                back = robot.time
-                while (snapshot := await snapshots.take()) is not None and snapshot.image.time < back:
-                    pass
-                assert snapshot is not None, "pictures are streamed again"
-
-    story()
-
-
-def test_bytes_out_of_step_open_a_new_connection(patched: pytest.MonkeyPatch) -> None:
-    @simulated
-    async def story() -> None:
-        async with place(patched) as there, elib.reconnecting("wifi://robot", first_delay=0.1) as robot:
-            await robot.proximity()
-            there.airs[0].far.send_nowait(b"\x00")
-            assert (await robot.within(5).selector()).position == 15
+@simulated
+async def test_a_robot_that_comes_back_has_its_lamps_and_is_watched_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch) as there, elib.reconnecting("wifi://robot", first_delay=0.1) as robot:
+        await robot.set_led(8, 1)
+        await robot.set_rgb_led(3, 0.5, 0, 0)
+        await robot.set_body_led(1)
+        await robot.set_speed(0.4, 0.4)
+        async with robot.watch("image", "distance") as snapshots:
+            assert await snapshots.take() is not None
+            there.airs[0].cut()
+            await robot.within(5).proximity()
             assert len(there.airs) == 2
-        async with place(patched) as there, elib.open("wifi://robot") as robot:
-            there.airs[0].far.send_nowait(b"\x00")
-            with pytest.raises(LinkLost, match=r"(?s)out of step.*elib\.reconnecting\(\) does that"):
-                await robot.within(5).selector()
+            command = there.robot.adopted[-1]
+            assert command[3:7] == bytes(4), "the wheels stand"
+            assert command[7] == 0x1F
+            assert list(command[8:20]) == [0, 0, 0, 50, 0, 0, 10, 0, 0, 10, 0, 0]
+            back = robot.time
+            while (snapshot := await snapshots.take()) is not None and snapshot.image.time < back:
+                pass
+            assert snapshot is not None, "pictures are streamed again"
 
-    story()
+
+@simulated
+async def test_bytes_out_of_step_open_a_new_connection(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with place(monkeypatch) as there, elib.reconnecting("wifi://robot", first_delay=0.1) as robot:
+        await robot.proximity()
+        there.airs[0].far.send_nowait(b"\x00")
+        assert (await robot.within(5).selector()).position == 15
+        assert len(there.airs) == 2
+    async with place(monkeypatch) as there, elib.open("wifi://robot") as robot:
+        there.airs[0].far.send_nowait(b"\x00")
+        with pytest.raises(LinkLost, match=r"(?s)out of step.*elib\.reconnecting\(\) does that"):
+            await robot.within(5).selector()
 
 
-def test_pictures_do_not_keep_the_sensors_of_the_same_watch_from_their_turn() -> None:
-    @simulated
-    async def story() -> None:
-        async with elib.open("sim://arena?firmware=epuck2-wifi&speed=max") as robot:
-            times: dict[str, set[float]] = {"proximity": set(), "image": set()}
-            async with robot.watch("proximity", "image", rate=5) as snapshots:
-                began = asyncio.get_running_loop().time()
-                async for snapshot in snapshots:
-                    for name, reading in snapshot.readings.items():
-                        times[name].add(reading.time)
-                    if asyncio.get_running_loop().time() - began > 4:
-                        break
-            assert len(times["image"]) > 30
-            assert 18 <= len(times["proximity"]) <= 22
-
-    story()
+@inside(elib.open, "sim://arena?firmware=epuck2-wifi&speed=max")
+async def test_pictures_do_not_keep_the_sensors_of_the_same_watch_from_their_turn(robot: elib.Epuck) -> None:
+    times: dict[str, set[float]] = {"proximity": set(), "image": set()}
+    async with robot.watch("proximity", "image", rate=5) as snapshots:
+        began = asyncio.get_running_loop().time()
+        async for snapshot in snapshots:
+            for name, reading in snapshot.readings.items():
+                times[name].add(reading.time)
+            if asyncio.get_running_loop().time() - began > 4:
+                break
+    assert len(times["image"]) > 30
+    assert 18 <= len(times["proximity"]) <= 22
 
 
 # -- over TCP ----------------------------------------------------------------------------------------------------------

@@ -5,7 +5,9 @@ import contextlib
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 
-from elib.errors import LinkError
+import pytest
+
+from elib.errors import LinkError, ReplyTimeout
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.table import Request
@@ -122,6 +124,11 @@ class Rig:
 
     async def ask(self, name: str, *args: object, within: float = 1.0) -> object:
         return await self.session.execute(self.request(name, *args), within)
+
+    async def lose(self, name: str, *args: object, within: float = 0.1) -> None:
+        """Ask, and let the time be over before the answer."""
+        with pytest.raises(ReplyTimeout):
+            await self.ask(name, *args, within=within)
 
     def begin(self, name: str, *args: object, within: float = 1.0) -> "asyncio.Task[object]":
         return asyncio.ensure_future(self.ask(name, *args, within=within))

@@ -32,6 +32,8 @@ def block(seconds: float) -> None:
     loop._set_time(loop.time() + seconds)
 
 
+Call = tuple[str, tuple[object, ...], float, float, bool]
+"""One call: row, arguments, timeout, pause before it, and whether the program waits for its end."""
 NUMBERS = 3800
 """Readings are numbered modulo this: every count stays within the converter's 12 bits."""
 
@@ -121,6 +123,21 @@ class HonestRig:
         outcome.ends += 1
         outcome.ended = loop.time()
         return outcome
+
+    async def play(self, script: Iterable[Call], blocks: Iterable[tuple[float, float]] = ()) -> None:
+        """Make the calls, some one after the other and some at once, and block the loop meanwhile."""
+        at = 0.0
+        for gap, seconds in blocks:
+            at += gap
+            self.block_at(at, seconds)
+        running: list[asyncio.Task[Outcome]] = []
+        for name, args, within, gap, waits in script:
+            await asyncio.sleep(gap)  # clock: simulated
+            task = asyncio.ensure_future(self.call(name, *args, within=within))
+            running.append(task)
+            if waits:
+                await task
+        await asyncio.gather(*running)
 
     def check(self, outcome: Outcome, *, punctual: bool = True) -> None:
         """Compare one outcome with what the robot really did, and when."""

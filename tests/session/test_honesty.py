@@ -5,7 +5,7 @@ import os
 from collections.abc import Sequence
 
 import pytest
-from honest_rig import HonestRig, honest_rig
+from honest_rig import Call, HonestRig, honest_rig
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -13,6 +13,7 @@ from elib.emulator.faults import Fault
 from elib.errors import LinkError, LinkLost, ReplyTimeout
 from elib.protocol.profiles import PROFILES
 from elib.testing import simulated
+from shared import inside
 
 SCHEDULES = int(os.environ.get("ELIB_SCHEDULES", "150"))
 """Schedules a test tries; set ELIB_SCHEDULES for a long run."""
@@ -42,8 +43,7 @@ speeds = st.integers(-1000, 1000).map(lambda steps: steps / 1000)
 
 
 @st.composite
-def calls(draw: st.DrawFn, rows: st.SearchStrategy[str]) -> tuple[str, tuple[object, ...], float, float, bool]:
-    """One call: row, arguments, timeout, pause before it, and whether the program waits for its end."""
+def calls(draw: st.DrawFn, rows: st.SearchStrategy[str]) -> Call:
     name = draw(rows)
     args: tuple[object, ...] = ()
     if name == "set_speed":
@@ -53,7 +53,6 @@ def calls(draw: st.DrawFn, rows: st.SearchStrategy[str]) -> tuple[str, tuple[obj
     return name, args, draw(timeouts), draw(gaps), draw(st.booleans())
 
 
-Call = tuple[str, tuple[object, ...], float, float, bool]
 schedule = settings(
     max_examples=SCHEDULES, deadline=None, derandomize=SCHEDULES <= 1000, suppress_health_check=list(HealthCheck)
 )
@@ -72,18 +71,7 @@ def silence(faults: Sequence[Fault], blocks: Sequence[tuple[float, float]]) -> f
 async def play(rig: HonestRig, script: list[Call], blocks: Sequence[tuple[float, float]] = ()) -> None:
     """Make the calls, some one after the other and some at once, and compare every outcome with what the robot did."""
     might_be_silent = silence(tuple(rig.link.faults), blocks)
-    at = 0.0
-    for gap, seconds in blocks:
-        at += gap
-        rig.block_at(at, seconds)
-    running: list[asyncio.Task[object]] = []
-    for name, args, within, gap, waits in script:
-        await asyncio.sleep(gap)  # clock: simulated
-        task = asyncio.ensure_future(rig.call(name, *args, within=within))
-        running.append(task)
-        if waits:
-            await task
-    await asyncio.gather(*running)
+    await rig.play(script, blocks)
     assert len(rig.outcomes) == len(script)
     for outcome in rig.outcomes:
         rig.check(outcome)
@@ -100,15 +88,12 @@ async def play(rig: HonestRig, script: list[Call], blocks: Sequence[tuple[float,
     st.sampled_from([0.0, 0.01, 0.06]),
     blocks,
 )
-def test_any_schedule_of_bad_text_answers_gives_the_right_value_or_an_error(
+@simulated
+async def test_any_schedule_of_bad_text_answers_gives_the_right_value_or_an_error(
     firmware: str, faults: list[Fault], script: list[Call], latency: float, blocks: list[tuple[float, float]]
 ) -> None:
-    @simulated
-    async def story() -> None:
-        async with honest_rig(firmware, latency=latency, faults=faults) as rig:
-            await play(rig, script, blocks)
-
-    story()
+    async with honest_rig(firmware, latency=latency, faults=faults) as rig:
+        await play(rig, script, blocks)
 
 
 binary_rows = {
@@ -146,18 +131,14 @@ binary_faults = st.one_of(
     st.sampled_from([0.0, 0.01, 0.06]),
     blocks,
 )
-def test_any_schedule_of_bad_binary_answers_and_pictures_gives_the_right_value_or_an_error(
+@simulated
+async def test_any_schedule_of_bad_binary_answers_and_pictures_gives_the_right_value_or_an_error(
     firmware: str, faults: list[Fault], data: st.DataObject, latency: float, blocks: list[tuple[float, float]]
 ) -> None:
     script = data.draw(st.lists(calls(st.sampled_from(binary_rows[firmware])), min_size=1, max_size=6))
     script = [(name, (3, 0.1, 0.2, 0.3) if name == "set_rgb_led" else args, *rest) for name, args, *rest in script]
-
-    @simulated
-    async def story() -> None:
-        async with honest_rig(firmware, latency=latency, faults=faults) as rig:
-            await play(rig, script, blocks)
-
-    story()
+    async with honest_rig(firmware, latency=latency, faults=faults) as rig:
+        await play(rig, script, blocks)
 
 
 @schedule
@@ -168,19 +149,16 @@ def test_any_schedule_of_bad_binary_answers_and_pictures_gives_the_right_value_o
     st.integers(0, 60),
     st.booleans(),
 )
-def test_a_link_cut_at_any_byte_ends_every_call_once(
+@simulated
+async def test_a_link_cut_at_any_byte_ends_every_call_once(
     firmware: str, faults: list[Fault], script: list[Call], at: int, toward_robot: bool
 ) -> None:
-    @simulated
-    async def story() -> None:
-        async with honest_rig(firmware, latency=0.01, faults=faults) as rig:
-            if toward_robot:
-                rig.link.cut_after(to_robot=at)
-            else:
-                rig.link.cut_after(to_host=at)
-            await play(rig, script)
-
-    story()
+    async with honest_rig(firmware, latency=0.01, faults=faults) as rig:
+        if toward_robot:
+            rig.link.cut_after(to_robot=at)
+        else:
+            rig.link.cut_after(to_host=at)
+        await play(rig, script)
 
 
 @pytest.mark.parametrize("firmware", sorted(PROFILES))
@@ -213,35 +191,32 @@ def test_a_command_cut_at_any_byte_ends_in_an_error_and_hangs_nobody(firmware: s
         story(at)
 
 
-@simulated
-async def test_a_robot_that_falls_silent_ends_every_call_in_time_and_the_session_once() -> None:
-    async with honest_rig("btcom-2.0") as rig:
-        rig.link.silence()
-        outcomes = await asyncio.gather(*(rig.call("ambient_light", within=w) for w in (0.1, 0.5, 2.0, 60.0, 60.0)))
-        for outcome in outcomes:
-            rig.check(outcome)
-        assert [type(o.error) for o in outcomes] == [ReplyTimeout] * 3 + [LinkLost] * 2
-
-
-@simulated
-async def test_a_robot_that_is_silent_for_a_while_is_found_again() -> None:
-    async with honest_rig("btcom-2.0") as rig:
-        rig.link.silence()
-        assert isinstance((await rig.call("ambient_light", within=0.1)).error, ReplyTimeout)
-        await asyncio.sleep(30)
-        rig.link.end_silence()
-        outcome = await rig.call("ambient_light", within=2)
+@inside(honest_rig, "btcom-2.0")
+async def test_a_robot_that_falls_silent_ends_every_call_in_time_and_the_session_once(rig: HonestRig) -> None:
+    rig.link.silence()
+    outcomes = await asyncio.gather(*(rig.call("ambient_light", within=w) for w in (0.1, 0.5, 2.0, 60.0, 60.0)))
+    for outcome in outcomes:
         rig.check(outcome)
-        assert outcome.error is None
+    assert [type(o.error) for o in outcomes] == [ReplyTimeout] * 3 + [LinkLost] * 2
 
 
-@simulated
-async def test_a_calibration_given_up_on_does_not_lose_the_link() -> None:
-    async with honest_rig("btcom-1.1.3") as rig:
-        assert isinstance((await rig.call("calibrate_proximity", within=0.5)).error, ReplyTimeout)
-        outcome = await rig.call("ambient_light", within=6)
-        rig.check(outcome)
-        assert outcome.error is None
+@inside(honest_rig, "btcom-2.0")
+async def test_a_robot_that_is_silent_for_a_while_is_found_again(rig: HonestRig) -> None:
+    rig.link.silence()
+    assert isinstance((await rig.call("ambient_light", within=0.1)).error, ReplyTimeout)
+    await asyncio.sleep(30)
+    rig.link.end_silence()
+    outcome = await rig.call("ambient_light", within=2)
+    rig.check(outcome)
+    assert outcome.error is None
+
+
+@inside(honest_rig, "btcom-1.1.3")
+async def test_a_calibration_given_up_on_does_not_lose_the_link(rig: HonestRig) -> None:
+    assert isinstance((await rig.call("calibrate_proximity", within=0.5)).error, ReplyTimeout)
+    outcome = await rig.call("ambient_light", within=6)
+    rig.check(outcome)
+    assert outcome.error is None
 
 
 # -- late copies -------------------------------------------------------------------------------------------------------
@@ -268,18 +243,14 @@ def test_a_late_copy_of_another_answer_is_never_taken_for_a_binary_one(firmware:
 
 
 @pytest.mark.parametrize("firmware", ["btcom-2.0", "asercom-1.2.2"])
-def test_a_byte_lost_or_added_in_a_binary_answer_is_an_error(firmware: str) -> None:
+@simulated
+async def test_a_byte_lost_or_added_in_a_binary_answer_is_an_error(firmware: str) -> None:
     """Without the guard the missing byte would be made up by the next answer's first."""
-
-    @simulated
-    async def story() -> None:
-        async with honest_rig(firmware) as rig:
-            for _ in range(4):
-                rig.link.faults.append(Fault(halve=True))
-                outcome = await rig.call("attitude", within=0.3)
-                assert outcome.error is not None
-                outcome = await rig.call("ambient_light", within=2)
-                rig.check(outcome)
-                assert outcome.error is None
-
-    story()
+    async with honest_rig(firmware) as rig:
+        for _ in range(4):
+            rig.link.faults.append(Fault(halve=True))
+            outcome = await rig.call("attitude", within=0.3)
+            assert outcome.error is not None
+            outcome = await rig.call("ambient_light", within=2)
+            rig.check(outcome)
+            assert outcome.error is None

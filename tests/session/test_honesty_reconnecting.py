@@ -3,10 +3,10 @@
 import asyncio
 import os
 
-from honest_rig import HonestRig, NumberedHardware
+from honest_rig import Call, HonestRig, NumberedHardware
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from test_honesty import Call, calls, play, text_faults, text_rows
+from test_honesty import calls, play, text_faults, text_rows
 
 from elib.emulator.emulator import Emulator
 from elib.emulator.faults import Fault
@@ -34,53 +34,50 @@ breaks = st.lists(
     breaks,
     st.sampled_from(["wait", "fail"]),
 )
-def test_a_link_that_breaks_and_comes_back_gives_the_right_value_or_an_error(
+@simulated
+async def test_a_link_that_breaks_and_comes_back_gives_the_right_value_or_an_error(
     firmware: str, faults: list[Fault], script: list[Call], plan: list[tuple[float, str]], during_gap: str
 ) -> None:
-    @simulated
-    async def story() -> None:
-        loop = asyncio.get_running_loop()
-        hardware = NumberedHardware(firmware)
-        robot = Emulator(firmware, hardware, booted=True)
-        link = Link(robot, latency=0.005, origin=0.0)
+    loop = asyncio.get_running_loop()
+    hardware = NumberedHardware(firmware)
+    robot = Emulator(firmware, hardware, booted=True)
+    link = Link(robot, latency=0.005, origin=0.0)
+    is_clear = True
+    far: MemoryTransport | None = None
+
+    async def start() -> Session:
+        nonlocal far
+        if not is_clear:
+            raise LinkNotFound("out of range")
+        near, far = memory_pair()
+        link.attach(far)
+        return await Session.open(near)
+
+    async def break_link() -> None:
+        nonlocal is_clear
+        for pause, what in plan:
+            await asyncio.sleep(pause)
+            if what == "cut" and far is not None:
+                is_clear = False
+                link.detach()
+                far.abort()
+            elif what == "battery":
+                robot.power_cycle(loop.time())
+                link.catch_up()
+            else:
+                is_clear = True
         is_clear = True
-        far: MemoryTransport | None = None
 
-        async def start() -> Session:
-            nonlocal far
-            if not is_clear:
-                raise LinkNotFound("out of range")
-            near, far = memory_pair()
-            link.attach(far)
-            return await Session.open(near)
-
-        async def break_link() -> None:
-            nonlocal is_clear
-            for pause, what in plan:
-                await asyncio.sleep(pause)
-                if what == "cut" and far is not None:
-                    is_clear = False
-                    link.detach()
-                    far.abort()
-                elif what == "battery":
-                    robot.power_cycle(loop.time())
-                    link.catch_up()
-                else:
-                    is_clear = True
-            is_clear = True
-
-        policy = Policy(during_gap=during_gap, give_up_after=20.0)  # type: ignore[arg-type]
-        channel = await Reconnector("test://air", start, policy).open()
-        link.faults.extend(faults)
-        rig = HonestRig(channel, hardware, link, 0.0)
-        breaking = asyncio.ensure_future(break_link())
-        try:
-            await play(rig, script)
-        finally:
-            breaking.cancel()
-            await asyncio.gather(breaking, return_exceptions=True)
-            await channel.close()
-            link.close()
-        assert len(asyncio.all_tasks()) == 1, asyncio.all_tasks()
-
-    story()
+    policy = Policy(during_gap=during_gap, give_up_after=20.0)  # type: ignore[arg-type]
+    channel = await Reconnector("test://air", start, policy).open()
+    link.faults.extend(faults)
+    rig = HonestRig(channel, hardware, link, 0.0)
+    breaking = asyncio.ensure_future(break_link())
+    try:
+        await play(rig, script)
+    finally:
+        breaking.cancel()
+        await asyncio.gather(breaking, return_exceptions=True)
+        await channel.close()
+        link.close()
+    assert len(asyncio.all_tasks()) == 1, asyncio.all_tasks()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import cast
 
 import pytest
-from honest_rig import HonestRig, Outcome
+from honest_rig import Call, HonestRig, Outcome
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_honesty import LEAST_SILENCE, gaps, timeouts
@@ -16,6 +16,7 @@ from elib.errors import LinkError, LinkLost, LinkNotFound, ReplyTimeout
 from elib.robot.reconnect import Policy, Reconnector
 from elib.session import Session
 from elib.testing import simulated
+from shared import inside
 from wifi_robot import Air, Fault, WifiRig, WifiRobot, wifi_pair, wifi_rig
 
 SCHEDULES = int(os.environ.get("ELIB_SCHEDULES", "100"))
@@ -32,12 +33,10 @@ faults = st.one_of(
     st.just(Fault()), st.builds(lambda delay: Fault(delay), delays), st.builds(Fault, delays, shares, delays)
 )
 """TCP loses, doubles and reorders nothing: what happens to it is that it is late, in pieces, or ends."""
-Call = tuple[str, tuple[object, ...], float, float, bool]
 
 
 @st.composite
 def calls(draw: st.DrawFn) -> Call:
-    """One call: row, arguments, timeout, pause before it, and whether the program waits for its end."""
     name = draw(rows)
     args: tuple[object, ...] = ()
     if name == "set_speed":
@@ -56,27 +55,16 @@ schedule = settings(
 )
 
 
-class Once:
-    """What acts once: each call's own trace in the robot's cycles."""
-
-    def __init__(self, rig: WifiRig) -> None:
-        self.robot = rig.robot
-
-    def count(self, kind: str, what: object, began: float, ended: float) -> int:
-        return sum(k == kind and w == what and began <= time <= ended for time, k, w in self.robot.acts)
-
-
 SOUNDS = {0: 0x20, 1: 1, 2: 2, 3: 4, 4: 8, 5: 0x10, 6: 0x20}
 
 
 def check(rig: WifiRig, honest: HonestRig, script: Sequence[Call]) -> None:
     """Compare every outcome with what the robot really did, and when."""
     assert len(honest.outcomes) == len(script)
-    once = Once(rig)
     for outcome in honest.outcomes:
         honest.check(outcome)
         if outcome.error is None and outcome.name in ("set_speed", "set_encoders", "play_sound", "encoders"):
-            check_act(once, honest, outcome)
+            check_act(rig, honest, outcome)
     # The robot repeats its newest command, so a torn pair acts until its other half comes; no command was sent twice.
     for name, is_so in (("set_encoders", lambda command: command[2] & 4), ("play_sound", lambda command: command[20])):
         asked = sum(outcome.name == name for outcome in honest.outcomes)
@@ -91,20 +79,21 @@ def steps(args: Sequence[object]) -> list[int]:
     return [round(1000 * float(cast("float", arg))) for arg in args]
 
 
-def check_act(once: Once, honest: HonestRig, outcome: Outcome) -> None:
+def check_act(rig: WifiRig, honest: HonestRig, outcome: Outcome) -> None:
     began, ended = outcome.called - honest.origin - 1e-9, outcome.ended - honest.origin + 1e-9
+    acts = [(kind, what) for time, kind, what in rig.robot.acts if began <= time <= ended]
     match outcome.name:
         case "set_speed":
             # A newer speed, or a stop, may have taken its place: all of them get the outcome of the newest.
             later = [o for o in honest.outcomes if o.called >= outcome.called and o.name in ("set_speed", "stop")]
             speeds = [tuple(steps(o.args)) or (0, 0) for o in later]
-            assert any(once.count("drive", speed, began, ended) for speed in speeds), f"{outcome}: nothing was driven"
+            assert any(("drive", speed) in acts for speed in speeds), f"{outcome}: nothing was driven"
         case "set_encoders":
-            assert once.count("steps", outcome.args, began, ended) >= 1, outcome
+            assert ("steps", outcome.args) in acts, outcome
         case "play_sound":
-            assert once.count("sound", SOUNDS[cast("int", outcome.args[0])], began, ended) >= 1, outcome
+            assert ("sound", SOUNDS[cast("int", outcome.args[0])]) in acts, outcome
         case "encoders":
-            known = [(0, 0), *(w for _, kind, w in once.robot.acts if kind == "steps")]
+            known = [(0, 0), *(w for _, kind, w in rig.robot.acts if kind == "steps")]
             assert tuple(cast("Sequence[int]", outcome.value)) in known
 
 
@@ -112,18 +101,7 @@ async def play(rig: WifiRig, script: list[Call], blocks: Sequence[tuple[float, f
     """Make the calls, some one after the other and some at once."""
     loop = asyncio.get_running_loop()
     honest = HonestRig(rig.session, rig.robot, rig.air, loop.time() - rig.robot.clock)  # type: ignore[arg-type]
-    at = 0.0
-    for gap, seconds in blocks:
-        at += gap
-        honest.block_at(at, seconds)
-    running: list[asyncio.Task[object]] = []
-    for name, args, within, gap, waits in script:
-        await asyncio.sleep(gap)  # clock: simulated
-        task = asyncio.ensure_future(honest.call(name, *args, within=within))
-        running.append(task)
-        if waits:
-            await task
-    await asyncio.gather(*running)
+    await honest.play(script, blocks)
     return honest
 
 
@@ -138,17 +116,14 @@ blocks = st.lists(st.tuples(st.sampled_from([0.0, 0.05, 0.1, 0.3, 0.6]), delays)
     st.sampled_from([0.0, 0.002, 0.01, 0.06]),
     blocks,
 )
-def test_any_schedule_of_stalls_and_torn_writes_gives_the_right_value_or_an_error(
+@simulated
+async def test_any_schedule_of_stalls_and_torn_writes_gives_the_right_value_or_an_error(
     script: list[Call], up: list[Fault], down: list[Fault], latency: float, blocks: list[tuple[float, float]]
 ) -> None:
-    @simulated
-    async def story() -> None:
-        async with wifi_rig(latency=latency, up=up, down=down) as rig:
-            check(rig, await play(rig, script, blocks), script)
-            stalls = sum(f.delay + f.pause * len(f.tears) for f in (*up, *down)) + sum(s for _, s in blocks)
-            assert rig.session.error is None or stalls >= LEAST_SILENCE, rig.session.error
-
-    story()
+    async with wifi_rig(latency=latency, up=up, down=down) as rig:
+        check(rig, await play(rig, script, blocks), script)
+        stalls = sum(f.delay + f.pause * len(f.tears) for f in (*up, *down)) + sum(s for _, s in blocks)
+        assert rig.session.error is None or stalls >= LEAST_SILENCE, rig.session.error
 
 
 @schedule
@@ -158,19 +133,16 @@ def test_any_schedule_of_stalls_and_torn_writes_gives_the_right_value_or_an_erro
     st.one_of(st.integers(0, 200), st.integers(0, 40000)),
     st.booleans(),
 )
-def test_a_link_cut_at_any_byte_ends_every_call_once(
+@simulated
+async def test_a_link_cut_at_any_byte_ends_every_call_once(
     script: list[Call], faults: list[Fault], at: int, toward_robot: bool
 ) -> None:
-    @simulated
-    async def story() -> None:
-        async with wifi_rig(latency=0.005, up=faults, down=faults) as rig:
-            if toward_robot:
-                rig.air.cut_up = at % 300
-            else:
-                rig.air.cut_down = at
-            check(rig, await play(rig, script), script)
-
-    story()
+    async with wifi_rig(latency=0.005, up=faults, down=faults) as rig:
+        if toward_robot:
+            rig.air.cut_up = at % 300
+        else:
+            rig.air.cut_down = at
+        check(rig, await play(rig, script), script)
 
 
 @pytest.mark.parametrize("row", ["ambient_light", "set_speed"])
@@ -216,28 +188,26 @@ def test_a_command_cut_at_any_byte_ends_in_an_error_and_hangs_nobody() -> None:
         story(at)
 
 
-@simulated
-async def test_a_robot_that_falls_silent_ends_every_call_in_time_and_the_session_once() -> None:
-    async with wifi_rig() as rig:
-        rig.robot.is_silent = True
-        script = [("ambient_light", (), within, 0.0, False) for within in (0.1, 0.5, 2.0, 60.0, 60.0)]
-        honest = await play(rig, script)
-        for outcome in honest.outcomes:
-            honest.check(outcome)
-        assert [type(o.error) for o in honest.outcomes] == [ReplyTimeout] * 3 + [LinkLost] * 2
+@inside(wifi_rig)
+async def test_a_robot_that_falls_silent_ends_every_call_in_time_and_the_session_once(rig: WifiRig) -> None:
+    rig.robot.is_silent = True
+    script = [("ambient_light", (), within, 0.0, False) for within in (0.1, 0.5, 2.0, 60.0, 60.0)]
+    honest = await play(rig, script)
+    for outcome in honest.outcomes:
+        honest.check(outcome)
+    assert [type(o.error) for o in honest.outcomes] == [ReplyTimeout] * 3 + [LinkLost] * 2
 
 
-@simulated
-async def test_a_robot_that_is_silent_for_a_while_is_found_again() -> None:
-    async with wifi_rig() as rig:
-        rig.robot.is_silent = True
-        honest = await play(rig, [("ambient_light", (), 0.1, 0.0, True)])
-        assert isinstance(honest.outcomes[0].error, ReplyTimeout)
-        await asyncio.sleep(30)
-        rig.robot.is_silent = False
-        honest = await play(rig, [("ambient_light", (), 2.0, 0.0, True)])
-        honest.check(honest.outcomes[0])
-        assert honest.outcomes[0].error is None
+@inside(wifi_rig)
+async def test_a_robot_that_is_silent_for_a_while_is_found_again(rig: WifiRig) -> None:
+    rig.robot.is_silent = True
+    honest = await play(rig, [("ambient_light", (), 0.1, 0.0, True)])
+    assert isinstance(honest.outcomes[0].error, ReplyTimeout)
+    await asyncio.sleep(30)
+    rig.robot.is_silent = False
+    honest = await play(rig, [("ambient_light", (), 2.0, 0.0, True)])
+    honest.check(honest.outcomes[0])
+    assert honest.outcomes[0].error is None
 
 
 # -- a robot that comes back -------------------------------------------------------------------------------------------
@@ -256,64 +226,61 @@ breaks = st.lists(
     breaks,
     st.sampled_from(["wait", "fail"]),
 )
-def test_a_link_that_breaks_and_comes_back_gives_the_right_value_or_an_error(
+@simulated
+async def test_a_link_that_breaks_and_comes_back_gives_the_right_value_or_an_error(
     script: list[Call], faults: list[Fault], plan: list[tuple[float, str]], during_gap: str
 ) -> None:
-    @simulated
-    async def story() -> None:
-        robot = WifiRobot()
-        airs: list[Air] = []
-        opened: list[float] = []
+    robot = WifiRobot()
+    airs: list[Air] = []
+    opened: list[float] = []
+    is_clear = True
+
+    async def start() -> Session:
+        if not is_clear:
+            raise LinkNotFound("out of range")
+        near, far = wifi_pair()
+        airs.append(Air(robot, far, 0.005))
+        opened.append(robot.clock)
+        return await Session.open(near)
+
+    async def break_link() -> None:
+        nonlocal is_clear
+        for pause, what in plan:
+            await asyncio.sleep(pause)
+            if what == "noise":
+                airs[-1].down(b"\x00")
+            else:
+                is_clear = what == "clear"
+                if not is_clear:
+                    airs[-1].cut()
         is_clear = True
 
-        async def start() -> Session:
-            if not is_clear:
-                raise LinkNotFound("out of range")
-            near, far = wifi_pair()
-            airs.append(Air(robot, far, 0.005))
-            opened.append(robot.clock)
-            return await Session.open(near)
-
-        async def break_link() -> None:
-            nonlocal is_clear
-            for pause, what in plan:
-                await asyncio.sleep(pause)
-                if what == "noise":
-                    airs[-1].down(b"\x00")
-                else:
-                    is_clear = what == "clear"
-                    if not is_clear:
-                        airs[-1].cut()
-            is_clear = True
-
-        policy = Policy(during_gap=during_gap, give_up_after=20.0)  # type: ignore[arg-type]
-        channel = await Reconnector("wifi://robot", start, policy).open()
-        airs[0].up_faults.extend(faults)
-        airs[0].down_faults.extend(faults)
-        rig = WifiRig(robot, airs[0], channel)  # type: ignore[arg-type]
-        breaking = asyncio.ensure_future(break_link())
-        try:
-            honest = await play(rig, script)
-        finally:
-            breaking.cancel()
-            await asyncio.gather(breaking, return_exceptions=True)
-            await channel.close()
-            for air in airs:
-                air.cut()
-            await robot.close()
-        assert len(honest.outcomes) == len(script)
-        for outcome in honest.outcomes:
-            honest.check(outcome)
-        for time, command in zip(robot.adopted_at, robot.adopted, strict=True):
-            speed = struct.unpack_from("<2h", command, 3)
-            if speed != (0, 0) and not command[2] & 4:
-                link = max(began for began in opened if began <= time)
-                assert any(
-                    outcome.ended - honest.origin >= link
-                    for outcome in honest.outcomes
-                    if outcome.name == "set_speed" and speed == tuple(steps(outcome.args))
-                ), f"told to drive at {speed} on a link on which no call asked for it"
-        assert robot.wrong == []
-        assert len(asyncio.all_tasks()) == 1, asyncio.all_tasks()
-
-    story()
+    policy = Policy(during_gap=during_gap, give_up_after=20.0)  # type: ignore[arg-type]
+    channel = await Reconnector("wifi://robot", start, policy).open()
+    airs[0].up_faults.extend(faults)
+    airs[0].down_faults.extend(faults)
+    rig = WifiRig(robot, airs[0], channel)  # type: ignore[arg-type]
+    breaking = asyncio.ensure_future(break_link())
+    try:
+        honest = await play(rig, script)
+    finally:
+        breaking.cancel()
+        await asyncio.gather(breaking, return_exceptions=True)
+        await channel.close()
+        for air in airs:
+            air.cut()
+        await robot.close()
+    assert len(honest.outcomes) == len(script)
+    for outcome in honest.outcomes:
+        honest.check(outcome)
+    for time, command in zip(robot.adopted_at, robot.adopted, strict=True):
+        speed = struct.unpack_from("<2h", command, 3)
+        if speed != (0, 0) and not command[2] & 4:
+            link = max(began for began in opened if began <= time)
+            assert any(
+                outcome.ended - honest.origin >= link
+                for outcome in honest.outcomes
+                if outcome.name == "set_speed" and speed == tuple(steps(outcome.args))
+            ), f"told to drive at {speed} on a link on which no call asked for it"
+    assert robot.wrong == []
+    assert len(asyncio.all_tasks()) == 1, asyncio.all_tasks()
