@@ -7,7 +7,6 @@ import io
 import re
 import threading
 from collections import Counter
-from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import TypeVar
 from urllib.parse import unquote
@@ -23,17 +22,13 @@ from elib.recording.log import HEADER, escaped, logged_name
 from elib.runner import run_on
 from elib.testing import simulated
 from elib.testing.inside import transport_of
-from shared import GREETING, PATIENCE
+from shared import GREETING, PATIENCE, inside
 
 T = TypeVar("T")
 
 SIM = "sim://square?speed=max&firmware=btcom-2.0"
 LINE = re.compile(r"\d+\.\d{8} \S+ (call|ok|ko) \w+ \d+ \d+")
 HEAD = f"{HEADER.format('python')}\n"
-
-
-def on_robot(main: Callable[[elib.Epuck], Awaitable[T]], url: str = SIM) -> T:
-    return run_on(url, main)
 
 
 def rows(text: str) -> list[list[str]]:
@@ -66,31 +61,24 @@ class Gate(io.StringIO):
 # -- the lines -------------------------------------------------------------------------------------------------------
 
 
-def test_a_call_and_its_answer_are_two_lines_of_six_columns() -> None:
+@inside(elib.open, SIM)
+async def test_a_call_and_its_answer_are_two_lines_of_six_columns(robot: elib.Epuck) -> None:
     stream = io.StringIO()
-
-    async def main(robot: elib.Epuck) -> tuple[float, float]:
-        await robot.sleep(1)
-        with Log(robot, stream):
-            called = robot.time
-            await robot.proximity()
-            return called, robot.time
-
-    called, answered = on_robot(main)
+    await robot.sleep(1)
+    with Log(robot, stream):
+        called = robot.time
+        await robot.proximity()
     assert stream.getvalue() == HEAD + (
-        f"{called:.8f} {SIM} call proximity 0 0\n{answered:.8f} {SIM} ok proximity 0 0\n"
+        f"{called:.8f} {SIM} call proximity 0 0\n{robot.time:.8f} {SIM} ok proximity 0 0\n"
     )
     assert all(LINE.fullmatch(line) for line in stream.getvalue().removeprefix(HEAD).splitlines())
 
 
-def test_what_waits_and_what_is_unanswered_is_counted_without_the_call_itself() -> None:
+@inside(elib.open, SIM)
+async def test_what_waits_and_what_is_unanswered_is_counted_without_the_call_itself(robot: elib.Epuck) -> None:
     stream = io.StringIO()
-
-    async def main(robot: elib.Epuck) -> None:
-        with Log(robot, stream):
-            await asyncio.gather(robot.proximity(), robot.ambient_light(), robot.selector())
-
-    on_robot(main)
+    with Log(robot, stream):
+        await asyncio.gather(robot.proximity(), robot.ambient_light(), robot.selector())
     assert events(stream.getvalue()) == [
         "call proximity 0 0",
         "call ambient_light 0 1",
@@ -101,31 +89,20 @@ def test_what_waits_and_what_is_unanswered_is_counted_without_the_call_itself() 
     ]
 
 
-def test_a_lost_answer_is_a_ko() -> None:
+@inside(elib.open, SIM)
+async def test_a_call_whose_answer_was_lost_or_that_was_given_up_is_a_ko(robot: elib.Epuck) -> None:
     stream = io.StringIO()
-
-    async def main(robot: elib.Epuck) -> None:
-        with Log(robot, stream):
-            transport_of(robot).robot.link.lose_next_reply()
-            with pytest.raises(ReplyTimeout):
-                await robot.set_speed(0.1, 0.1)
-
-    on_robot(main)
-    assert events(stream.getvalue()) == ["call set_speed 0 0", "ko set_speed 0 0"]
-
-
-def test_a_call_that_was_given_up_is_a_ko() -> None:
-    stream = io.StringIO()
-
-    async def main(robot: elib.Epuck) -> None:
-        with Log(robot, stream):
-            call = asyncio.create_task(robot.reset())
-            await robot.sleep(0.1)
-            call.cancel()
-            await asyncio.wait([call])
-
-    on_robot(main)
-    assert events(stream.getvalue()) == ["call reset 0 0", "ko reset 0 0"]
+    with Log(robot, stream):
+        transport_of(robot).robot.link.lose_next_reply()
+        with pytest.raises(ReplyTimeout):
+            await robot.set_speed(0.1, 0.1)
+        await robot.speed()
+        call = asyncio.create_task(robot.reset())
+        await robot.sleep(0.1)
+        call.cancel()
+        await asyncio.wait([call])
+    assert events(stream.getvalue())[::2] == ["call set_speed 0 0", "call speed 0 0", "call reset 0 0"]
+    assert events(stream.getvalue())[1::2] == ["ko set_speed 0 0", "ok speed 0 0", "ko reset 0 0"]
 
 
 def test_all_four_styles_and_text_log_the_same_names() -> None:
@@ -186,46 +163,32 @@ def test_a_name_is_one_word_and_can_be_turned_back(name: str, word: str) -> None
     assert unquote(word) == name
 
 
-def test_a_name_with_blanks_adds_no_column() -> None:
-    stream = io.StringIO()
-    with elib.connect(SIM, name="Ada and\nCharles") as robot:
-        Log(robot.robot, stream)
-        robot.selector()
-    assert {row[1] for row in rows(stream.getvalue())} == {"Ada%20and%0ACharles"}
-
-
 # -- comments, starting and stopping -----------------------------------------------------------------------------------
 
 
-def test_a_comment_is_marked_on_each_of_its_lines() -> None:
+@inside(elib.open, SIM)
+async def test_a_comment_is_marked_on_each_of_its_lines(robot: elib.Epuck) -> None:
     stream = io.StringIO()
-
-    async def main(robot: elib.Epuck) -> None:
-        with Log(robot, stream) as log:
-            log.comment("start of second round")
-            log.comment("two\nlines\r\nand\u2028more\n")
-            log.comment("")
-
-    on_robot(main)
+    with Log(robot, stream) as log:
+        log.comment("start of second round")
+        log.comment("two\nlines\r\nand\u2028more\n")
+        log.comment("")
     assert stream.getvalue() == HEAD + "#start of second round\n#two\n#lines\n#and\n#more\n#\n"
 
 
-def test_a_log_can_be_stopped_and_started_and_takes_comments_meanwhile() -> None:
+@inside(elib.open, SIM)
+async def test_a_log_can_be_stopped_and_started_and_takes_comments_meanwhile(robot: elib.Epuck) -> None:
     stream = io.StringIO()
-
-    async def main(robot: elib.Epuck) -> None:
-        log = Log(robot, stream)
-        await robot.selector()
-        log.stop()
-        assert not log.is_running
-        await robot.proximity()
-        log.comment("paused")
-        log.start()
-        await robot.speed()
-        log.close()
-        await robot.encoders()
-
-    on_robot(main)
+    log = Log(robot, stream)
+    await robot.selector()
+    log.stop()
+    assert not log.is_running
+    await robot.proximity()
+    log.comment("paused")
+    log.start()
+    await robot.speed()
+    log.close()
+    await robot.encoders()
     assert [line.split(" ")[-3] for line in stream.getvalue().splitlines() if line[0] != "#"] == [
         *["selector"] * 2,
         *["speed"] * 2,
@@ -233,27 +196,23 @@ def test_a_log_can_be_stopped_and_started_and_takes_comments_meanwhile() -> None
     assert "#paused\n" in stream.getvalue()
 
 
-def test_a_closed_log_says_so() -> None:
-    async def main(robot: elib.Epuck) -> None:
-        log = Log(robot, io.StringIO())
-        log.close()
-        log.close()
-        for use in (log.start, lambda: log.comment("late")):
-            with pytest.raises(ElibError, match="the log StringIO is closed"):
-                use()
-        assert "closed" in repr(log)
-        log.stop()
-
-    on_robot(main)
+@inside(elib.open, SIM)
+async def test_a_closed_log_says_so(robot: elib.Epuck) -> None:
+    log = Log(robot, io.StringIO())
+    log.close()
+    log.close()
+    for use in (log.start, lambda: log.comment("late")):
+        with pytest.raises(ElibError, match="the log StringIO is closed"):
+            use()
+    assert "closed" in repr(log)
+    log.stop()
 
 
-def test_a_robot_without_a_log_has_no_hook_left() -> None:
-    async def main(robot: elib.Epuck) -> None:
-        before = list(robot.session.hooks)
-        Log(robot, io.StringIO()).close()
-        assert robot.session.hooks == before
-
-    on_robot(main)
+@inside(elib.open, SIM)
+async def test_a_robot_without_a_log_has_no_hook_left(robot: elib.Epuck) -> None:
+    before = list(robot.session.hooks)
+    Log(robot, io.StringIO()).close()
+    assert robot.session.hooks == before
 
 
 # -- where it goes -----------------------------------------------------------------------------------------------------
@@ -275,58 +234,35 @@ def test_a_file_is_appended_to_and_complete_when_the_robot_is_closed(tmp_path: P
     assert Counter(row[2] for row in rows(text)) == {"call": 202, "ok": 202}  # each run ends in a stop
 
 
-def test_a_stream_stays_open() -> None:
-    stream = io.StringIO()
-    with elib.connect(SIM) as robot:
-        Log(robot.robot, stream)
-    stream.write("#mine\n")
-    assert stream.getvalue().endswith("ok stop 0 0\n#mine\n")
-
-
-def test_lines_reach_the_file_while_the_robot_is_open_without_being_asked_for() -> None:
+def test_lines_reach_a_stream_while_the_robot_is_open_without_being_asked_for_and_leave_it_open() -> None:
     stream = Gate()
     stream.is_open.set()
-    with elib.connect(SIM) as robot:
+    with elib.connect(SIM, name="Ada and\nCharles") as robot:
         Log(robot.robot, stream)
         robot.selector()
         assert stream.took.wait(PATIENCE)
         assert events(stream.getvalue()) == ["call selector 0 0", "ok selector 0 0"]
+    stream.write("#mine\n")
+    assert stream.getvalue().endswith("ok stop 0 0\n#mine\n")
+    assert {row[1] for row in rows(stream.getvalue())} == {"Ada%20and%0ACharles"}, "a blank adds no column"
 
 
-@pytest.mark.parametrize("target", [3, None, io.BytesIO()])
-def test_what_takes_no_text_is_refused(target: object) -> None:
-    async def main(robot: elib.Epuck) -> None:
+@inside(elib.open, SIM)
+async def test_what_takes_no_text_is_refused(robot: elib.Epuck, tmp_path: Path) -> None:
+    closed = io.StringIO()
+    closed.close()
+    for target in (3, None, io.BytesIO()):
         with pytest.raises(ArgumentError, match="takes no text"):
             Log(robot, target)  # type: ignore[arg-type]
-
-    on_robot(main)
-
-
-def test_a_stream_that_is_closed_already_is_refused() -> None:
-    stream = io.StringIO()
-    stream.close()
-
-    async def main(robot: elib.Epuck) -> None:
-        with pytest.raises(ArgumentError, match="closed file"):
-            Log(robot, stream)
-
-    on_robot(main)
+    with pytest.raises(ArgumentError, match="closed file"):
+        Log(robot, closed)
+    with pytest.raises(FileNotFoundError):
+        Log(robot, tmp_path / "nowhere" / "run.log")
 
 
-def test_a_file_that_cannot_be_opened_says_so_at_once(tmp_path: Path) -> None:
-    async def main(robot: elib.Epuck) -> None:
-        with pytest.raises(FileNotFoundError):
-            Log(robot, tmp_path / "nowhere" / "run.log")
-
-    on_robot(main)
-
-
-def test_a_robot_that_is_not_open_cannot_be_logged() -> None:
+def test_a_robot_that_is_not_open_or_was_closed_cannot_be_logged(tmp_path: Path) -> None:
     with pytest.raises(LinkClosed, match="not open"):
         Log(elib.open(SIM), io.StringIO())
-
-
-def test_a_robot_that_was_closed_cannot_be_logged(tmp_path: Path) -> None:
     file = tmp_path / "run.log"
     closed: list[elib.Epuck] = []
 
@@ -386,58 +322,55 @@ def test_two_robots_may_share_a_stream() -> None:
     def drive(name: str) -> None:
         with elib.connect(SIM, name=name) as robot:
             Log(robot.robot, stream)
-            for _ in range(50):
+            for _ in range(10):
                 robot.selector()
 
     threads = [threading.Thread(target=drive, args=(name,)) for name in ("Ada", "Bob")]
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(60)
+        thread.join(PATIENCE)
     lines = stream.getvalue().splitlines()
     assert lines.count(HEAD.strip()) == 2
     lines = [line for line in lines if line != HEAD.strip()]
     assert all(LINE.fullmatch(line) for line in lines)
-    assert Counter(line.split(" ")[1] for line in lines) == {"Ada": 102, "Bob": 102}
+    assert Counter(line.split(" ")[1] for line in lines) == {"Ada": 22, "Bob": 22}
 
 
-def test_a_target_that_accepts_no_text_does_not_hold_the_robot_up(monkeypatch: pytest.MonkeyPatch) -> None:
+@inside(elib.open, SIM)
+async def test_a_target_that_accepts_no_text_does_not_hold_the_robot_up(
+    robot: elib.Epuck, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(writer, "MOST_LINES", 10)
     monkeypatch.setattr(writer, "MANY_LINES", 1)
     stream = Gate()
-
-    async def main(robot: elib.Epuck) -> None:
-        log = Log(robot, stream)
-        for _ in range(100):
-            await robot.selector()
-        stream.is_open.set()
-        log.close()
-
-    on_robot(main)
+    log = Log(robot, stream)
+    for _ in range(100):
+        await robot.selector()
+    stream.is_open.set()
+    log.close()
     text = stream.getvalue()
     lost = [int(count) for count in re.findall(r"^#(\d+) lines were lost", text, re.MULTILINE)]
     assert lost
     assert sum(lost) + len(rows(text)) == 200
 
 
-def test_a_full_disk_ends_the_log_and_not_the_robot() -> None:
+@inside(elib.open, SIM)
+async def test_a_full_disk_ends_the_log_and_not_the_robot(robot: elib.Epuck) -> None:
     class Full(io.StringIO):
         def write(self, text: str, /) -> int:
             if text:
                 raise OSError(28, "No space left on device")
             return 0
 
-    async def main(robot: elib.Epuck) -> None:
-        log = Log(robot, Full())
-        await robot.selector()
-        with pytest.raises(ElibError, match=r"could not be written: .*No space left") as caught:
-            log.close()
-        assert isinstance(caught.value.__cause__, OSError)
-        with pytest.raises(ElibError, match="No space left"):
-            log.comment("more")
-        await robot.selector()
-
-    on_robot(main)
+    log = Log(robot, Full())
+    await robot.selector()
+    with pytest.raises(ElibError, match=r"could not be written: .*No space left") as caught:
+        log.close()
+    assert isinstance(caught.value.__cause__, OSError)
+    with pytest.raises(ElibError, match="No space left"):
+        log.comment("more")
+    await robot.selector()
 
 
 # -- links that fail ---------------------------------------------------------------------------------------------------
@@ -458,24 +391,19 @@ async def test_a_reconnecting_robot_is_logged_across_the_gap() -> None:
     assert [row[2:4] for row in rows(text)][-4:-2] == [["call", "selector"], ["ok", "selector"]]
 
 
-def test_a_restart_nobody_asked_for_is_noted() -> None:
+@inside(elib.open, SIM)
+async def test_a_restart_nobody_asked_for_is_noted(robot: elib.Epuck) -> None:
     stream = io.StringIO()
-
-    async def main(robot: elib.Epuck) -> None:
-        with Log(robot, stream):
-            transport_of(robot).robot.link.inject_noise(GREETING)
-            await robot.sleep(1)
-
-    on_robot(main)
+    with Log(robot, stream):
+        transport_of(robot).robot.link.inject_noise(GREETING)
+        await robot.sleep(1)
     assert stream.getvalue().endswith(f" {SIM} the robot has restarted unasked\n")
     assert stream.getvalue().startswith("#")
 
 
-def test_a_robot_forgets_the_logs_that_were_closed_before_it() -> None:
-    async def main(robot: elib.Epuck) -> None:
-        for _ in range(3):
-            robot.log(io.StringIO()).close()
-        last = robot.log(io.StringIO())
-        assert robot._link.records == [last]
-
-    on_robot(main)
+@inside(elib.open, SIM)
+async def test_a_robot_forgets_the_logs_that_were_closed_before_it(robot: elib.Epuck) -> None:
+    for _ in range(3):
+        robot.log(io.StringIO()).close()
+    last = robot.log(io.StringIO())
+    assert robot._link.records == [last]

@@ -62,29 +62,26 @@ async def wander(robot: Epuck) -> list[object]:
     return heard
 
 
-def test_a_replayed_program_hears_the_recorded_answers_at_the_recorded_times(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_a_replayed_program_hears_the_recorded_answers_at_the_recorded_times(path: Path) -> None:
     first = recorded(path, wander)
     assert run_on(replay(path), wander) == first
 
 
-def test_replayed_values_say_that_they_are(tmp_path: Path) -> None:
+def test_replayed_values_say_that_they_are(path: Path) -> None:
     async def ask(robot: Epuck) -> str:
         return (await robot.proximity()).origin
 
-    path = tmp_path / "run.mcap"
     assert recorded(path, ask) == "simulator"
     assert run_on(replay(path), ask) == "replay"
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
-def test_every_firmware_can_be_replayed(tmp_path: Path, firmware: str) -> None:
+def test_every_firmware_can_be_replayed(path: Path, firmware: str) -> None:
     async def ask(robot: Epuck) -> list[object]:
         await robot.set_led(3, elib.LedAction.ON)
         everything = await robot.sensors()
         return [robot.firmware, everything, (await robot.version()).text]
 
-    path = tmp_path / "run.mcap"
     first = recorded(path, ask, f"{SIM}&firmware={firmware}")
     assert first[0] == firmware
     assert run_on(replay(path), ask) == first
@@ -118,9 +115,8 @@ def played(name: str, url: str, seconds: float, record: Path | None = None) -> t
     ],
 )
 def test_a_behaviour_replayed_from_its_recording_takes_the_same_decisions(
-    tmp_path: Path, name: str, seconds: float
+    path: Path, name: str, seconds: float
 ) -> None:
-    path = tmp_path / "run.mcap"
     live, calls = played(name, f"{find(name).url.partition('?')[0]}?speed=max&seed=5", seconds, path)
     again, calls_again = played(name, replay(path), seconds)
     assert len(calls) > 50
@@ -139,10 +135,9 @@ DRIVING = [each for each in behaviours().values() if each.style in (BehaviourSty
     ],
 )
 def test_a_behaviour_is_replayed_in_real_time_too_over_any_link(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+    tmp_path: Path, path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     monkeypatch.chdir(tmp_path)  # some of them leave files
-    path = tmp_path / "run.mcap"
     seed = random.Random(name).getrandbits(32)
     world = find(name).url.partition("?")[0]
     live, calls = played(name, f"{world}?speed=max&seed={seed}&latency=0.02&loss=0.02", 10, path)
@@ -152,9 +147,8 @@ def test_a_behaviour_is_replayed_in_real_time_too_over_any_link(
 
 
 def test_a_replay_that_ends_elsewhere_than_its_recording_does_not_say_that_the_robot_may_be_moving(
-    tmp_path: Path,
+    path: Path,
 ) -> None:
-    path = tmp_path / "run.mcap"
     played("avoid", SIM, 5, path)
     again, _ = played("avoid", replay(path), 3.33)
     assert (again.reason, again.duration) == ("time", pytest.approx(3.33))
@@ -167,8 +161,7 @@ def test_a_replay_that_ends_elsewhere_than_its_recording_does_not_say_that_the_r
 
 
 @pytest.mark.parametrize("faults", ["loss=0.1", "latency=0.15&jitter=0.02", "fault=half-answers"])
-def test_link_faults_are_replayed_too(tmp_path: Path, faults: str) -> None:
-    path = tmp_path / "run.mcap"
+def test_link_faults_are_replayed_too(path: Path, faults: str) -> None:
     live, calls = played("avoid", f"{SIM}&{faults}", 20, path)
     again, calls_again = played("avoid", replay(path), 20)
     assert calls_again == calls
@@ -181,8 +174,7 @@ def cut(folder: Path) -> str:
     return f"{SIM}&fault={script}"
 
 
-def test_a_link_that_was_lost_is_lost_and_comes_back_when_it_came_back(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_a_link_that_was_lost_is_lost_and_comes_back_when_it_came_back(tmp_path: Path, path: Path) -> None:
     live, calls = played("billiard", cut(tmp_path), 12, path)
     again, calls_again = played("billiard", replay(path), 12)
     assert any(entry.data["event"] == "back" for entry in read_recording(path).entries("/notes"))
@@ -190,7 +182,7 @@ def test_a_link_that_was_lost_is_lost_and_comes_back_when_it_came_back(tmp_path:
     assert (again.states, again.duration) == (live.states, live.duration)
 
 
-def test_a_program_that_was_lost_is_lost_again_at_the_same_time(tmp_path: Path) -> None:
+def test_a_program_that_was_lost_is_lost_again_at_the_same_time(tmp_path: Path, path: Path) -> None:
     async def until_lost(robot: Epuck) -> tuple[float, str]:
         try:
             while True:
@@ -199,7 +191,6 @@ def test_a_program_that_was_lost_is_lost_again_at_the_same_time(tmp_path: Path) 
         except LinkLost as error:
             return robot.time, error.message.partition(" (as recorded")[0]
 
-    path = tmp_path / "run.mcap"
     live = recorded(path, until_lost, cut(tmp_path))
     assert live[0] == pytest.approx(3, abs=0.3)
     again = run_on(replay(path), until_lost)
@@ -208,7 +199,7 @@ def test_a_program_that_was_lost_is_lost_again_at_the_same_time(tmp_path: Path) 
     assert "the link was cut at 3 s" in live[1]
 
 
-def test_the_first_difference_is_named(tmp_path: Path) -> None:
+def test_the_first_difference_is_named(path: Path) -> None:
     async def drive(robot: Epuck) -> None:
         await robot.proximity()
         await robot.set_speed(0.1, 0.1)
@@ -217,7 +208,6 @@ def test_the_first_difference_is_named(tmp_path: Path) -> None:
         await robot.proximity()
         await robot.set_speed(0.1, 0.2)
 
-    path = tmp_path / "run.mcap"
     recorded(path, drive)
     with pytest.raises(
         ReplayDiffers, match=r"it sent 'D,100,200' where 'D,100,100' was sent for set_speed\(0.1, 0.1\)"
@@ -225,8 +215,7 @@ def test_the_first_difference_is_named(tmp_path: Path) -> None:
         run_on(replay(path), drive_otherwise)
 
 
-def test_a_reconnecting_program_that_differs_is_told_at_once(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_a_reconnecting_program_that_differs_is_told_at_once(path: Path) -> None:
     recorded(path, lambda robot: robot.proximity())
 
     async def other() -> float:
@@ -239,9 +228,7 @@ def test_a_reconnecting_program_that_differs_is_told_at_once(tmp_path: Path) -> 
         assert runner.run(other()) < 2
 
 
-def test_a_program_that_goes_on_for_longer_is_told_that_the_recording_is_over(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_a_program_that_goes_on_for_longer_is_told_that_the_recording_is_over(path: Path) -> None:
     async def short(robot: Epuck) -> None:
         with robot.record(path):
             await robot.proximity()
@@ -256,15 +243,12 @@ def test_a_program_that_goes_on_for_longer_is_told_that_the_recording_is_over(tm
         run_on(replay(path), longer)
 
 
-def test_leaving_a_replay_early_is_not_an_error(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_leaving_a_replay_early_is_not_an_error(path: Path) -> None:
     recorded(path, wander)
     run_on(replay(path), lambda robot: robot.proximity())
 
 
-def test_a_recording_that_begins_late_says_so(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_a_recording_that_begins_late_says_so(path: Path) -> None:
     async def late(robot: Epuck) -> None:
         await robot.proximity()
         await robot.encoders()
@@ -277,9 +261,7 @@ def test_a_recording_that_begins_late_says_so(tmp_path: Path) -> None:
     assert "begun after 2 calls" in caught.value.hint
 
 
-def test_a_late_recording_with_calls_in_it_says_so_too(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_a_late_recording_with_calls_in_it_says_so_too(path: Path) -> None:
     async def late(robot: Epuck) -> None:
         await robot.set_speed(0.1, 0.1)
         robot.record(path)
@@ -294,9 +276,7 @@ def test_a_late_recording_with_calls_in_it_says_so_too(tmp_path: Path) -> None:
     assert "begun after 1 calls" in caught.value.hint
 
 
-def test_a_recording_whose_first_parts_are_gone_says_so(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_a_recording_whose_first_parts_are_gone_says_so(path: Path) -> None:
     async def long(robot: Epuck) -> None:
         robot.record(path, part_seconds=1, keep=2)
         await wander(robot)
@@ -310,9 +290,7 @@ def test_a_recording_whose_first_parts_are_gone_says_so(tmp_path: Path) -> None:
         state_at(read_recording(path), 0.5)
 
 
-def test_calls_at_the_same_time_are_told_apart(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_calls_at_the_same_time_are_told_apart(path: Path) -> None:
     def both(speed: float) -> Callable[[Epuck], Awaitable[object]]:
         async def program(robot: Epuck) -> None:
             await asyncio.gather(robot.set_speed(speed, 0.1), robot.proximity())
@@ -324,9 +302,7 @@ def test_calls_at_the_same_time_are_told_apart(tmp_path: Path) -> None:
         run_on(replay(path), both(0.2))
 
 
-def test_the_time_of_a_difference_is_that_of_the_player(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_the_time_of_a_difference_is_that_of_the_player(path: Path) -> None:
     async def after_a_while(robot: Epuck) -> None:
         await asyncio.sleep(2)
         await robot.proximity()
@@ -340,8 +316,7 @@ def test_the_time_of_a_difference_is_that_of_the_player(tmp_path: Path) -> None:
         run_on(replay(path), otherwise)
 
 
-def test_after_a_difference_the_recording_can_be_opened_again(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_after_a_difference_the_recording_can_be_opened_again(path: Path) -> None:
     live = recorded(path, wander)
 
     async def several() -> None:
@@ -356,9 +331,7 @@ def test_after_a_difference_the_recording_can_be_opened_again(tmp_path: Path) ->
         runner.run(several())
 
 
-def test_the_blocking_style_replays_too(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_the_blocking_style_replays_too(path: Path) -> None:
     def program(robot: elib.BlockingEpuck) -> list[object]:
         robot.set_speed(0.2, 0.2)
         robot.sleep(1)
@@ -371,9 +344,7 @@ def test_the_blocking_style_replays_too(tmp_path: Path) -> None:
         assert program(robot) == live
 
 
-def test_a_run_in_real_time_replays_in_simulated_time(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_a_run_in_real_time_replays_in_simulated_time(path: Path) -> None:
     async def look(robot: Epuck) -> list[tuple[int, ...]]:
         seen = []
         for _ in range(20):
@@ -385,8 +356,7 @@ def test_a_run_in_real_time_replays_in_simulated_time(tmp_path: Path) -> None:
     assert run_on(replay(path), look) == live
 
 
-def test_one_loop_replays_a_recording_once_at_a_time(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_one_loop_replays_a_recording_once_at_a_time(path: Path) -> None:
     recorded(path, wander)
 
     async def twice(robot: Epuck) -> None:
@@ -407,8 +377,7 @@ def test_a_file_that_is_not_a_recording_is_refused(tmp_path: Path) -> None:
         run_on(replay(path, "fork=soon"), wander)
 
 
-def test_the_speed_of_the_loop_is_checked(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_the_speed_of_the_loop_is_checked(path: Path) -> None:
     recorded(path, wander)
 
     async def elsewhere() -> None:
@@ -433,8 +402,7 @@ async def tour(robot: Epuck) -> None:
             await asyncio.sleep(0.2)
 
 
-def test_a_fork_goes_on_smoothly_from_every_tenth_of_a_run(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_a_fork_goes_on_smoothly_from_every_tenth_of_a_run(path: Path) -> None:
     truth: dict[float, tuple[float, float, float]] = {}
     speeds: dict[float, tuple[float, float]] = {}
 
@@ -481,8 +449,7 @@ def test_a_fork_goes_on_smoothly_from_every_tenth_of_a_run(tmp_path: Path) -> No
             runner.run(seam(tick))
 
 
-def test_a_fork_has_the_recorded_step_counters_and_camera(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_a_fork_has_the_recorded_step_counters_and_camera(path: Path) -> None:
     recorded(path, tour)
     expected = state_at(read_recording(path), 9.0).steps
 
@@ -532,9 +499,7 @@ def test_a_fork_has_what_was_pushed_where_it_lay(tmp_path: Path) -> None:
     assert run_on(replay(path, f"fork={length - 0.001}"), find_it) == pytest.approx((x, y), abs=0.02)
 
 
-def test_step_counters_that_were_seldom_read_go_on_at_the_firmwares_own_rate(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_step_counters_that_were_seldom_read_go_on_at_the_firmwares_own_rate(path: Path) -> None:
     async def spin(robot: Epuck) -> elib.Steps:
         await robot.set_speed(0.6, -0.6)
         for _ in range(20):
@@ -556,9 +521,7 @@ def test_step_counters_that_were_seldom_read_go_on_at_the_firmwares_own_rate(tmp
     assert tuple(forked) == pytest.approx((left, right), abs=8)
 
 
-def test_a_command_counts_from_when_the_robot_got_it(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_a_command_counts_from_when_the_robot_got_it(path: Path) -> None:
     async def turn_back(robot: Epuck) -> None:
         await robot.set_speed(0.5, 0.5)
         await asyncio.sleep(2)
@@ -571,9 +534,7 @@ def test_a_command_counts_from_when_the_robot_got_it(tmp_path: Path) -> None:
     assert state_at(read_recording(path), told - 0.1).speed == (-500, -500)
 
 
-def test_a_robot_that_restarts_stands_from_then_on(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_a_robot_that_restarts_stands_from_then_on(path: Path) -> None:
     async def restart(robot: Epuck) -> None:
         await robot.set_speed(0.3, -0.2)
         await asyncio.sleep(1)
@@ -586,9 +547,7 @@ def test_a_robot_that_restarts_stands_from_then_on(tmp_path: Path) -> None:
     assert during.speed == (0, 0)
 
 
-def test_of_speeds_that_were_replaced_before_they_were_sent_the_newest_counts(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_of_speeds_that_were_replaced_before_they_were_sent_the_newest_counts(path: Path) -> None:
     async def hurry(robot: Epuck) -> None:
         await asyncio.gather(robot.proximity(), robot.set_speed(0.9, 0.9), robot.set_speed(0.1, 0.1))
         await asyncio.sleep(1)
@@ -600,9 +559,7 @@ def test_of_speeds_that_were_replaced_before_they_were_sent_the_newest_counts(tm
 
 @pytest.mark.parametrize("what", ["where the robot began", "beside it", "a wall", "a box less"])
 @pytest.mark.parametrize("is_recorded", [False, True])
-def test_a_fork_has_the_boxes_and_walls_that_a_hand_has_put_in(tmp_path: Path, what: str, *, is_recorded: bool) -> None:
-    path = tmp_path / "run.mcap"
-
+def test_a_fork_has_the_boxes_and_walls_that_a_hand_has_put_in(path: Path, what: str, *, is_recorded: bool) -> None:
     async def change(robot: elib.Epuck) -> tuple[int, int]:
         control = Control(simulation_of(robot))
         x, y = control.snapshot().robots[0].pose.x, control.snapshot().robots[0].pose.y
@@ -701,16 +658,14 @@ def test_a_fork_keeps_the_robots_profile_and_its_link(tmp_path: Path) -> None:
     assert turned < -0.2  # its left wheel is the larger one
 
 
-def test_another_world_needs_a_fork(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_another_world_needs_a_fork(path: Path) -> None:
     recorded(path, wander)
     with pytest.raises(ArgumentError, match="world goes with fork"):
         run_on(replay(path, "world=square"), wander)
 
 
 @pytest.mark.parametrize("seconds", [-1.0, 1000.0])
-def test_a_moment_outside_the_recording_is_refused(tmp_path: Path, seconds: float) -> None:
-    path = tmp_path / "run.mcap"
+def test_a_moment_outside_the_recording_is_refused(path: Path, seconds: float) -> None:
     recorded(path, wander)
     with pytest.raises(ArgumentError, match=r"run\.mcap is \d+\.\d+ s long"):
         run_on(replay(path, f"fork={seconds}"), wander)
