@@ -26,7 +26,7 @@ from elib.errors import LinkDenied, LinkError
 from elib.protocol.profiles import PROFILES
 from elib.testing import simulated
 from elib.transport import Transport, Url, open_transport, parse_url, ports, serial
-from elib.transport.memory import MemoryTransport, memory_pair
+from elib.transport.memory import memory_pair
 from shared import held
 
 LONGEST = 20.0
@@ -100,33 +100,25 @@ UNKNOWN = {
 }
 
 
-async def opened_with(before: bytes, url: str = "sim://?speed=max") -> tuple[Diagnosis, MemoryTransport]:
+async def opened_with(before: bytes, url: str = "sim://?speed=max") -> Diagnosis:
     """Diagnose a virtual robot that some other program has sent *before* to."""
-    kept: list[Transport] = []
 
     async def opener(target: Url) -> Transport:
         transport = await open_transport(target)
         await transport.write(before)
-        kept.append(transport)
         return transport
 
-    found = await diagnose(url, opener=opener)
-    assert isinstance(kept[0], MemoryTransport)
-    return found, kept[0]
+    return await diagnose(url, opener=opener)
 
 
 # -- healthy --
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
-def test_a_healthy_robot_passes_every_step(firmware: str) -> None:
+@simulated
+async def test_a_healthy_robot_passes_every_step(firmware: str) -> None:
     seen: list[DiagnosisStep] = []
-
-    @simulated
-    async def examine() -> Diagnosis:
-        return await diagnose(f"sim://?speed=max&firmware={firmware}", on_step=seen.append)
-
-    found = examine()
+    found = await diagnose(f"sim://?speed=max&firmware={firmware}", on_step=seen.append)
     assert names(found, "ok") == [check.name for check in CHECKS]
     assert tuple(seen) == found.steps
     assert found.ok
@@ -293,17 +285,6 @@ async def test_silence_is_told_from_noise_and_takes_no_longer_than_promised() ->
     assert asyncio.get_running_loop().time() < LONGEST
 
 
-@simulated
-async def test_a_device_at_another_speed_is_noise() -> None:
-    async with scripted(lambda data: b"\xf8\x80\x1e\xfe" * len(data)) as opener:
-        found = await diagnose("tcp://127.0.0.1:1", opener=opener)
-    assert names(found, "failed") == ["line"]
-    assert "what comes is not text: " in step(found, "line").detail
-    assert " bytes, f8 80 1e fe f8 80 " in step(found, "line").detail
-    assert "115200" in step(found, "line").fix
-    assert names(found, "skipped") == after("line")
-
-
 @posix
 async def test_noise_on_a_real_port_is_noise() -> None:
     from elib.transport.pty import PtyTransport
@@ -318,7 +299,14 @@ async def test_noise_on_a_real_port_is_noise() -> None:
 
 
 @simulated
-async def test_text_that_does_not_come_from_a_robot_is_something_else() -> None:
+async def test_noise_of_another_speed_and_the_text_of_another_device_are_told_apart() -> None:
+    async with scripted(lambda data: b"\xf8\x80\x1e\xfe" * len(data)) as opener:
+        found = await diagnose("tcp://127.0.0.1:1", opener=opener)
+    assert names(found, "failed") == ["line"]
+    assert "what comes is not text: " in step(found, "line").detail
+    assert " bytes, f8 80 1e fe f8 80 " in step(found, "line").detail
+    assert "115200" in step(found, "line").fix
+    assert names(found, "skipped") == after("line")
     async with scripted(lambda data: b"ERROR\r\n") as opener:
         found = await diagnose("tcp://127.0.0.1:1", opener=opener)
     assert names(found, "failed") == ["answer"]
@@ -326,25 +314,21 @@ async def test_text_that_does_not_come_from_a_robot_is_something_else() -> None:
 
 
 @pytest.mark.parametrize(("said", "fix"), [(b"hello ", advice.CHATTER), (b"\xfe\x03", advice.WRONG_SPEED)])
-def test_a_line_that_never_falls_silent_is_given_up(said: bytes, fix: str) -> None:
-    @simulated
-    async def examine() -> Diagnosis:
-        near, far = memory_pair()
+@simulated
+async def test_a_line_that_never_falls_silent_is_given_up(said: bytes, fix: str) -> None:
+    near, far = memory_pair()
 
-        async def chatter() -> None:
-            while True:
-                await far.write(said)
-                await asyncio.sleep(0.05)
+    async def chatter() -> None:
+        while True:
+            await far.write(said)
+            await asyncio.sleep(0.05)
 
-        async def opener(_: Url) -> Transport:
-            return near
+    async def opener(_: Url) -> Transport:
+        return near
 
-        task = asyncio.create_task(chatter())
-        found = await diagnose("tcp://127.0.0.1:1", opener=opener)
-        await asyncio.gather(task, return_exceptions=True)
-        return found
-
-    found = examine()
+    task = asyncio.create_task(chatter())
+    found = await diagnose("tcp://127.0.0.1:1", opener=opener)
+    await asyncio.gather(task, return_exceptions=True)
     assert names(found, "failed") == ["line"]
     assert step(found, "line").fix == fix
 
@@ -369,22 +353,6 @@ def test_advice_that_two_sources_give_is_given_once() -> None:
     assert advice.joined("close that program", "", "close that program; ask") == "close that program; ask"
 
 
-@simulated
-async def test_a_picture_still_on_its_way_is_waited_for() -> None:
-    found, _ = await opened_with(b"\xb7\0")
-    assert found.ok
-    assert step(found, "line").detail.startswith("3203 bytes of an earlier program's answer came first")
-
-
-@simulated
-async def test_a_binary_session_left_open_is_recognised_and_ended() -> None:
-    found, _ = await opened_with(b"\xb1")
-    left = step(found, "binary session")
-    assert left.state == "warning"
-    assert left.detail.startswith("one was open and swallowed text; zeros ended it")
-    assert found.ok
-
-
 def test_wheels_that_took_the_question_for_their_speed_are_stopped_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -399,8 +367,7 @@ def test_wheels_that_took_the_question_for_their_speed_are_stopped_at_once(
 
     @simulated
     async def examine() -> Diagnosis:
-        found, _ = await opened_with(b"\xbc", f"sim://?speed=max&hardware={hardware}")  # set speed, no numbers yet
-        return found
+        return await opened_with(b"\xbc", f"sim://?speed=max&hardware={hardware}")  # set speed, no numbers yet
 
     assert step(examine(), "binary session").state == "warning"
     turning = [time for time, left, right in driven if (left, right) != (0, 0)]
@@ -410,10 +377,21 @@ def test_wheels_that_took_the_question_for_their_speed_are_stopped_at_once(
     assert standing[-1] - turning[0] < 0.01
 
 
+@pytest.mark.parametrize(
+    ("before", "name", "state", "detail"),
+    [
+        (b"\xb7\0", "line", "ok", "3203 bytes of an earlier program's answer came first"),
+        (b"\xb1", "binary session", "warning", "one was open and swallowed text; zeros ended it"),
+        (b"D,0,0,", "binary session", "warning", "half a command was on the line"),
+    ],
+)
 @simulated
-async def test_half_a_command_on_the_line_is_told_from_a_binary_session() -> None:
-    found, _ = await opened_with(b"D,0,0,")
-    assert step(found, "binary session").detail.startswith("half a command was on the line")
+async def test_what_another_program_left_on_the_line_is_recognised_and_ended(
+    before: bytes, name: str, state: str, detail: str
+) -> None:
+    found = await opened_with(before)
+    assert step(found, name).state == state
+    assert step(found, name).detail.startswith(detail)
     assert found.ok
 
 
@@ -428,7 +406,7 @@ async def test_a_late_answer_is_not_taken_for_a_binary_session() -> None:
 
 
 @simulated
-async def test_an_unknown_firmware_is_treated_like_the_nearest_known_one() -> None:
+async def test_an_unknown_firmware_is_treated_like_the_nearest_and_a_picture_of_one_colour_is_worth_a_look() -> None:
     async with scripted(by_letter(UNKNOWN)) as opener:
         found = await diagnose("tcp://127.0.0.1:1", opener=opener)
     unknown = step(found, "firmware")
@@ -437,13 +415,6 @@ async def test_an_unknown_firmware_is_treated_like_the_nearest_known_one() -> No
     assert "firmware=" in unknown.fix
     assert found.ok
     assert found.verdict == "The robot answers; look at: firmware, picture."
-
-
-@simulated
-async def test_a_camera_that_sees_one_colour_is_worth_a_look() -> None:
-    async with scripted(by_letter(UNKNOWN)) as opener:
-        found = await diagnose("tcp://127.0.0.1:1", opener=opener)
-    assert step(found, "picture").state == "warning"
     assert "every pixel is the same" in step(found, "picture").detail
 
 
@@ -456,53 +427,37 @@ async def test_a_robot_that_knows_nothing_but_its_name_fails_step_by_step() -> N
     assert all(each.fix for each in found.steps if each.state == "failed")
 
 
+@pytest.mark.parametrize(
+    ("keys", "name", "detail", "fix"),
+    [
+        ("latency=0.1", "round trip", "a healthy Bluetooth link takes 65 ms", advice.here(advice.SLOW)),
+        ("latency=0.3", "round trip", "of 7 proximity readings", ""),
+        ("loss=0.1&seed=1", "round trip", "lost", ""),
+        ("baud=9600", "throughput", "1.0 kB/s", ""),
+    ],
+)
 @simulated
-async def test_a_slow_link_is_compared_with_the_thesis() -> None:
-    found = await diagnose("sim://?speed=max&latency=0.1")
-    slow = step(found, "round trip")
+async def test_a_slow_or_lossy_link_is_measured_in_a_bounded_time_and_worth_a_look(
+    keys: str, name: str, detail: str, fix: str
+) -> None:
+    slow = step(await diagnose(f"sim://?speed=max&{keys}"), name)
     assert slow.state == "warning"
-    assert slow.detail.endswith("a healthy Bluetooth link takes 65 ms")
-    assert slow.fix == advice.here(advice.SLOW)
-    assert step(found, "throughput").state == "ok"
-
-
-@simulated
-async def test_a_very_slow_link_is_measured_for_a_bounded_time() -> None:
-    found = await diagnose("sim://?speed=max&latency=0.3")
-    slow = step(found, "round trip")
-    assert slow.state == "warning"
-    assert "of 7 proximity readings" in slow.detail
-
-
-@simulated
-async def test_a_line_at_a_tenth_of_its_speed_is_slow() -> None:
-    found = await diagnose("sim://?speed=max&baud=9600")
-    assert step(found, "throughput").state == "warning"
-    assert step(found, "throughput").detail.startswith("1.0 kB/s")
-
-
-@simulated
-async def test_lost_answers_are_counted() -> None:
-    found = await diagnose("sim://?speed=max&loss=0.1&seed=1")
-    assert "lost" in step(found, "round trip").detail
-    assert step(found, "round trip").state == "warning"
+    assert detail in slow.detail
+    assert fix in slow.fix
 
 
 @pytest.mark.parametrize(
     ("firmware", "position", "state"),
     [("asercom-1.2.2", 7, "warning"), ("asercom-1.2.2", 10, "ok"), ("epuck2", 8, "ok"), ("btcom-2.0", 7, "ok")],
 )
-def test_a_selector_that_will_silence_the_robot_is_reported(
+@simulated
+async def test_a_selector_that_will_silence_the_robot_is_reported(
     firmware: str, position: int, state: str, tmp_path: Path
 ) -> None:
     hardware = tmp_path / "hardware.json"
     hardware.write_text(json.dumps({"selector": position}))
-
-    @simulated
-    async def examine() -> Diagnosis:
-        return await diagnose(f"sim://?speed=max&firmware={firmware}&hardware={hardware}")
-
-    assert step(examine(), "selector").state == state
+    found = await diagnose(f"sim://?speed=max&firmware={firmware}&hardware={hardware}")
+    assert step(found, "selector").state == state
 
 
 @simulated

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import itertools
+from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ from elib.emulator.wifi_link import RETRANSMISSION, WifiLink
 from elib.errors import LinkBusy, LinkLost, LinkNotFound
 from elib.testing import simulated
 from elib.transport import open_transport
-from shared import now
+from shared import inside, now
 
 URL = "sim://square?firmware=epuck2-wifi&speed=max"
 
@@ -28,6 +29,15 @@ async def opened(keys: str = "") -> SimTransport:
     assert transport.codec == "wifi"
     assert isinstance(transport.robot.link, WifiLink)
     return transport
+
+
+@contextlib.asynccontextmanager
+async def streaming(keys: str = "") -> AsyncIterator[SimTransport]:
+    transport = await opened(keys)
+    try:
+        yield transport
+    finally:
+        await transport.close()
 
 
 async def arrivals(transport: SimTransport, seconds: float) -> list[tuple[float, bytes]]:
@@ -46,12 +56,10 @@ async def stream(transport: SimTransport, seconds: float) -> list[bytes]:
     return packets(b"".join(data for _, data in await arrivals(transport, seconds)), torn=True)
 
 
-@simulated
-async def test_a_robot_streams_to_the_program_that_opens_it() -> None:
-    transport = await opened()
+@inside(streaming)
+async def test_a_robot_streams_to_the_program_that_opens_it(transport: SimTransport) -> None:
     await transport.write(command(2))
     assert 45 <= len(await stream(transport, 1.0)) <= 50
-    await transport.close()
 
 
 @simulated
@@ -66,30 +74,27 @@ async def test_two_runs_with_the_same_seed_are_the_same() -> None:
     assert runs[0] == runs[1]
 
 
-@simulated
-async def test_latency_delays_commands_and_packets() -> None:
-    transport = await opened("&latency=0.2")
+@inside(streaming, "&latency=0.2")
+async def test_latency_delays_commands_and_packets(transport: SimTransport) -> None:
     start = now()
     await transport.write(command(0))
     (time, data), *_ = await arrivals(transport, 1.0)
     assert data == b"\x03"
     assert 0.4 <= time - start <= 0.4 + 0.04
-    await transport.close()
 
 
-@simulated
-async def test_acknowledgements_take_their_time_too_and_bound_what_a_slow_network_carries() -> None:
-    transport = await opened("&latency=0.05")
+@inside(streaming, "&latency=0.05")
+async def test_acknowledgements_take_their_time_too_and_bound_what_a_slow_network_carries(
+    transport: SimTransport,
+) -> None:
     await transport.write(command(1))
     await arrivals(transport, 1.0)
     data = b"".join(data for _, data in await arrivals(transport, 20.0))
     assert len(data) / 20.0 == pytest.approx(5744 / 0.1, rel=0.15)  # a send buffer for each way to and fro
-    await transport.close()
 
 
-@simulated
-async def test_a_lost_packet_is_a_pause_and_never_a_gap() -> None:
-    transport = await opened("&loss=0.05&seed=7")
+@inside(streaming, "&loss=0.05&seed=7")
+async def test_a_lost_packet_is_a_pause_and_never_a_gap(transport: SimTransport) -> None:
     assert isinstance(transport.robot.link, WifiLink)
     await transport.write(command(2, left=100, right=100))
     found = await arrivals(transport, 20.0)
@@ -101,24 +106,20 @@ async def test_a_lost_packet_is_a_pause_and_never_a_gap() -> None:
     assert {packet[0] for packet in whole} == {2}
     steps = [int.from_bytes(packet[80:82], "little") for packet in whole]
     assert steps == sorted(steps)
-    await transport.close()
 
 
-@simulated
-async def test_what_waited_behind_a_lost_packet_comes_at_once() -> None:
-    transport = await opened()
+@inside(streaming)
+async def test_what_waited_behind_a_lost_packet_comes_at_once(transport: SimTransport) -> None:
     await transport.write(command(2))
     await arrivals(transport, 1.0)
     transport.robot.link.lose_next_reply()
     (_time, data), *_ = await arrivals(transport, 1.0)
     assert len(data) == 105 * 25  # half a second of packets
-    await transport.close()
 
 
 @pytest.mark.parametrize("fault", [Fault(lose=True), Fault(halve=True), Fault(corrupt=3), Fault(delay=RETRANSMISSION)])
-@simulated
-async def test_a_fault_of_a_packet_delays_it(fault: Fault) -> None:
-    transport = await opened()
+@inside(streaming)
+async def test_a_fault_of_a_packet_delays_it(transport: SimTransport, fault: Fault) -> None:
     await transport.write(command(2))
     await arrivals(transport, 1.0)
     transport.robot.link.faults.append(fault)
@@ -126,23 +127,19 @@ async def test_a_fault_of_a_packet_delays_it(fault: Fault) -> None:
     found = await arrivals(transport, 2.0)
     assert found[0][0] - start == pytest.approx(RETRANSMISSION, abs=0.03)
     assert {packet[0] for packet in packets(b"".join(data for _, data in found))} == {2}
-    await transport.close()
 
 
-@simulated
-async def test_a_copy_and_noise_do_not_reach_the_program() -> None:
-    transport = await opened()
+@inside(streaming)
+async def test_a_copy_and_noise_do_not_reach_the_program(transport: SimTransport) -> None:
     await transport.write(command(2))
     await arrivals(transport, 0.99)
     transport.robot.link.double_next_reply(0.001)
     transport.robot.link.inject_noise(b"noise")
     assert 45 <= len(await stream(transport, 1.0)) <= 50
-    await transport.close()
 
 
-@simulated
-async def test_a_stalled_network_holds_everything_up_and_then_delivers_it() -> None:
-    transport = await opened()
+@inside(streaming)
+async def test_a_stalled_network_holds_everything_up_and_then_delivers_it(transport: SimTransport) -> None:
     link = transport.robot.link
     await transport.write(command(2))
     await arrivals(transport, 1.0)
@@ -154,12 +151,10 @@ async def test_a_stalled_network_holds_everything_up_and_then_delivers_it() -> N
     found = await stream(transport, 1.0)
     assert len(found) >= 45 + 5744 // 105
     assert transport.robot.emulator.firmware.report()["speed"] == [100, 100]
-    await transport.close()
 
 
-@simulated
-async def test_silence_holds_the_packets_up_and_lets_commands_pass() -> None:
-    transport = await opened()
+@inside(streaming)
+async def test_silence_holds_the_packets_up_and_lets_commands_pass(transport: SimTransport) -> None:
     link = transport.robot.link
     await transport.write(command(2))
     await arrivals(transport, 1.0)
@@ -169,12 +164,10 @@ async def test_silence_holds_the_packets_up_and_lets_commands_pass() -> None:
     assert transport.robot.emulator.firmware.report()["speed"] == [100, 100]
     link.end_silence()
     assert len(await stream(transport, 0.5)) >= 40
-    await transport.close()
 
 
-@simulated
-async def test_a_program_that_does_not_read_slows_the_robot_and_loses_nothing() -> None:
-    transport = await opened()
+@inside(streaming)
+async def test_a_program_that_does_not_read_slows_the_robot_and_loses_nothing(transport: SimTransport) -> None:
     await transport.write(command(1))
     await asyncio.sleep(10)  # 115 pictures, if somebody read them
     await transport.write(command(0))
@@ -183,13 +176,11 @@ async def test_a_program_that_does_not_read_slows_the_robot_and_loses_nothing() 
         data += await transport.read()
     found = packets(bytes(data))
     assert 2 <= sum(packet[0] == 1 for packet in found) <= 5
-    await transport.close()
 
 
 @pytest.mark.parametrize("count", [0, 1, 50, 104, 105, 106, 5_743, 5_744, 5_745, 38_400, 38_401, 38_402])
-@simulated
-async def test_a_connection_that_breaks_anywhere_delivers_what_came_before(count: int) -> None:
-    transport = await opened()
+@inside(streaming)
+async def test_a_connection_that_breaks_anywhere_delivers_what_came_before(transport: SimTransport, count: int) -> None:
     await transport.write(command(3))
     transport.robot.link.cut_after(to_host=count)
     data = bytearray()
@@ -197,7 +188,6 @@ async def test_a_connection_that_breaks_anywhere_delivers_what_came_before(count
         while True:
             data += await transport.read()
     assert len(data) == count
-    await transport.close()
 
 
 @pytest.mark.parametrize("count", [1, 20, 21, 22, 41])
@@ -325,9 +315,8 @@ async def test_a_paused_world_sends_nothing_and_goes_on_after_the_pause() -> Non
     await transport.close()
 
 
-@simulated
-async def test_led2_can_be_seen_in_the_world() -> None:
-    transport = await opened()
+@inside(streaming)
+async def test_led2_can_be_seen_in_the_world(transport: SimTransport) -> None:
     world = transport.simulation.world
     assert world is not None
 
@@ -341,4 +330,3 @@ async def test_led2_can_be_seen_in_the_world() -> None:
         await arrivals(transport, 0.003)
         seen.add(led2())
     assert seen == {"#00ff00", "#0000ff", "#000000"}
-    await transport.close()

@@ -304,12 +304,6 @@ async def test_a_pose_can_be_gone_to_and_x_without_y_is_refused(robot: Epuck) ->
         await robot.go_to(pose, 0.1)
 
 
-@inside(elib.open, FIELD)
-async def test_a_negative_sleep_is_refused_as_a_sleep(robot: Epuck) -> None:
-    with pytest.raises(ArgumentError, match="the time to sleep is -1 s; it must be finite and not negative"):
-        await robot.sleep(-1)
-
-
 def test_of_two_motions_the_one_that_was_called_first_drives() -> None:
     with elib.connect(FIELD) as robot:
         first = robot.begin.drive(0.05)
@@ -323,14 +317,6 @@ def test_of_two_motions_the_one_that_was_called_first_drives() -> None:
         with pytest.raises(MotionBusy, match="set_velocity"):
             robot.set_velocity(0.05)
         first.end()
-
-
-@inside(elib.open, FIELD)
-async def test_of_two_motions_in_one_loop_the_one_that_was_called_first_drives(robot: Epuck) -> None:
-    first = asyncio.create_task(robot.drive(0.05))
-    with pytest.raises(MotionBusy, match=r"drive\(0.1\): drive\(0.05\) is still under way"):
-        await robot.drive(0.1)
-    assert (await first).x == pytest.approx(0.05, abs=STEP)
 
 
 @inside(elib.open, FIELD)
