@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from elib.errors import ArgumentError, SimulationError, SimulationStalled
+from elib.testing import simulated
 from elib.timebase import CATCHING_UP, Paced, PacedLoop, ScaledLoop, SimulatedLoop, new_loop, require_real_time
 from shared import PATIENCE, now
 
@@ -25,15 +26,13 @@ def simulate(main: Coroutine[object, object, T]) -> T:
         return runner.run(main)
 
 
-def test_a_sleep_takes_exactly_its_time_and_no_wall_time() -> None:
-    async def main() -> list[float]:
-        times = [now()]
-        for seconds in (3600, 0.25, 86400 * 365):
-            await asyncio.sleep(seconds)  # clock: simulated
-            times.append(now())
-        return times
-
-    assert simulate(main()) == [0.0, 3600.0, 3600.25, 31539600.25]
+@simulated
+async def test_a_sleep_takes_exactly_its_time_and_no_wall_time() -> None:
+    times = [now()]
+    for seconds in (3600, 0.25, 86400 * 365):
+        await asyncio.sleep(seconds)  # clock: simulated
+        times.append(now())
+    assert times == [0.0, 3600.0, 3600.25, 31539600.25]
 
 
 @given(st.lists(st.floats(0, 1e6), min_size=1, max_size=20))
@@ -51,113 +50,97 @@ def test_timers_ring_in_order_each_exactly_at_its_time(times: list[float]) -> No
     assert all(asked == actual for asked, actual in rung)
 
 
-def test_time_stands_still_while_code_runs() -> None:
-    async def main() -> None:
-        before = now()
-        for _ in range(1000):
-            await asyncio.sleep(0)
-        assert now() == before
-
-    simulate(main())
-
-
-def test_a_timer_one_step_of_the_float_later_rings_later() -> None:
-    async def main() -> list[float]:
-        loop = asyncio.get_running_loop()
-        first, rung = 1000.0, []
-        for time in (math.nextafter(first, math.inf), first):
-            loop.call_at(time, lambda: rung.append(loop.time()))
-        await asyncio.sleep(2000)  # clock: simulated
-        return rung
-
-    assert simulate(main()) == [1000.0, math.nextafter(1000.0, math.inf)]
-
-
-def test_a_timeout_expires_on_time() -> None:
-    async def main() -> float:
-        with pytest.raises(TimeoutError):
-            async with asyncio.timeout(5):  # clock: simulated
-                await asyncio.Event().wait()
-        return now()
-
-    assert simulate(main()) == 5.0
-
-
-def test_a_cancelled_timer_does_not_make_the_time_jump() -> None:
-    async def main() -> float:
-        async with asyncio.timeout(5):  # clock: simulated
-            await asyncio.sleep(1)  # clock: simulated
-        await asyncio.sleep(1)  # clock: simulated
-        return now()
-
-    assert simulate(main()) == 2.0
-
-
-def test_tasks_of_a_group_share_the_time() -> None:
-    async def main() -> float:
-        async with asyncio.TaskGroup() as group:
-            for seconds in (1, 2, 3):
-                group.create_task(asyncio.sleep(seconds))  # clock: simulated
-        return now()
-
-    assert simulate(main()) == 3.0
-
-
-def test_no_time_passes_while_a_thread_works() -> None:
-    async def main() -> tuple[float, float]:
-        ticks = itertools.count()
-        started = threading.Event()
-
-        async def tick() -> None:
-            while True:
-                await asyncio.sleep(1)  # clock: simulated
-                next(ticks)
-
-        def work() -> float:
-            started.wait(PATIENCE)
-            return loop.time()
-
-        loop = asyncio.get_running_loop()
-        ticking = asyncio.create_task(tick())
-        working = asyncio.create_task(asyncio.to_thread(work))
+@simulated
+async def test_time_stands_still_while_code_runs() -> None:
+    before = now()
+    for _ in range(1000):
         await asyncio.sleep(0)
-        loop.call_soon(started.set)
-        seen = await working
-        ticking.cancel()
-        return seen, now()
-
-    assert simulate(main()) == (0.0, 0.0)
+    assert now() == before
 
 
-def test_a_thread_pool_is_shut_down_without_a_warning() -> None:
-    async def main() -> int:
-        return sum(await asyncio.gather(*(asyncio.to_thread(lambda n=n: n) for n in range(10))))
+@simulated
+async def test_a_timer_one_step_of_the_float_later_rings_later() -> None:
+    loop = asyncio.get_running_loop()
+    first, rung = 1000.0, []
+    for time in (math.nextafter(first, math.inf), first):
+        loop.call_at(time, lambda: rung.append(loop.time()))
+    await asyncio.sleep(2000)  # clock: simulated
+    assert rung == [1000.0, math.nextafter(1000.0, math.inf)]
 
-    assert simulate(main()) == 45
+
+@simulated
+async def test_a_timeout_expires_on_time() -> None:
+    with pytest.raises(TimeoutError):
+        async with asyncio.timeout(5):  # clock: simulated
+            await asyncio.Event().wait()
+    assert now() == 5.0
 
 
-def test_a_hold_stops_time_until_it_is_released() -> None:
-    async def main() -> list[float]:
-        loop = asyncio.get_running_loop()
-        assert isinstance(loop, SimulatedLoop)
-        hold = loop.hold()
-        hold.acquire()
-        hold.acquire()
-        sleeping = asyncio.create_task(asyncio.sleep(10))  # clock: simulated
-        seen: list[float] = []
+@simulated
+async def test_a_cancelled_timer_does_not_make_the_time_jump() -> None:
+    async with asyncio.timeout(5):  # clock: simulated
+        await asyncio.sleep(1)  # clock: simulated
+    await asyncio.sleep(1)  # clock: simulated
+    assert now() == 2.0
 
-        def outside() -> None:
-            seen.append(loop.time())
-            hold.release()
-            hold.release()
 
-        thread = threading.Thread(target=outside)
-        loop.call_soon(thread.start)
-        await sleeping
-        thread.join()
-        return [*seen, loop.time()]
+@simulated
+async def test_tasks_of_a_group_share_the_time() -> None:
+    async with asyncio.TaskGroup() as group:
+        for seconds in (1, 2, 3):
+            group.create_task(asyncio.sleep(seconds))  # clock: simulated
+    assert now() == 3.0
 
-    assert simulate(main()) == [0.0, 10.0]
+
+@simulated
+async def test_no_time_passes_while_a_thread_works() -> None:
+    ticks = itertools.count()
+    started = threading.Event()
+
+    async def tick() -> None:
+        while True:
+            await asyncio.sleep(1)  # clock: simulated
+            next(ticks)
+
+    def work() -> float:
+        started.wait(PATIENCE)
+        return loop.time()
+
+    loop = asyncio.get_running_loop()
+    ticking = asyncio.create_task(tick())
+    working = asyncio.create_task(asyncio.to_thread(work))
+    await asyncio.sleep(0)
+    loop.call_soon(started.set)
+    seen = await working
+    ticking.cancel()
+    assert (seen, now()) == (0.0, 0.0)
+
+
+@simulated
+async def test_a_thread_pool_is_shut_down_without_a_warning() -> None:
+    assert sum(await asyncio.gather(*(asyncio.to_thread(lambda n=n: n) for n in range(10)))) == 45
+
+
+@simulated
+async def test_a_hold_stops_time_until_it_is_released() -> None:
+    loop = asyncio.get_running_loop()
+    assert isinstance(loop, SimulatedLoop)
+    hold = loop.hold()
+    hold.acquire()
+    hold.acquire()
+    sleeping = asyncio.create_task(asyncio.sleep(10))  # clock: simulated
+    seen: list[float] = []
+
+    def outside() -> None:
+        seen.append(loop.time())
+        hold.release()
+        hold.release()
+
+    thread = threading.Thread(target=outside)
+    loop.call_soon(thread.start)
+    await sleeping
+    thread.join()
+    assert [*seen, loop.time()] == [0.0, 10.0]
 
 
 def test_a_hold_of_a_closed_loop_is_released_quietly() -> None:
@@ -169,24 +152,22 @@ def test_a_hold_of_a_closed_loop_is_released_quietly() -> None:
     assert loop.is_closed()
 
 
-def test_the_portal_is_asked_before_each_jump() -> None:
-    async def main() -> float:
-        loop = asyncio.get_running_loop()
-        assert isinstance(loop, SimulatedLoop)
-        answers = iter([False, True])
+@simulated
+async def test_the_portal_is_asked_before_each_jump() -> None:
+    loop = asyncio.get_running_loop()
+    assert isinstance(loop, SimulatedLoop)
+    answers = iter([False, True])
 
-        def may_jump() -> bool:
-            answer = next(answers, True)
-            if not answer:
-                threading.Thread(target=loop.call_soon_threadsafe, args=(lambda: None,)).start()
-            return answer
+    def may_jump() -> bool:
+        answer = next(answers, True)
+        if not answer:
+            threading.Thread(target=loop.call_soon_threadsafe, args=(lambda: None,)).start()
+        return answer
 
-        loop.may_jump = may_jump
-        await asyncio.sleep(1)  # clock: simulated
-        assert next(answers, None) is None
-        return loop.time()
-
-    assert simulate(main()) == 1.0
+    loop.may_jump = may_jump
+    await asyncio.sleep(1)  # clock: simulated
+    assert next(answers, None) is None
+    assert loop.time() == 1.0
 
 
 def test_when_everybody_waits_for_ever_the_simulation_says_who() -> None:

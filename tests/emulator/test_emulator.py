@@ -150,14 +150,6 @@ def test_more_than_64_waiting_bytes_overwrite_each_other_but_as_many_are_deliver
     assert answers.count(b"z,Command not found") == 1
 
 
-def test_a_full_ring_is_read_as_it_came() -> None:
-    emulator = robot("btcom-2.0")
-    emulator.receive(b"K\r", 0.0)
-    run(emulator, 0.5)
-    emulator.receive(b"C\r" * 32, 0.5)
-    assert text(run(emulator, 10.0)).count(b"c,3\r\n") == 32
-
-
 def test_btcom_1_1_3_keeps_four_waiting_bytes_and_loses_the_others() -> None:
     emulator = robot("btcom-1.1.3")
     emulator.receive(b"K\r", 0.0)
@@ -180,14 +172,6 @@ def test_a_robot_keeps_as_many_waiting_bytes_as_the_clients_profile_says(firmwar
         answers = text(run(emulator, 20.0)).split(b"finished\r\n")[1]
         # The ring of the e-puck1 delivers as many bytes as came, only not the same ones; all of these are alike.
         assert answers == b"c,3\r\n" * (ring // 2 if firmware in ("btcom-1.1.3", "epuck2") else count)
-
-
-def test_the_e_puck2_loses_what_does_not_fit_into_its_queue() -> None:
-    emulator = robot("epuck2")
-    emulator.receive(b"K\r", 0.0)
-    run(emulator, 0.5)
-    emulator.receive(b"C\r" * 70, 0.5)
-    assert text(run(emulator, 10.0)).count(b"c,3\r\n") == 64
 
 
 def test_a_line_longer_than_the_ring_is_read_as_it_comes() -> None:

@@ -133,32 +133,28 @@ async def test_a_lost_robot_nobody_looks_for_is_gone_after_a_while() -> None:
     assert not any(each.waiting for each in running())
 
 
-def test_a_robot_waits_out_a_cut_however_long(tmp_path: Path) -> None:
-    @simulated
-    async def story(url: str) -> None:
-        first = await open_url(url)
-        await ask(first, b"E\r")
-        await until_lost(first)
-        await asyncio.sleep(10 * RECONNECT_TIMEOUT + 1)
-        second = await open_url(url)
-        assert second.simulation is first.simulation
-        await second.close()
-
-    story(with_script(tmp_path, f'[[fault]]\nkind = "cut"\nat = 1\nfor = {10 * RECONNECT_TIMEOUT}'))
+@simulated
+async def test_a_robot_waits_out_a_cut_however_long(tmp_path: Path) -> None:
+    url = with_script(tmp_path, f'[[fault]]\nkind = "cut"\nat = 1\nfor = {10 * RECONNECT_TIMEOUT}')
+    first = await open_url(url)
+    await ask(first, b"E\r")
+    await until_lost(first)
+    await asyncio.sleep(10 * RECONNECT_TIMEOUT + 1)
+    second = await open_url(url)
+    assert second.simulation is first.simulation
+    await second.close()
 
 
-def test_a_robot_cut_off_for_good_is_never_replaced_while_somebody_looks_for_it(tmp_path: Path) -> None:
-    @simulated
-    async def story(url: str) -> None:
-        first = await open_url(url)
-        await ask(first, b"E\r")
-        await until_lost(first)
-        for _ in range(10):
-            await asyncio.sleep(RECONNECT_TIMEOUT / 2)
-            with pytest.raises(elib.LinkNotFound, match="for good"):
-                await open_url(url)
-
-    story(with_script(tmp_path, '[[fault]]\nkind = "cut"\nat = 1'))
+@simulated
+async def test_a_robot_cut_off_for_good_is_never_replaced_while_somebody_looks_for_it(tmp_path: Path) -> None:
+    url = with_script(tmp_path, '[[fault]]\nkind = "cut"\nat = 1')
+    first = await open_url(url)
+    await ask(first, b"E\r")
+    await until_lost(first)
+    for _ in range(10):
+        await asyncio.sleep(RECONNECT_TIMEOUT / 2)
+        with pytest.raises(elib.LinkNotFound, match="for good"):
+            await open_url(url)
 
 
 def test_a_lost_robot_goes_with_its_event_loop() -> None:

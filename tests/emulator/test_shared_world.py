@@ -128,48 +128,44 @@ async def test_the_last_to_leave_ends_the_world_in_whatever_order_they_leave() -
     assert all(timer.cancelled() for timer in loop._scheduled)  # type: ignore[attr-defined]
 
 
-def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp_path: Path) -> None:
-    @simulated
-    async def story(faulty: str) -> None:
-        calm = await open_url("sim://square?robots=2&robot=1&latency=0.05")
-        stricken = await open_url(faulty)
-        assert stricken.simulation is calm.simulation
-        began = now()
-        assert await ask(calm, b"E\r") == b"e,0,0\r\n"
-        assert now() - began > 0.1
-        began = now()
-        assert await ask(stricken, b"E\r") == b"e,0,0\r\n"
-        assert now() - began < 0.01
-        error = await until_lost(stricken)
-        assert "robot=2" in error.message
-        assert await ask(calm, b"E\r") == b"e,0,0\r\n", "the other's link is as it was"
-        with pytest.raises(LinkNotFound, match="for another"):
-            await open_url(faulty)
-        await asyncio.sleep(10)
-        back = await open_url(faulty)
-        assert back.simulation is calm.simulation
-        assert back.robot is stricken.robot
-        await back.close()
-        await calm.close()
-
-    story(with_script(tmp_path, CUT, "sim://square?robots=2&robot=2"))
+@simulated
+async def test_each_robot_of_a_world_may_have_a_link_and_a_fault_script_of_its_own(tmp_path: Path) -> None:
+    faulty = with_script(tmp_path, CUT, "sim://square?robots=2&robot=2")
+    calm = await open_url("sim://square?robots=2&robot=1&latency=0.05")
+    stricken = await open_url(faulty)
+    assert stricken.simulation is calm.simulation
+    began = now()
+    assert await ask(calm, b"E\r") == b"e,0,0\r\n"
+    assert now() - began > 0.1
+    began = now()
+    assert await ask(stricken, b"E\r") == b"e,0,0\r\n"
+    assert now() - began < 0.01
+    error = await until_lost(stricken)
+    assert "robot=2" in error.message
+    assert await ask(calm, b"E\r") == b"e,0,0\r\n", "the other's link is as it was"
+    with pytest.raises(LinkNotFound, match="for another"):
+        await open_url(faulty)
+    await asyncio.sleep(10)
+    back = await open_url(faulty)
+    assert back.simulation is calm.simulation
+    assert back.robot is stricken.robot
+    await back.close()
+    await calm.close()
 
 
-def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost_it(tmp_path: Path) -> None:
-    @simulated
-    async def story(faulty: str) -> None:
-        other = await open_url("sim://square?robots=2&robot=1")
-        robot = await open_url(faulty)
-        await ask(robot, b"E\r")
-        await robot.close()
-        await asyncio.sleep(6)
-        with pytest.raises(LinkNotFound, match="has cut the link for another"):
-            await open_url(faulty)
-        await asyncio.sleep(10)
-        await (await open_url(faulty)).close()
-        await other.close()
-
-    story(with_script(tmp_path, CUT, "sim://square?robots=2&robot=2"))
+@simulated
+async def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost_it(tmp_path: Path) -> None:
+    faulty = with_script(tmp_path, CUT, "sim://square?robots=2&robot=2")
+    other = await open_url("sim://square?robots=2&robot=1")
+    robot = await open_url(faulty)
+    await ask(robot, b"E\r")
+    await robot.close()
+    await asyncio.sleep(6)
+    with pytest.raises(LinkNotFound, match="has cut the link for another"):
+        await open_url(faulty)
+    await asyncio.sleep(10)
+    await (await open_url(faulty)).close()
+    await other.close()
 
 
 @simulated
