@@ -79,8 +79,7 @@ def test_the_e_puck2_refuses_single_lines_and_what_does_not_fit(numbers: tuple[i
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_after_a_refusal_the_new_numbers_frame_the_old_picture(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_after_a_refusal_the_new_numbers_frame_the_old_picture(bench: EmulatedRobot) -> None:
     bench.send(b"J,0,30,10,4\r")
     bench.send(b"J,0,20,5,0\r")
     assert bench.send(b"I\r") == b"i,0,20,5,0,100\r\n"
@@ -88,8 +87,7 @@ def test_after_a_refusal_the_new_numbers_frame_the_old_picture(firmware: str) ->
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_a_larger_answer_than_the_old_picture_shows_what_was_left_in_memory(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_a_larger_answer_than_the_old_picture_shows_what_was_left_in_memory(bench: EmulatedRobot) -> None:
     bench.send(b"Q" + b"y" * 400 + b"\r")
     bench.send(b"J,0,10,10,8\rJ,0,15,20,0\r")
     answer = bench.send(REQUEST)
@@ -97,15 +95,13 @@ def test_a_larger_answer_than_the_old_picture_shows_what_was_left_in_memory(firm
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_the_capture_finishes_last_and_covers_what_was_chained_behind_it(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_the_capture_finishes_last_and_covers_what_was_chained_behind_it(bench: EmulatedRobot) -> None:
     bench.send(b"J,0,4,4,0\r")  # refused: 16 bytes announced, 3,200 come
     assert bench.send(b"\xb7\xb1\0") == header(0, 4, 4) + picture(1, 40, 40)[: 16 + 16]
 
 
 @pytest.mark.parametrize("firmware", [*E_PUCK1, "epuck2"])
-def test_of_two_pictures_in_one_frame_only_the_last_is_taken(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_of_two_pictures_in_one_frame_only_the_last_is_taken(bench: EmulatedRobot) -> None:
     bench.send(b"J,0,10,8,4\r")
     whole = header(0, 10, 8) + picture(0, 10, 8)
     first, second = (lambda answer: (answer[:83], answer[83:]))(bench.send(b"\xb7\xb7\0"))
@@ -166,8 +162,7 @@ def test_a_negative_picture_ends_the_e_puck2s_program_silently() -> None:
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_a_camera_set_up_darkens_the_robot(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_a_camera_set_up_darkens_the_robot(bench: EmulatedRobot) -> None:
     bench.send(b"L,8,1\rB,1\rF,1\rJ,9\r")
     assert (bench.hardware["led"], bench.hardware["body"], bench.hardware["front"]) == ([0] * 8, 0, 0)
 

@@ -44,8 +44,7 @@ def test_an_unknown_firmware_names_the_nearest() -> None:
 
 
 @pytest.mark.parametrize("firmware", ALL)
-def test_an_action_left_out_is_the_last_one_of_any_lamp(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_an_action_left_out_is_the_last_one_of_any_lamp(bench: EmulatedRobot) -> None:
     assert bench.send(b"L,2,1\rB\rF\r") == b"l\r\nb\r\nf\r\n"
     assert (bench.hardware["body"], bench.hardware["front"]) == (1, 1)
     bench.send(b"F,0\rB\r")
@@ -53,38 +52,33 @@ def test_an_action_left_out_is_the_last_one_of_any_lamp(firmware: str) -> None:
 
 
 @pytest.mark.parametrize("firmware", ALL)
-def test_text_and_binary_speeds_share_their_variables(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_text_and_binary_speeds_share_their_variables(bench: EmulatedRobot) -> None:
     bench.send(b"\xbc\x0a\x00\x14\x00\x00")
     assert bench.send(b"D,77\rE\r") == b"d\r\ne,77,20\r\n"
 
 
 @pytest.mark.parametrize("firmware", ALL)
-def test_stop_changes_the_motors_but_not_what_was_asked(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_stop_changes_the_motors_but_not_what_was_asked(bench: EmulatedRobot) -> None:
     assert bench.send(b"D,300,-400\rS\rE\r") == b"d\r\ns\r\ne,300,-400\r\n"
     assert bench.hardware["speed"] == [0, 0]
 
 
 @pytest.mark.parametrize("firmware", ALL)
-def test_the_text_and_the_binary_answer_agree(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_the_text_and_the_binary_answer_agree(bench: EmulatedRobot) -> None:
     bench.send(b"P,-300,1234\r")
     assert words(bench.send(b"\xaf\x00")) == numbers(bench.send(b"Q\r")) == [-300, 1234]
     assert words(bench.send(b"\xb1\x00")) == numbers(bench.send(b"O\r"))
 
 
 @pytest.mark.parametrize("firmware", ALL)
-def test_a_chain_answers_in_order_and_only_at_its_zero(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_a_chain_answers_in_order_and_only_at_its_zero(bench: EmulatedRobot) -> None:
     light, steps = bench.send(b"\xb1\x00"), bench.send(b"\xaf\x00")
     assert bench.send(b"\xb1\xaf") == b""
     assert bench.send(b"\xb1\x00") == light + steps + light
 
 
 @pytest.mark.parametrize("firmware", ALL)
-def test_a_reading_is_taken_when_its_opcode_comes_not_when_it_is_sent(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_a_reading_is_taken_when_its_opcode_comes_not_when_it_is_sent(bench: EmulatedRobot) -> None:
     before = bench.send(b"\xb1\x00")
     bench.send(b"\xb1")
     bench.set(light=[1] * 10)
@@ -92,8 +86,7 @@ def test_a_reading_is_taken_when_its_opcode_comes_not_when_it_is_sent(firmware: 
 
 
 @pytest.mark.parametrize("firmware", ALL)
-def test_what_follows_a_zero_is_a_new_frame_or_a_line(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_what_follows_a_zero_is_a_new_frame_or_a_line(bench: EmulatedRobot) -> None:
     steps = bench.send(b"\xaf\x00")
     assert bench.send(b"\xaf\x00\xaf\x00C\r\xaf\x00") == steps + steps + b"c,3\r\n" + steps
 
@@ -107,8 +100,7 @@ def test_proximity_offsets_are_the_mean_of_the_calibration(firmware: str) -> Non
 
 
 @pytest.mark.parametrize("firmware", ["btcom-1.1.3", "asercom-1.2.2", "epuck2"])
-def test_calibration_leaves_the_ring_dark(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_calibration_leaves_the_ring_dark(bench: EmulatedRobot) -> None:
     bench.send(b"L,8,1\rB,1\rK\r")
     assert set(bench.hardware["led"]) == {0}
     assert bench.hardware["body"] == 1
@@ -121,15 +113,13 @@ def test_btcom_2_leaves_the_ring_alone_while_it_calibrates() -> None:
 
 
 @pytest.mark.parametrize("firmware", ALL)
-def test_the_remote_controls_last_code_is_reported_in_hexadecimal(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_the_remote_controls_last_code_is_reported_in_hexadecimal(bench: EmulatedRobot) -> None:
     bench.set(ir_check=1, ir_address=31, ir_data=63)
     assert bench.send(b"G\r") == b"g IR check : 0x1, address : 0x1f, data : 0x3f\r\n"
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_a_key_acts_only_between_commands_and_only_once(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_a_key_acts_only_between_commands_and_only_once(bench: EmulatedRobot) -> None:
     bench.send(b"\xaf")
     bench.set(ir_data=2)
     assert bench.hardware["speed"] == [0, 0]
@@ -141,8 +131,7 @@ def test_a_key_acts_only_between_commands_and_only_once(firmware: str) -> None:
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_key_0_plays_a_sound_and_sets_the_asked_speeds_again(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_key_0_plays_a_sound_and_sets_the_asked_speeds_again(bench: EmulatedRobot) -> None:
     bench.set(ir_data=4)
     bench.send(b"S\r")
     bench.set(ir_data=0)
@@ -151,8 +140,7 @@ def test_key_0_plays_a_sound_and_sets_the_asked_speeds_again(firmware: str) -> N
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_a_reset_forgets_everything_but_the_number_of_resets(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_a_reset_forgets_everything_but_the_number_of_resets(bench: EmulatedRobot) -> None:
     bench.send(b"D,100,100\rP,5,5\rL,8,1\rT,1\rJ,0,20,20,8\r")
     assert bench.send(b"R\r").startswith(b"r\r")
     assert bench.send(b"E\rQ\rI\r") == b"e,0,0\r\nq,0,0\r\ni,1,40,40,8,3200\r\n"
@@ -160,8 +148,7 @@ def test_a_reset_forgets_everything_but_the_number_of_resets(firmware: str) -> N
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_integers_of_the_e_puck1_have_16_bits(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_integers_of_the_e_puck1_have_16_bits(bench: EmulatedRobot) -> None:
     assert bench.send(b"D,65535,-32769\rE\r") == b"d\r\ne,-1,32767\r\n"
     assert bench.send(b"B,65537\r") == b"b\r\n"
     assert bench.hardware["body"] == 1
@@ -181,8 +168,7 @@ def test_a_sound_after_a_camera_set_up_is_silent_until_the_amplifier_starts_agai
 
 
 @pytest.mark.parametrize("firmware", E_PUCK1)
-def test_the_sample_dump_leaves_before_the_frame_ends(firmware: str) -> None:
-    bench = EmulatedRobot(firmware)
+def test_the_sample_dump_leaves_before_the_frame_ends(bench: EmulatedRobot) -> None:
     dump = bench.send(b"\xb1\xab")
     assert len(dump) == 600
     rings = [words(dump)[first : first + 100] for first in (0, 100, 200)]

@@ -5,7 +5,6 @@ import pytest
 import elib
 from elib.errors import LinkClosed, ReplyTimeout, SimulationError, Unsupported
 from elib.protocol.profiles import PROFILES
-from elib.robot.polling import sensor_polls
 from elib.session import Wrote
 from elib.testing import emulator_of, link_of, simulated
 from shared import inside, run_python
@@ -15,35 +14,17 @@ def url(firmware: str = "btcom-2.0", **keys: object) -> str:
     return f"sim://square?speed=max&firmware={firmware}" + "".join(f"&{key}={value}" for key, value in keys.items())
 
 
-@inside(elib.open, url())
-async def test_commands_are_awaited(robot: elib.Epuck) -> None:
-    await robot.set_speed(0.5, -0.5)
-    assert await robot.speed() == (0.5, -0.5)
-    assert robot.firmware == "btcom-2.0"
-
-
 @simulated
-async def test_a_robot_can_be_awaited_and_closed_instead() -> None:
-    robot = await elib.open(url())
+async def test_a_robot_can_be_awaited_and_closed_and_lives_once() -> None:
+    robot = elib.open(url())
+    with pytest.raises(LinkClosed, match="async with"):
+        robot.selector()
+    assert await robot is robot
     assert (await robot.selector()).position == 3
     await robot.close()
     await robot.close()
     with pytest.raises(LinkClosed):
         await robot.selector()
-
-
-@simulated
-async def test_a_robot_that_is_not_open_says_how_to_open_it() -> None:
-    robot = elib.open(url())
-    with pytest.raises(LinkClosed, match="async with"):
-        robot.selector()
-
-
-@simulated
-async def test_a_robot_lives_once() -> None:
-    robot = elib.open(url())
-    async with robot:
-        pass
     with pytest.raises(LinkClosed, match="once"):
         async with robot:
             pass
@@ -67,22 +48,6 @@ async def test_leaving_by_cancellation_stops_the_robot() -> None:
     with pytest.raises(asyncio.CancelledError):
         await task
     assert [motor.speed for motor in motors] == [0, 0]  # type: ignore[attr-defined]
-
-
-@inside(elib.open, url(latency=0.1))
-async def test_a_cancelled_call_leaves_the_next_one_right(robot: elib.Epuck) -> None:
-    with pytest.raises(TimeoutError):
-        async with asyncio.timeout(0.15):
-            await robot.selector()
-    assert (await robot.within(2).ambient_light()) is not None
-
-
-@inside(elib.open, url())
-async def test_several_robots_run_in_one_loop(first: elib.Epuck) -> None:
-    async with elib.open(url("epuck2")) as second:
-        near, far = await asyncio.gather(first.proximity(), second.distance())
-        assert len(near) == 8
-        assert far.metres > 0
 
 
 async def test_simulated_time_is_refused_in_a_real_loop() -> None:
@@ -153,14 +118,6 @@ async def test_sensors_read_one_by_one_and_all_at_once_are_the_same(firmware: st
         assert list(sensors.accelerometer) == pytest.approx(list(await robot.accelerometer()), abs=20)
         assert list(sensors.microphones) == pytest.approx(list(await robot.microphones()), abs=12)
         assert sensors.encoders is not None
-
-
-def test_the_frame_for_all_sensors_fits_every_ring() -> None:
-    from elib.protocol.context import Context
-
-    for profile in PROFILES.values():
-        polls = sensor_polls(Context(profile))
-        assert sum(len(poll.request.data) for poll in polls) <= max(profile.receive_ring, 64)
 
 
 @inside(elib.open, url("asercom-1.2.2"))

@@ -126,49 +126,40 @@ def test_a_stop_reaches_the_robot_in_time_in_every_combination(firmware: str, tr
 
 @pytest.mark.parametrize("latency", [0.3, 0.45])
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_slow_line_is_not_said_to_have_left_the_stop_unconfirmed(
+@simulated
+async def test_a_slow_line_is_not_said_to_have_left_the_stop_unconfirmed(
     firmware: str, latency: float, caplog: pytest.LogCaptureFixture
 ) -> None:
-    @simulated
-    async def story() -> None:
-        async with elib.open(url(firmware, latency)) as robot:
-            await robot.within(3).set_speed(0.2, 0.2)
-            looking = asyncio.ensure_future(robot.within(5).proximity())
-            await asyncio.sleep(0.1)
-            there = virtual(robot)
-        assert not is_driving(there)
-        await asyncio.gather(looking, return_exceptions=True)
-
-    story()
+    async with elib.open(url(firmware, latency)) as robot:
+        await robot.within(3).set_speed(0.2, 0.2)
+        looking = asyncio.ensure_future(robot.within(5).proximity())
+        await asyncio.sleep(0.1)
+        there = virtual(robot)
+    assert not is_driving(there)
+    await asyncio.gather(looking, return_exceptions=True)
     assert caplog.text == ""
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-def test_a_stop_that_is_not_confirmed_on_leaving_is_said(firmware: str, caplog: pytest.LogCaptureFixture) -> None:
-    @simulated
-    async def story() -> None:
-        async with elib.open(url(firmware), name="walle") as robot:
-            await robot.set_speed(0.2, 0.2)
-            there = virtual(robot)
-            there.link.silence()
-        assert not is_driving(there)
-
-    story()
+@simulated
+async def test_a_stop_that_is_not_confirmed_on_leaving_is_said(firmware: str, caplog: pytest.LogCaptureFixture) -> None:
+    async with elib.open(url(firmware), name="walle") as robot:
+        await robot.set_speed(0.2, 0.2)
+        there = virtual(robot)
+        there.link.silence()
+    assert not is_driving(there)
     assert [record.levelno for record in caplog.records] == [logging.WARNING]
     assert "walle did not confirm that it stands: it may still be moving" in caplog.text
 
 
-def test_leaving_a_robot_whose_link_was_lost_says_that_it_may_be_moving(caplog: pytest.LogCaptureFixture) -> None:
-    @simulated
-    async def story() -> None:
-        async with elib.open(url("btcom-2.0")) as robot:
-            await robot.set_speed(0.2, 0.2)
-            virtual(robot).link.cut()
-            with pytest.raises(LinkLost):
-                await robot.proximity()
-        await robot.close()
-
-    story()
+@simulated
+async def test_leaving_a_robot_whose_link_was_lost_says_that_it_may_be_moving(caplog: pytest.LogCaptureFixture) -> None:
+    async with elib.open(url("btcom-2.0")) as robot:
+        await robot.set_speed(0.2, 0.2)
+        virtual(robot).link.cut()
+        with pytest.raises(LinkLost):
+            await robot.proximity()
+    await robot.close()
     assert caplog.text.count("it may still be moving") == 1
 
 

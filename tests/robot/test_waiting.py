@@ -6,6 +6,7 @@ import queue
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from turns import let_turn
@@ -45,31 +46,21 @@ def chain(robot: elib.BlockingEpuck) -> None:
     assert seen == [pytest.approx(1000, abs=15)]
 
 
-def test_a_chain_of_callbacks_goes_on_while_the_main_thread_waits_for_an_event() -> None:
-    chain(elib.connect(MAX))
-
-
-def test_a_chain_of_callbacks_goes_on_while_a_notebooks_cell_waits_for_an_event() -> None:
-    async def cell() -> None:
+@pytest.mark.parametrize("place", ["the main thread", "a notebook's cell", "a second thread"])
+def test_a_chain_of_callbacks_goes_on_while_the_program_waits_for_an_event(place: str) -> None:
+    def program() -> None:
         chain(elib.connect(MAX))
 
-    asyncio.run(cell())
+    async def cell() -> None:
+        program()
 
-
-def test_a_chain_of_callbacks_goes_on_while_a_second_thread_waits_for_an_event() -> None:
-    errors: list[BaseException] = []
-
-    def program() -> None:
-        try:
-            chain(elib.connect(MAX))
-        except BaseException as error:
-            errors.append(error)
-
-    thread = threading.Thread(target=program)
-    thread.start()
-    thread.join(PATIENCE)
-    assert not thread.is_alive()
-    assert errors == []
+    if place == "the main thread":
+        program()
+    elif place == "a notebook's cell":
+        asyncio.run(cell())
+    else:
+        with ThreadPoolExecutor() as threads:
+            threads.submit(program).result(PATIENCE)
 
 
 def test_a_begun_call_ends_while_the_program_asks_again_and_again_whether_it_has() -> None:
