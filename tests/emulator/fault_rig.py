@@ -1,6 +1,8 @@
 """Robots behind a URL: opening one, asking it, and running it under the fault script of a test."""
 
 import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
@@ -25,6 +27,15 @@ async def open_url(url: str) -> SimTransport:
     transport = await open_transport(url)
     assert isinstance(transport, SimTransport)
     return transport
+
+
+@asynccontextmanager
+async def opened(url: str) -> AsyncIterator[SimTransport]:
+    transport = await open_url(url)
+    try:
+        yield transport
+    finally:
+        await transport.close()
 
 
 async def ask(transport: Transport, line: bytes, lines: int = 1) -> bytes:

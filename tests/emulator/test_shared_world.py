@@ -7,15 +7,16 @@ import weakref
 from pathlib import Path
 
 import pytest
-from fault_rig import CUT, ask, open_url, until_lost, with_script
+from fault_rig import CUT, ask, open_url, opened, until_lost, with_script
 
 import elib
+from elib.emulator.sim_transport import SimTransport
 from elib.emulator.simulation import RECONNECT_TIMEOUT, Simulation, running
 from elib.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
 from elib.testing import simulated
 from elib.transport import robots_of
 from elib.transport.lease import lease
-from shared import now
+from shared import inside, now
 
 URL = "sim://square?speed=max&robots=3"
 
@@ -168,14 +169,12 @@ async def test_a_link_that_its_script_cuts_is_not_opened_even_if_nobody_had_lost
     await other.close()
 
 
-@simulated
-async def test_a_robot_of_a_running_world_is_not_rebuilt_with_another_link() -> None:
-    first = await open_url(f"{URL}&robot=1")
+@inside(opened, f"{URL}&robot=1")
+async def test_a_robot_of_a_running_world_is_not_rebuilt_with_another_link(first: SimTransport) -> None:
     second = await open_url(f"{URL}&robot=2&latency=0.01")
     await second.close()
     with pytest.raises(ArgumentError, match="was opened with another firmware or link before"):
         await open_url(f"{URL}&robot=2")
-    await first.close()
 
 
 @simulated

@@ -5,49 +5,42 @@ from pathlib import Path
 
 import pytest
 from clock_rig import jumping
-from fault_rig import ask, open_url
+from fault_rig import ask, open_url, opened
 
 from elib.emulator.settings import SimulationSettings
-from elib.emulator.sim_transport import open_sim
+from elib.emulator.sim_transport import SimTransport, open_sim
 from elib.emulator.simulation import HEARTBEAT, Simulation
 from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError
 from elib.protocol.profiles import PROFILES
 from elib.testing import simulated
 from elib.timebase import ScaledLoop, new_loop
 from elib.transport import open_transport, parse_url, speed_of
-from shared import now
+from shared import inside, now
 
 
-@simulated
-async def test_a_virtual_robot_is_booted_and_answers_at_the_pace_of_the_line() -> None:
-    robot = await open_url("sim://?speed=max")
+@inside(opened, "sim://?speed=max")
+async def test_a_virtual_robot_is_booted_and_answers_at_the_pace_of_the_line(robot: SimTransport) -> None:
     assert (robot.origin, robot.url) == ("simulator", "sim://?speed=max")
     assert await ask(robot, b"E\r") == b"e,0,0\r\n"
     assert now() == pytest.approx((2 + 7) * 10 / 115200, rel=0.2)
-    await robot.close()
 
 
-@simulated
-async def test_latency_and_baud_of_the_url_reach_the_link() -> None:
-    robot = await open_url("sim://?speed=max&latency=0.01&baud=9600")
+@inside(opened, "sim://?speed=max&latency=0.01&baud=9600")
+async def test_latency_and_baud_of_the_url_reach_the_link(robot: SimTransport) -> None:
     await ask(robot, b"E\r")
     assert now() == pytest.approx(0.02 + (2 + 7) * 10 / 9600, rel=0.05)
-    await robot.close()
 
 
-@simulated
-async def test_loss_of_the_url_reaches_the_link() -> None:
-    robot = await open_url("sim://?speed=max&loss=1")
+@inside(opened, "sim://?speed=max&loss=1")
+async def test_loss_of_the_url_reaches_the_link(robot: SimTransport) -> None:
     await robot.write(b"E\r")
     with pytest.raises(TimeoutError):
         async with asyncio.timeout(60):
             await robot.read()
-    await robot.close()
 
 
-@simulated
-async def test_the_robot_drives_as_far_as_it_was_told() -> None:
-    robot = await open_url("sim://square?speed=max")
+@inside(opened, "sim://square?speed=max")
+async def test_the_robot_drives_as_far_as_it_was_told(robot: SimTransport) -> None:
     world = robot.simulation.world
     assert world is not None
     start = world.poses[0]
@@ -57,12 +50,10 @@ async def test_the_robot_drives_as_far_as_it_was_told() -> None:
     robot.simulation.catch_up()
     end = world.poses[0]
     assert math.hypot(end.x - start.x, end.y - start.y) == pytest.approx(2 * 500 * 0.1288e-3, rel=0.01)
-    await robot.close()
 
 
-@simulated
-async def test_catching_up_moves_a_robot_nobody_talks_to() -> None:
-    robot = await open_url("sim://square?speed=max")
+@inside(opened, "sim://square?speed=max")
+async def test_catching_up_moves_a_robot_nobody_talks_to(robot: SimTransport) -> None:
     world = robot.simulation.world
     assert world is not None
     await ask(robot, b"D,200,200\r")
@@ -70,7 +61,6 @@ async def test_catching_up_moves_a_robot_nobody_talks_to() -> None:
     robot.simulation.catch_up()
     assert world.time == pytest.approx(now(), abs=world.scene.step)
     assert robot.simulation.time == now()
-    await robot.close()
 
 
 def test_the_same_seed_gives_the_same_run_and_another_seed_another() -> None:
@@ -94,9 +84,8 @@ async def test_every_firmware_can_be_chosen(firmware: str) -> None:
     await robot.close()
 
 
-@simulated
-async def test_the_first_of_several_robots_is_driven_and_the_others_stand_still() -> None:
-    robot = await open_url("sim://square?speed=max&robots=3")
+@inside(opened, "sim://square?speed=max&robots=3")
+async def test_the_first_of_several_robots_is_driven_and_the_others_stand_still(robot: SimTransport) -> None:
     world = robot.simulation.world
     assert world is not None
     before = world.poses
@@ -106,7 +95,6 @@ async def test_the_first_of_several_robots_is_driven_and_the_others_stand_still(
     assert world.poses[1:] == before[1:]
     assert world.poses[0] != before[0]
     assert len(robot.simulation.robots) == 1
-    await robot.close()
 
 
 @simulated
@@ -161,15 +149,13 @@ def test_a_loop_of_another_factor_is_refused() -> None:
         runner.run(open_sim(parse_url("sim://?speed=3")))
 
 
-@simulated
-async def test_an_unpaced_robot_still_lets_simulated_time_pass() -> None:
-    robot = await open_url("sim://?speed=max&baud=0")
+@inside(opened, "sim://?speed=max&baud=0")
+async def test_an_unpaced_robot_still_lets_simulated_time_pass(robot: SimTransport) -> None:
     asked = 0
     while now() < 0.001:
         await ask(robot, b"E\r")
         asked += 1
     assert 10 < asked < 1000
-    await robot.close()
 
 
 @jumping
@@ -203,9 +189,8 @@ async def test_a_closed_robot_stays_closed_and_leaves_nothing_behind() -> None:
     assert asyncio.all_tasks() == {asyncio.current_task()}
 
 
-@simulated
-async def test_a_picture_comes_whole_and_in_its_time() -> None:
-    robot = await open_url("sim://?speed=max")
+@inside(opened, "sim://?speed=max")
+async def test_a_picture_comes_whole_and_in_its_time(robot: SimTransport) -> None:
     await ask(robot, b"J,1,40,40,8\r")
     start = now()
     await robot.write(bytes([256 - ord("I"), 0]))
@@ -215,7 +200,6 @@ async def test_a_picture_comes_whole_and_in_its_time() -> None:
             picture += await robot.read()
     assert len(picture) == 3203
     assert now() - start == pytest.approx(0.30, abs=0.02), "measured on the robot (wire-protocol.md, 5.13)"
-    await robot.close()
 
 
 @pytest.mark.parametrize(("pause", "stops"), [(0.0, True), (0.032, False)])
