@@ -277,7 +277,7 @@ async def test_faults_that_one_control_set_are_seen_and_ended_by_another(room, f
     await robot.close()
 
 
-async def test_a_box_or_a_wall_that_was_put_in_is_there_for_the_robots(room):
+async def test_a_box_or_a_wall_that_was_put_in_is_there_for_the_robots_and_only_so_many_are(room, monkeypatch):
     robot = await open_sim(parse_url(f"sim://{room.world}"))
     control = Control(robot.simulation)
     world = control.world
@@ -301,13 +301,7 @@ async def test_a_box_or_a_wall_that_was_put_in_is_there_for_the_robots(room):
     assert robot.describe()["scene"].count("[[wall]]") == 1
     assert max(world.proximity(0)[0], world.proximity(0)[7]) < 100
     assert "[[box]]" in robot.describe()["scene"]
-    await robot.close()
-
-
-async def test_only_so_many_boxes_are_put_in_by_hand(room, monkeypatch):
     monkeypatch.setattr("elib.emulator.control.MOST_BY_HAND", 3)
-    robot = await open_sim(parse_url(f"sim://{room.world}"))
-    control = Control(robot.simulation)
     control.add_box(0.6, 0.6, width=0.02, depth=0.02)
     with pytest.raises(ArgumentError, match="the world has 3 boxes"):
         control.add_box(0.7, 0.6, width=0.02, depth=0.02)

@@ -63,16 +63,16 @@ async def wander(robot: Epuck) -> list[object]:
 
 
 def test_a_replayed_program_hears_the_recorded_answers_at_the_recorded_times(path: Path) -> None:
-    first = recorded(path, wander)
-    assert run_on(replay(path), wander) == first
+    origins: list[str] = []
 
+    async def look(robot: Epuck) -> list[object]:
+        heard = await wander(robot)
+        origins.append((await robot.proximity()).origin)
+        return heard
 
-def test_replayed_values_say_that_they_are(path: Path) -> None:
-    async def ask(robot: Epuck) -> str:
-        return (await robot.proximity()).origin
-
-    assert recorded(path, ask) == "simulator"
-    assert run_on(replay(path), ask) == "replay"
+    first = recorded(path, look)
+    assert run_on(replay(path), look) == first
+    assert origins == ["simulator", "replay"], "replayed values say that they are"
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
@@ -248,32 +248,19 @@ def test_leaving_a_replay_early_is_not_an_error(path: Path) -> None:
     run_on(replay(path), lambda robot: robot.proximity())
 
 
-def test_a_recording_that_begins_late_says_so(path: Path) -> None:
+@pytest.mark.parametrize("calls", [1, 2])
+def test_a_recording_that_begins_late_says_so(path: Path, calls: int) -> None:
     async def late(robot: Epuck) -> None:
-        await robot.proximity()
-        await robot.encoders()
+        for _ in range(calls):
+            await robot.set_speed(0.1, 0.1)
         with robot.record(path):
-            pass
+            if calls == 1:
+                await robot.proximity()
 
     run_on(SIM, late)
     with pytest.raises(ReplayDiffers) as caught:
-        run_on(replay(path), lambda robot: robot.proximity())
-    assert "begun after 2 calls" in caught.value.hint
-
-
-def test_a_late_recording_with_calls_in_it_says_so_too(path: Path) -> None:
-    async def late(robot: Epuck) -> None:
-        await robot.set_speed(0.1, 0.1)
-        robot.record(path)
-        await robot.proximity()
-
-    async def again(robot: Epuck) -> None:
-        await robot.set_speed(0.1, 0.1)
-
-    run_on(SIM, late)
-    with pytest.raises(ReplayDiffers) as caught:
-        run_on(replay(path), again)
-    assert "begun after 1 calls" in caught.value.hint
+        run_on(replay(path), lambda robot: robot.set_speed(0.1, 0.1))
+    assert f"begun after {calls} calls" in caught.value.hint
 
 
 def test_a_recording_whose_first_parts_are_gone_says_so(path: Path) -> None:
@@ -377,8 +364,13 @@ def test_a_file_that_is_not_a_recording_is_refused(tmp_path: Path) -> None:
         run_on(replay(path, "fork=soon"), wander)
 
 
-def test_the_speed_of_the_loop_is_checked(path: Path) -> None:
+def test_what_does_not_fit_a_recording_is_refused(path: Path) -> None:
     recorded(path, wander)
+    with pytest.raises(ArgumentError, match="world goes with fork"):
+        run_on(replay(path, "world=square"), wander)
+    for seconds in (-1.0, 1000.0):
+        with pytest.raises(ArgumentError, match=r"run\.mcap is \d+\.\d+ s long"):
+            run_on(replay(path, f"fork={seconds}"), wander)
 
     async def elsewhere() -> None:
         with pytest.raises(SimulationError, match="speed=max needs an event loop made for it"):
@@ -656,19 +648,6 @@ def test_a_fork_keeps_the_robots_profile_and_its_link(tmp_path: Path) -> None:
     trip, turned = run_on(replay(path, "fork=0.5"), look)
     assert trip > 0.1
     assert turned < -0.2  # its left wheel is the larger one
-
-
-def test_another_world_needs_a_fork(path: Path) -> None:
-    recorded(path, wander)
-    with pytest.raises(ArgumentError, match="world goes with fork"):
-        run_on(replay(path, "world=square"), wander)
-
-
-@pytest.mark.parametrize("seconds", [-1.0, 1000.0])
-def test_a_moment_outside_the_recording_is_refused(path: Path, seconds: float) -> None:
-    recorded(path, wander)
-    with pytest.raises(ArgumentError, match=r"run\.mcap is \d+\.\d+ s long"):
-        run_on(replay(path, f"fork={seconds}"), wander)
 
 
 def test_without_mcap_a_replay_says_how_to_install_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

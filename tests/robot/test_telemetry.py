@@ -140,12 +140,6 @@ async def test_a_wrong_watch_is_refused_where_it_is_made(
     assert polling_tasks() == []
 
 
-@simulated
-async def test_a_robot_that_is_not_open_cannot_be_watched() -> None:
-    with pytest.raises(LinkClosed, match="async with"):
-        elib.open(url()).watch()
-
-
 # -- one poller --------------------------------------------------------------------------------------------------------
 
 
@@ -394,7 +388,8 @@ async def test_a_reconnecting_robots_readers_live_through_a_gap(robot: elib.Epuc
 
 
 @inside(elib.open, url())
-async def test_leaving_the_loop_early_ends_the_subscription(robot: elib.Epuck) -> None:
+async def test_leaving_the_loop_early_ends_the_subscription_and_one_never_read_costs_nothing(robot: elib.Epuck) -> None:
+    unread = robot.watch("proximity")
     async for snapshot in robot.watch("proximity", rate=50):
         if snapshot.sequence == 2:
             break
@@ -403,6 +398,10 @@ async def test_leaving_the_loop_early_ends_the_subscription(robot: elib.Epuck) -
     wire = Wire(robot)
     await robot.sleep(1)
     assert wire.writes == []
+    await unread.aclose()
+    assert await unread.take() is None
+    with pytest.raises(LinkClosed, match="async with"):
+        elib.open(url()).watch()
 
 
 @inside(elib.open, url())
@@ -416,16 +415,6 @@ async def test_a_watch_that_is_held_goes_on_and_its_block_ends_it(robot: elib.Ep
         await anext(snapshots)
     await robot.sleep(0.1)
     assert polling_tasks() == []
-
-
-@inside(elib.open, url())
-async def test_a_watch_that_is_not_read_costs_nothing(robot: elib.Epuck) -> None:
-    wire = Wire(robot)
-    watch = robot.watch("proximity")
-    await robot.sleep(1)
-    assert wire.writes == []
-    await watch.aclose()
-    assert await watch.take() is None
 
 
 @inside(elib.open, url())

@@ -45,7 +45,9 @@ async def test_an_unknown_host_is_not_found(monkeypatch: pytest.MonkeyPatch) -> 
         await open_tcp(parse_url("tcp://epuck.invalid:4000"))
 
 
-async def test_a_host_that_does_not_answer_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_a_host_that_does_not_answer_is_given_up_and_a_robot_on_wifi_may_be_in_use(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     async def resolve(*_: object, **__: object) -> None:
         await asyncio.Event().wait()
 
@@ -53,14 +55,6 @@ async def test_a_host_that_does_not_answer_is_given_up(monkeypatch: pytest.Monke
     monkeypatch.setattr(tcp, "OPEN_TIMEOUT", 0.01)
     with pytest.raises(LinkNotFound, match=r"no answer within 0\.01 s"):
         await open_tcp(parse_url("tcp://epuck.invalid:4000"))
-
-
-async def test_a_robot_on_wifi_that_does_not_answer_may_be_in_use(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def resolve(*_: object, **__: object) -> None:
-        await asyncio.Event().wait()
-
-    monkeypatch.setattr(asyncio.get_running_loop(), "getaddrinfo", resolve)
-    monkeypatch.setattr(tcp, "OPEN_TIMEOUT", 0.01)
     with pytest.raises(LinkNotFound, match="no answer within") as caught:
         await open_wifi(parse_url("wifi://epuck.invalid"))
     assert "is the robot on" in caught.value.hint
