@@ -1,3 +1,4 @@
+import contextlib
 import logging
 import signal
 import threading
@@ -160,17 +161,15 @@ def test_a_program_that_reads_the_clock_often_but_waits_in_between_is_told_nothi
 # -- leaving ---------------------------------------------------------------------------------------------------------
 
 
-def test_leaving_stops_the_robot() -> None:
-    with elib.connect(SIM) as robot:
+@pytest.mark.parametrize("way", ["at its end", "by an exception", "unconfirmed"])
+def test_leaving_stops_the_robot(way: str) -> None:
+    with contextlib.suppress(KeyError), elib.connect(SIM) as robot:
         robot.set_speed(0.5, 0.5)
         assert wheels(robot) == (500, 500)
-    assert wheels(robot) == (0, 0)
-
-
-def test_leaving_by_an_exception_stops_the_robot() -> None:
-    with pytest.raises(KeyError), elib.connect(SIM) as robot:
-        robot.set_speed(0.5, 0.5)
-        raise KeyError
+        if way == "by an exception":
+            raise KeyError
+        if way == "unconfirmed":
+            lose_replies(robot, 5)
     assert wheels(robot) == (0, 0)
 
 
@@ -178,13 +177,6 @@ def test_keep_moving_leaves_the_wheels_turning() -> None:
     with elib.connect(SIM, keep_moving=True) as robot:
         robot.set_speed(0.5, 0.5)
     assert wheels(robot) == (500, 500)
-
-
-def test_leaving_stops_the_robot_even_if_it_cannot_confirm() -> None:
-    with elib.connect(SIM) as robot:
-        robot.set_speed(0.5, 0.5)
-        lose_replies(robot, 5)
-    assert wheels(robot) == (0, 0)
 
 
 def test_a_closed_robot_says_so_and_still_knows_its_name() -> None:
