@@ -6,7 +6,8 @@
     async def main() -> None:  # clock: simulated
     # clock: simulated
 
-A function whose decorator is ``simulated`` needs none: there, waiting takes no wall time and is exact.
+A function whose decorator is ``simulated``, or ``inside`` of ``tests/shared.py``, needs none: there, waiting takes no
+wall time and is exact.
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ class Reader(ast.NodeVisitor):
             self.visit(tree)
 
     def visit_FunctionDef(self, node: ast.FunctionDef | ast.AsyncFunctionDef) -> None:
-        is_simulated = any(_name(each).endswith("simulated") for each in node.decorator_list)
+        decorators = (_name(each.func if isinstance(each, ast.Call) else each) for each in node.decorator_list)
+        is_simulated = any(name.endswith(("simulated", "inside")) for name in decorators)
         if not is_simulated and not self._is_excused(node.lineno, node.body[0].lineno):
             self.generic_visit(node)
 

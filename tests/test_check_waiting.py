@@ -51,5 +51,5 @@ def test_what_waits_for_an_outcome_passes(line):
 
 
 def test_in_simulated_time_everything_may_wait():
-    for before in ("@simulated", "# clock: simulated"):
+    for before in ("@simulated", "@inside(elib.open, SIM)", "# clock: simulated"):
         assert races("await asyncio.sleep(1)", before) == []
