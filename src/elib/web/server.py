@@ -354,6 +354,10 @@ class Server:
         """Return status and text for a request that is refused; None if it may go on."""
         if self.access.host_of(request) is None:
             return 403, "This page answers to its own address alone."
+        try:
+            "".join((request.raw_path, *request.headers.values())).encode()
+        except UnicodeEncodeError:  # answers that repeat such bytes cannot be written
+            return 400, "That request holds bytes that are not text."
         if not request.raw_path.startswith("/"):  # a request to a proxy
             return 400, "That is not the address of a page."
         if request.method not in ("GET", "HEAD", "POST"):
