@@ -73,6 +73,31 @@ def test_what_breaks_a_rule_is_refused_with_the_value_and_the_rule(rule: Rule, v
     assert message in caught.value.message
 
 
+@pytest.mark.parametrize(
+    ("rule", "value", "hint"),
+    [
+        (Number(0, 5, "m"), 40, "did you mean 0.4 (40 cm) or 0.04 (40 mm)?"),
+        (Number(0, 5, "m"), 7, "did you mean 0.07 (7 cm)?"),
+        (Number(0, 0.13, "m/s"), np.float32(5), "did you mean 0.05 (5 cm/s) or 0.005 (5 mm/s)?"),
+        (Number(-9, 9, "rad"), -90, "did you mean math.radians(-90)?"),
+        (Number(0, 60, "s"), 200, "did you mean 0.2 (200 ms)?"),
+        (Number(0.001, 100, "kg"), 150, "did you mean 0.15 (150 g)?"),
+        (Several(Number(0, 5, "m"), 2), [40, 1], "did you mean 0.4 (40 cm) or 0.04 (40 mm)?"),
+        (Number(0, 5, "m"), -40, ""),
+        (Number(0, 5, "m"), math.nan, ""),
+        (Number(0, 5, "m"), 10**400, ""),
+        (Number(0, 5, "m"), "40", ""),
+        (Number(0, 5), 40, ""),
+    ],
+)
+def test_a_number_that_fits_in_another_unit_is_answered_with_what_it_is_in_this_one(
+    rule: Rule, value: object, hint: str
+) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        rule.accept(value)
+    assert caught.value.hint == hint
+
+
 def test_a_message_names_whose_value_it_is() -> None:
     with pytest.raises(ArgumentError, match=r"^the lamp's power is 11; it must be a number from 0 to 10 W$"):
         Lamp(11)

@@ -29,6 +29,7 @@ FUNCTIONS: tuple[Callable[..., object], ...] = (
     elib.find,
     elib.swarm,
     elib.wait,
+    elib.really,
     elib.behaviour,
     elib.react,
     elib.play,

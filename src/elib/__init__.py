@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from elib.protocol.quantities import CameraMode as CameraMode
     from elib.protocol.quantities import LedAction as LedAction
     from elib.protocol.quantities import ProximityRate as ProximityRate
+    from elib.protocol.quantities import really as really
     from elib.protocol.styles import Outcomes as Outcomes
     from elib.protocol.styles import Pending as Pending
     from elib.protocol.values import Acceleration as Acceleration

@@ -104,6 +104,35 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return f"did you mean {near[0]}?" if near else f"choose one of {', '.join(known)}" if known else "there are none"
 
 
+_OTHER_UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
+    "m": (("cm", 0.01, 1), ("mm", 0.001, 10)),
+    "cm": (("mm", 0.1, 10),),
+    "m/s": (("cm/s", 0.01, 0.5), ("mm/s", 0.001, 5)),
+    "rad": (("degrees", math.pi / 180, 1),),
+    "rad/s": (("degrees/s", math.pi / 180, 1),),
+    "rev/s": (("rad/s", 1 / math.tau, 6), ("steps/s", 0.001, 20)),
+    "s": (("ms", 0.001, 10),),
+    "kg": (("g", 0.001, 1),),
+    "Hz": (("kHz", 1000, 0),),
+    "intensity": (("%", 0.01, 2), ("of 255", 1 / 255, 2)),
+}
+"""The units for which others are mistaken: name, size, and the least number that somebody writes in it. A share of
+brightness has no unit; its key is the name of the quantity."""
+
+
+def other_unit(value: object, unit: str, low: float, high: float) -> str:
+    """Return a hint for a number beyond its range: what it is if it was written in another unit, or an empty text."""
+    number = value if not is_number(value) or isinstance(value, int) else float(value)
+    if not is_number(number) or not abs(number) < LARGEST_NUMBER / 1000:
+        return ""
+    found = []
+    for other, size, least in _OTHER_UNITS.get(unit, ()):
+        if abs(number) >= least and low <= number * size <= high:
+            is_angle = other.startswith("degrees")
+            found.append(f"math.radians({number:g})" if is_angle else f"{number * size:.4g} ({number:g} {other})")
+    return f"did you mean {' or '.join(found)}?" if found else ""
+
+
 def is_number(value: object) -> typing.TypeGuard[Any]:
     """Whether *value* is a number of Python or NumPy; true and false are not."""
     # The plain types first: the question after NumPy's takes much longer.
@@ -196,6 +225,10 @@ class Number(Rule):
             return float(number)
         raise self.refuse(value)
 
+    def refuse(self, value: object) -> Mistake:
+        """Return what is wrong with *value*, and which unit was probably meant."""
+        return Mistake(f"is {shown(value)}; it must be {self}", hint=other_unit(value, self.unit, self.low, self.high))
+
 
 @dataclass(frozen=True, slots=True)
 class Whole(Number):
@@ -256,8 +289,8 @@ class Several(Rule):
         if isinstance(value, list | tuple) and self.least <= len(value) <= most:
             try:
                 return tuple(self.rule.accept(each) for each in value)
-            except Mistake:
-                pass
+            except Mistake as mistake:
+                raise Mistake(self.refuse(value).what, hint=mistake.hint) from None
         raise self.refuse(value)
 
     def written(self, value: object) -> str:

@@ -4,6 +4,8 @@ import gc
 import inspect
 import pydoc
 import warnings
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -36,7 +38,7 @@ def test_the_help_of_a_command_has_every_argument_with_unit_and_range(robot: eli
 
 
 def test_no_signature_has_a_name_in_quotes_or_one_that_only_elib_knows(robot: elib.BlockingEpuck) -> None:
-    assert str(inspect.signature(robot.set_speed)) == "(left: float, right: float) -> None"
+    assert str(inspect.signature(robot.set_speed)) == "(left: float, right: float, *, clip: bool = False) -> None"
     assert str(inspect.signature(robot.drive)) == "(distance: float, *, speed: float = 0.064) -> Pose"
     assert "proximity() -> Proximity of" in repr(robot.proximity)
     for name in [*SPECS, *(name for name in dir(Actions) if not name.startswith("_"))]:
@@ -62,6 +64,31 @@ def test_a_wrong_number_of_arguments_is_told_what_is_missing_or_too_many(
     with pytest.raises(elib.ArgumentError) as caught:
         robot.set_speed(*args, **kwargs)
     assert caught.value.message == message
+
+
+@pytest.mark.parametrize(
+    ("call", "message", "hint"),
+    [
+        (lambda on: on.drive(), "drive(distance) needs distance: a number from -5 to 5 m", ""),
+        (
+            lambda on: on.drive(0.1, 0.05),
+            "drive(distance) takes no further argument 0.05",
+            "write it with its name: speed=...",
+        ),
+        (lambda on: on.turn(agle=1), "turn(angle) has no argument 'agle'", "did you mean angle?"),
+        (lambda on: on.go_to(), "go_to(x, y, heading) needs x: a number from -5 to 5 m", ""),
+        (lambda on: on.sleep(), "sleep(seconds) needs seconds: a number from 0 to 3600 s", ""),
+        (lambda on: on.text(), "text(command) needs command", ""),
+        (lambda on: on.sensors(1), "sensors() takes no further argument 1", ""),
+    ],
+)
+def test_a_call_of_several_commands_is_told_the_same_in_every_style(
+    call: Callable[[Any], object], message: str, hint: str, robot: elib.BlockingEpuck
+) -> None:
+    for style in (robot, robot.begin, robot.callback(), robot.robot):
+        with pytest.raises(elib.ArgumentError) as caught:
+            call(style)
+        assert (caught.value.message, caught.value.hint) == (message, hint)
 
 
 @pytest.mark.parametrize("firmware", PROFILES)
@@ -97,7 +124,7 @@ def test_to_await_a_call_on_the_begin_style_is_answered_with_what_to_do(robot: e
 
 
 def test_an_impossible_time_to_sleep_is_called_so(robot: elib.BlockingEpuck) -> None:
-    with pytest.raises(elib.ArgumentError, match=r"the time to sleep is -1 s; it must be finite and not negative"):
+    with pytest.raises(elib.ArgumentError, match=r"the time to sleep is -1 s; it must be a number from 0 to 3600 s"):
         robot.sleep(-1)
 
 

@@ -244,10 +244,10 @@ def test_a_motion_that_takes_too_long_says_what_was_asked_what_was_driven_and_th
 ) -> None:
     async def main(robot: Epuck) -> None:
         with pytest.raises(ReplyTimeout) as caught:
-            await robot.within(5).drive(10)
+            await robot.within(5).drive(5)
         driven = (await robot.pose()).x
-        assert caught.value.message == f"drive(10) did not end within 5 s: {driven:.2f} m driven; the robot stands"
-        assert caught.value.request == "drive(10)"
+        assert caught.value.message == f"drive(5) did not end within 5 s: {driven:.2f} m driven; the robot stands"
+        assert caught.value.request == "drive(5)"
         assert await stands(robot)
         with pytest.raises(
             ReplyTimeout, match=r"^turn\(3\) did not end within 1 s: \d\.\d\d rad turned; the robot stands$"
@@ -261,7 +261,7 @@ def test_a_motion_that_takes_too_long_says_what_was_asked_what_was_driven_and_th
 
 @inside(elib.open, FIELD)
 async def test_a_motion_whose_robot_cannot_be_heard_does_not_say_that_it_stands(robot: Epuck) -> None:
-    driving = asyncio.create_task(robot.within(3).drive(10))
+    driving = asyncio.create_task(robot.within(3).drive(5))
     await robot.sleep(1.0)
     link_of(robot)._loss = 1.0
     with pytest.raises((ReplyTimeout, LinkLost)) as caught:
@@ -283,8 +283,65 @@ async def test_more_than_three_turns_are_refused_and_degrees_are_suspected(robot
     for wrong in (robot.turn(degrees), robot.go_to(0.1, 0.0, degrees), robot.set_pose(0.0, 0.0, degrees)):
         with pytest.raises(ArgumentError, match="must be a number from -18") as caught:
             await wrong
-        assert caught.value.hint == f"did you mean math.radians({degrees:g})?"
+        assert caught.value.hint.startswith(f"did you mean math.radians({degrees:g})?")
     assert robot.statistics.count == before
+
+
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_a_number_in_another_unit_is_refused_and_told_so_before_anything_is_sent(firmware: str) -> None:
+    async def main(robot: Epuck) -> None:
+        before = robot.statistics.count
+        for call, hint in (
+            (lambda: robot.drive(40), "did you mean 0.4 (40 cm) or 0.04 (40 mm)? for 40 m write elib.really(40)"),
+            (lambda: robot.drive(200), "did you mean 2 (200 cm) or 0.2 (200 mm)?"),
+            (lambda: robot.drive(0.1, speed=5), "did you mean 0.05 (5 cm/s) or 0.005 (5 mm/s)?"),
+            (lambda: robot.go_to(30, 0.2), "did you mean 0.3 (30 cm) or 0.03 (30 mm)? for 30 m write elib.really(30)"),
+            (lambda: robot.set_pose(0, 30), "did you mean 0.3 (30 cm) or 0.03 (30 mm)? for 30 m write elib.really(30)"),
+            (lambda: robot.set_velocity(0.05, 45), "did you mean math.radians(45)?"),
+            (lambda: robot.set_speed(500, 500), "did you mean 0.5 (500 steps/s)?"),
+            (lambda: robot.set_speed(6.2, 6.2), "did you mean 0.9868 (6.2 rad/s)?"),
+            (lambda: robot.sleep(5000), "did you mean 5 (5000 ms)? for 5000 s write elib.really(5000)"),
+        ):
+            with pytest.raises(ArgumentError) as caught:
+                await call()
+            assert caught.value.hint == hint
+        with pytest.raises(ArgumentError, match=r"did you mean 5 \(5000 ms\)\?"):
+            robot.within(5000)
+        assert robot.statistics.count == before
+
+    on(f"{FIELD}&firmware={firmware}", main)
+
+
+def test_an_unusual_number_that_is_really_meant_is_taken_up_to_what_the_robot_can() -> None:
+    async def main(robot: Epuck) -> None:
+        began = robot.time
+        await robot.sleep(elib.really(5000))
+        assert robot.time - began == pytest.approx(5000)
+        await robot.set_pose(elib.really(30), elib.really(-20))
+        pose = await robot.go_to(elib.really(30.05), elib.really(-20))
+        assert (pose.x, pose.y) == pytest.approx((30.05, -20), abs=0.001)
+        with pytest.raises(ArgumentError, match="distance is 101.0 m") as caught:
+            await robot.drive(elib.really(101))
+        assert caught.value.hint == "did you mean 1.01 (101 cm) or 0.101 (101 mm)?"
+        with pytest.raises(ArgumentError, match=r"elib\.really\(\) takes a number, not '40'"):
+            elib.really("40")  # type: ignore[arg-type]  # that is the mistake
+
+    on(FIELD, main)
+
+
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_a_speed_that_is_to_be_clipped_is_the_fastest_of_the_firmware(firmware: str) -> None:
+    async def main(robot: Epuck) -> None:
+        most = 1.1 if firmware == "epuck2" else 1.0
+        await robot.set_speed(1.7, -math.inf, clip=True)
+        assert await robot.speed() == (most, -most)
+        await robot.set_speed(0.2, -0.3, clip=True)
+        assert await robot.speed() == (0.2, -0.3)
+        for wrong in (math.nan, "fast"):
+            with pytest.raises(ArgumentError, match="left is"):
+                await robot.set_speed(wrong, 0.0, clip=True)  # type: ignore[arg-type]
+
+    on(f"{FIELD}&firmware={firmware}", main)
 
 
 @inside(elib.open, FIELD)
@@ -302,6 +359,12 @@ async def test_a_pose_can_be_gone_to_and_x_without_y_is_refused(robot: Epuck) ->
         await robot.go_to(0.1)
     with pytest.raises(ArgumentError, match="takes either a pose"):
         await robot.go_to(pose, 0.1)
+
+
+@inside(elib.open, FIELD)
+async def test_a_negative_sleep_is_refused_as_a_sleep(robot: Epuck) -> None:
+    with pytest.raises(ArgumentError, match="the time to sleep is -1 s; it must be a number from 0 to 3600 s"):
+        await robot.sleep(-1)
 
 
 def test_of_two_motions_the_one_that_was_called_first_drives() -> None:

@@ -43,7 +43,7 @@ def test_the_exported_names_are_these() -> None:
         RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent RunContext Scene SdCard Selector Sensors
         SimulationError SimulationStalled Snapshot LinkStats Steps Swarm SwarmError Temperature
         UnexpectedReset Unsupported Version Watch Wheels World __version__ behaviour connect
-        connect_async find play react read_log read_recording reconnecting robot_url robot_urls swarm wait
+        connect_async find play react read_log read_recording reconnecting really robot_url robot_urls swarm wait
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)
@@ -87,7 +87,7 @@ def test_a_bound_command_shows_its_name_signature_and_docstring() -> None:
     with elib.connect("sim://?speed=max") as robot:
         bound = robot.set_speed
         assert bound.__name__ == "set_speed"
-        assert list(inspect.signature(bound).parameters) == ["left", "right"]
+        assert list(inspect.signature(bound).parameters) == ["left", "right", "clip"]
         assert "Drive the wheels" in (bound.__doc__ or "")
 
 

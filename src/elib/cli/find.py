@@ -11,9 +11,9 @@ from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import columns, say, table
 from elib.discovery import LOCAL, TIMEOUT, Found, Survey, survey
+from elib.fields import Number
 from elib.plaintext import plain
 from elib.robot.running import run_coroutine
-from elib.session import check_timeout
 
 NOTHING = "No port, paired robot or running simulation was found."
 
@@ -45,7 +45,7 @@ def find(
     them. An e-puck2 that answers is stopped by that, for its Wi-Fi has no question without a command; one that another
     program drives is not disturbed.
     """
-    check_timeout(within)
+    Number(0, 3600, "s").require(within, "--within")
 
     async def main() -> Survey:
         return await survey(

@@ -18,6 +18,7 @@ from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import columns, has_colour, say
 from elib.errors import ArgumentError, Unsupported
+from elib.fields import Number
 from elib.plaintext import plain, summary
 from elib.protocol import values
 from elib.protocol.context import Context
@@ -27,7 +28,6 @@ from elib.protocol.quantities import number_from
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
 from elib.runner import run_on
-from elib.session import check_timeout
 
 OVERVIEW = """Send one command and print its answer.
 
@@ -100,7 +100,7 @@ def send(what: CatalogueEntry, texts: Sequence[str], options: SendOptions) -> No
     arguments = arguments_of(what, texts)
     within, save = options.within, options.save if isinstance(options, PictureOptions) else None
     if within is not None:
-        check_timeout(within)
+        Number(0, 3600, "s").require(within, "--within")
     if save is not None and save.suffix.lower() != ".png":
         raise ArgumentError(f"--save is {str(save)!r}; it must end in .png")
 

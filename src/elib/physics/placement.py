@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from elib.errors import SimulationError
+from elib.fields import other_unit
 from elib.physics.body import RADIUS
 from elib.physics.geometry import Solid, extent
 from elib.physics.noise import PLACE, numbered_key, seed_key, tick_key, uniform
@@ -161,7 +162,7 @@ class _Ground:
         """Put robots on the floor, one after the other; return the first one whose place is not free."""
         for robot, pose in enumerate(poses):
             if not (0.0 <= pose.x <= self._width and 0.0 <= pose.y <= self._depth):
-                return Taken(robot, "stands outside the arena", "x and y run from 0 to the arena's size")
+                return Taken(robot, "stands outside the arena", inside_hint(pose.x, pose.y, self._width, self._depth))
             thing = self.in_the_way(pose.x, pose.y, RADIUS - ROUNDING)
             if thing is not None and thing.startswith("robot"):
                 return Taken(
@@ -187,3 +188,8 @@ class _Ground:
                 if math.sqrt(dx * dx + dy * dy) - RADIUS < room:
                     return f"robot[{robot}]"
         return None
+
+
+def inside_hint(x: float, y: float, width: float, depth: float) -> str:
+    """Return a hint for a place outside of an arena of that size, m."""
+    return other_unit(x, "m", 0, width) or other_unit(y, "m", 0, depth) or "x and y run from 0 to the arena's size"

@@ -65,7 +65,7 @@ from elib.physics.body import EpuckModel
 from elib.physics.fittings import Checkers, Light, Paint, Print, Sound
 from elib.physics.floor import opened
 from elib.physics.geometry import Box, Cylinder, Wall
-from elib.physics.placement import first_taken, places
+from elib.physics.placement import first_taken, inside_hint, places
 from elib.physics.scene import Scene
 from elib.physics.worldtables import PAINT, TABLES, THINGS, TOP, Arena, Start
 from elib.tables import Source, content_of, others, read_toml, shipped
@@ -233,7 +233,7 @@ def _check_inside(thing: Box | Cylinder, scene: Scene) -> None:
         raise Mistake(
             f"is [{thing.x:g}, {thing.y:g}], outside the arena of {scene.width:g} x {scene.depth:g} m",
             path=("position",),
-            hint="x and y run from 0 to the arena's size",
+            hint=inside_hint(thing.x, thing.y, scene.width, scene.depth),
         )
 
 

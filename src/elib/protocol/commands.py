@@ -52,16 +52,20 @@ class Commands:
         remember=actuators.remember_speed,
         wifi=wifi.SETTING,
     )
-    def set_speed(self, left: WheelSpeed, right: WheelSpeed) -> None:
+    def set_speed(self, left: WheelSpeed, right: WheelSpeed, *, clip: bool = False) -> None:
         """Drive the wheels until told otherwise; both positive is forward.
 
-        A newer call replaces one that is not sent yet; both get the same outcome.
+        A newer call replaces one that is not sent yet; both get the same outcome. With *clip*, a speed beyond the range
+        is not an error: the wheel gets the fastest one that it can turn at.
 
         Example:
             >>> robot.set_speed(0.5, 0.25)
             >>> robot.sleep(1)
             >>> robot.encoders()
             Steps(left=500, right=250)
+            >>> robot.set_speed(1.7, -0.2, clip=True)
+            >>> robot.speed()
+            Wheels(left=1.0, right=-0.2)
         """
 
     @command(text_form(integers("E", shapes.wheels, 2)), binary_form("E", Packed("<2h", shapes.wheels)))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import enum
+import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Annotated
 
 from elib.body import STEPS_PER_REVOLUTION
 from elib.errors import ArgumentError
-from elib.fields import LARGEST_NUMBER, is_number, is_truth, is_whole, shown
+from elib.fields import is_number, is_truth, is_whole, other_unit, shown
 
 
 class LedAction(enum.IntEnum):
@@ -46,6 +47,31 @@ class ProximityRate(enum.IntEnum):
 Number = int | float
 
 
+class _Meant(float):
+    """A number that was passed through :func:`really`."""
+
+    __slots__ = ()
+
+
+def really(number: float) -> float:
+    """Mark a number that is larger than usual as meant so: ``robot.drive(elib.really(12))``.
+
+    A distance or place beyond 5 m, an angle beyond three turns, and a time beyond an hour are refused without it: most
+    of them are in another unit.
+
+    Raises:
+        ArgumentError: *number* is not a number.
+
+    Example:
+        >>> robot.sleep(elib.really(5000))
+        >>> round(robot.time) >= 5000
+        True
+    """
+    if not is_number(number):
+        raise ArgumentError(f"elib.really() takes a number, not {number!r}")
+    return _Meant(number)
+
+
 @dataclass(frozen=True, slots=True)
 class Quantity:
     """One kind of argument: its unit, its range, and its whole number on the wire.
@@ -58,6 +84,7 @@ class Quantity:
         scale: Counts on the wire for one unit; 0 for a whole number that is on the wire as it is.
         choices: The only values allowed, or None.
         names: An enumeration; its members, their numbers and their names are allowed.
+        usual: The largest magnitude that is taken without :func:`really`.
     """
 
     name: str
@@ -67,22 +94,38 @@ class Quantity:
     scale: float = 0
     choices: Collection[int] | None = None
     names: type[enum.IntEnum] | None = None
+    usual: float = math.inf
 
-    def check(self, argument: str, value: object) -> Number:
-        """Return *value* as the number to use.
+    def check(self, argument: str, value: object, *, clip: bool = False) -> Number:
+        """Return *value* as the number to use; with *clip*, the nearest one that is allowed.
 
         Raises:
             ArgumentError: *value* has the wrong type, is not finite, or is out of range.
         """
         if self.names is not None:
             return self._member(argument, value, self.names)
+        usual = math.inf if isinstance(value, _Meant) else self.usual
         if is_number(value) and (self.scale or is_whole(value)):
             # A whole number of Python has no bound, so it is compared before it becomes a float.
             number = value if isinstance(value, int) else float(value)
-            if self.low <= number <= self.high and (self.choices is None or number in self.choices):
+            if clip:
+                number = min(max(number, self.low), self.high)  # in this order NaN stays NaN
+            is_allowed = self.low <= number <= self.high and abs(number) <= usual
+            if is_allowed and (self.choices is None or number in self.choices):
                 return float(number) if self.scale else int(number)
         said = f"{shown(value)} {self.unit}".rstrip() if is_number(value) else repr(value)
-        raise ArgumentError(f"{argument} is {said}; it must be {self.rule}")
+        raise ArgumentError(f"{argument} is {said}; it must be {self.rule}", hint=self._hint(value))
+
+    def _hint(self, value: object) -> str:
+        hint = other_unit(value, self.unit or self.name, *self._bounds)
+        if is_number(value) and self.usual < abs(value) and self.low <= value <= self.high:
+            hint += f" for {value:g} {self.unit} write elib.really({value:g})"
+        return hint.strip()
+
+    @property
+    def _bounds(self) -> tuple[float, float]:
+        """The range without :func:`really`."""
+        return max(self.low, -self.usual), min(self.high, self.usual)
 
     def _member(self, argument: str, value: object, names: type[enum.IntEnum]) -> Number:
         if isinstance(value, str):
@@ -97,7 +140,7 @@ class Quantity:
     @property
     def rule(self) -> str:
         """The rule in words, for errors and help pages."""
-        low, high = plain(self.low), plain(self.high)
+        low, high = map(plain, self._bounds)
         if self.names is not None:
             return "one of " + ", ".join(member.name for member in self.names)
         if isinstance(self.choices, range):
@@ -127,17 +170,18 @@ def plain(bound: float) -> str:
     return f"{bound:.0f}" if bound == int(bound) else f"{bound:g}"
 
 
+SECONDS = Quantity("seconds", "s", 0, 1e9, scale=1, usual=3600)
+"""A time to wait, an hour at most: a larger number is likely to be in milliseconds."""
+Seconds = Annotated[float, SECONDS]
+
+
 def check_timeout(seconds: object, what: str = "a timeout") -> float:
     """Return *seconds* if that can be the limit of a wait; an error calls it *what*.
 
     Raises:
-        ArgumentError: *seconds* is not a number, not finite, or negative.
+        ArgumentError: *seconds* is not a number, not finite, negative, or more than an hour without :func:`really`.
     """
-    if not is_number(seconds):
-        raise ArgumentError(f"{what} is a number of seconds, not {seconds!r}")
-    if not 0 <= seconds <= LARGEST_NUMBER:
-        raise ArgumentError(f"{what} is {seconds} s; it must be finite and not negative", hint="nothing waits for ever")
-    return float(seconds)
+    return float(SECONDS.check(what, seconds))
 
 
 WheelSpeed = Annotated[float, Quantity("wheel_speed", "rev/s", -1, 1, scale=STEPS_PER_REVOLUTION)]

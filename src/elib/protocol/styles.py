@@ -14,8 +14,9 @@ from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, Protocol, TypeVar, overload
 
-from elib.errors import ElibError, LinkClosed
-from elib.protocol.quantities import check_timeout
+from elib.errors import ArgumentError, ElibError, LinkClosed
+from elib.fields import nearest
+from elib.protocol.quantities import Quantity, check_timeout
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -233,6 +234,46 @@ class Bindable(Generic[P, T]):
         return style._call(self, args, kwargs)
 
 
+def bind(
+    name: str,
+    signature: inspect.Signature,
+    args: tuple[object, ...],
+    kwargs: Mapping[str, object],
+    rule: Callable[[str], str],
+) -> inspect.BoundArguments:
+    """Return the arguments of a call by their names.
+
+    Args:
+        name: What is called.
+        signature: Its signature, without ``self``.
+        args: The arguments by place.
+        kwargs: The arguments by name.
+        rule: Returns what an argument must be, or an empty text.
+
+    Raises:
+        ArgumentError: One is missing, unknown or one too many.
+    """
+    try:
+        return signature.bind(*args, **kwargs)
+    except TypeError as error:
+        known = signature.parameters
+        places = [each.name for each in known.values() if each.kind is not each.KEYWORD_ONLY]
+        called = f"{name}({', '.join(places)})"
+        for wrong in kwargs:
+            if wrong not in known:
+                hint = nearest(wrong, known) if known else ""
+                raise ArgumentError(f"{called} has no argument {wrong!r}", hint=hint) from None
+        if len(args) > len(places):
+            named = " or ".join(f"{each}=..." for each in known if each not in places)
+            hint = f"write it with its name: {named}" if named else ""
+            raise ArgumentError(f"{called} takes no further argument {args[len(places)]!r}", hint=hint) from None
+        for each in list(known.values())[len(args) :]:
+            if each.name not in kwargs and each.default is each.empty:
+                needed = rule(each.name)
+                raise ArgumentError(f"{called} needs {each.name}" + (needed and f": {needed}")) from None
+        raise ArgumentError(f"{name}(): {error}") from None
+
+
 class Words(str):
     """An annotation as text, which signatures show without quotes."""
 
@@ -269,6 +310,15 @@ class Action(Bindable[P, T]):
         self.name = function.__name__
         self.__doc__ = inspect.getdoc(function)
         self.__signature__ = readable_signature(function)
+
+    def check(self, args: tuple[object, ...], kwargs: Mapping[str, object]) -> None:
+        """Raise ArgumentError unless a call has the arguments that the method takes; their values are not checked."""
+        bind(self.name, self.__signature__, args, kwargs, self._rule)
+
+    def _rule(self, argument: str) -> str:
+        hint = typing.get_type_hints(self.function, include_extras=True)[argument]
+        notes = (note for each in (hint, *typing.get_args(hint)) for note in getattr(each, "__metadata__", ()))
+        return next((note.rule for note in notes if isinstance(note, Quantity)), "")
 
 
 def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:

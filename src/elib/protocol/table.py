@@ -15,12 +15,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Concatenate, Generic, Literal, ParamSpec, TypeVar
 
-from elib.errors import ArgumentError, Unsupported
+from elib.errors import Unsupported
+from elib.fields import Flag
 from elib.protocol.context import Context, Form, Profile, Reply
 from elib.protocol.forms import prepare
 from elib.protocol.profiles import rule
 from elib.protocol.quantities import Quantity
-from elib.protocol.styles import Bindable, readable_signature
+from elib.protocol.styles import Bindable, bind, readable_signature
 from elib.protocol.wifi import WifiForm
 
 P = ParamSpec("P")
@@ -46,7 +47,8 @@ class Spec(Generic[T]):
     Attributes:
         name: The name of the method.
         signature: Its signature, without ``self``.
-        parameters: Its arguments with units and ranges.
+        parameters: Its arguments with units and ranges; ``clip`` of :meth:`~elib.protocol.commands.Commands.set_speed`
+            has none, and is not on the wire.
         text: Its usual text form, or None.
         binary: Its usual binary form, or None. It is sent if there is no text form, or with others in one frame.
         wifi: Its form over Wi-Fi, or None.
@@ -109,30 +111,12 @@ class Spec(Generic[T]):
         Raises:
             ArgumentError: One is missing, unknown, of the wrong type or out of this firmware's range.
         """
-        try:
-            bound = self.signature.bind(*args, **kwargs)
-        except TypeError as error:
-            raise ArgumentError(self._misfit(context, args, kwargs) or f"{self.name}(): {error}") from None
+        quantities = {each.name: context.profile.limited(each.quantity) for each in self.parameters}
+        bound = bind(self.name, self.signature, args, kwargs, lambda name: quantities[name].rule)
         bound.apply_defaults()
-        found: list[int] = []
-        for parameter in self.parameters:
-            quantity = context.profile.limited(parameter.quantity)
-            found.append(quantity.to_wire(quantity.check(parameter.name, bound.arguments[parameter.name])))
-        return tuple(found)
-
-    def _misfit(self, context: Context, args: tuple[object, ...], kwargs: dict[str, object]) -> str:
-        """Return what is wrong with the number or the names of the arguments, or an empty text."""
-        names = [each.name for each in self.parameters]
-        called = f"{self.name}({', '.join(names)})"
-        unknown = next((name for name in kwargs if name not in names), None)
-        if unknown is not None:
-            return f"{called} has no argument {unknown!r}"
-        if len(args) > len(names):
-            return f"{called} takes no further argument {args[len(names)]!r}"
-        for each in self.parameters[len(args) :]:
-            if each.name not in kwargs and each.default is inspect.Parameter.empty:
-                return f"{called} needs {each.name}: {context.profile.limited(each.quantity).rule}"
-        return ""
+        given = bound.arguments
+        clip = "clip" in given and Flag().require(given["clip"], "clip")
+        return tuple(each.to_wire(each.check(name, given[name], clip=clip)) for name, each in quantities.items())
 
     def request(self, context: Context, /, *args: object, **kwargs: object) -> Request[T]:
         """Return the request of one call. Every argument is checked before a byte is made.
@@ -287,6 +271,7 @@ def command(
                 item.default,
             )
             for item in signature.parameters.values()
+            if hints[item.name] is not bool
         )
         return Command(
             Spec(

@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from elib.errors import ArgumentError, Unsupported, about
+from elib.errors import Unsupported, about
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context
 from elib.protocol.profiles import FIRMWARES
-from elib.protocol.quantities import Quantity
+from elib.protocol.quantities import Quantity, Seconds
 from elib.protocol.raw import text_request
 from elib.protocol.styles import action
 from elib.protocol.table import WheelEffect, without_example
@@ -119,11 +119,11 @@ class Actions(Motions):
         return await self.execute(request, request.timeout)
 
     @action
-    async def sleep(self: Robot, seconds: float) -> None:
+    async def sleep(self: Robot, seconds: Seconds) -> None:
         """Wait in the robot's time, simulated or real.
 
         Raises:
-            ArgumentError: *seconds* is not a finite number from 0 on.
+            ArgumentError: *seconds* is not a number from 0 to 3600, or up to 1e9 with :func:`elib.really`.
 
         Example:
             >>> began = robot.time
@@ -173,10 +173,7 @@ class CatalogueEntry:
         if self.name in SPECS:
             SPECS[self.name].request(context, *arguments)
             return
-        try:
-            self.signature.bind(*arguments)
-        except TypeError as error:
-            raise ArgumentError(f"{self.name}{self.signature}: {error}") from None
+        getattr(Actions, self.name).check(arguments, {})
         if self.name == Actions.text.name:
             text_request(context, *arguments)  # type: ignore[arg-type]  # it checks the type itself
 

@@ -173,7 +173,7 @@ class Epuck(Linked, Actions, AsyncStyle):
                 ``stop()`` is always sent again, until it is confirmed or its time is over.
 
         Raises:
-            ArgumentError: *seconds* is not a finite number from 0 on, or *tries* is out of its range.
+            ArgumentError: *seconds* is not a number from 0 to 3600, or *tries* is out of its range.
         """
         if type(tries) is not int or not 1 <= tries <= MOST_TRIES:
             raise ArgumentError(f"tries is {tries!r}; it must be a whole number from 1 to {MOST_TRIES}")
@@ -189,6 +189,7 @@ class Epuck(Linked, Actions, AsyncStyle):
             if self._timeout is not None:
                 actor = copy.copy(self)
                 actor._deadline = Deadline(self._timeout)  # one for all the requests of the action
+            operation.check(args, kwargs)
             call: Any = operation.function(actor, *args, **kwargs)
         else:
             spec = operation.spec

@@ -104,7 +104,7 @@ class Events:
         """Return an iteration that ends when nothing has happened for this long, s; 0 takes what has happened.
 
         Raises:
-            ArgumentError: *seconds* is negative or not finite.
+            ArgumentError: *seconds* is not a number from 0 to 3600.
         """
         return EventReader(self, check_timeout(seconds))
 
@@ -270,7 +270,7 @@ class BlockingEvents:
         """Return an iteration that ends when nothing has happened for this long, s; 0 takes what has happened.
 
         Raises:
-            ArgumentError: *seconds* is negative or not finite.
+            ArgumentError: *seconds* is not a number from 0 to 3600.
         """
         return self._iterate(EventReader(self._events, check_timeout(seconds)))
 

@@ -16,7 +16,7 @@ import math
 import threading
 import weakref
 from collections.abc import AsyncIterator, Callable, Coroutine
-from typing import Annotated, Any, Concatenate, ParamSpec, Protocol, SupportsFloat, TypeVar, get_args
+from typing import Annotated, Any, Concatenate, ParamSpec, Protocol, TypeVar, get_args
 
 from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.errors import (
@@ -47,10 +47,14 @@ CRUISE = 0.064
 TURN_RATE = 1.5
 """rad/s, the default of turns."""
 
-Distance = Annotated[float, Quantity("distance", "m", -100, 100, scale=1e6)]
-Coordinate = Annotated[float, Quantity("coordinate", "m", -1000, 1000, scale=1e6)]
-Angle = Annotated[float, Quantity("angle", "rad", -6 * math.pi, 6 * math.pi, scale=1e6)]
-"""At most three turns: a larger number is likely to be in degrees."""
+USUAL_WAY = 5.0
+"""m: beyond the tables of these robots, and a drive of 78 s. A larger number is likely to be in centimetres."""
+USUAL_ANGLE = 6 * math.pi
+"""rad, three turns: a larger number is likely to be in degrees."""
+
+Distance = Annotated[float, Quantity("distance", "m", -100, 100, scale=1e6, usual=USUAL_WAY)]
+Coordinate = Annotated[float, Quantity("coordinate", "m", -1000, 1000, scale=1e6, usual=USUAL_WAY)]
+Angle = Annotated[float, Quantity("angle", "rad", -1000, 1000, scale=1e6, usual=USUAL_ANGLE)]
 Speed = Annotated[float, Quantity("speed", "m/s", 0.001, FASTEST, scale=1e6)]
 TurnRate = Annotated[float, Quantity("turn_rate", "rad/s", 0.05, 2 * FASTEST / AXLE, scale=1e6)]
 SignedSpeed = Annotated[float, Quantity("speed", "m/s", -FASTEST, FASTEST, scale=1e6)]
@@ -432,7 +436,7 @@ class Motions(Commands):
         The step counters end at the goal to one step, 0.13 mm, however slow the link is.
 
         Args:
-            distance: The way, -100 to 100 m.
+            distance: The way, -5 to 5 m; with :func:`elib.really` up to 100 m.
             speed: The fastest speed, m/s, up to 0.1288.
 
         Example:
@@ -454,7 +458,7 @@ class Motions(Commands):
         One step of both wheels is 0.28 degrees; the next turn makes up for the rounding of this one.
 
         Args:
-            angle: -18.8 to 18.8 rad, three turns.
+            angle: -18.8 to 18.8 rad, three turns; with :func:`elib.really` up to 1000 rad.
             turn_rate: The fastest turn rate, rad/s, up to 4.86.
 
         Example:
@@ -462,7 +466,7 @@ class Motions(Commands):
             >>> round(math.degrees(pose.heading))
             90
         """
-        rotation = _checked_angle("angle", angle)
+        rotation = _checked(Angle, "angle", angle)
         fastest = _checked(TurnRate, "turn_rate", turn_rate)
         async with self.motion.under_way(self):
             await self.motion.turn(self, rotation, fastest)
@@ -484,7 +488,8 @@ class Motions(Commands):
         The robot does not drive round obstacles: they stop it, and odometry does not notice.
 
         Args:
-            x: Place in the coordinates of odometry, m; or a pose, which has y and heading too: ``robot.go_to(pose)``.
+            x: Place in the coordinates of odometry, -5 to 5 m, with :func:`elib.really` up to 1000 m; or a pose, which
+                has y and heading too: ``robot.go_to(pose)``.
             y: The other coordinate, m.
             heading: Direction to look in at the end, rad; None for the direction of the drive.
             speed: The fastest speed of the drive, m/s, up to 0.1288.
@@ -503,7 +508,7 @@ class Motions(Commands):
         elif y is None:
             raise ArgumentError("go_to() needs y as well", hint="robot.go_to(0.3, 0.2), m, or robot.go_to(pose)")
         place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
-        end = None if heading is None else _checked_angle("heading", heading)
+        end = None if heading is None else _checked(Angle, "heading", heading)
         fastest, turn_rate_limit = _checked(Speed, "speed", speed), _checked(TurnRate, "turn_rate", turn_rate)
         async with self.motion.under_way(self):
             await self.motion.go(self, *place, fastest, turn_rate_limit)
@@ -562,7 +567,7 @@ class Motions(Commands):
         """Set the pose of odometry to a known place; nothing moves.
 
         Args:
-            x: The first coordinate, m.
+            x: The first coordinate, -5 to 5 m, with :func:`elib.really` up to 1000 m.
             y: The second coordinate, m.
             heading: The direction in which the robot looks, rad.
 
@@ -572,7 +577,7 @@ class Motions(Commands):
             0.4
         """
         place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
-        direction = _checked_angle("heading", heading)
+        direction = _checked(Angle, "heading", heading)
         await self.motion.read_counters_for(self, f"set_pose({x}, {y}, {heading})")
         self.motion.odometry.pose = Pose(
             *place, math.remainder(direction, math.tau), time=self.motion.odometry.pose.time
@@ -587,14 +592,3 @@ def _checked(kind: Any, name: str, value: object) -> float:
     """
     quantity = get_args(kind)[1]
     return float(quantity.check(name, value))
-
-
-def _checked_angle(name: str, value: object) -> float:
-    """Return *value* as an angle, rad; the error of one beyond three turns suggests degrees."""
-    largest = get_args(Angle)[1].high
-    try:
-        return _checked(Angle, name, value)
-    except ArgumentError as error:
-        if isinstance(value, SupportsFloat) and largest < abs(float(value)) < math.inf:
-            raise ArgumentError(error.message, hint=f"did you mean math.radians({float(value):g})?") from None
-        raise

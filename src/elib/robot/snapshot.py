@@ -13,7 +13,7 @@ from elib.plaintext import Html, html_table
 from elib.protocol import values as v
 from elib.protocol.context import Profile
 from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
+from elib.protocol.quantities import CameraMode, Quantity
 from elib.protocol.values import in_words
 
 IMAGE = "image"
@@ -165,7 +165,7 @@ def watched_names(names: Iterable[object], profile: Profile) -> tuple[str, ...]:
     return asked or tuple(name for name in SENSORS if name not in profile.absent)
 
 
-FASTEST, SLOWEST = 1000.0, 0.001
+_RATE = Quantity("rate", "Hz", 0.001, 1000, scale=1)
 """Range of rates, Hz. No link is faster (a text command takes 1.2 ms at 115200 baud, wire-protocol.md, 5.14), and a
 period of more than a quarter of an hour is probably a mistake."""
 
@@ -176,6 +176,4 @@ def period_of(rate: object) -> float:
     Raises:
         ArgumentError: The rate is not a number from 0.001 to 1000.
     """
-    if isinstance(rate, int | float) and not isinstance(rate, bool) and SLOWEST <= rate <= FASTEST:
-        return 1 / rate
-    raise ArgumentError(f"rate is {rate!r} Hz; it must be a number from {SLOWEST:g} to {FASTEST:g}")
+    return 1 / _RATE.check("rate", rate)

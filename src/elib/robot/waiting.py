@@ -37,7 +37,7 @@ def wait(calls: Iterable[P], *, first: bool = False, timeout: float | None = Non
         The calls that have ended, and those that have not, each in the order given.
 
     Raises:
-        ArgumentError: *calls* holds something else than a begun call, or *timeout* is negative or not finite.
+        ArgumentError: *calls* holds something else than a begun call, or *timeout* is not from 0 to 3600.
 
     Example:
         >>> calls = [robot.begin.image(), robot.begin.selector()]

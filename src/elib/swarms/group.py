@@ -140,7 +140,9 @@ class AllRobots(_View, SwarmStyle):
     def _call(
         self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
     ) -> Coroutine[Any, Any, dict[str, Any]]:
-        if isinstance(operation, Command):
+        if isinstance(operation, Action):
+            operation.check(args, kwargs)
+        else:
             for robot in self._robots:
                 try:
                     operation.spec.request(robot.context, *args, **kwargs)
