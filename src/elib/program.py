@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import inspect
+import io
 import os
+import re
 import runpy
 import sys
 import sysconfig
@@ -88,8 +90,20 @@ def _run_defined(found: Mapping[str, object], arguments: Sequence[str], play: Ca
 def own_traceback(error: BaseException) -> str:
     """Return the traceback of a program, without the frames of elib and of Python."""
     shown = TracebackException.from_exception(error, compact=True)
+    if sys.version_info < (3, 12):
+        _add_suggestions(shown, error)
     _keep_own_frames(shown)
     return "".join(shown.format()).rstrip()
+
+
+def _add_suggestions(shown: TracebackException, error: BaseException) -> None:
+    """Add "Did you mean: 'proximity'?", which in Python 3.11 only the interpreter's own printing has."""
+    if isinstance(error, AttributeError | NameError):
+        with contextlib.redirect_stderr(io.StringIO()) as printed:
+            sys.__excepthook__(type(error), error, error.__traceback__)
+        shown._str += "".join(re.findall(r"\. Did you mean: '.*'\?$", printed.getvalue().rstrip()))  # type: ignore[attr-defined]
+    for each, inner in zip(shown.exceptions or (), getattr(error, "exceptions", ()), strict=False):
+        _add_suggestions(each, inner)
 
 
 def is_own(error: BaseException) -> bool:

@@ -216,15 +216,16 @@ import asyncio, elib
 async def main(robot):
     async with asyncio.TaskGroup() as tasks:
         tasks.create_task(robot.drive("far"))
-        tasks.create_task(fail())
-async def fail():
-    1 / 0
+        tasks.create_task(fail(robot))
+async def fail(robot):
+    robot.stopp()
 elib.run(main)
 """,
     )
     done = elib("run", "my_robot.py", cwd=tmp_path, ELIB_ROBOT=FAST)
     assert done.returncode == 1
     assert 'File "my_robot.py", line 8, in fail' in done.stderr
+    assert "Did you mean: 'stop'?" in done.stderr
     assert "src/elib" not in done.stderr
 
 
@@ -236,6 +237,8 @@ elib.run(main)
         ("sys.exit('no more')", 1, "no more\n"),
         ("robot.set_speed(99, 0)", 1, "ArgumentError: left is 99 rev/s"),
         ("1 / 0", 1, "ZeroDivisionError"),
+        ("robot.proximty()", 1, "no attribute 'proximty'. Did you mean: 'proximity'?\n"),
+        ("speed = 1; robt", 1, "NameError: name 'robt' is not defined. Did you mean: 'robot'?\n"),
         ("raise KeyboardInterrupt", 130, "by Ctrl-C or a signal"),
     ],
 )

@@ -131,10 +131,23 @@ def test_what_elib_does_for_an_honest_program_is_not_named(lab: Path, school: Pa
 
 @isolated
 def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
-    found = mark_one(lab, school, "ben", HONEST + "1 / 0\n")
+    found = mark_one(lab, school, "ben", HONEST + "robot.drve(1)\n")
     assert found.points == 3
-    assert found.remarks == ["it ended with exit code 1: ZeroDivisionError: division by zero (given)"]
-    assert "ZeroDivisionError" in found.output
+    assert found.remarks == [
+        "it ended with exit code 1: AttributeError: 'BlockingEpuck' object has no attribute 'drve'. "
+        "Did you mean: 'drive'? (given)"
+    ]
+    assert "AttributeError" in found.output
+
+
+@isolated
+@pytest.mark.long
+def test_an_error_of_elib_is_told_by_itself_and_not_by_its_hint(lab: Path, school: Path) -> None:
+    found = mark_one(lab, school, "ben", HONEST + "    robot.drive(40)\n")
+    assert found.remarks == [
+        "it ended with exit code 1: elib.errors.ArgumentError: distance is 40 m; it must be a number from -5 to 5 m (given)"
+    ]
+    assert "did you mean 0.4 (40 cm)" in found.output
 
 
 @isolated

@@ -184,8 +184,12 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
 
 
 def _last_error(output: str) -> str:
-    """Return the error with which a program ended, as the last line of what it printed tells it, if that is one."""
-    last = output.rstrip().rpartition("\n")[2]
+    """Return the error with which a program ended, as the last line of what it printed tells it, if that is one.
+
+    A hint of elib's errors may follow it.
+    """
+    lines = [line for line in output.rstrip().splitlines() if not line.startswith("hint: ")]
+    last = lines[-1] if lines else ""
     # An address differs on every run.
     return f": {last[:LONGEST_ERROR]}" if re.match(r"[A-Za-z_][\w.]*: ", last) and "0x" not in last else ""
 
