@@ -29,6 +29,7 @@ CURES = {
     "SwarmError": "Look at `robot` for who failed first and at `errors` for why; with `.collect` the others go on.",
     "ReplyTimeout": "Ask again. The link has repaired itself by then, or the next call says that it is lost. See the"
     " [guide to timeouts](../guides/timeouts.md).",
+    "CallCancelled": "Begin the call again if its value is still of use: the link is open.",
     "ProtocolError": "Catch one of its subclasses.",
     "LocalProtocolError": "Only who drives `elib.protocol` by hand meets it: finish the request under way first.",
     "RemoteProtocolError": "Ask again; the session brings the line back into step first. If it comes often, the line is"

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from elib.discovery import Found as Found
     from elib.discovery import find as find
     from elib.errors import ArgumentError as ArgumentError
+    from elib.errors import CallCancelled as CallCancelled
     from elib.errors import CommandRejected as CommandRejected
     from elib.errors import ElibError as ElibError
     from elib.errors import LinkBusy as LinkBusy
@@ -124,15 +125,17 @@ def _home_of() -> dict[str, str]:
     return _homes
 
 
-def __getattr__(name: str) -> object:
-    if name == "__all__":
-        return sorted({"__version__", *_home_of()} - _HIDDEN)
-    if name.startswith("_") or name not in _home_of():
-        raise AttributeError(f"module 'elib' has no attribute {name!r}")
-    import importlib
+if not TYPE_CHECKING:  # to a type checker, every name would then be there
 
-    value = globals()[name] = getattr(importlib.import_module(_home_of()[name]), name)
-    return value
+    def __getattr__(name: str) -> object:
+        if name == "__all__":
+            return sorted({"__version__", *_home_of()} - _HIDDEN)
+        if name.startswith("_") or name not in _home_of():
+            raise AttributeError(f"module 'elib' has no attribute {name!r}")
+        import importlib
+
+        value = globals()[name] = getattr(importlib.import_module(_home_of()[name]), name)
+        return value
 
 
 def __dir__() -> list[str]:

@@ -6,6 +6,7 @@
     ├── ArgumentError (ValueError)            the call was wrong; nothing was sent
     ├── Unsupported (NotImplementedError)     this firmware or system cannot do it
     ├── ReplyTimeout (TimeoutError)           no complete answer before the deadline
+    ├── CallCancelled (CancelledError)        this program cancelled the call that it had begun
     ├── ProtocolError
     │   ├── LocalProtocolError                this program broke a rule of the protocol
     │   └── RemoteProtocolError               the other side broke one
@@ -32,6 +33,7 @@ An error that corresponds to a built-in one is derived from it too, so ``except 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import CancelledError
 from typing import Any
 
 
@@ -79,6 +81,13 @@ class ReplyTimeout(ElibError, TimeoutError):
         super().__init__(message, hint=hint)
         self.request = request
         self.image = image
+
+
+class CallCancelled(ElibError, CancelledError):
+    """This program cancelled a call that it had begun. Whether the robot carried the command out is unknown.
+
+    It is derived from the error of Python's futures, :class:`concurrent.futures.CancelledError`.
+    """
 
 
 class ProtocolError(ElibError):

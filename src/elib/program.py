@@ -101,7 +101,8 @@ def _add_suggestions(shown: TracebackException, error: BaseException) -> None:
     if isinstance(error, AttributeError | NameError):
         with contextlib.redirect_stderr(io.StringIO()) as printed:
             sys.__excepthook__(type(error), error, error.__traceback__)
-        shown._str += "".join(re.findall(r"\. Did you mean: '.*'\?$", printed.getvalue().rstrip()))  # type: ignore[attr-defined]
+        found = re.findall(r"\. Did you mean: '.*'\?$", printed.getvalue().rstrip())
+        shown._str += "".join(found)  # type: ignore[attr-defined]  # noqa: SLF001  # there is no public way
     for each, inner in zip(shown.exceptions or (), getattr(error, "exceptions", ()), strict=False):
         _add_suggestions(each, inner)
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import pytest
 
@@ -227,3 +227,19 @@ def test_every_behaviour_finds_its_own_world_at_full_speed(tmp_path: Path, monke
 
             play(what, "sim://?speed=max", seconds=1, watch=watch)
             assert worlds == [what.world.partition("?")[0] or "arena"]
+
+
+@pytest.mark.parametrize(
+    ("what", "message", "hint"),
+    [
+        ("avoid", "elib.play() takes a behaviour, not 'avoid'", "write: from elib.behaviours.avoid import "),
+        ("avoyd", "there is no behaviour 'avoyd'", "did you mean avoid?"),
+        (print, "elib.play() takes a behaviour, not <built-in function print>", "write @elib.behaviour before"),
+        (3, "elib.play() takes a behaviour, not 3", ""),
+    ],
+)
+def test_to_play_what_is_no_behaviour_is_answered_with_what_to_write(what: Any, message: str, hint: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        play(what, "sim://?speed=max")
+    assert caught.value.message == message
+    assert caught.value.hint.startswith(hint)

@@ -3,11 +3,14 @@
 import contextlib
 import io
 import re
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from pages import ROOT, Block, all_blocks, links, name_of, programs
+
+from shared import PATIENCE
 
 PAGES = sorted(path for path in (ROOT / "docs/cookbook").glob("*.md") if path.name != "README.md")
 SMALLEST, LARGEST = 4, 15
@@ -48,6 +51,18 @@ def test_each_program_is_whole_small_and_has_its_output() -> None:
             assert SMALLEST <= size(block) <= LARGEST, f"{where}: {size(block)} lines"
             assert max(map(len, block.text.splitlines())) <= 100, f"{where}: too wide to read"
             assert shown is not None or page.name in SILENT, f"{where}: it prints nothing"
+
+
+@pytest.mark.long  # the examples, which make check looks at, prove the same of a few
+def test_each_program_passes_a_strict_type_checker(tmp_path: Path) -> None:
+    for page in PAGES:
+        for block, _ in programs(page):
+            (tmp_path / f"{page.stem.replace('-', '_')}_{block.line}.py").write_text(
+                block.text + "\n", encoding="utf-8"
+            )
+    checker = [sys.executable, "-m", "mypy", "--strict", "."]
+    done = subprocess.run(checker, cwd=tmp_path, capture_output=True, text=True, timeout=10 * PATIENCE)
+    assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.parametrize(

@@ -145,7 +145,8 @@ def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
 def test_an_error_of_elib_is_told_by_itself_and_not_by_its_hint(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "    robot.drive(40)\n")
     assert found.remarks == [
-        "it ended with exit code 1: elib.errors.ArgumentError: distance is 40 m; it must be a number from -5 to 5 m (given)"
+        "it ended with exit code 1: elib.errors.ArgumentError: distance is 40 m; it must be a number from -5 to 5 m "
+        "(given)"
     ]
     assert "did you mean 0.4 (40 cm)" in found.output
 

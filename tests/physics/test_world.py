@@ -10,7 +10,7 @@ import pytest
 from world_rig import clearance
 
 from elib.errors import ArgumentError, LinkNotFound, SimulationError
-from elib.physics import Box, Colour, EpuckModel, Lamps, Pose, Scene, World, simulation
+from elib.physics import Batch, Box, Colour, EpuckModel, Lamps, Pose, Scene, World, simulation
 from elib.physics.body import RADIUS
 from elib.physics.controller import Controller
 from elib.physics.worldfile import gallery
@@ -207,3 +207,12 @@ def test_numbers_of_numpy_are_numbers() -> None:
 def test_a_robot_that_is_not_a_number_is_refused_in_words(robot: object) -> None:
     with pytest.raises(ArgumentError, match=r"the robot is .*; it must be a whole number, counted from 0"):
         World.load("square").pose(robot)
+
+
+def test_a_world_by_its_name_is_answered_with_how_it_is_loaded():
+    for kind, mistake in (("World", lambda: World("arena")), ("Batch", lambda: Batch("arena", 2))):
+        with pytest.raises(ArgumentError, match=rf"^elib\.{kind}\(\) takes an elib\.Scene, not 'arena'") as caught:
+            mistake()
+        assert caught.value.hint == f"did you mean elib.{kind}.load('arena', ...)?"
+    with pytest.raises(ArgumentError, match=r"not None$"):
+        World(None)

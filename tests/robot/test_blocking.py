@@ -1,7 +1,9 @@
 import contextlib
+import gc
 import logging
 import signal
 import threading
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -262,12 +264,18 @@ def test_a_begun_call_runs_its_callback_once_with_its_state() -> None:
         assert seen == [(3, "mine")]
 
 
-def test_closing_ends_calls_that_were_begun() -> None:
+def test_closing_ends_calls_that_were_begun_and_later_ones_leave_nothing_behind() -> None:
     robot = elib.connect(SIM)
     pending = robot.begin.calibrate_proximity()
     robot.close()
-    with pytest.raises(LinkClosed):
+    with pytest.raises(LinkClosed, match="was closed"):
         pending.end()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        with pytest.raises(LinkClosed):
+            robot.selector()
+        gc.collect()
+    assert [str(each.message) for each in caught] == []
 
 
 # -- callbacks -------------------------------------------------------------------------------------------------------
@@ -350,8 +358,8 @@ def test_many_callers_from_many_threads_each_get_their_own_answer(speed: str) ->
 
         def caller(number: int) -> None:
             for _ in range(8):
-                outcomes.append(robot.within(200 * PATIENCE).selector().position)
-                robot.begin.within(200 * PATIENCE).encoders().end()
+                outcomes.append(robot.within(elib.really(200 * PATIENCE)).selector().position)
+                robot.begin.within(elib.really(200 * PATIENCE)).encoders().end()
 
         threads = [threading.Thread(target=caller, args=(n,)) for n in range(8)]
         for thread in threads:

@@ -1,7 +1,9 @@
 """What Python tells a person about a command: its help, its signature, and the errors of wrong calls."""
 
+import copy
 import gc
 import inspect
+import math
 import pydoc
 import warnings
 from collections.abc import Callable
@@ -13,6 +15,7 @@ import elib
 from elib.protocol.commands import SPECS
 from elib.protocol.profiles import PROFILES, rule
 from elib.robot.actions import Actions
+from elib.swarms.group import Group
 from elib.testing import simulated
 
 SIM = "sim://square?speed=max"
@@ -26,7 +29,7 @@ def robot():
 
 def test_the_help_of_a_command_has_every_argument_with_unit_and_range(robot: elib.BlockingEpuck) -> None:
     shown = pydoc.plain(pydoc.render_doc(robot.set_led))
-    assert "set_led(n: int, action: LedAction | int | bool) -> None" in shown
+    assert "set_led(n: int, action: LedAction | int | bool | str) -> None" in shown
     assert "Switch ring LED *n*" in shown
     assert "n: a whole number from 0 to 8" in shown
     assert "action: one of OFF, ON, TOGGLE" in shown
@@ -118,8 +121,13 @@ def test_a_forgotten_await_is_named_by_its_command() -> None:
 
 def test_to_await_a_call_on_the_begin_style_is_answered_with_what_to_do(robot: elib.BlockingEpuck) -> None:
     pending = robot.begin.proximity()
-    with pytest.raises(TypeError, match=r"begin\.proximity\(\) is under way and cannot be awaited: call \.end\(\)"):
+    advice = r"^begin\.proximity\(\) is under way: call \.end\(\) for its value, or use elib\.open\(\) for await$"
+    with pytest.raises(TypeError, match=advice):
         pending.__await__()  # type: ignore[attr-defined]  # as await does
+    with pytest.raises(TypeError, match=advice):
+        max(pending)  # type: ignore[call-overload]
+    with pytest.raises(AttributeError, match=advice):
+        pending.front_left  # type: ignore[attr-defined]  # noqa: B018
     assert len(pending.end()) == 8
 
 
@@ -128,7 +136,46 @@ def test_an_impossible_time_to_sleep_is_called_so(robot: elib.BlockingEpuck) -> 
         robot.sleep(-1)
 
 
-def test_a_command_without_its_parentheses_is_called_a_method(robot: elib.BlockingEpuck) -> None:
-    with pytest.raises(TypeError, match="'Method' object is not iterable"):
-        max(robot.proximity)  # type: ignore[call-overload]
+WITHOUT_BRACKETS: tuple[Callable[[Any], object], ...] = (
+    lambda on: on.proximity.front_left,
+    lambda on: on.image.save("picture.png"),
+    lambda on: on.pose.x,
+    lambda on: on.set_speed.left,
+    lambda on: max(on.proximity),
+    lambda on: on.proximity[0],
+    lambda on: on.proximity.__await__(),  # as await does
+    lambda on: on.proximity > 100,
+    lambda on: 100 - on.sensors,
+    lambda on: math.sqrt(on.battery),
+    lambda on: round(on.drive),
+    lambda on: 3 in on.ground,
+)
+
+
+@pytest.mark.parametrize(
+    ("spelt", "style"),
+    [
+        ("robot.{}", lambda robot: robot),
+        ("robot.begin.{}", lambda robot: robot.begin),
+        ("robot.callback(...).{}", lambda robot: robot.callback()),
+        ("await robot.{}", lambda robot: robot.robot),
+        ("await robots.all.{}", lambda robot: Group([robot.robot]).all),
+        ("await robots.all.collect.{}", lambda robot: Group([robot.robot]).all.collect),
+    ],
+)
+def test_a_command_without_its_brackets_is_told_how_it_is_written(
+    spelt: str, style: Callable[[elib.BlockingEpuck], object], robot: elib.BlockingEpuck
+) -> None:
+    calls = {"set_speed": "set_speed(left, right)", "drive": "drive(distance)"}
+    for use in WITHOUT_BRACKETS:
+        with pytest.raises((TypeError, AttributeError)) as caught:
+            use(style(robot))
+        name = str(caught.value).partition(" ")[0]
+        assert str(caught.value) == f"{name} is a command: write {spelt.format(calls.get(name, f'{name}()'))}"
+
+
+def test_a_command_without_its_brackets_is_still_a_function(robot: elib.BlockingEpuck) -> None:
+    assert robot.proximity
+    assert callable(copy.copy(robot.proximity))
+    assert not hasattr(robot.proximity, "front_left")
     assert "Method in module" in pydoc.plain(pydoc.render_doc(robot.proximity))

@@ -320,7 +320,7 @@ def test_an_unusual_number_that_is_really_meant_is_taken_up_to_what_the_robot_ca
         await robot.set_pose(elib.really(30), elib.really(-20))
         pose = await robot.go_to(elib.really(30.05), elib.really(-20))
         assert (pose.x, pose.y) == pytest.approx((30.05, -20), abs=0.001)
-        with pytest.raises(ArgumentError, match="distance is 101.0 m") as caught:
+        with pytest.raises(ArgumentError, match=r"distance is 101\.0 m") as caught:
             await robot.drive(elib.really(101))
         assert caught.value.hint == "did you mean 1.01 (101 cm) or 0.101 (101 mm)?"
         with pytest.raises(ArgumentError, match=r"elib\.really\(\) takes a number, not '40'"):
@@ -440,8 +440,16 @@ def test_the_other_styles_move_too_and_a_pending_motion_can_be_cancelled() -> No
         pending = robot.begin.drive(0.5)
         robot.sleep(0.5)
         assert pending.cancel()
+        for _ in range(2):
+            with pytest.raises(elib.CallCancelled, match=r"begin\.drive was cancelled\nhint: .*the robot is open"):
+                pending.end()
+        assert pending.cancel()
         robot.sleep(0.2)
         assert blocking_stands(robot)
+        ended = robot.begin.selector()
+        ended.end()
+        assert not ended.cancel()
+        assert ended.end().position == 3
         found: list[Pose] = []
         robot.callback(lambda pose, _: found.append(pose)).drive(0.01)
         for _ in range(40):

@@ -1,5 +1,6 @@
 """The public surface, pinned: a change here is a change for users and belongs in the CHANGELOG."""
 
+import concurrent.futures
 import inspect
 import subprocess
 import sys
@@ -35,7 +36,8 @@ def test_the_exported_names_are_these() -> None:
     assert sorted(elib.__all__) == sorted(
         """
         Acceleration AmbientLight AngularVelocity ArgumentError Attitude Batch Battery BeginEpuck
-        BlockingEpuck BlockingWatch Button CallbackEpuck CameraMode CameraSettings CommandRejected Controller
+        BlockingEpuck BlockingWatch Button CallCancelled CallbackEpuck CameraMode CameraSettings CommandRejected
+        Controller
         Distance ElibError Epuck EpuckModel Found Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy LinkClosed
         LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
         MotionBusy MotionError MotionInterrupted Mounting Neighbour NotAnEpuck Outcomes Pending Pose
@@ -101,6 +103,7 @@ def test_the_error_tree_is_this() -> None:
         "ArgumentError": (ValueError,),
         "Unsupported": (NotImplementedError,),
         "ReplyTimeout": (TimeoutError,),
+        "CallCancelled": (concurrent.futures.CancelledError,),
         "ProtocolError": (),
         "LocalProtocolError": (errors.ProtocolError,),
         "RemoteProtocolError": (errors.ProtocolError,),

@@ -36,6 +36,13 @@ def the_blocking_style_gives_values() -> None:
         assert_type(robot.microphones().direction, float | None)
         assert_type(robot.text("V"), str)
         robot.set_speed(left=0.5, rihgt=0.5)  # type: ignore[call-arg]
+        robot.set_led(0, "on")
+        robot.set_camera(mode="grey")
+        robot.set_obstacle_avoidance("on")
+        robot.set_proximity_rate("slow")
+        robot.set_speed(1.7, 0.2, clip=True)
+        robot.proximity.front_left  # type: ignore[attr-defined]  # noqa: B018
+        robot.begin.proximity().front_left  # type: ignore[attr-defined]  # noqa: B018
 
 
 def the_begin_style_gives_futures() -> None:
@@ -48,6 +55,11 @@ def the_begin_style_gives_futures() -> None:
         assert_type(
             elib.wait(images, first=True), tuple[list[elib.Pending[elib.Image]], list[elib.Pending[elib.Image]]]
         )
+
+
+def a_name_that_is_not_there_is_a_mistake() -> None:
+    elib.conect("sim://")  # type: ignore[attr-defined]
+    elib.WhateverName  # type: ignore[attr-defined]  # noqa: B018
 
 
 def a_command_cannot_be_assigned_to() -> None:

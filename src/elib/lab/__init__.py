@@ -37,9 +37,11 @@ _HOMES = {
 __all__ = list(_HOMES)
 
 
-def __getattr__(name: str) -> object:
-    if name not in _HOMES:
-        raise AttributeError(f"module 'elib.lab' has no attribute {name!r}")
-    import importlib
+if not TYPE_CHECKING:  # to a type checker, every name would then be there
 
-    return getattr(importlib.import_module(f"elib.lab.{_HOMES[name]}"), name)
+    def __getattr__(name: str) -> object:
+        if name not in _HOMES:
+            raise AttributeError(f"module 'elib.lab' has no attribute {name!r}")
+        import importlib
+
+        return getattr(importlib.import_module(f"elib.lab.{_HOMES[name]}"), name)

@@ -13,7 +13,7 @@ from typing import overload
 from elib.fields import Whole
 from elib.physics.controller import Controller
 from elib.physics.engine import EngineName
-from elib.physics.scene import Scene, check_seed
+from elib.physics.scene import Scene, check_scene, check_seed
 from elib.physics.world import World
 
 MOST_SEED = (1 << 64) - 1
@@ -55,7 +55,7 @@ class Batch(Sequence[World]):
         """
         worlds = Whole(1).require(worlds, "worlds")
         threads = (os.cpu_count() or 1) if threads is None else Whole(1).require(threads, "threads")
-        first = check_seed(scene.seed if seed is None else seed)
+        first = check_seed(check_scene(scene, "elib.Batch").seed if seed is None else seed)
         self.threads = threads
         self._engine = engine
         self._worlds = [World(scene, robots=robots, seed=(first + k) & MOST_SEED, engine=engine) for k in range(worlds)]

@@ -109,6 +109,14 @@ class Scene:
         return self.walls + tuple(side for box in self.boxes for side in box.sides)
 
 
+def check_scene(scene: object, taker: str) -> Scene:
+    """Return *scene*; raise ArgumentError, which names the *taker*, unless it is one."""
+    if isinstance(scene, Scene):
+        return scene
+    hint = f"did you mean {taker}.load({scene!r}, ...)?" if isinstance(scene, str) else ""
+    raise ArgumentError(f"{taker}() takes an elib.Scene, not {scene!r}", hint=hint)
+
+
 def check_seed(seed: int) -> int:
     """Return *seed* as a whole number of Python; raise ArgumentError unless it fits 64 bits."""
     return int(SEED.require(seed, "seed", "the "))

@@ -27,7 +27,7 @@ from elib.physics.moving import Mover
 from elib.physics.placement import places
 from elib.physics.rangebearing import RangeAndBearing
 from elib.physics.records import Robot
-from elib.physics.scene import Scene, check_seed
+from elib.physics.scene import Scene, check_scene, check_seed
 from elib.physics.senses import Senses, sensors_named
 from elib.physics.simulation import steer
 from elib.physics.snapshot import Lamps
@@ -85,7 +85,7 @@ class World(ReadableWorld):
             SimulationError: There is no room for so many robots, a start is not free, or Numba is not installed.
         """
         robots = None if robots is None else Whole(0).require(robots, "robots")
-        self.scene = scene
+        self.scene = check_scene(scene, "elib.World")
         self.seed = check_seed(scene.seed if seed is None else seed)
         threads = Whole(1).require(threads, "threads")
         starts = places(scene, robots, self.seed)

@@ -188,20 +188,20 @@ WheelSpeed = Annotated[float, Quantity("wheel_speed", "rev/s", -1, 1, scale=STEP
 EncoderSteps = Annotated[int, Quantity("encoder", "steps", -32768, 32767)]
 LedNumber = Annotated[int, Quantity("led", "", 0, 8)]
 RgbLedNumber = Annotated[int, Quantity("rgb_led", "", 1, 7, choices=(1, 3, 5, 7))]
-Lamp = Annotated[LedAction | int | bool, Quantity("led_action", "", 0, 2, names=LedAction)]
+Lamp = Annotated[LedAction | int | bool | str, Quantity("led_action", "", 0, 2, names=LedAction)]
 Intensity = Annotated[float, Quantity("intensity", "", 0, 1, scale=100)]
 SoundNumber = Annotated[int, Quantity("sound", "", 0, 6)]
 Columns = Annotated[int, Quantity("columns", "pixels", 1, 640)]
 Rows = Annotated[int, Quantity("rows", "pixels", 1, 640)]
 Zoom = Annotated[int, Quantity("zoom", "", 1, 640)]
 PixelMode = Annotated[
-    CameraMode | int,
+    CameraMode | int | str,
     Quantity("camera_mode", "", 0, 1, names=enum.IntEnum("PictureMode", {"GREY": 0, "COLOUR": 1, "COLOR": 1})),
 ]
 I2cDevice = Annotated[int, Quantity("i2c_device", "", 0, 254, choices=range(0, 255, 2))]
 Byte = Annotated[int, Quantity("byte", "", 0, 255)]
-Rate = Annotated[ProximityRate | int, Quantity("proximity_rate", "", 0, 2, names=ProximityRate)]
+Rate = Annotated[ProximityRate | int | str, Quantity("proximity_rate", "", 0, 2, names=ProximityRate)]
 Switch = Annotated[
-    bool,
+    bool | str,
     Quantity("switch", "", 0, 1, names=enum.IntEnum("Switch", {"OFF": 0, "ON": 1, "FALSE": 0, "TRUE": 1})),
 ]

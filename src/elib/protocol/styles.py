@@ -14,7 +14,7 @@ from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, Protocol, TypeVar, overload
 
-from elib.errors import ArgumentError, ElibError, LinkClosed
+from elib.errors import ArgumentError, CallCancelled, ElibError, LinkClosed
 from elib.fields import nearest
 from elib.protocol.quantities import Quantity, check_timeout
 
@@ -33,12 +33,17 @@ else:
 class ApiStyle:
     """Base of the objects through which commands are called."""
 
+    _spelt = "robot.{}"
+    """How a program writes a call."""
+
     def _call(self, operation: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         raise NotImplementedError
 
 
 class AsyncStyle(ApiStyle):
     """Calls return coroutines."""
+
+    _spelt = "await robot.{}"
 
 
 class BlockingStyle(ApiStyle):
@@ -48,13 +53,19 @@ class BlockingStyle(ApiStyle):
 class BeginStyle(ApiStyle):
     """Calls return a :class:`Pending` at once."""
 
+    _spelt = "robot.begin.{}"
+
 
 class CallbackStyle(ApiStyle, Generic[V_contra]):
     """Calls return nothing; the outcome reaches a callback that takes values of this type."""
 
+    _spelt = "robot.callback(...).{}"
+
 
 class SwarmStyle(ApiStyle):
     """Calls go to several robots and return coroutines of their answers, by the names of the robots."""
+
+    _spelt = "await robots.all.{}"
 
 
 class LoopPortal(Protocol):
@@ -69,7 +80,32 @@ class LoopPortal(Protocol):
         ...
 
 
-class Pending(Generic[T_co]):
+class NotAValue:
+    """What a program may take for the value that it stands for; used as one, it says what to write."""
+
+    __slots__ = ()
+
+    @property
+    def _advice(self) -> str:
+        raise NotImplementedError
+
+    if not TYPE_CHECKING:  # type checkers say so by themselves
+
+        def __getattr__(self, name):
+            if name.startswith("_") or name in type(self).__slots__:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            raise AttributeError(self._advice)
+
+        def _refuse(self, *_):
+            raise TypeError(self._advice)
+
+        # Not __bool__, nor __len__, which takes its place: any code may ask whether there is a function.
+        __iter__ = __getitem__ = __contains__ = __await__ = __lt__ = __le__ = __gt__ = __ge__ = _refuse
+        __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _refuse
+        __neg__ = __abs__ = __round__ = __int__ = __float__ = _refuse
+
+
+class Pending(NotAValue, Generic[T_co]):
     """A call that was begun. It goes on whether or not anybody waits.
 
     Attributes:
@@ -89,6 +125,7 @@ class Pending(Generic[T_co]):
         self._future = future
         self._portal = portal
         self._own_name = self.name = name
+        self._is_cancelled = False
         self.state = state
 
     def end(self) -> T_co:
@@ -108,8 +145,13 @@ class Pending(Generic[T_co]):
             check_timeout(timeout)
         try:
             return self._future.result() if self._future.done() else self._portal.wait(self._future, timeout)
-        except concurrent.futures.CancelledError:
-            raise LinkClosed(f"{self.name} was cancelled") from None
+        except (concurrent.futures.CancelledError, LinkClosed) as error:
+            if self._is_cancelled:
+                hint = "cancel() of this call gave it up; the robot is open"
+                raise CallCancelled(f"{self.name} was cancelled", hint=hint) from None
+            if isinstance(error, LinkClosed):
+                raise
+            raise LinkClosed(f"{self.name} was given up: the robot was closed") from None
         except ElibError as error:
             if self.name != self._own_name and self.name not in error.message:
                 error.message = f"{self.name}: {error.message}"
@@ -120,8 +162,10 @@ class Pending(Generic[T_co]):
         return self._future.done()
 
     def cancel(self) -> bool:
-        """Give the call up; return whether it was still pending."""
-        return self._future.cancel()
+        """Give the call up; return whether it was still pending. Its ``end()`` then raises CallCancelled."""
+        self._is_cancelled = True  # first, because another thread may wait for the outcome
+        self._is_cancelled = self._future.cancel()
+        return self._is_cancelled
 
     def exception(self) -> BaseException | None:
         """Wait for the outcome; return the error, or None."""
@@ -136,12 +180,9 @@ class Pending(Generic[T_co]):
         name = f"the callback of {self.name}"
         self._future.add_done_callback(lambda _: self._portal.later(lambda: _ignore(function(self)), name))
 
-    if not TYPE_CHECKING:  # type checkers say so by themselves
-
-        def __await__(self):
-            raise TypeError(
-                f"{self.name}() is under way and cannot be awaited: call .end(), or use elib.open() for await"
-            )
+    @property
+    def _advice(self) -> str:
+        return f"{self.name}() is under way: call .end() for its value, or use elib.open() for await"
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name} {'done' if self.done() else 'pending'}>"
@@ -163,8 +204,10 @@ class Outcomes(Generic[T]):
 class CollectingStyle(ApiStyle):
     """Calls go to several robots and return coroutines of their outcomes; the error of one robot does not end them."""
 
+    _spelt = "await robots.all.collect.{}"
 
-class Method:
+
+class Method(NotAValue):
     """An operation reached through a style. Users see a method; it is cheaper to make than one."""
 
     __slots__ = ("operation", "style")
@@ -192,6 +235,12 @@ class Method:
     @property
     def __signature__(self) -> inspect.Signature:
         return self.operation.__signature__
+
+    @property
+    def _advice(self) -> str:
+        needed = (name for name, each in self.__signature__.parameters.items() if each.default is each.empty)
+        call = self.style._spelt.format(f"{self.operation.name}({', '.join(needed)})")
+        return f"{self.operation.name} is a command: write {call}"
 
     def __repr__(self) -> str:
         return f"<{self.operation.name}{self.__signature__} of {self.style!r}>"

@@ -62,7 +62,7 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
         self._link = robot._link
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        return self._portal.call(self._portal.in_order(self._robot._call(operation, args, kwargs)))
+        return self._portal.call(self._robot._call(operation, args, kwargs), in_order=True)
 
     @property
     def begin(self) -> BeginEpuck:

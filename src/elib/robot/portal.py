@@ -106,11 +106,14 @@ class Portal:
 
     # -- calls --
 
-    def call(self, coroutine: Coroutine[Any, Any, T]) -> T:
-        """Run *coroutine* in the loop and wait for its outcome. Ctrl-C cancels it."""
-        return self._attend(lambda: self._call(coroutine))
+    def call(self, coroutine: Coroutine[Any, Any, T], *, in_order: bool = False) -> T:
+        """Run *coroutine* in the loop and wait for its outcome. Ctrl-C cancels it.
 
-    def _call(self, coroutine: Coroutine[Any, Any, T]) -> T:
+        With *in_order* it runs after the calls that were begun before it.
+        """
+        return self._attend(lambda: self._call(coroutine, in_order))
+
+    def _call(self, coroutine: Coroutine[Any, Any, T], in_order: bool) -> T:
         if self.is_closed:
             coroutine.close()
             raise LinkClosed("the robot was closed", hint="open a new connection")
@@ -122,16 +125,12 @@ class Portal:
         if not is_mine:
             return self._wait_elsewhere(self.start(coroutine), None)
         try:
+            if in_order and self._has_begun:
+                self._has_begun = False
+                coroutine = _behind_others(coroutine)
             return self._run_here(self.loop.create_task(coroutine))
         finally:
             self._give_back()
-
-    def in_order(self, coroutine: Coroutine[Any, Any, T]) -> Coroutine[Any, Any, T]:
-        """Return a coroutine that runs *coroutine* after the calls that were begun before it."""
-        if not self._has_begun:
-            return coroutine
-        self._has_begun = False
-        return _behind_others(coroutine)
 
     def _attend(self, wait: Callable[[], T]) -> T:
         """Run *wait*; in the main thread, with signals held back until a safe place."""

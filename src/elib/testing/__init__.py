@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from elib.testing.faults import faults_of as faults_of
     from elib.testing.faults import with_faults as with_faults
     from elib.testing.inside import emulator_of as emulator_of
+    from elib.testing.inside import hardware_of as hardware_of
     from elib.testing.inside import link_of as link_of
     from elib.testing.inside import simulation_of as simulation_of
     from elib.testing.inside import world_of as world_of
@@ -23,6 +24,7 @@ _HOMES = {
     "emulator_of": "inside",
     "fault_scripts": "faults",
     "faults_of": "faults",
+    "hardware_of": "inside",
     "link_of": "inside",
     "simulated": "simulated_time",
     "simulation_of": "inside",
@@ -32,8 +34,10 @@ _HOMES = {
 __all__ = sorted(_HOMES)
 
 
-def __getattr__(name: str) -> object:
-    """Import a helper when it is asked for: pytest loads this package in every run, also where no test uses elib."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+if not TYPE_CHECKING:  # to a type checker, every name would then be there
+
+    def __getattr__(name: str) -> object:
+        """Import a helper when it is asked for: pytest loads this package in every run, even if no test uses elib."""
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

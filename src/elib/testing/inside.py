@@ -5,6 +5,7 @@ from __future__ import annotations
 from elib.emulator.emulator import Emulator
 from elib.emulator.link import Link
 from elib.emulator.sim_transport import SimTransport
+from elib.emulator.simulated_hardware import SimulatedHardware
 from elib.emulator.simulation import Simulation
 from elib.errors import ArgumentError
 from elib.physics import World
@@ -42,7 +43,7 @@ def world_of(robot: AnyEpuck) -> World:
     """
     world = simulation_of(robot).world
     if world is None:
-        raise ArgumentError(f"{robot.url} has constant readings and no world", hint="leave hardware= out of the URL")
+        raise _constant(robot)
     return world
 
 
@@ -57,6 +58,22 @@ def simulation_of(robot: AnyEpuck) -> Simulation:
         LinkClosed: The robot is not open yet.
     """
     return transport_of(robot).simulation
+
+
+def hardware_of(robot: AnyEpuck) -> SimulatedHardware:
+    """Return the hardware of a simulated robot, to do what a person does to a real one: ``press_button()``.
+
+    Args:
+        robot: Opened with ``sim://``.
+
+    Raises:
+        ArgumentError: The robot is not simulated in this process, or has constant readings instead of a world.
+        LinkClosed: The robot is not open yet.
+    """
+    hardware = transport_of(robot).robot.hardware
+    if not isinstance(hardware, SimulatedHardware):
+        raise _constant(robot)
+    return hardware
 
 
 def emulator_of(robot: AnyEpuck) -> Emulator:
@@ -83,3 +100,7 @@ def transport_of(robot: AnyEpuck) -> SimTransport:
     if not isinstance(transport, SimTransport):
         raise ArgumentError(f"{robot.url} is not simulated in this process", hint='open "sim://?speed=max"')
     return transport
+
+
+def _constant(robot: AnyEpuck) -> ArgumentError:
+    return ArgumentError(f"{robot.url} has constant readings and no world", hint="leave hardware= out of the URL")

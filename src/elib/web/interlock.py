@@ -218,7 +218,7 @@ class Bridge(Portal):
             if hold is not None:
                 hold.release()
 
-    def call(self, coroutine: Coroutine[Any, Any, T]) -> T:
+    def call(self, coroutine: Coroutine[Any, Any, T], *, in_order: bool = False) -> T:
         """Run *coroutine* in the loop and return its result."""
         return self.wait(self.start(coroutine))
 

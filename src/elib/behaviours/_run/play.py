@@ -10,7 +10,7 @@ from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import cast
 
-from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle
+from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle, find
 from elib.behaviours._run.context import DEFAULT_SEED, RunContext
 from elib.errors import ArgumentError, ElibError, LinkError, LinkLost
 from elib.robot.aio import Epuck
@@ -77,7 +77,7 @@ def play(
         watchdog: Let a small process stop the robots when this program dies or freezes.
 
     Raises:
-        ArgumentError: An argument or option is wrong; nothing was opened.
+        ArgumentError: *what* is no behaviour, or an argument or option is wrong; nothing was opened.
         ElibError: The robot could not be reached, was lost, or did not confirm that it stopped.
 
     Example:
@@ -85,6 +85,7 @@ def play(
         >>> elib.play(wander, "sim://?speed=max", seconds=5).reason
         'time'
     """
+    _check_behaviour(what)
     what.check(options or {})
     check_duration(seconds)
     is_swarm = what.style is BehaviourStyle.SWARM
@@ -277,3 +278,13 @@ def _still_moving(what: Behaviour, error: BaseException) -> ElibError | BaseExce
         return LinkLost(f"{warning} ({error.message})", hint="switch it off, or catch it")
     log.warning(warning)  # Ctrl-C, a signal or a defect of the behaviour: its own error says more
     return error
+
+
+def _check_behaviour(what: object) -> None:
+    if isinstance(what, Behaviour):
+        return
+    hint = "write @elib.behaviour before its function" if callable(what) else ""
+    if isinstance(what, str):
+        function = find(what).function
+        hint = f"write: from {function.__module__} import {function.__name__}; elib.play({function.__name__})"
+    raise ArgumentError(f"elib.play() takes a behaviour, not {what!r}", hint=hint)
