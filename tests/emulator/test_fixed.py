@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from elib.emulator.fixed_hardware import DEFAULT_STATE, FixedHardware, defaults_for
-from elib.emulator.hardware import CameraWindow, Hardware, Lights
+from elib.emulator.hardware import Hardware, Lights
 from elib.errors import ArgumentError
+from elib.protocol.camera import CameraWindow
 
 
 def test_missing_keys_have_the_values_of_the_transcripts() -> None:

@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from elib.body import METRES_PER_STEP
 from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2
-from elib.emulator.hardware import CameraWindow, Hardware, Lights
+from elib.emulator.hardware import Hardware, Lights
 from elib.emulator.simulated_hardware import SimulatedHardware
 from elib.errors import ArgumentError
 from elib.physics import Box, Colour, EpuckModel, Pose, Scene, World
+from elib.protocol.camera import CameraWindow
 from elib.protocol.image import Mounting
 
 WINDOW = CameraWindow(mode=1, width=40, height=40, zoom=8, x=160, y=80)

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 from elib.emulator.emulator import Emulator
 from elib.emulator.faults import Fault
 from elib.emulator.fixed_hardware import FixedHardware
-from elib.emulator.hardware import CameraWindow, Lights
+from elib.emulator.hardware import Lights
 from elib.emulator.link import Link
 from elib.errors import ElibError, LocalProtocolError, ReplyTimeout
+from elib.protocol.camera import CameraWindow
 from elib.protocol.commands import SPECS
 from elib.protocol.image import Image
 from elib.protocol.table import Request

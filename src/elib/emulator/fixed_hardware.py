@@ -8,10 +8,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from elib.emulator.hardware import CameraWindow, Lights
+from elib.emulator.hardware import Lights
 from elib.errors import ArgumentError
 from elib.fields import Choice, Number, Rule, Several, Whole, nearest, shown
 from elib.files import LARGEST_STATE, parse_json, read_file
+from elib.protocol.camera import CameraWindow
 
 T = TypeVar("T")
 

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from elib.protocol.camera import CameraWindow
+
 
 @dataclass(slots=True)
 class Lights:
@@ -26,27 +28,6 @@ class Lights:
     rgb: list[int] = field(default_factory=lambda: [0] * 12)
     body: int = 0
     front: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class CameraWindow:
-    """A window of the camera chip, as the firmware asks for it.
-
-    Attributes:
-        mode: 0 grey, 1 RGB565, 2 YUV.
-        width: Columns of the picture as the chip delivers it.
-        height: Rows of the picture as the chip delivers it.
-        zoom: Sensor pixels per picture pixel, each way.
-        x: Left edge of the window on the 640 x 480 sensor.
-        y: Upper edge of the window on the sensor.
-    """
-
-    mode: int
-    width: int
-    height: int
-    zoom: int
-    x: int
-    y: int
 
 
 class Hardware(Protocol):

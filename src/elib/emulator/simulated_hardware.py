@@ -19,14 +19,14 @@ from typing import TYPE_CHECKING
 from elib.body import METRES_PER_STEP
 from elib.emulator.battery import FULL_VOLTS, LOW_VOLTS, Cell, power_of
 from elib.emulator.build import EPUCK1, Build
-from elib.emulator.hardware import CameraWindow, Lights
+from elib.emulator.hardware import Lights
 from elib.emulator.robotprofile import RobotProfile
 from elib.errors import ArgumentError
 from elib.physics import Colour, Lamps, World
 from elib.physics.body import GRAVITY
 from elib.physics.profiles import FULL_SCALE
 from elib.physics.sensors.distance import biased
-from elib.protocol.actuators import SENSOR_HEIGHT, SENSOR_WIDTH
+from elib.protocol.camera import SENSOR_HEIGHT, SENSOR_WIDTH, CameraWindow
 from elib.protocol.image import Mounting, check_mounting
 
 if TYPE_CHECKING:

@@ -10,7 +10,8 @@ import struct
 from collections.abc import Callable, Iterator, Sequence
 
 from elib.errors import ArgumentError
-from elib.protocol.context import Context, LastSet, Reply
+from elib.protocol.camera import CENTRED, SENSOR_HEIGHT, SENSOR_WIDTH, WindowRefused
+from elib.protocol.context import Context, LastSet, Profile, Reply
 from elib.protocol.forms import opcode
 from elib.protocol.quantities import LedAction, pixel_bytes
 from elib.protocol.replies import GUARD, NOTHING, Guarded, Several, acknowledgement
@@ -135,9 +136,6 @@ def remember_stop(numbers: Sequence[int], context: Context) -> None:
 
 # -- camera ----------------------------------------------------------------------------------------------------------
 
-SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480
-"""Pixels of the camera chip (wire-protocol.md, 5.8)."""
-
 
 def camera_line(numbers: Sequence[int], context: Context) -> bytes:
     """Return ``J`` for an upright picture, with columns and rows swapped if the chip sits on its side.
@@ -156,20 +154,34 @@ def camera_line(numbers: Sequence[int], context: Context) -> bytes:
         )
     if profile.zooms is not None and zoom not in profile.zooms:
         raise ArgumentError(f"zoom is {zoom}; on {profile.name} it must be one of {', '.join(map(str, profile.zooms))}")
-    window = min(zoom, 4) if profile.zooms is not None else zoom
-    if columns * window > SENSOR_WIDTH or rows * window > SENSOR_HEIGHT:
-        most = (SENSOR_WIDTH // window, SENSOR_HEIGHT // window)
-        wide, high = most[::-1] if profile.mounting.swaps else most
-        raise ArgumentError(f"{width} x {height} pixels at zoom {zoom} do not fit the chip; at most {wide} x {high}")
-    if profile.row_buffer is not None:
-        step = next((zoom // divisor for divisor in (4, 2) if zoom % divisor == 0), zoom)
-        needed = columns * pixel_bytes(mode) * step + 1
-        if needed > profile.row_buffer:
-            raise ArgumentError(
-                f"a row of {columns} pixels at zoom {zoom} needs {needed} bytes of the driver's {profile.row_buffer}",
-                hint="a zoom that is a multiple of 4 needs the least",
-            )
+    try:
+        profile.camera_driver.window(mode, columns, rows, zoom, CENTRED, CENTRED)
+    except WindowRefused as refused:
+        raise ArgumentError(
+            f"the driver of the camera chip {profile.camera_driver.chip} refuses {width} x {height} pixels at zoom "
+            f"{zoom}, and the robot would not say so: {refused}",
+            hint=_nearest_size(profile, mode, columns, rows, zoom),
+        ) from None
     return f"J,{mode},{columns},{rows},{zoom}\r".encode("ascii")
+
+
+def _nearest_size(profile: Profile, mode: int, columns: int, rows: int, zoom: int) -> str:
+    """Return in words the size nearest to a refused one that the driver takes."""
+
+    def is_taken(size: tuple[int, int]) -> bool:
+        try:
+            profile.camera_driver.window(mode, *size, zoom, CENTRED, CENTRED)
+        except WindowRefused:
+            return False
+        return True
+
+    factor = zoom if profile.zooms is None else min(zoom, 4)
+    wide, high = min(columns, SENSOR_WIDTH // factor), max(1, min(rows, SENSOR_HEIGHT // factor))
+    tried = [(n, m) for m in (high, high + 1) for n in (*range(wide, 0, -1), wide + 1)]
+    if (size := next(filter(is_taken, tried), None)) is None:
+        return "take a smaller zoom"
+    width, height = size[::-1] if profile.mounting.swaps else size
+    return f"{width} x {height} pixels fit at this zoom"
 
 
 def remember_camera(numbers: Sequence[int], context: Context) -> None:

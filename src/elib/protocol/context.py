@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic, Literal, NamedTuple, Protocol, TypedDict, TypeVar
 
+from elib.protocol.camera import PO8030, CameraDriver
 from elib.protocol.image import Mounting
 from elib.protocol.quantities import Quantity
 from elib.protocol.values import CameraSettings
@@ -108,7 +109,8 @@ class Profile:
         longest_parameters: Bytes of the longest parameter list of a binary command, which a resync has to fill up.
         mounting: How the camera sits in the robot.
         picture_bytes: The most bytes of pixels that the reply buffer holds.
-        row_buffer: The most bytes of a row for the camera driver's arithmetic; None for no limit.
+        camera_driver: The driver whose rules the camera's windows must keep. A firmware for three chips does not tell
+            which one it has found; it has the driver of the PO8030, because the others take what that one takes.
         zooms: The zoom factors that work; None if every factor works whose window fits.
         camera_clears_lamps: Whether setting the camera resets all ports, so that every lamp goes off (wire-protocol.md,
             2.2).
@@ -148,7 +150,7 @@ class Profile:
     longest_parameters: int = 4
     mounting: Mounting = Mounting.QUARTER_LEFT
     picture_bytes: int = 4136
-    row_buffer: int | None = 330
+    camera_driver: CameraDriver = PO8030
     zooms: tuple[int, ...] | None = None
     camera_clears_lamps: bool = True
     acceleration_zero: float = 2048

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from elib.errors import ArgumentError
 from elib.fields import nearest
-from elib.protocol import shapes, values
+from elib.protocol import camera, shapes, values
 from elib.protocol.actuators import ACTUATORS, ACTUATORS_LAYOUT
 from elib.protocol.context import Form, Profile
 from elib.protocol.forms import binary_form
@@ -64,6 +64,7 @@ BTCOM_1_1_3 = Profile(
     numbers_body_lamps=False,
     # Built before the library had its receive ring (wire-protocol.md, 1.1): there are only the few bytes of the UART.
     receive_ring=4,
+    camera_driver=camera.PO3030,  # it knows no other chip
     counts_per_g=800,
     help_ends_with='"V"',
     service={"calibrate_proximity": 3.7, "reset": 1.5, "set_camera": 0.2, "image": 0.4},
@@ -158,7 +159,7 @@ EPUCK2 = Profile(
     receive_ring=128,
     longest_parameters=35,
     mounting=Mounting.UPRIGHT,
-    row_buffer=None,
+    camera_driver=camera.EPUCK2,
     # Other factors act as 4, while I reports what was asked. 8 is allowed because it is the setting at power-on.
     zooms=(1, 2, 4, 8),
     camera_clears_lamps=False,

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import ClassVar
 
 from elib.emulator.build import EPUCK1_HW13, Build
-from elib.emulator.camera import CENTRED
 from elib.emulator.firmware.acceleration import LEVEL, scaled, with_signed_low_byte
 from elib.emulator.firmware.base import Firmware, binary, text, words
 from elib.emulator.firmware.dspic import DsPicFirmware
@@ -18,6 +17,7 @@ from elib.emulator.hardware import Hardware
 from elib.emulator.motors import wrap
 from elib.emulator.timing import ASERCOM_1_2_2 as DURATIONS
 from elib.emulator.timing import Timing
+from elib.protocol.camera import CENTRED
 from elib.protocol.image import Mounting
 from elib.protocol.profiles import ASERCOM_1_2_2
 

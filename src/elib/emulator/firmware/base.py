@@ -18,16 +18,18 @@ from __future__ import annotations
 import struct
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from types import FunctionType
 from typing import Any, ClassVar, TypeVar
 
 from elib.emulator.build import Build
-from elib.emulator.camera import CENTRED, default_window, picture_size
 from elib.emulator.firmware.bootloader import ProgramMemory
 from elib.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Hang, Send
-from elib.emulator.hardware import CameraWindow, Hardware, Lights
+from elib.emulator.hardware import Hardware, Lights
 from elib.emulator.motors import StepMotor, wrap
 from elib.emulator.timing import Timing
+from elib.protocol.camera import CENTRED, DEFAULT_WINDOW, CameraDriver, WindowRefused
+from elib.protocol.quantities import pixel_bytes
 from elib.protocol.robot_connection import scan_integers
 
 BANNER = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
@@ -174,7 +176,7 @@ class Firmware(ABC):
         self.sound = 0
         self.motors: tuple[StepMotor, StepMotor] = (self.MOTOR(), self.MOTOR())
         self._told = (0.0, 0.0)
-        self.window: CameraWindow = default_window()
+        self.window = DEFAULT_WINDOW
         # Uninitialised on the real BTCom, zero in the recordings (tests/golden/README.md).
         self.variables = dict.fromkeys(
             ("speed_left", "speed_right", "position_left", "position_right", "led", "action", "sound"), 0
@@ -332,6 +334,17 @@ class Firmware(ABC):
         left, right = struct.unpack(self.PAIR, parameters)
         return left, right
 
+    @property
+    @abstractmethod
+    def camera_driver(self) -> CameraDriver | None:
+        """The driver of the camera that it has found; None if it knows no such chip."""
+
+    def aim(self, x: int = CENTRED, y: int = CENTRED) -> None:
+        """Set the window by the variables. The firmware ignores a refusal: the old one stays, and nobody is told."""
+        with suppress(WindowRefused):
+            if self.camera_driver is not None:
+                self.window = self.camera_driver.window(*self.wanted_window(), x, y)
+
     @abstractmethod
     def set_window(self, x: int = CENTRED, y: int = CENTRED) -> FirmwareSteps:
         """Set up the camera by the variables; the window has this corner."""
@@ -365,8 +378,8 @@ class Firmware(ABC):
 
     def keep_size(self) -> None:
         """Compute the size of a picture from the variables, and keep it there."""
-        values = (self.variables[name] for name in ("mode", "width", "height"))
-        self.variables["size"] = wrap(picture_size(*values), self.INT_BITS)
+        mode, width, height, _ = self.wanted_window()
+        self.variables["size"] = wrap(width * height * pixel_bytes(mode), self.INT_BITS)
 
     def calibrated(self) -> list[int]:
         """Return the eight proximity values minus their offsets, at least 0, counts."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import ClassVar
 
-from elib.emulator.camera import CENTRED, epuck1_window
 from elib.emulator.firmware.acceleration import (
     GRAVITY_ANALOG,
     GRAVITY_INERTIAL,
@@ -19,6 +18,7 @@ from elib.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Rese
 from elib.emulator.hardware import Hardware, Lights
 from elib.emulator.motors import PowerSavingMotor, StepMotor, wrap
 from elib.emulator.timing import Timing
+from elib.protocol.camera import CENTRED, EPUCK1_DRIVERS, PO3030, SENSOR_HEIGHT, CameraDriver
 
 REMOTE_ADDRESSES = (0, 8)
 REMOTE_SPEEDS = {
@@ -161,6 +161,11 @@ class DsPicFirmware(Firmware):
 
     # -- the camera --
 
+    @property
+    def camera_driver(self) -> CameraDriver | None:
+        """The driver of the chip on the bus."""
+        return EPUCK1_DRIVERS.get(self.hardware.camera_chip) if self.LOOKS_FOR_CHIP else PO3030
+
     def set_window(self, x: int = CENTRED, y: int = CENTRED) -> FirmwareSteps:
         """Set up the camera, and with it every port: lamps and amplifier go off (wire-protocol.md, 2.2)."""
         self.lights = Lights()
@@ -168,8 +173,7 @@ class DsPicFirmware(Firmware):
         self._is_amplifier_on = False
         super().play(0)
         yield Busy(self.timing.camera_setup)
-        # The firmware ignores a refusal: the old geometry stays, and the header has the new numbers.
-        self.window = epuck1_window(*self.wanted_window(), x, y) or self.window
+        self.aim(x, y)
         yield Send(b"j\r\n")
 
     def launch_capture(self, address: int) -> None:
@@ -177,8 +181,8 @@ class DsPicFirmware(Firmware):
         self._capture_address = address
 
     def finish_capture(self) -> bool:
-        """Write the picture to the last capture's address; return False without a camera, or a row to wait for."""
-        if (self.LOOKS_FOR_CHIP and self.hardware.camera_chip == 0) or self.window.height == 0:
+        """Write the picture to the last capture's address; return False without a camera, or if its rows never end."""
+        if (self.LOOKS_FOR_CHIP and self.hardware.camera_chip == 0) or not 0 < self.window.height <= SENSOR_HEIGHT:
             return False
         self.memory.store(self._capture_address, self.take_picture())
         return True

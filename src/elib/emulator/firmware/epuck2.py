@@ -13,7 +13,6 @@ from dataclasses import replace
 from typing import ClassVar
 
 from elib.emulator.build import EPUCK2, Build
-from elib.emulator.camera import CENTRED, epuck2_window
 from elib.emulator.firmware.acceleration import GRAVITY_INERTIAL, LEVEL, attitude_double, scaled
 from elib.emulator.firmware.asercom import AsercomCommands
 from elib.emulator.firmware.base import BANNER, binary, text, words
@@ -24,6 +23,7 @@ from elib.emulator.hardware import Hardware
 from elib.emulator.motors import MicrostepMotor, StepMotor
 from elib.emulator.timing import EPUCK2 as DURATIONS
 from elib.emulator.timing import Timing
+from elib.protocol import camera
 
 RED_INTENSITY = 10
 """Intensity with which ``L`` lights an RGB LED, percent (wire-protocol.md, 5.2)."""
@@ -126,7 +126,7 @@ class EPuck2(AsercomCommands):
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
-        self.window = epuck2_window(1, 40, 40, 8) or self.window  # zoom 8 acts as 4 from the start
+        self.aim()  # zoom 8 acts as 4 from the start
         self.threads = Threads()
         self.zero: Sequence[int] = (0, 0, 0)
         self.has_ground = False
@@ -248,10 +248,15 @@ class EPuck2(AsercomCommands):
 
     # -- the camera --
 
-    def set_window(self, x: int = CENTRED, y: int = CENTRED) -> FirmwareSteps:
+    @property
+    def camera_driver(self) -> camera.CameraDriver:
+        """This robot's one driver."""
+        return camera.EPUCK2
+
+    def set_window(self, x: int = camera.CENTRED, y: int = camera.CENTRED) -> FirmwareSteps:
         """Set up the camera."""
         yield Busy(self.timing.camera_setup)
-        self.window = epuck2_window(*self.wanted_window(), x, y) or self.window
+        self.aim(x, y)
         yield Send(b"j\r\n")
 
     def launch_capture(self, address: int) -> None:
@@ -409,7 +414,7 @@ class EPuck2Wifi(EPuck2):
 
     def __init__(self, hardware: Hardware, timing: Timing, resets: int = 0) -> None:
         super().__init__(hardware, timing, resets)
-        self.window = epuck2_window(1, 160, 120, 4) or self.window
+        self.window = self.camera_driver.window(1, 160, 120, 4, camera.CENTRED, camera.CENTRED)
         self.magnetometer_on = 1
 
     def light_rgb(self, values: bytes) -> None:
