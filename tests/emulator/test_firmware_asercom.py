@@ -84,6 +84,21 @@ def test_the_scan_shows_what_answers_with_a_positive_byte(bench: EmulatedRobot) 
     assert bench.send(b"Z\r") == b"220: 96\r\n"
 
 
+def test_the_inertial_chip_of_revision_1_3_is_on_the_bus(bench: EmulatedRobot, revision13: EmulatedRobot) -> None:
+    revision13.set(acc13=[160, -320, 16_000], gyro=[11, -22, 333], temp=27)
+    registers = [(60, each) for each in (15, *range(40, 46))] + [(212, each) for each in (38, *range(40, 46))]
+    replies = revision13.send(b"".join(b"Y,%d,%d\r" % each for each in registers)).split(b"\r\n")[1::2]
+    answers = struct.pack("14b", *(int(line.split(b",")[1]) for line in replies))
+    assert answers == struct.pack("<b3hb3h", 64, 160, -320, 16_000, 27, 11, -22, 333)
+    assert revision13.send(b"Z\r") == b"60: 0\r\n192: 3\r\n212: 0\r\n220: 48\r\n"
+    assert bench.send(b"Y,60,15\r") == b"y,60,15\r\ny,-1\r\n"
+
+
+def test_what_it_said_at_the_start_is_left_in_memory(bench: EmulatedRobot) -> None:
+    whole = bench.send(b"\xb7\xb7\0")
+    assert whole[:20] == b"\x01\x28\x28ector pos 3\r\n\0\0\0\0"
+
+
 def test_the_rgb_panel_command_overwrites_answers_collected_before(bench: EmulatedRobot) -> None:
     assert bench.send(b"\xb2\x89" + bytes(range(1, 36)) + b"\0") == bytes(range(1, 17))
 

@@ -87,6 +87,7 @@ def test_actuators_and_sensors_go_in_one_frame(bench: EmulatedRobot) -> None:
 
 def test_the_sensor_packet_is_laid_out_as_on_the_radio(bench: EmulatedRobot) -> None:
     bench.set(sd=1, temp=-4, tof=1500, ir_check=1, ir_address=7, ir_data=9, mag=[10.0, -0.5, 2.25], selector=5)
+    bench.set(gyro=[22, -44, 666], prox=[200, 180, 160, 140, 120, 100, 80, 60])  # at the start it read half of it
     packet = bench.send(b"\xf8\0")
     assert struct.unpack_from("<3h", packet, 0) == (0, 0, 768)
     assert struct.unpack_from("<3h", packet, 18) == (22, 11, 333)
@@ -141,9 +142,35 @@ def test_ground_values_are_unsigned_in_text_and_the_fifth_is_missing_in_binary(b
 
 
 def test_gyroscope_and_accelerometer_are_turned_to_the_e_puck1s_axes(bench: EmulatedRobot) -> None:
-    bench.set(gyro=[100, 200, 300], acc13=[1600, 3200, -8000])
+    x, y, z = 11, -22, 333  # what it read at the start, and subtracts
+    bench.set(gyro=[x + 100, y + 200, z + 300], acc13=[1600, 3200, -8000])
     assert bench.send(b"g\r") == b"g,-200,100,300\r\n"
     assert bench.send(b"A\r") == b"a,1973,2198,2423\r\n"
+
+
+def test_the_robot_is_blind_to_what_stands_there_when_it_is_switched_on() -> None:
+    near = [800, 90, 80, 70, 60, 50, 40, 30, 20, 10]
+    bench = EmulatedRobot("epuck2", {"prox": near, "gyro": [11, -22, 333]})
+    assert bench.send(b"N\r") == b"n,0,0,0,0,0,0,0,0\r\n"
+    assert bench.send(b"\xb2\0") == bytes(16)
+    assert bench.send(b"\xf8\0")[37:53] == bytes(16)
+    assert bench.send(b"g\r") == b"g,0,0,0\r\n"
+    bench.set(prox=[each + 5 for each in near], gyro=[11, -22, 334])
+    assert bench.send(b"N\rg\r") == b"n,5,5,5,5,5,5,5,5\r\ng,0,0,1\r\n"
+
+
+def test_over_wifi_too_the_sensors_are_calibrated_at_the_start() -> None:
+    bench = EmulatedRobot("epuck2-wifi", {"prox": [800] * 10})
+    bench.send(bytes([0x80, 2, *[0] * 19]))
+    packet = bench.run(0.1)
+    assert packet[0] == 2
+    assert packet[38:54] == bytes(16)
+
+
+@pytest.mark.parametrize(("raw", "percentage"), [(3440, 100), (3031, 37), (2785, 0), (2400, 0)])
+def test_the_batterys_percentage_is_that_of_its_own_volts(bench: EmulatedRobot, raw: int, percentage: int) -> None:
+    bench.set(battery_raw=raw)
+    assert bench.send(b"b\r") == b"b,%d (%d%%)\r\n" % (raw, percentage)
 
 
 def test_negative_reflections_do_not_exist_here(bench: EmulatedRobot) -> None:
@@ -151,6 +178,19 @@ def test_negative_reflections_do_not_exist_here(bench: EmulatedRobot) -> None:
     bench.send(b"K\r")
     bench.set(prox=[20] * 10)
     assert bench.send(b"N\r") == b"n,20,20,20,20,20,20,20,20\r\n"
+
+
+def test_an_odd_address_is_the_even_one_below_it(bench: EmulatedRobot) -> None:
+    assert bench.send(b"Y,221,0\r") == b"y,221,0\r\ny,128\r\n"
+    assert bench.send(b"Y,193,0\r") == b"y,193,0\r\ny,3\r\n"
+    assert bench.send(b"\xa7\xc1\x09\0") == b"\x0c"
+
+
+def test_the_rgb_panel_command_leaves_its_numbers_behind_the_answer(bench: EmulatedRobot) -> None:
+    numbers = bytes(range(1, 36))
+    before = bench.send(b"\xb2\0")
+    assert bench.send(b"\xb2\x89" + numbers + b"\xb7\xb7\0")[:16] == before
+    assert bench.send(b"\x89" + numbers + b"\xb7\xb7\0")[3:35] == numbers[3:]
 
 
 def test_registers_are_unsigned_and_the_scan_shows_every_address(bench: EmulatedRobot) -> None:

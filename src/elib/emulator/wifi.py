@@ -423,7 +423,8 @@ class WifiEmulator(Emulator):
     def _receive_command(self, client: Connection, command: bytearray) -> Generator[Wait, None, bool]:
         """Put the next command in the place of *command*; return whether it came in one piece and begins as it should.
 
-        The rest of one that came in part is waited for, and taken as it is, without a look at its first byte.
+        The rest of one that came in part is waited for, and taken as it is, without a look at its first byte. If the
+        first byte of a whole one is wrong, the ESP32 waits in the same way for 0 more bytes: until anything comes.
         """
         received = client.received
         if len(received) >= CROWD:
@@ -431,9 +432,9 @@ class WifiEmulator(Emulator):
         if not received:
             return False
         count = self._move(received, command, 0)
-        if count == COMMAND_SIZE:
-            return command[0] == COMMAND_ID
-        yield inf, lambda: len(received) >= COMMAND_SIZE - count or client.is_ended
+        if count == COMMAND_SIZE and command[0] == COMMAND_ID:
+            return True
+        yield inf, lambda: len(received) >= max(1, COMMAND_SIZE - count) or client.is_ended
         self._move(received, command, count)
         return False
 

@@ -19,10 +19,12 @@ from elib.emulator.timing import ASERCOM_1_2_2 as DURATIONS
 from elib.emulator.timing import Timing
 from elib.protocol.camera import CENTRED
 from elib.protocol.image import Mounting
-from elib.protocol.profiles import ASERCOM_1_2_2
 
 GROUND_MODULE = 0xC0
 """Write address (wire-protocol.md, 5.12)."""
+
+ACCELEROMETER, GYROSCOPE = 0x3C, 0xD4
+"""Write addresses of the two halves of the LSM330, the inertial chip of revision 1.3 (wire-protocol.md, 2.6)."""
 
 CAMERA = 0xDC
 """Write address of all three camera chips (tests/golden, group "W Y Z i2c")."""
@@ -34,9 +36,6 @@ RGB_PANEL_BYTES = 35
 """Parameters of the RGB-panel command (wire-protocol.md, 3.1)."""
 
 GROUND_REGISTERS = 21  # wire-protocol.md, 5.12
-
-BATTERY_EMPTY, BATTERY_FULL = ASERCOM_1_2_2.battery_counts
-"""3.4 V and 4.2 V, counts (wire-protocol.md, 5.11)."""
 
 
 class AsercomCommands(Firmware):
@@ -64,17 +63,40 @@ class AsercomCommands(Firmware):
         """The camera on the bus."""
         return self.hardware.camera_chip
 
+    def battery_percentage(self, raw: int) -> int:
+        """Return the charge, percent, for a raw value; it is linear and may be outside of 0..100.
+
+        (wire-protocol.md, 5.11)
+        """
+        low, full = self.BUILD.battery
+        return int(100 * (raw - low) / (full - low))
+
     def battery_text(self) -> str:
-        """Return raw value and percentage, which is linear and may be outside of 0..100 (wire-protocol.md, 5.11)."""
+        """Return raw value and percentage."""
         raw = self.hardware.battery()
-        percentage = int(100 * (raw - BATTERY_EMPTY) / (BATTERY_FULL - BATTERY_EMPTY))
-        return f"b,{raw} ({percentage}%)\r\n"
+        return f"b,{raw} ({self.battery_percentage(raw)}%)\r\n"
 
     def read_register(self, device: int, number: int) -> int:
         """Return a register as this compiler's ``char``."""
-        value = register(self.hardware, self.chip, device & 0xFF, number & 0xFF)
+        value = self.register(device & 0xFF, number & 0xFF)
         byte = self.ABSENT if value is None else value
         return wrap(byte, 8) if self.BYTES_ARE_SIGNED else byte
+
+    def register(self, device: int, number: int) -> int | None:
+        """Read a register of the I2C bus.
+
+        Args:
+            device: Write address, 0..255.
+            number: Register, 0..255.
+
+        Returns:
+            The byte, or None if no device answers.
+        """
+        if device == GROUND_MODULE and self.hardware.floor_present and number < GROUND_REGISTERS:
+            return _ground_registers(self.hardware)[number]
+        if device == CAMERA and self.chip and number < 2:
+            return self.chip.to_bytes(2, "big")[number]
+        return None
 
     @abstractmethod
     def ground_values(self) -> list[int]:
@@ -143,6 +165,8 @@ class AsercomCommands(Firmware):
 
     @binary(0x89, parameters=RGB_PANEL_BYTES)
     def _binary_rgb_panel(self, parameters: bytes) -> bytes:
+        # The firmware puts them where the answer goes on, as scratch memory.
+        self.memory.store(self.answer_length, parameters)
         return b""
 
 
@@ -164,7 +188,7 @@ class Asercom122(AsercomCommands, DsPicFirmware):
 
     def first_line(self) -> FirmwareSteps:
         """Send which demo was selected, as the surrounding program does for every position."""
-        yield Send(f"Selector pos {self.hardware.selector()}\r\n".encode("ascii"), unasked=True)
+        yield Send(self.print(f"Selector pos {self.hardware.selector()}\r\n"), unasked=True)
 
     def raw_acceleration(self) -> list[int]:
         """Return the acceleration around 2048, counts; revision 1.3 exchanges x and y and scales the values."""
@@ -182,6 +206,12 @@ class Asercom122(AsercomCommands, DsPicFirmware):
         if not self.hardware.floor_present:
             return [-1] * 5
         return [wrap(value, 16) for value in self.hardware.ground()[:5]]
+
+    def register(self, device: int, number: int) -> int | None:
+        """Read a register of the I2C bus; those of the inertial chip that the firmware never reads are taken as 0."""
+        if self.hardware.hw13 and device in (ACCELEROMETER, GYROSCOPE):
+            return _inertial_registers(self.hardware, device).get(number, 0)
+        return super().register(device, number)
 
     @text("H")
     def _text_help_text(self, line: bytes) -> bytes:
@@ -227,23 +257,13 @@ class Asercom122(AsercomCommands, DsPicFirmware):
         return b""
 
 
-def register(hardware: Hardware, chip: int, device: int, number: int) -> int | None:
-    """Read a register of the I2C bus.
-
-    Args:
-        hardware: The source of the ground module's values.
-        chip: Camera on the bus; 0 for none.
-        device: Write address, 0..255.
-        number: Register, 0..255.
-
-    Returns:
-        The byte, or None if no device answers.
-    """
-    if device == GROUND_MODULE and hardware.floor_present and number < GROUND_REGISTERS:
-        return _ground_registers(hardware)[number]
-    if device == CAMERA and chip and number < 2:
-        return chip.to_bytes(2, "big")[number]
-    return None
+def _inertial_registers(hardware: Hardware, device: int) -> dict[int, int]:
+    """Return those registers of the LSM330 that the firmware reads: who it is, the thermometer, the three axes."""
+    if device == ACCELEROMETER:
+        known, axes = {0x0F: 0x40}, hardware.inertial_acceleration()
+    else:
+        known, axes = {0x26: hardware.temperature() & 0xFF}, hardware.rotation()
+    return known | dict(enumerate(words(axes), 0x28))
 
 
 def _ground_registers(hardware: Hardware) -> bytes:

@@ -1,8 +1,7 @@
 """The firmware of the e-puck2, "advanced sercom v2" of January 2018, over Bluetooth.
 
-Three things follow the golden transcripts where these differ from the real robot (tests/golden/README.md): reading the
-accelerometer does not change its zero, the battery's percentage is the e-puck1's, and ``prox`` and the distance sensor
-answer while they are switched off.
+Two things follow the golden transcripts where these differ from the real robot (tests/golden/README.md): reading the
+accelerometer does not change its zero, and ``prox`` and the distance sensor answer while they are switched off.
 """
 
 from __future__ import annotations
@@ -129,6 +128,7 @@ class EPuck2(AsercomCommands):
         self.aim()  # zoom 8 acts as 4 from the start
         self.threads = Threads()
         self.zero: Sequence[int] = (0, 0, 0)
+        self.gyroscope_zero: Sequence[int] = (0, 0, 0)
         self.has_ground = False
         self.magnetometer_on = 0
         self.proximity_rate = 1
@@ -140,7 +140,10 @@ class EPuck2(AsercomCommands):
 
     def boot(self, memory: ProgramMemory, *, cold: bool) -> FirmwareSteps:
         """Start: drivers, calibrations, banner; there is no bootloader on this line."""
-        yield Busy(self.timing.startup)
+        ranging = self.timing.calibration - self.timing.calibration_lights
+        yield Busy(self.timing.startup - ranging)
+        self.gyroscope_zero = tuple(self.hardware.rotation())
+        yield from self.calibrate(ranging)
         self.zero = tuple(self.hardware.inertial_acceleration())
         self.has_ground = self.hardware.floor_present
         yield Send(BANNER, unasked=True)
@@ -231,10 +234,21 @@ class EPuck2(AsercomCommands):
         x, y, z = self.hardware.inertial_acceleration()
         return [scaled(axis) + LEVEL for axis in (-x, y, -z)]
 
+    def battery_percentage(self, raw: int) -> int:
+        """Return the charge, percent, at least 0: here it becomes an unsigned number on a processor that ends at 0.
+
+        The firmware computes it from volts, and so may be 1 below this: 3440 counts are 4.199 V and not quite 4.2.
+        """
+        return max(0, super().battery_percentage(raw))
+
     def rotation(self) -> list[int]:
         """Return the gyroscope in the e-puck1's axes, counts."""
-        x, y, z = self.hardware.rotation()
+        x, y, z = (axis - zero for axis, zero in zip(self.hardware.rotation(), self.gyroscope_zero, strict=True))
         return [-y, x, z]
+
+    def register(self, device: int, number: int) -> int | None:
+        """Read a register of the I2C bus; the driver takes an odd address for the even one below it."""
+        return super().register(device & ~1, number)
 
     def ground_values(self) -> list[int]:
         """Return five values of the module, counts; zeros unless it answered at the start."""
