@@ -200,7 +200,7 @@ def check_value(name: str, value: object, hardware: dict[str, object], firmware:
 def test_the_robots_readings_arrive_as_the_hardware_has_them() -> None:
     state = {
         "light": [3501, 3502, 3503, 3504, 3505, 3506, 3507, 3508, 3509, 3510],
-        "prox": [100, 90, 80, 70, 60, 50, 40, 30, 20, 10],
+        "prox": [0] * 10,
         "floor": [1001, 1002, 1003, 1004, 1005],
         "floor_present": 1,
         "tof": 123,
@@ -208,6 +208,7 @@ def test_the_robots_readings_arrive_as_the_hardware_has_them() -> None:
         "battery_raw": 3112,
     }
     bench = EmulatedRobot("epuck2", state)
+    bench.set(prox=[100, 90, 80, 70, 60, 50, 40, 30, 20, 10])
     context = Context(PROFILES["epuck2"])
 
     def ask(name: str) -> object:
