@@ -12,6 +12,7 @@ import select
 import selectors
 import sys
 import threading
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import Executor
@@ -174,6 +175,7 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
     Attributes:
         may_jump: Called before each jump, if set. When its answer becomes True again, the loop must be woken with
             ``call_soon_threadsafe``.
+        turned: When it last began a turn, s of the wall clock.
     """
 
     _scheduled: list[asyncio.TimerHandle]  # asyncio's own heap of timers
@@ -181,6 +183,7 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
 
     def __init__(self) -> None:
         self.may_jump: Callable[[], bool] | None = None
+        self.turned = time.monotonic()
         self._now = 0.0
         self._holds = 0
         self._jobs = 0
@@ -358,16 +361,20 @@ class _JumpingSelector(_PreciseSelector):
         self._loop = loop
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        ready = super().select(0)
-        if ready or (timeout is not None and timeout <= 0):
+        try:
+            ready = super().select(0)
+            if ready or (timeout is not None and timeout <= 0):
+                return ready
+            if self._loop._is_held():
+                return super().select(None)
+            # A thread that released its hold after the first select may have handed something in before: take that
+            # first.
+            ready = super().select(max(0.0, self._loop._wait()))
+            if not ready and not self._loop._jump():
+                return super().select(None)
             return ready
-        if self._loop._is_held():
-            return super().select(None)
-        # A thread that released its hold after the first select may have handed something in before: take that first.
-        ready = super().select(max(0.0, self._loop._wait()))
-        if not ready and not self._loop._jump():
-            return super().select(None)
-        return ready
+        finally:
+            self._loop.turned = time.monotonic()
 
 
 def _waiting(loop: asyncio.AbstractEventLoop) -> str:

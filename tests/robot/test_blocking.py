@@ -17,6 +17,7 @@ from elib.protocol.profiles import PROFILES
 from elib.robot.portal import MANY_READS
 from elib.session import Wrote
 from elib.testing import emulator_of, link_of
+from elib.timebase import SimulatedLoop
 from shared import PATIENCE, run_python
 
 SIM = "sim://square?speed=max&firmware=btcom-2.0"
@@ -157,6 +158,56 @@ def test_a_program_that_reads_the_clock_often_but_waits_in_between_is_told_nothi
             for _ in range(MANY_READS // 2):
                 assert robot.time >= 0
             robot.sleep(0.01)
+    assert caplog.records == []
+
+
+SLEEPERS = (
+    "import time\nfor _ in range(3):\n    robot.speed()\n    rest(robot)\n    time.sleep(0)",
+    "from time import sleep as nap\nfor _ in range(3):\n    robot.speed()\n    rest(robot)\n    nap(0)",
+    "def go():\n    import time as t\n    rest(robot)\n    t.sleep(0)\n    robot.speed()\ngo()\ngo()",
+)
+
+
+def rest(robot: elib.BlockingEpuck) -> None:
+    """Let it be as if the program had rested for 2 s of real time."""
+    loop = robot.robot._link.loop
+    if isinstance(loop, SimulatedLoop):
+        loop.turned -= 2
+
+
+@pytest.mark.parametrize("source", SLEEPERS)
+def test_a_program_that_sleeps_while_simulated_time_stands_still_is_told_once(
+    source: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    with elib.connect(SIM) as robot:
+        exec(source, {"robot": robot, "rest": rest})
+    assert [record.levelname for record in caplog.records] == ["WARNING"]
+    assert "the program waited 2 s in time.sleep()" in caplog.text
+    assert "write robot.sleep() instead" in caplog.text
+
+
+def test_an_async_program_that_sleeps_is_told_too(caplog: pytest.LogCaptureFixture) -> None:
+    source = "import time\nasync def main(robot):\n    rest(robot)\n    time.sleep(0)\n    await robot.speed()"
+    program: dict[str, Any] = {"rest": lambda robot: setattr(robot._link.loop, "turned", robot._link.loop.turned - 2)}
+    exec(source, program)
+    elib.run(program["main"], robot=SIM, argv=[])
+    assert "the program waited 2 s in time.sleep()" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("url", "source"),
+    [
+        (SIM, SLEEPERS[0].replace("rest(robot)", "pass")),
+        (SIM, SLEEPERS[0].replace("time.sleep(0)", "robot.sleep(0.01)\n    time.time()")),
+        ("sim://square?baud=0", SLEEPERS[0]),
+        ("sim://square?baud=0&speed=100", SLEEPERS[0]),
+    ],
+)
+def test_a_program_that_computes_between_its_calls_or_lives_in_real_time_is_told_nothing(
+    url: str, source: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    with elib.connect(url) as robot:
+        exec(source, {"robot": robot, "rest": rest})
     assert caplog.records == []
 
 
