@@ -4,10 +4,11 @@ import math
 import statistics
 
 import pytest
+from PIL import Image
 from world_rig import room_of
 
 from elib.physics import Colour, EpuckModel, Pose, Scene
-from elib.physics.fittings import Checkers, Patch, Stripe
+from elib.physics.fittings import Checkers, Patch, Print, Stripe
 from elib.physics.sensors.ground import PLACE_X, PLACE_Y
 
 LEFT, CENTRE, RIGHT, CLIFF_LEFT, CLIFF_RIGHT = range(5)
@@ -78,6 +79,16 @@ def test_a_hole_and_the_end_of_the_floor_give_next_to_nothing():
     assert readings(Pose(0.02, 0.2, math.pi), squares)[:3] == [5, 5, 5]
     assert readings(Pose(0.2, 0.01, -math.pi / 2), squares)[:3] == [5, 5, 5]
     assert readings(Pose(0.2, 0.39, math.pi / 2), squares)[:3] == [5, 5, 5]
+
+
+@pytest.mark.parametrize("opacity", [0, 100, 155, 255])
+def test_a_picture_shows_what_lies_beneath_as_far_as_it_is_transparent(tmp_path, engine, opacity):
+    Image.new("RGBA", (10, 10), (0, 0, 0, opacity)).save(tmp_path / "black.png")
+    black, hole = Print(str(tmp_path / "black.png"), 0.0, 0.0, 0.4, 0.4), Patch(0.0, 0.0, 0.4, 0.4)
+    grey = Colour(255 - opacity, 255 - opacity, 255 - opacity)
+    assert readings(MIDDLE, black, engine=engine) == readings(MIDDLE, floor=grey)
+    beneath = readings(MIDDLE, hole) if opacity < 128 else readings(MIDDLE, floor=Colour(0, 0, 0))
+    assert readings(MIDDLE, hole, black, engine=engine) == beneath
 
 
 def test_the_noise_is_webots_ten_per_cent():

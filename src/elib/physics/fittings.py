@@ -154,6 +154,8 @@ class Checkers:
 class Print:
     """A picture that lies on the floor, its upper edge at the greater y.
 
+    Where it is transparent, it shows what lies beneath.
+
     Attributes:
         file: A PNG or JPEG file, absolute, or relative to the folder of the world's file.
         x: Its lower left corner, m, -1000..1000.

@@ -180,12 +180,13 @@ def _print(picture: Image, holes: Image, paint: Print, scale: float) -> None:
         raise ArgumentError(f"the picture {paint.file} would cover {paint.width} x {paint.depth} m; that is too much")
     try:
         with opened(Path(paint.file)) as source:
-            flat = source.convert("RGB").resize(size).transpose(Image.Transpose.FLIP_TOP_BOTTOM)
+            flat = source.convert("RGBA").resize(size).transpose(Image.Transpose.FLIP_TOP_BOTTOM)
     except ArgumentError as error:
         raise ArgumentError(f"the picture {paint.file} cannot be read: {error.message}", hint=error.hint) from error
     corner = round(paint.x * scale), round(paint.y * scale)
-    picture.paste(flat, corner)
-    holes.paste(0, (*corner, corner[0] + size[0], corner[1] + size[1]))
+    opacity = flat.getchannel("A")
+    picture.paste(flat, corner, opacity)
+    holes.paste(0, corner, opacity.convert("1", dither=Image.Dither.NONE))  # A hole is there or not: half opaque, not.
 
 
 def _patch(picture: Image, holes: Image, patch: Patch, scale: float) -> None:
