@@ -103,6 +103,21 @@ def write_file(path: str | os.PathLike[str], content: bytes) -> None:
         ) from error
 
 
+def create_file(path: Path, content: bytes) -> None:
+    """Write a file that a person named and that is not there yet.
+
+    Raises:
+        ArgumentError: It is there already, or cannot be written.
+    """
+    try:
+        with path.open("xb") as target:
+            target.write(content)
+    except FileExistsError:
+        raise ArgumentError(f"{path} exists already", hint="give another name, or move that file away first") from None
+    except OSError as error:
+        raise ArgumentError(f"{path} cannot be written: {error.strerror}", hint="does its folder exist?") from None
+
+
 @contextlib.contextmanager
 def replacing(target: str) -> Iterator[Path]:
     """Yield the path of an empty file beside *target*; it replaces *target* if the block ends without an error.
@@ -164,4 +179,14 @@ def _umask() -> int:
     return mask
 
 
-__all__ = ["LARGEST_STATE", "named", "open_file", "parse_json", "read_file", "reason_of", "replacing", "write_file"]
+__all__ = [
+    "LARGEST_STATE",
+    "create_file",
+    "named",
+    "open_file",
+    "parse_json",
+    "read_file",
+    "reason_of",
+    "replacing",
+    "write_file",
+]

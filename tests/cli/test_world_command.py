@@ -10,7 +10,7 @@ from elib_process import Told
 from PIL import Image
 
 from elib.cli import main
-from elib.physics.worldfile import gallery
+from elib.physics.worldfile import gallery, load_file
 
 GATE = """about = "A gate to push open."
 [arena]
@@ -77,6 +77,44 @@ def test_what_is_in_a_world_is_shown_a_line_a_thing(gate: Path, capsys: pytest.C
         "floor   #b0aca4",
         "1 stripe",
     ]
+
+
+def test_what_the_robots_of_a_world_are_like_is_shown_as_its_file_says_it(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["world", "show", "maze"]) == 0
+    assert "e-puck      ground_module = true" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", gallery())
+def test_a_world_that_comes_with_elib_is_copied_to_be_changed(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["world", "export", name]) == 0
+    assert capsys.readouterr().out == f"wrote {name}.toml; open it as sim://{name}.toml\n"
+    assert load_file(f"{name}.toml") == load_file(name)
+    Path(f"{name}.toml").write_text("mine")
+    assert main(["world", "export", name]) == 2
+    assert f"{name}.toml exists already" in capsys.readouterr().err
+    assert Path(f"{name}.toml").read_text() == "mine"
+    assert main(["world", "export", name, "other.toml"]) == 0
+    assert load_file("other.toml").about == load_file(name).about
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["maz"], "no world 'maz' comes with elib\nhint: did you mean maze?"),
+        (["maze", "maze.txt"], "must end in .toml\nhint: elib world export maze maze.txt.toml"),
+        (["maze", "none/maze.toml"], "none/maze.toml cannot be written: No such file or directory"),
+    ],
+)
+def test_a_copy_that_cannot_be_made_is_refused(
+    words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["world", "export", *words]) == 2
+    assert said in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_many_things_are_counted_and_cut_short(printed: Told) -> None:
@@ -167,7 +205,7 @@ def test_more_robots_than_there_is_room_for_fail(refused: Told) -> None:
 
 def test_the_command_alone_lists_its_parts(printed: Told) -> None:
     out = printed("world")
-    assert all(f"  {part} " in out for part in ("check", "list", "show"))
+    assert all(f"  {part} " in out for part in ("check", "export", "list", "show"))
 
 
 def test_a_firmware_that_does_not_exist_is_named_with_its_robot(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:

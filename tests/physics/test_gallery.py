@@ -97,6 +97,15 @@ def test_a_robot_drives_through_without_touching_a_wall(name, goal, shortest):
     )
 
 
+def test_the_ground_sensors_see_the_rim_of_the_golden_square_whichever_way_the_robot_comes():
+    world = World.load("maze")
+    world.move_robot(0, Pose(1.1, 1.1, 0.0))
+    pale = min(min(world.ground(0)[:3]) for _ in range(50) if world.run(1) is None)
+    for pose in (Pose(1.185, 1.3, 0.0), Pose(1.3, 1.185, math.pi / 2)):
+        world.move_robot(0, pose)
+        assert max(max(world.ground(0)[:3]) for _ in range(50) if world.run(1) is None) < pale - 100
+
+
 def spin(world, turn):
     heading = world.pose(0).heading + turn
     while abs(error := math.remainder(heading - world.pose(0).heading, math.tau)) > 1e-3:

@@ -13,7 +13,7 @@ from turns import let_turn
 
 import elib
 from elib.errors import ArgumentError, LinkClosed, LinkNotFound, ReplyTimeout, Unsupported
-from elib.protocol.profiles import PROFILES
+from elib.protocol.profiles import FIRMWARES, PROFILES
 from elib.robot.portal import MANY_READS
 from elib.session import Wrote
 from elib.testing import emulator_of, link_of
@@ -147,6 +147,21 @@ def test_a_program_that_waits_for_a_clock_that_stands_still_is_told_why(caplog: 
             robot.sleep(0.1)
         assert [record.levelname for record in caplog.records] == ["WARNING"]
         assert "simulated time moves only while the program waits in a call; write robot.sleep(0.01)" in caplog.text
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("world", ["square", "line"])
+def test_a_robot_whose_ground_sensors_read_nothing_says_so_once(
+    caplog: pytest.LogCaptureFixture, firmware: str, world: str
+) -> None:
+    with elib.connect(f"sim://{world}?speed=max&firmware={firmware}") as robot:
+        is_missing = [len(set(robot.ground().counts)) == 1 for _ in range(3)]
+    assert is_missing == [world == "square" or firmware.startswith("btcom")] * 3
+    assert len(caplog.records) == is_missing[0]
+    if caplog.records:
+        count = "-1" if firmware.startswith("asercom") else "0"
+        assert f"every count of ground() is {count}: the robot has no ground module" in caplog.text
+        assert "ground_module = true" in caplog.text
 
 
 @pytest.mark.parametrize("url", [SIM, "sim://square?baud=0"])

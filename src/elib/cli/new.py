@@ -12,6 +12,7 @@ from cyclopts import Parameter as Cli
 from elib.cli.terminal import table
 from elib.errors import ArgumentError
 from elib.fields import nearest
+from elib.files import create_file
 
 Sample = Annotated[str | None, Cli(help="Name of the sample; --list shows them.")]
 Target = Annotated[Path | None, Cli(help="The file to write: NAME.py unless given.")]
@@ -34,13 +35,7 @@ def new(sample: Sample = None, file: Target = None, /, *, listed: Listed = False
     path = Path(f"{sample}.py") if file is None else file
     if path.suffix != ".py":
         raise ArgumentError(f"the file is {str(path)!r}; it must end in .py", hint=f"elib new {sample} {path}.py")
-    try:
-        with path.open("x", encoding="utf-8") as target:
-            target.write(there[sample])
-    except FileExistsError:
-        raise ArgumentError(f"{path} exists already", hint="give another name, or move that file away first") from None
-    except OSError as error:
-        raise ArgumentError(f"{path} cannot be written: {error.strerror}", hint="does its folder exist?") from None
+    create_file(path, there[sample].encode())
     print(f"wrote {path}; try: elib run {path}")
 
 

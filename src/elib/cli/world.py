@@ -1,10 +1,11 @@
-"""``elib world``: list the worlds that come with elib, show one, and check a file."""
+"""``elib world``: list the worlds that come with elib, show one, copy one, and check a file."""
 
 from __future__ import annotations
 
 import math
 import os
 from collections.abc import Iterable, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated
 
@@ -12,11 +13,12 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.cli.arguments import AsJson
-from elib.cli.readings import print_json
+from elib.cli.readings import json_line, print_json
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, SimulationError
-from elib.fields import Choice
-from elib.physics import Box, Cylinder, Scene, Wall, World
+from elib.fields import Choice, nearest
+from elib.files import create_file
+from elib.physics import Box, Cylinder, EpuckModel, Scene, Wall, World
 from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.physics.geometry import WALL_COLOUR, Solid, extent, gap
 from elib.physics.worldfile import WorldFile, gallery, load_file, source_of
@@ -35,12 +37,14 @@ SHOWN = 12
 
 Name = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file.")]
 File = Annotated[str, Cli(help="Path of a .toml file.")]
+Shipped = Annotated[str, Cli(help=f"{', '.join(gallery())}.")]
+Target = Annotated[Path | None, Cli(help="The file to write: NAME.toml unless given.")]
 Png = Annotated[str | None, Cli(name="--png", metavar="FILE", help="Draw it from above into this file.")]
 Robots = Annotated[int | None, Cli(name="--robots", metavar="N", help="How many robots (default: as the world says).")]
 
 app = App(
     name="world",
-    help="""List the worlds that come with elib, show what is in one, and check your own.
+    help="""List the worlds that come with elib, show what is in one, copy one to change it, and check your own.
 
     A world is a TOML file; `elib simulate` and sim:// URLs take its name or its path.""",
 )
@@ -78,6 +82,20 @@ def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson 
             raise ArgumentError(f"{png} does not end in .png", hint="name it like world.png")
         draw_png(world.snapshot(), png)
         say(f"Drawn in {png}.")
+
+
+@app.command
+def export(name: Shipped, file: Target = None, /) -> None:
+    """Copy a world that comes with elib into a file, to change it. It never replaces a file."""
+    if name not in gallery():
+        raise ArgumentError(f"no world {name!r} comes with elib", hint=nearest(name, gallery()))
+    path = Path(f"{name}.toml") if file is None else file
+    if path.suffix != ".toml":
+        raise ArgumentError(
+            f"the file is {str(path)!r}; it must end in .toml", hint=f"elib world export {name} {path}.toml"
+        )
+    create_file(path, source_of(name)[0])
+    print(f"wrote {path}; open it as sim://{path}")
 
 
 @app.command
@@ -183,6 +201,7 @@ def _contents(scene: Scene, world: World) -> list[tuple[str, str]]:
         ("size", _size(scene)),
         ("time", f"steps of {scene.step:g} s, seed {scene.seed}"),
         *_lines("robots", _robots(scene, world)),
+        *_lines("e-puck", _model(scene.model)),
         *_lines("walls", (f"({wall.x1:g}, {wall.y1:g}) to ({wall.x2:g}, {wall.y2:g})" for wall in scene.walls)),
         *_lines("boxes", (_thing(box, f"{box.width:g} x {box.depth:g} m") for box in scene.boxes)),
         *_lines("cylinders", (_thing(each, f"radius {each.radius:g} m") for each in scene.cylinders)),
@@ -204,6 +223,15 @@ def _robots(scene: Scene, world: World) -> Iterable[str]:
         firmware = scene.firmware[index] if index < len(scene.firmware) else ""
         heading = f"heading {round(math.degrees(pose.heading))}"
         yield ", ".join(part for part in (f"({pose.x:.3g}, {pose.y:.3g})", heading, firmware) if part)
+
+
+def _model(model: EpuckModel) -> Iterable[str]:
+    """Yield what the world says under [epuck]."""
+    usual = EpuckModel()
+    for field in fields(model):
+        value = getattr(model, field.name)
+        if value != getattr(usual, field.name):
+            yield f"{field.name} = {json_line(value)}"
 
 
 def _thing(thing: Box | Cylinder, size: str) -> str:

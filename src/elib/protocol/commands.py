@@ -319,7 +319,7 @@ class Commands:
         wifi=wifi.reading("ground", v.Ground),
     )
     def ground(self) -> v.Ground:
-        """Read the ground sensors; without the module the counts mean nothing (0 or -1).
+        """Read the ground sensors. Without the module every count is 0 or -1; the logger ``elib`` says so once.
 
         Example:
             >>> robot = elib.connect("sim://line?speed=max")

@@ -66,8 +66,9 @@ class Epuck(Linked, Actions, AsyncStyle):
             await link.termination.leave()
             raise
         link.loop = asyncio.get_running_loop()
-        link.motion.follow(link.session)
         session = link.session
+        link.motion.follow(session)
+        session.hooks.append(link.judge_ground)
         try:
             if not link.keep_moving:
                 link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.settings.watchdog)

@@ -14,6 +14,7 @@ from elib.errors import ElibError, LinkClosed
 from elib.protocol.context import Context
 from elib.protocol.image import Mounting, check_mounting
 from elib.protocol.profiles import profile_named
+from elib.protocol.values import Ground
 from elib.protocol.wifi import stop_command
 from elib.robot.actions import Actions
 from elib.robot.events import Events
@@ -23,11 +24,14 @@ from elib.robot.signals import TerminationHandler
 from elib.robot.sleeping import SleepNotice
 from elib.robot.telemetry import Telemetry
 from elib.robot.watchdog import check_supported
-from elib.session import Channel, LinkCounter, LinkStats, Session, TraceHook
+from elib.session import Channel, Ended, LinkCounter, LinkStats, Session, TraceEvent, TraceHook
 from elib.transport import open_transport, parse_url
 from elib.transport.lease import lease
 
 log = logging.getLogger("elib")
+
+_WITHOUT_MODULE = ({0}, {-1})
+"""What ground() reads without the module (wire-protocol.md, 5.12); over a hole, the module still reads some light."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,6 +143,19 @@ class Link:
                 plot.close()
             except ElibError as error:  # the program's own error says more
                 log.error("%s", error)
+
+    def judge_ground(self, time: float, event: TraceEvent) -> None:
+        """Warn if the first answer to ``ground()`` is that of a robot without the module: the counts do not say so."""
+        if isinstance(event, Ended) and isinstance(event.value, Ground):
+            self.channel.hooks.remove(self.judge_ground)
+            if set(event.value.counts) in _WITHOUT_MODULE:
+                log.warning(
+                    "%s: every count of ground() is %d: the robot has no ground module, or its firmware does not read "
+                    "it (no published BTcom does); a virtual robot has the module if its world's file says "
+                    "ground_module = true under [epuck]",
+                    self.name,
+                    event.value.counts[0],
+                )
 
     async def open(self) -> Channel:
         """Open the link; with a policy, as one that is reopened when it is lost."""

@@ -104,18 +104,20 @@ def reward(world: Records, i: int) -> float:
 def mirrored(is_across: bool, is_along: bool, heading: float) -> Scene:
     """Return the maze, or a mirror image of it, with the robot in the corner opposite to the goal."""
 
-    def place(x: float, y: float) -> tuple[float, float]:
-        return (round(SIDE - x, 6) if is_across else x), (round(SIDE - y, 6) if is_along else y)
+    def place(x: float, y: float, width: float = 0.0, depth: float = 0.0) -> tuple[float, float]:
+        return (round(SIDE - x - width, 6) if is_across else x), (round(SIDE - y - depth, 6) if is_along else y)
+
+    def mirror(patch: Patch) -> Patch:
+        x, y = place(patch.x, patch.y, patch.width, patch.depth)
+        return replace(patch, x=x, y=y)
 
     walls = tuple(Wall(*place(wall.x1, wall.y1), *place(wall.x2, wall.y2)) for wall in MAZE.walls)
-    goal = place(GOAL, GOAL)
-    (patch,) = (paint for paint in MAZE.paint if isinstance(paint, Patch))
     return replace(
         MAZE,
         walls=walls,
         starts=(Pose(*place(0.1, 0.1), heading),),
-        paint=(replace(patch, x=round(goal[0] - CELL / 2, 6), y=round(goal[1] - CELL / 2, 6)),),
-        sounds=(Sound(*goal, volume=4000.0, name="goal"),),
+        paint=tuple(mirror(paint) for paint in MAZE.paint if isinstance(paint, Patch)),
+        sounds=(Sound(*place(GOAL, GOAL), volume=4000.0, name="goal"),),
     )
 
 
