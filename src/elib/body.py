@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from numpy import float64
     from numpy.typing import NDArray
 
-Count = TypeVar("Count", int, "NDArray[float64]")
+Count = TypeVar("Count", int, float, "NDArray[float64]")
 
 WHEEL_DIAMETER: Final = 0.041
 """m. e-puck.org, the thesis and ARGoS; one motor step of 1/1000 turn is 0.1288 mm."""
@@ -60,13 +60,15 @@ MICROPHONE_DIRECTIONS: Final = tuple(math.atan2(y, x) for x, y in MICROPHONES)
 """Where they face, away from the middle of the robot, rad from straight ahead, positive to the left."""
 
 
-def wrapped(count: Count) -> Count:
-    """Return *count*, or a difference of two counts, as a 16-bit counter holds it: -32768 to 32767.
+def wrapped(count: Count, bits: int = 16) -> Count:
+    """Return *count*, or a difference of two counts, as a signed counter holds it: -32768 to 32767 with 16 bits.
 
     Args:
         count: A number, or an array of numbers.
+        bits: Width of the counter.
     """
-    return (count + 32768) % 65536 - 32768
+    half = 1 << (bits - 1)
+    return (count + half) % (2 * half) - half
 
 
 def step_period(speed: int, generation: int) -> int:

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 from elib.body import AXLE, METRES_PER_STEP
 from elib.errors import ArgumentError
 
+PROMISED, PROMISED_HEADING = 0.01, math.radians(3)
+"""m and rad: a pose that may be further off shows that where it is printed."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:
@@ -18,12 +21,17 @@ class Pose:
         y: Along the depth of the arena, or to the left from where odometry began, m.
         heading: Direction of travel from the x axis, positive to the left, rad, -pi..pi.
         time: When the robot was there, s on its clock; nan if unknown. It is not compared.
+        uncertainty: By how much the place may be wrong, m: 19 times in 20 it is nearer. Odometry knows neither slip nor
+            a hand that lifts the robot. It is not compared.
+        heading_uncertainty: By how much the heading may be wrong, rad, in the same way.
     """
 
     x: float
     y: float
     heading: float = 0.0
     time: float = field(default=math.nan, compare=False, repr=False, kw_only=True)
+    uncertainty: float = field(default=0.0, compare=False, kw_only=True)
+    heading_uncertainty: float = field(default=0.0, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
         if not (type(self.x) is type(self.y) is type(self.heading) is float):
@@ -33,6 +41,12 @@ class Pose:
                     object.__setattr__(self, name, float(value))
         if not (math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.heading)):
             raise ArgumentError(f"the pose ({self.x}, {self.y}, {self.heading}) is not finite")
+
+    def __repr__(self) -> str:
+        place = f"x={self.x!r}, y={self.y!r}, heading={self.heading!r}"
+        if self.uncertainty > PROMISED or self.heading_uncertainty > PROMISED_HEADING:
+            place += f", uncertainty={self.uncertainty:.2g}, heading_uncertainty={self.heading_uncertainty:.2g}"
+        return f"{type(self).__name__}({place})"
 
 
 def advanced(pose: Pose, left: float, right: float, time: float = math.nan) -> Pose:

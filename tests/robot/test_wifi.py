@@ -69,6 +69,7 @@ async def test_odometry_follows_what_is_watched(latency: float) -> None:
             (after.left - 5000, after.right + 3000), abs=300
         )
         await robot.stop()
+        await robot.encoders()
         begin = odometry.left
         await robot.drive(0.05)
         assert odometry.left - begin == pytest.approx(0.05 / 0.0001288, abs=160)

@@ -125,7 +125,7 @@ class Uploader:
         """Ask the robot for its version; if no sercom answers, return the bytes that came."""
         recorded = RecordingTransport(self._transport)
         try:
-            _, version = await recognise_robot(recorded, None)
+            _, version, _ = await recognise_robot(recorded, None)
         except (RobotSilent, NotAnEpuck):
             return recorded.received
         return version

@@ -105,6 +105,8 @@ class Profile:
         sends_packet: Whether it has the packet of all sensors.
         chain: Readings that ``sensors()`` asks for in one binary frame.
         tail: Readings that ``sensors()`` adds as text.
+        generation: Whose step motors the robot has, 1 or 2 (e-puck2); see :func:`elib.body.step_rate`.
+        counter_bits: Width of the step counters as they are read: where they wrap.
         receive_ring: Bytes that may wait unread while the robot is busy.
         longest_parameters: Bytes of the longest parameter list of a binary command, which a resync has to fill up.
         mounting: How the camera sits in the robot.
@@ -146,6 +148,8 @@ class Profile:
     sends_packet: bool = False
     chain: tuple[str, ...] = ()
     tail: tuple[str, ...] = ()
+    generation: int = 1
+    counter_bits: int = 16
     receive_ring: int = 64
     longest_parameters: int = 4
     mounting: Mounting = Mounting.QUARTER_LEFT

@@ -156,6 +156,9 @@ EPUCK2 = Profile(
     chain=("speed", "button"),
     # The packet has the counters' low 16 bits and three ground sensors; the text answers have all.
     tail=("encoders", "ground"),
+    generation=2,
+    # Half of 32 bits that count microsteps (wire-protocol.md, 5.1).
+    counter_bits=31,
     receive_ring=128,
     longest_parameters=35,
     mounting=Mounting.UPRIGHT,
@@ -180,6 +183,7 @@ EPUCK2_WIFI = replace(
     codec="wifi",
     # A packet has 16 bits for each step counter.
     ranges={"wheel_speed": EPUCK2.ranges["wheel_speed"]},
+    counter_bits=16,
     forms={},
     absent={
         **EPUCK2.absent,

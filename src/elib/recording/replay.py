@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import functools
+import itertools
 import weakref
 from bisect import bisect_left
 from collections import deque
@@ -160,6 +161,8 @@ class ReplayTransport(BufferedTransport):
         first = next((item.data for item in stretch.items if item.to_robot), b"")
         # The first pair on Wi-Fi stops the robot, except that of a fork, which can be recorded too.
         self.last_command = first[COMMAND.size :] if len(first) == 2 * COMMAND.size else b""
+        opening = itertools.takewhile(lambda each: not replay.script.call_at(each.time), stretch.items)
+        self.tells_counters = any(each.data == b"Q\r" for each in opening)  # older versions of elib did not ask
         self._expected = memoryview(b"")
         self._request = Transfer(0.0, True, b"")
         self._before = bytearray()

@@ -152,11 +152,12 @@ class Motion:
     """The motions of one robot and its odometry. All views of the robot share it.
 
     Attributes:
-        odometry: The pose of the robot by its step counters.
+        odometry: The pose of the robot by its step counters, from when it was opened.
     """
 
+    odometry: Odometry
+
     def __init__(self) -> None:
-        self.odometry = Odometry()
         self._reservations: tuple[Reservation, ...] = ()
         self._reserving = threading.Lock()
         self._under_way = ""
@@ -172,8 +173,9 @@ class Motion:
         self._remainder = (0.0, 0.0)
 
     def follow(self, channel: Channel) -> None:
-        """Follow the events of *channel* from now on."""
+        """Follow the events of *channel*, which was opened just now."""
         self._channel = channel
+        self.odometry = Odometry(channel, asyncio.get_running_loop().time())
         channel.hooks.append(self._observe)
 
     def _observe(self, time: float, event: TraceEvent) -> None:

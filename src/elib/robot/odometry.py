@@ -1,120 +1,147 @@
-"""The pose of a robot by its step counters, from every reading of them on the link, whichever call asked for it."""
+"""The odometry of a robot: what the events of its link say about its wheels and its step counters."""
 
 from __future__ import annotations
 
-from elib.body import wrapped
-from elib.pose import Pose, advanced
+import math
+
+from elib.body import step_rate, wrapped
+from elib.errors import CommandRejected
+from elib.pose import Pose
+from elib.protocol.context import Profile
 from elib.protocol.table import Request
 from elib.protocol.values import Sensors, Steps
-from elib.session import Called, Ended, Greeted, Pushed, TraceEvent
+from elib.robot.reckoning import FASTEST, UNKNOWN, Change, Moment, Pair, Reckoning
+from elib.session import Called, Channel, Ended, Ending, Greeted, Pushed, SessionOpened, TraceEvent, Wrote
 
-FASTEST = 1200
-"""steps/s that no wheel exceeds (e-puck.md, 1): counters that change faster were reset."""
 SLACK = 100
 """Steps by which the counters may differ from the model without a restart being suspected."""
-TOLERANCE = 60
-"""Steps by which a counter may differ from its wheel's commands: 60 ms of a late command at full speed."""
+STREAM_PERIOD = 0.05
+"""s that a packet of a stream may be older than its arrival, beside the way: the robot sends 50 a second or fewer."""
+STARTUP = 4.0
+"""s from a restart to the greeting of an e-puck2, which has no command for it (wire-protocol.md, 1.2)."""
+LATEST_STOP = 1.0
+"""s after the loss of a link within which the stop that was sent last has arrived, if it has."""
 
-WHEELS = ("set_speed", "stop", "set_encoders", "reset")
-"""Calls that change what the next reading of the counters may be."""
+SETTING = ("set_speed", "stop", "set_encoders", "reset", "set_obstacle_avoidance")
+"""Calls that change speeds or counters."""
+STILL: Pair = (0.0, 0.0)
 
 
-class Odometry:
-    """Adds up the steps of the wheels, and the path that they make on nominal wheels.
+class Odometry(Reckoning):
+    """The pose of one robot, from everything that its link says about its wheels, whichever call asked for it.
 
-    Counters wrap at 16 bits, and a reset sets them to 0. Differences are taken modulo 65536; counters that fell back to
-    about 0 faster than wheels can turn are counted from 0. The motors step even if the robot cannot follow, so odometry
-    notices neither slip nor a wall that stops the robot.
+    The motors step even if the robot cannot follow, so odometry notices neither slip nor a wall that stops the robot.
 
-    Attributes:
-        pose: Where the robot is, with the time of the reading; it begins at (0, 0), looking along x.
-        left: Steps of the left wheel since the beginning, backwards negative.
-        right: Steps of the right wheel since the beginning, backwards negative.
-        restarts: How often the robot has restarted, as far as it was noticed.
+    Args:
+        channel: The robot's link, which was opened just now.
+        time: When, s.
     """
 
-    def __init__(self) -> None:
-        self.pose = Pose(0.0, 0.0, 0.0)
-        self.left = self.right = 0
-        self.restarts = 0
-        self._before: Steps | None = None
-        self._pending: Steps | None = None
-        self._commanded = (0, 0)
-        self._slowest = self._fastest = (0, 0)
+    def __init__(self, channel: Channel, time: float) -> None:
+        super().__init__(Pose(0.0, 0.0, time=time), time)
+        self._channel = channel
+        self._trip = math.inf
+        """The shortest round trip so far, s: a command arrives after half of it, however late its answer is."""
+        self._heard = time
         self._under_way = 0
-        """Calls of WHEELS that have not ended."""
+        """Calls of SETTING that have not ended: what a stream says meanwhile may be from before them or after."""
         self._was_set = False
         """Whether the counters were just set: the next packet of a stream may have been read before that."""
+        self._halting, self._halted = b"", 0.0
+        """The newest call that halts the robot, and when it was sent, perhaps past others; nan before that."""
+        self._wanted: Pair = STILL
+        self._avoids = False
+        self._opened(channel.counters, time)
+        self.startup = self._profile.service.get("reset", STARTUP)
+
+    @property
+    def _profile(self) -> Profile:
+        return self._channel.context.profile
 
     def observe(self, time: float, event: TraceEvent) -> None:
         """Take an event of the link into account; a trace hook."""
-        if isinstance(event, Called | Ended) and event.request.name in WHEELS:
+        if isinstance(event, Called | Ended) and event.request.name in SETTING:
             self._under_way = max(0, self._under_way + (1 if isinstance(event, Called) else -1))
         match event:
+            case Called(request=request) if request.halts:
+                self._halting, self._halted = request.data, math.nan
+            case Wrote(data=data) if math.isnan(self._halted) and data.endswith(self._halting):
+                self._halted = time
+            case Ended(round_trip=trip, is_replaced=False) if not math.isnan(trip):
+                self._ended(time, event)
+            case Pushed(value=value) if (steps := steps_in(value)) is not None and not self._under_way:
+                if not self._was_set:
+                    self._read(steps, time - STREAM_PERIOD - self._half, time)
+                self._was_set = False
             case Greeted():
+                restarted = max(self._heard, time - self.startup)
+                self._restarted(Moment(self._heard, restarted, restarted))
                 self.restarts += 1
-                self._set(0, 0, time)
-            case Called(request=Request(name="set_speed", numbers=(left, right))):
-                self._command(int(left), int(right))
-            case Called(request=Request(name="stop")):
-                self._command(0, 0)
-            case Ended(error=None, request=request) if request.name == "reset":
-                self._set(0, 0, time)
-            case Called(request=Request(name="set_encoders", numbers=(left, right))) if self._before is not None:
-                # Whether it was done is unknown before its answer, and stays unknown if the answer is lost.
-                self._pending = Steps(int(left), int(right), time=self._before.time)
-            case Ended(error=None, request=Request(name="set_encoders", numbers=(left, right))):
-                self._set(int(left), int(right), time)
-            case Ended(value=value) if (steps := steps_in(value)) is not None:
-                self.count(steps)
-                self._pending = None
-            case Pushed(value=value) if (steps := steps_in(value)) is not None:
-                if self._was_set:
-                    self._was_set = False
-                else:
-                    self.count(steps)
+            case Ending():  # the line takes a last stop, perhaps, and the robot with it
+                self.change(Change(Moment(time, time, time + LATEST_STOP), STILL, is_sure=False))
+            case SessionOpened(counters=counters):
+                self._trip = math.inf
+                self._opened(counters, time)
             case _:
                 pass
 
-    def count(self, steps: Steps) -> None:
-        """Take a reading of the counters into account."""
-        before, self._before = self._before, steps
-        pending, self._was_set = self._pending, False
-        if before is None:
-            left = right = 0
-        elif not self._is_strange(before, steps):
-            left, right = wrapped(steps.left - before.left), wrapped(steps.right - before.right)
-        elif pending is not None and not self._is_strange(pending, steps):
-            left, right = wrapped(steps.left - pending.left), wrapped(steps.right - pending.right)
-            self._pending = None
-        elif fell_back(before, steps) or all(abs(wrapped(count)) <= TOLERANCE for count in steps):
-            self.restarts += 1
-            left, right = steps.left, steps.right
-        else:  # another program drives the robot
-            left, right = wrapped(steps.left - before.left), wrapped(steps.right - before.right)
-        self.left += left
-        self.right += right
-        self.pose = advanced(self.pose, left, right, steps.time)
-        if not self._under_way:  # otherwise the robot may not have taken the command yet
-            self._slowest = self._fastest = self._commanded
+    @property
+    def _half(self) -> float:
+        return 0.0 if math.isinf(self._trip) else self._trip / 2
 
-    def _is_strange(self, before: Steps, now: Steps) -> bool:
-        """Return whether the wheels cannot have turned from one reading to the other by their commands."""
-        seconds = now.time - before.time
-        return any(
-            not least * seconds - TOLERANCE <= wrapped(new - old) <= most * seconds + TOLERANCE
-            for new, old, least, most in zip(now, before, self._slowest, self._fastest, strict=True)
-        )
+    def _ended(self, time: float, event: Ended) -> None:
+        """Take the end of a call that was sent into account."""
+        sent = time - event.round_trip
+        if event.error is None:
+            self._heard = time
+            if not event.request.service:
+                self._trip = min(self._trip, event.round_trip)
+        if (steps := steps_in(event.value)) is not None:
+            self._was_set = False
+            self._read(steps, sent, time)
+        if event.request.name not in SETTING or isinstance(event.error, CommandRejected):
+            return
+        is_sure = event.error is None
+        if event.request.data == self._halting and self._halted < sent:
+            sent = self._halted  # it overtook others, and was sent again in its turn
+        # An answer that is given up may still be on its way.
+        when = Moment(sent, sent + self._half, time if is_sure else max(time, sent + 2 * self._half))
+        self._set(event.request, when, is_sure=is_sure)
 
-    def _command(self, left: int, right: int) -> None:
-        """Record a command; until the next reading the wheels may have any speed between the commands."""
-        self._commanded = left, right
-        self._slowest = min(self._slowest[0], left, 0), min(self._slowest[1], right, 0)
-        self._fastest = max(self._fastest[0], left, 0), max(self._fastest[1], right, 0)
+    def _set(self, request: Request[object], when: Moment, *, is_sure: bool) -> None:
+        """Take a call of SETTING into account."""
+        given = request.numbers
+        pair = (float(given[0]), float(given[1])) if len(given) == 2 else UNKNOWN
+        match request.name:
+            case "reset":
+                self._restarted(when._replace(ended=when.at + self._half), is_sure=is_sure)  # it restarts at once
+            case "set_encoders":
+                self._was_set = True
+                self.change(Change(when, None, pair, is_sure))
+            case "set_obstacle_avoidance":
+                self._avoids = bool(given[0])
+                self.change(Change(when, UNKNOWN if self._avoids else self._wanted, None, is_sure))
+            case "stop":
+                self._avoids = False
+                self.change(Change(when, STILL, None, is_sure))
+            case _:
+                rates = [step_rate(speed, self._profile.generation) for speed in pair]
+                self._wanted = rates[0], rates[1]
+                if math.isnan(pair[0]):
+                    self._wanted = UNKNOWN
+                self.change(Change(when, UNKNOWN if self._avoids else self._wanted, None, is_sure))
 
-    def _set(self, left: int, right: int, time: float) -> None:
-        self._before, self._pending = Steps(left, right, time=time), None
-        self._was_set = True
+    def _restarted(self, when: Moment, *, is_sure: bool = True) -> None:
+        self._was_set, self._wanted, self._avoids = True, STILL, False
+        self.change(Change(when, STILL, STILL, is_sure))
+
+    def _opened(self, counters: Steps | None, time: float) -> None:
+        if counters is not None:
+            self._read(counters, counters.time - self._half, time)
+
+    def _read(self, steps: Steps, sent: float, time: float) -> None:
+        when = Moment(sent, max(sent, steps.time - self._half), time)
+        self.read((steps.left, steps.right), when, self._profile.counter_bits, steps.time)
 
 
 def steps_in(value: object) -> Steps | None:

@@ -185,7 +185,7 @@ class Reconnector(ForwardingChannel):
         session.hooks.append(self._watch)
         sensors, images = self._streams
         session.stream(sensors=sensors, images=images)
-        self._emit(self._loop.time(), SessionOpened(session.opening))
+        self._emit(self._loop.time(), SessionOpened(session.opening, session.counters))
 
     def _watch(self, time: float, event: TraceEvent) -> None:
         """Follow the events of the newest session, and pass them on."""
@@ -309,7 +309,8 @@ class Reconnector(ForwardingChannel):
                 steps = await do("encoders")
                 assert isinstance(steps, Steps)
                 if was_reset or fell_back_over_gap(self._steps, steps):
-                    left, right = (wrapped(new + old) for new, old in zip(steps, self._steps, strict=True))
+                    bits = session.profile.counter_bits
+                    left, right = (wrapped(new + old, bits) for new, old in zip(steps, self._steps, strict=True))
                     await do("set_encoders", left, right)
                     if not was_reset:
                         self._emit(self._loop.time(), ResetNoticed("encoders"))

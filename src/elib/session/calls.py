@@ -27,9 +27,20 @@ class Call(Generic[T]):
         timer: Ends the call at its deadline.
         followers: Older calls that this one replaced; they share its outcome.
         saw_reset: Whether the robot has restarted since the bytes were sent.
+        is_replaced: Whether it is such an older call itself: its bytes are never sent.
     """
 
-    __slots__ = ("called", "deadline", "followers", "future", "request", "saw_reset", "sent", "timer")
+    __slots__ = (
+        "called",
+        "deadline",
+        "followers",
+        "future",
+        "is_replaced",
+        "request",
+        "saw_reset",
+        "sent",
+        "timer",
+    )
 
     def __init__(self, request: Request[T], future: asyncio.Future[T], called: float, deadline: float) -> None:
         self.request = request
@@ -39,7 +50,7 @@ class Call(Generic[T]):
         self.sent = math.nan
         self.timer: asyncio.TimerHandle | None = None
         self.followers: list[Call[T]] = []
-        self.saw_reset = False
+        self.saw_reset = self.is_replaced = False
 
     @property
     def is_open(self) -> bool:
@@ -92,6 +103,8 @@ class CallQueue:
             if older.request.spec is not None and older.request.name in spec.replaces:
                 # A flat list: a chain of a thousand replaced calls would be a thousand levels deep.
                 call.followers[:0] = [each for each in older if not each.future.done()]
+                for each in call.followers:
+                    each.is_replaced = True
                 older.followers = []
                 del self._waiting[index]
                 place = index

@@ -8,7 +8,7 @@ from elib.errors import ElibError
 from elib.pose import Pose
 from elib.protocol.context import Context
 from elib.protocol.table import Request
-from elib.protocol.values import Version
+from elib.protocol.values import Steps, Version
 from elib.protocol.wifi_connection import Wanted
 from elib.session.statistics import LinkStats
 from elib.session.trace import TraceHook, Transcript
@@ -42,6 +42,10 @@ class Channel(Protocol):
     @property
     def opening(self) -> Transcript:
         """The bytes that were written and received when the link was opened last, before calls were taken."""
+
+    @property
+    def counters(self) -> Steps | None:
+        """The step counters as they were read when the link was opened last, if the robot answered."""
 
     @property
     def error(self) -> ElibError | None:
@@ -108,6 +112,7 @@ class ForwardingChannel:
     context = Forwarded[Context]()
     version = Forwarded[Version]()
     opening = Forwarded[Transcript]()
+    counters = Forwarded["Steps | None"]()
     waiting = Forwarded[int]()
     unanswered = Forwarded[int]()
     stopping_time = Forwarded[float]()

@@ -29,7 +29,7 @@ from elib.protocol.connection import (
 from elib.protocol.context import Profile
 from elib.protocol.image import Image, Mounting
 from elib.protocol.table import Request
-from elib.protocol.values import Version
+from elib.protocol.values import Steps, Version
 from elib.protocol.wifi_connection import OutOfStep, Streamed, Wanted, WifiConnection, WifiEvent
 from elib.session.calls import Call, CallQueue
 from elib.session.opening import RecordingTransport, recognise_robot
@@ -78,6 +78,7 @@ class Session:
         context: Profile, origin and memory of what was set.
         version: The robot's answer to the question for its version.
         opening: What was written and received to recognise the robot.
+        counters: The step counters as they were read then, if the robot answered.
         hooks: Trace hooks, called as ``hook(time, event)`` in the event loop. They must be quick. A hook that raises is
             removed and reported to the loop.
         counter: Counts every outcome; all sessions of a reconnecting robot share one.
@@ -93,6 +94,7 @@ class Session:
         self.context = connection.context
         self.version = version
         self.opening: Transcript = ()
+        self.counters: Steps | None = None
         self.hooks: list[TraceHook] = []
         self.counter = LinkCounter()
         self._loop = asyncio.get_running_loop()
@@ -135,14 +137,14 @@ class Session:
         """
         try:
             recorded = RecordingTransport(transport)
-            connection, version = await recognise_robot(recorded, profile)
+            connection, version, counters = await recognise_robot(recorded, profile)
         except BaseException:
             await transport.close()
             raise
         if mounting is not None:
             connection.context.profile = dataclasses.replace(connection.context.profile, mounting=mounting)
         session = cls(transport, connection, version)
-        session.opening = recorded.opening
+        session.opening, session.counters = recorded.opening, counters
         session._resync.record_trip(_opening_trip(recorded.opening, version.time))
         session._line.listen(session._on_bytes, session._on_lost)
         return session
@@ -351,7 +353,7 @@ class Session:
         self.counter.ended(call, error, self._loop.time())
         if self.hooks:
             now = self._loop.time()
-            self._trace(Ended(call.request, value, error, now - call.called, now - call.sent))
+            self._trace(Ended(call.request, value, error, now - call.called, now - call.sent, call.is_replaced))
 
     # -- sending and receiving --
 

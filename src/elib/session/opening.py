@@ -13,11 +13,11 @@ from elib.protocol.context import Context, Profile
 from elib.protocol.profiles import BTCOM_1_1_3, EPUCK2_WIFI, FIRMWARES, LONGEST_PARAMETERS, recognise
 from elib.protocol.shapes import GREETING
 from elib.protocol.table import Request
-from elib.protocol.values import Version
+from elib.protocol.values import Sensors, Steps, Version
 from elib.protocol.wifi import ALL_SENSORS, pair
 from elib.protocol.wifi_connection import OutOfStep, WifiConnection
 from elib.session.trace import Received, Transcript, Wrote
-from elib.transport.base import Transport, codec_of, last_command_of
+from elib.transport.base import Transport, codec_of, last_command_of, tells_counters
 from elib.transport.url import parse_url
 
 DRAIN_TIME = 0.2
@@ -32,6 +32,8 @@ READY = re.compile(rb"k, Calibration finished|" + re.escape(GREETING))
 """What a robot sends by itself when it is no longer busy: it is then asked once more."""
 SETTLING_TIME = 0.1
 """s to wait for bytes behind the first answer; the silence that ends a picture."""
+COUNTERS_TIME = 1.0
+"""s to wait for the step counters; without them odometry begins with the first reading."""
 STREAM_TIME = 4.0
 """s that a robot on Wi-Fi has to take its first command. It may calibrate, for 1.7 s, or pause for 1 s after a broken
 exchange between its processors (wire-protocol.md, 4.4)."""
@@ -51,6 +53,7 @@ class RecordingTransport:
         self.codec = codec_of(inner)
         self.origin = inner.origin
         self.last_command = last_command_of(inner)
+        self.tells_counters = tells_counters(inner)
         self._inner = inner
         self._clock = asyncio.get_running_loop().time
         self._events: list[tuple[float, Wrote | Received]] = []
@@ -87,17 +90,16 @@ class RecordingTransport:
             self._events.append((self._clock(), event))
 
 
-async def recognise_robot(
-    transport: RecordingTransport, profile: Profile | None
-) -> tuple[HostConnection | WifiConnection, Version]:
+Opened = tuple[HostConnection | WifiConnection, Version, Steps | None]
+"""The connection to a robot, its answer to the question for its version, and its step counters if it gave them."""
+
+
+async def recognise_robot(transport: RecordingTransport, profile: Profile | None) -> Opened:
     """Find out which robot is at the other end, whatever an earlier program left on the line.
 
     Args:
         transport: An open transport that nothing was read from.
         profile: Use this firmware's profile whatever the robot answers.
-
-    Returns:
-        The connection to it, and the robot's answer to the question for its version.
 
     Raises:
         RobotSilent: Nothing was received.
@@ -131,7 +133,7 @@ def _firmwares_of(codec: str) -> list[str]:
     return [name for name, each in FIRMWARES.items() if each.codec == codec]
 
 
-async def begin_stream(transport: RecordingTransport, profile: Profile) -> tuple[WifiConnection, Version]:
+async def begin_stream(transport: RecordingTransport, profile: Profile) -> Opened:
     """Send a robot on Wi-Fi its first command at once, which stops it, and wait until it has taken that.
 
     If the transport goes on with a recorded program, the command has the actuators which that one set last.
@@ -152,7 +154,8 @@ async def begin_stream(transport: RecordingTransport, profile: Profile) -> tuple
         connection.receive(await _listen_once(transport, end), loop.time())
     while (event := connection.next_event()) is not None:
         if isinstance(event, Answer):
-            return connection, Version(profile.version, profile.name, "", **context.stamp)
+            counters = event.value.encoders if isinstance(event.value, Sensors) else None
+            return connection, Version(profile.version, profile.name, "", **context.stamp), counters
         if isinstance(event, OutOfStep):
             raise NotAnEpuck(
                 f"something answers on {transport.url}, but not as an e-puck2 on Wi-Fi does: {event.reason}",
@@ -170,7 +173,7 @@ async def begin_stream(transport: RecordingTransport, profile: Profile) -> tuple
     )
 
 
-async def _ask(transport: RecordingTransport, profile: Profile | None) -> tuple[HostConnection, Version]:
+async def _ask(transport: RecordingTransport, profile: Profile | None) -> Opened:
     loop = asyncio.get_running_loop()
     # Zeros fill the parameters of a binary session and end it; the CR ends a half-typed line.
     await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
@@ -194,7 +197,8 @@ async def _ask(transport: RecordingTransport, profile: Profile | None) -> tuple[
                 recognised = HostConnection(context, version.text)
                 if attempt > 0:
                     recognised.lose_sync(b"V\r")  # the same answer may come again: it was asked for more than once
-                return recognised, version
+                    return recognised, version, None
+                return recognised, version, await _read_counters(transport, recognised)
         await transport.write(b"\r")
         await _listen(transport, LINE_END_TIME)
     if not transport.received:
@@ -221,6 +225,25 @@ async def _ask(transport: RecordingTransport, profile: Profile | None) -> tuple[
         f"something answers on {transport.url}, but not as an e-puck does: {transport.received[:60]!r}",
         hint="is it the right port, at 115200 baud, with the standard firmware (BTcom, asercom) on the robot?",
     )
+
+
+async def _read_counters(transport: RecordingTransport, connection: HostConnection) -> Steps | None:
+    """Read the step counters, with which odometry begins; None without an answer."""
+    if not transport.tells_counters:
+        return None
+    loop = asyncio.get_running_loop()
+    request: Request[object] = SPECS["encoders"].request(connection.context)
+    await transport.write(connection.send(request))
+    end = loop.time() + COUNTERS_TIME
+    while connection.state is State.BUSY and loop.time() < end:
+        connection.receive(await _listen_once(transport, end), loop.time())
+    if connection.state is State.BUSY:
+        connection.abandon()
+    found = None
+    while (event := connection.next_event()) is not None:
+        if isinstance(event, Answer) and isinstance(event.value, Steps):
+            found = event.value
+    return found
 
 
 async def _listen(transport: Transport, seconds: float) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from elib.errors import ElibError
 from elib.protocol.image import Image
 from elib.protocol.table import Request
-from elib.protocol.values import Sensors
+from elib.protocol.values import Sensors, Steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +29,7 @@ class Ended:
         error: Why there is no answer, or None.
         waited: Time from the call to its end, s.
         round_trip: Time from sending to the end, s; nan if it was never sent.
+        is_replaced: Whether a newer call was sent in its place, and it shares that one's outcome.
     """
 
     request: Request[object]
@@ -36,6 +37,7 @@ class Ended:
     error: BaseException | None
     waited: float
     round_trip: float
+    is_replaced: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,9 +131,11 @@ class SessionOpened:
 
     Attributes:
         opening: What was written and received for that.
+        counters: The step counters as they were read last in it, if the answer came.
     """
 
     opening: Transcript
+    counters: Steps | None = None
 
 
 TraceEvent = (

@@ -67,3 +67,12 @@ def last_command_of(transport: Transport) -> bytes:
         does not: the first command then stops the robot.
     """
     return bytes(getattr(transport, "last_command", b""))
+
+
+def tells_counters(transport: Transport) -> bool:
+    """Return whether the step counters may be read while a link is opened, the attribute ``tells_counters``.
+
+    Returns:
+        False for a recording in which they were not read then: its replay would differ.
+    """
+    return bool(getattr(transport, "tells_counters", True))

@@ -1,0 +1,413 @@
+"""Dead reckoning: the path of a robot from the speeds that it took, fitted to its step counters. No I/O, no clock.
+
+The wheels turn evenly between two changes of their speed, so each piece of the path is an arc. What is not known
+exactly is when a change took effect: some time between the sending of the command and its answer. So the moments of the
+changes are moved, as little as needed, until each wheel has made the steps that were counted (least squares). A command
+without an answer was done or was not done; the explanation that fits the counters is taken. Speed and time also say how
+often a counter has wrapped. What no explanation fits is stated as uncertainty of the pose.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from bisect import insort
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from elib.body import AXLE, FASTEST_2, METRES_PER_STEP, wrapped
+from elib.pose import Pose, advanced
+
+FASTEST = 1.1 * FASTEST_2
+"""steps/s that no wheel exceeds (e-puck.md, 1)."""
+TOLERANCE, DRIFT = 60.0, 0.005
+"""Steps, and part of the way, by which a counter may differ from what its wheel was told: 60 ms at full speed."""
+LOST_STEPS = 1.0
+"""Steps that a wheel may lose or win at each change of its speed: the motor's timer goes on (wire-protocol.md, 5.1)."""
+SLACK = 1.0
+"""Steps by which a counter differs from its wheel's even turning, as a standard deviation."""
+PUNCTUAL = 0.005
+"""s by which the way of most commands to the robot differs; a few come much later."""
+MOST_FITS = 10
+"""How often the moments are fitted, each time without those that reached a limit."""
+UNLIKELY = 25.0
+"""Cost of an explanation beyond that of the best, from which it is out of the question: five standard deviations."""
+MOST_CHANGES = 1000
+"""Changes between two readings, above which neighbours are joined into one with their mean speed."""
+MOST_UNSURE = 4
+"""Commands without an answer, above which the oldest counts as done: each one doubles the explanations to compare."""
+MOST_RESTARTS = 20
+"""Changes before a reading between which a restart is looked for that nobody noticed."""
+
+Pair = tuple[float, float]
+UNKNOWN: Pair = (math.nan, math.nan)
+
+
+class Moment(NamedTuple):
+    """When something happened at the robot, s: probably *at*, surely between *began* and *ended*."""
+
+    began: float
+    at: float
+    ended: float
+
+    @property
+    def variance(self) -> float:
+        """Variance of the time, s2: any time between is as likely."""
+        return (self.ended - self.began) ** 2 / 12
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What happened to the wheels or to their counters.
+
+    Attributes:
+        when: When the robot did it.
+        speeds: Speeds from then on, left and right, steps/s; nan if unknown, None as before.
+        counters: What the step counters were set to; nan if unknown, None if they were left alone.
+        is_sure: Whether it was confirmed.
+    """
+
+    when: Moment
+    speeds: Pair | None = None
+    counters: Pair | None = None
+    is_sure: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """The path between two readings as some changes make it.
+
+    Attributes:
+        fits: Whether it makes the steps that were counted.
+        cost: How improbable it is; the least is the best.
+        pose: Where the path ends, with the uncertainty that it adds.
+        steps: What each wheel made.
+        speeds: Speeds at the end.
+        read_at: When the counters were read, as it fits best.
+    """
+
+    fits: bool
+    cost: float
+    pose: Pose
+    steps: tuple[int, int]
+    speeds: Pair
+    read_at: float
+
+
+class Reckoning:
+    """The pose of a robot, from changes of its wheels' speeds and readings of their counters, both in order of time.
+
+    Args:
+        pose: Where it is at the beginning; its wheels stand.
+        time: When that is, s.
+
+    Attributes:
+        startup: Time from a restart until it answers, s.
+        pose: Where it was at the last reading, with the time and the uncertainty.
+        left: Steps of the left wheel since the beginning, backwards negative.
+        right: Steps of the right wheel since the beginning, backwards negative.
+        restarts: How often the counters told that the robot had restarted.
+    """
+
+    def __init__(self, pose: Pose, time: float) -> None:
+        self.pose = pose
+        self.left = self.right = 0
+        self.restarts = 0
+        self.startup = 0.0
+        self._start = Change(Moment(time, time, time), (0.0, 0.0), UNKNOWN)
+        self._changes: list[Change] = []
+        self._count = 0
+
+    def change(self, change: Change) -> None:
+        """Take a change into account; it may have come before others that are known already, not before a reading."""
+        last = self._changes[-1] if self._changes else self._start
+        if change.speeds == last.speeds and change.counters is None and last.is_sure and change.is_sure:
+            return
+        began, at, ended = change.when
+        at = max(at, self._start.when.at)
+        insort(self._changes, replace(change, when=Moment(min(began, at), at, max(at, ended))), key=_moment)
+        self._count += 1
+        unsure = [i for i, each in enumerate(self._changes) if not each.is_sure]
+        if len(unsure) > MOST_UNSURE:
+            self._changes[unsure[0]] = replace(self._changes[unsure[0]], is_sure=True)
+        if len(self._changes) > MOST_CHANGES:
+            self._changes = list(_joined(self._changes))
+
+    def read(self, counters: tuple[int, int], when: Moment, bits: int, time: float) -> None:
+        """Take a reading of the counters into account.
+
+        Args:
+            counters: What they showed, left and right.
+            when: When the robot read them.
+            bits: Width of the counters.
+            time: The time of the new pose, s.
+        """
+        last = self._changes[-1] if self._changes else self._start
+        at = max(when.at, last.when.at)
+        reading = Change(Moment(min(when.began, at), at, max(at, when.ended)), None, counters)
+        fitting = [each for kept in self._histories() if (each := self._explain(kept, reading, bits)).fits]
+        for restarted in () if fitting else self._with_restart(reading):
+            fitting = [each for kept in restarted if (each := self._explain(kept, reading, bits)).fits]
+            if fitting:
+                self.restarts += 1
+                break
+        best = min(fitting, key=lambda each: each.cost) if fitting else self._guess(reading, bits)
+        fitting = [each for each in fitting if each.cost <= best.cost + UNLIKELY]
+        doubt = max((math.dist((best.pose.x, best.pose.y), (e.pose.x, e.pose.y)) for e in fitting), default=0.0)
+        turned = max((abs(_turn(best.pose, each.pose)) for each in fitting), default=0.0)
+        self.left += best.steps[0]
+        self.right += best.steps[1]
+        self.pose = _spread(best.pose, doubt, turned, time)
+        self._start = Change(reading.when._replace(at=best.read_at), best.speeds, counters)
+        # What is still undecided is decided by a later reading.
+        others = dict.fromkeys(each.speeds for each in fitting if each.speeds != best.speeds)
+        self._changes = [Change(self._start.when, each, None, is_sure=False) for each in others]
+        self._count = 0
+
+    def _histories(self) -> Iterator[list[Change]]:
+        """Yield the changes, with each choice of the unsure ones."""
+        unsure = [each for each in self._changes if not each.is_sure]
+        for count in range(len(unsure) + 1):
+            for dropped in itertools.combinations(map(id, unsure), count):
+                yield [each for each in self._changes if id(each) not in dropped]
+
+    def _with_restart(self, reading: Change) -> Iterator[list[list[Change]]]:
+        """Yield the changes with a restart of the robot in all places, first those that leave time for its start."""
+        marks = [self._start, *self._changes, reading]
+        likely: list[list[Change]] = []
+        hasty: list[list[Change]] = []
+        for place in range(len(self._changes), max(-1, len(self._changes) - MOST_RESTARTS), -1):
+            before, after = marks[place].when, marks[place + 1].when
+            answered = next(mark.when.at for mark in marks[place + 1 :] if mark.is_sure)
+            latest = max(before.at, min(after.at, answered - self.startup))
+            restart = Change(Moment(before.began, (before.at + latest) / 2, after.ended), (0.0, 0.0), (0.0, 0.0))
+            kept = [*self._changes[:place], restart, *self._changes[place:]]
+            (likely if answered - before.at >= self.startup else hasty).append(kept)
+        yield likely
+        yield hasty
+
+    def _explain(self, changes: Sequence[Change], reading: Change, bits: int) -> Explanation:
+        """Return the path that *changes* make, fitted to *reading*."""
+        marks = [self._start, *changes, reading]
+        rates = _rates(marks)
+        first = _numbered(marks)
+        base = marks[first].counters or UNKNOWN
+        is_counted = not math.isnan(base[0])
+        spans = [after.when.at - before.when.at for before, after in itertools.pairwise(marks)]
+        # By how many steps the counters grow if a mark comes a second later: speeds before it less those behind it.
+        still = (0.0, 0.0)
+        behind = [*rates, still]
+        gains = [
+            still
+            if i < first or not is_counted
+            else (
+                (rates[i - 1][0] if i > first else 0.0) - behind[i][0],
+                (rates[i - 1][1] if i > first else 0.0) - behind[i][1],
+            )
+            for i in range(len(marks))
+        ]
+        variances = [mark.when.variance for mark in marks]
+        told = [sum(rates[i][w] * spans[i] for i in range(first, len(spans))) for w in (0, 1)]
+        ways = [sum(abs(rates[i][w]) * spans[i] for i in range(first, len(spans))) for w in (0, 1)]
+        slack = [SLACK + LOST_STEPS / 4 * self._count + DRIFT / 4 * way for way in ways]
+        most = [TOLERANCE + LOST_STEPS * self._count + DRIFT * way for way in ways]
+        times = [mark.when.at for mark in marks]
+        missing = [0.0, 0.0]
+        if is_counted:
+            assert reading.counters is not None
+            missing = [wrapped(reading.counters[w] - base[w] - told[w], bits) for w in (0, 1)]
+            times = _fitted(marks, gains, missing, slack)
+        cost = sum((t - m.when.at) ** 2 / v for t, m, v in zip(times, marks, variances, strict=True) if v)
+        times = list(itertools.accumulate(times, max))
+        pieces = [[rates[i][w] * (times[i + 1] - times[i]) for w in (0, 1)] for i in range(len(spans))]
+        left_over = [0.0, 0.0]
+        if is_counted:
+            for w in (0, 1):
+                left_over[w] = told[w] + missing[w] - sum(piece[w] for piece in pieces[first:])
+                weights = [abs(piece[w]) for piece in pieces[first:]]
+                if sum(weights) <= abs(left_over[w]):
+                    weights = [max(times[i + 1] - times[i], 1e-9) for i in range(first, len(spans))]
+                whole = sum(weights)
+                for piece, weight in zip(pieces[first:], weights, strict=True):
+                    piece[w] += left_over[w] * weight / whole
+        if any(math.isnan(rate[0]) for rate in rates):
+            return Explanation(False, math.inf, self.pose, (0, 0), rates[-1], reading.when.at)
+        poses = list(itertools.accumulate(pieces, lambda pose, piece: advanced(pose, *piece), initial=self.pose))
+        place, heading = _variances(poses, rates, gains, variances)
+        place += (METRES_PER_STEP * (abs(left_over[0]) + abs(left_over[1])) / 2) ** 2
+        # On the way the heading wanders by half a step at each change; what comes behind turns with it.
+        wandered = METRES_PER_STEP * LOST_STEPS / 2 / AXLE * METRES_PER_STEP * sum(ways) / 2
+        place += wandered**2 * self._count / 3
+        steps = [round(sum(piece[w] for piece in pieces)) for w in (0, 1)]
+        spread = _spread_of(gains, variances)
+        return Explanation(
+            all(abs(left_over[w]) <= most[w] and 4 * math.sqrt(spread[2 * w]) < 2 ** (bits - 1) for w in (0, 1)),
+            cost + sum((left_over[w] / slack[w]) ** 2 for w in (0, 1)),
+            self._blurred(poses[-1], 2 * math.sqrt(place), 2 * math.sqrt(heading)),
+            (steps[0], steps[1]),
+            rates[-1],
+            times[-1],
+        )
+
+    def _guess(self, reading: Change, bits: int) -> Explanation:
+        """Return the path where something else drove the wheels: one arc, and how far it may be wrong."""
+        marks = [self._start, *self._changes, reading]
+        first = _numbered(marks)
+        base = marks[first].counters or UNKNOWN
+        unseen = FASTEST * (marks[first].when.at - marks[0].when.at)
+        reach = FASTEST * (reading.when.at - marks[first].when.at)
+        assert reading.counters is not None
+        left, right = 0, 0
+        is_counted = not math.isnan(base[0]) and reach < 2 ** (bits - 1)
+        if is_counted:
+            left, right = (round(wrapped(reading.counters[w] - base[w], bits)) for w in (0, 1))
+            if max(abs(left), abs(right)) > reach + TOLERANCE:
+                left, right, is_counted = 0, 0, False
+        if not is_counted:  # they may have wrapped, or were set
+            unseen, reach = unseen + reach, 0.0
+        swing = min(1.0, METRES_PER_STEP * reach / AXLE)
+        place = METRES_PER_STEP * (unseen + reach * swing)
+        pose = self._blurred(advanced(self.pose, left, right), place, 2 * METRES_PER_STEP * unseen / AXLE)
+        return Explanation(True, 0.0, pose, (left, right), _rates(marks)[-1], reading.when.at)
+
+    def _blurred(self, pose: Pose, place: float, heading: float) -> Pose:
+        """Return *pose* with the uncertainty that it had before, and that of a path to it."""
+        before = self.pose
+        swept = math.dist((before.x, before.y), (pose.x, pose.y)) * before.heading_uncertainty
+        whole = math.hypot(before.uncertainty, swept, place)
+        return replace(
+            pose, uncertainty=whole, heading_uncertainty=min(math.hypot(before.heading_uncertainty, heading), math.pi)
+        )
+
+
+def _moment(change: Change) -> float:
+    return change.when.at
+
+
+def _rates(marks: Sequence[Change]) -> list[Pair]:
+    """Return the speeds behind each mark but the last."""
+    rates: list[Pair] = []
+    for mark in marks[:-1]:
+        rates.append(rates[-1] if mark.speeds is None else mark.speeds)
+    return rates
+
+
+def _numbered(marks: Sequence[Change]) -> int:
+    """Return which mark set the counters last, before the reading."""
+    return max(i for i, mark in enumerate(marks[:-1]) if i == 0 or mark.counters is not None)
+
+
+def _fitted(
+    marks: Sequence[Change], gains: Sequence[Pair], missing: Sequence[float], slack: Sequence[float]
+) -> list[float]:
+    """Return when the marks were, so that the wheels make the steps that are missing, each mark within its moment."""
+    times = [mark.when.at for mark in marks]
+    free = [mark.when.variance for mark in marks]
+    for _ in range(MOST_FITS):
+        pull = _times(_inverse(_spread_of(gains, free), slack), missing)
+        shifts = [v * (gain[0] * pull[0] + gain[1] * pull[1]) for v, gain in zip(free, gains, strict=True)]
+        is_within = True
+        for i, (mark, gain) in enumerate(zip(marks, gains, strict=True)):
+            least, most = mark.when.began - mark.when.at, mark.when.ended - mark.when.at
+            if free[i] and not least <= shifts[i] <= most:  # it stays at its limit, and the others are fitted again
+                times[i], free[i], is_within = mark.when.at + min(max(shifts[i], least), most), 0.0, False
+                shift = times[i] - mark.when.at
+                missing = missing[0] - gain[0] * shift, missing[1] - gain[1] * shift
+        if is_within:
+            times = [m.when.at + s if v else t for t, m, s, v in zip(times, marks, shifts, free, strict=True)]
+            # One change that came very late is more likely than many that came a bit late.
+            closer = [min(v, max(shift**2, PUNCTUAL**2)) for v, shift in zip(free, shifts, strict=True)]
+            if closer == free:
+                break
+            free = closer
+    return times
+
+
+def _spread_of(gains: Sequence[Pair], variances: Sequence[float]) -> tuple[float, float, float]:
+    """Return variances and covariance of the steps of both wheels: left, both, right."""
+    a, b, c = (
+        sum(v * gain[i] * gain[k] for v, gain in zip(variances, gains, strict=True))
+        for i, k in ((0, 0), (0, 1), (1, 1))
+    )
+    return a, b, c
+
+
+def _inverse(spread: tuple[float, float, float], slack: Sequence[float]) -> tuple[Pair, Pair]:
+    """Return the inverse of the matrix of variances of the steps of both wheels, those of *slack* added."""
+    a, b, c = spread[0] + slack[0] ** 2, spread[1], spread[2] + slack[1] ** 2
+    whole = a * c - b * b
+    return (c / whole, -b / whole), (-b / whole, a / whole)
+
+
+def _times(matrix: tuple[Pair, Pair], vector: Sequence[float]) -> Pair:
+    (a, b), (c, d) = matrix
+    return a * vector[0] + b * vector[1], c * vector[0] + d * vector[1]
+
+
+def _variances(
+    poses: Sequence[Pose],
+    rates: Sequence[Pair],
+    gains: Sequence[Pair],
+    variances: Sequence[float],
+) -> Pair:
+    """Return the variances of place and heading at the end that the uncertain times leave, m2 and rad2."""
+    end = poses[-1]
+    inverse = _inverse(_spread_of(gains, variances), (SLACK, SLACK))
+    still = (0.0, 0.0)
+    totals = [0.0, 0.0, 0.0]
+    crossed = [[0.0, 0.0] for _ in range(3)]
+    for pose, before, behind, gain, variance in zip(
+        poses, [still, *rates], [*rates, still], gains, variances, strict=True
+    ):
+        ahead = METRES_PER_STEP * (before[0] - behind[0] + before[1] - behind[1]) / 2
+        turning = METRES_PER_STEP * (before[1] - behind[1] - before[0] + behind[0]) / AXLE
+        shifts = (
+            ahead * math.cos(pose.heading) - turning * (end.y - pose.y),
+            ahead * math.sin(pose.heading) + turning * (end.x - pose.x),
+            turning,
+        )
+        for k, shift in enumerate(shifts):
+            totals[k] += variance * shift * shift
+            crossed[k][0] += variance * shift * gain[0]
+            crossed[k][1] += variance * shift * gain[1]
+    for k, cross in enumerate(crossed):
+        seen = _times(inverse, cross)
+        totals[k] = max(0.0, totals[k] - cross[0] * seen[0] - cross[1] * seen[1])
+    return totals[0] + totals[1], totals[2]
+
+
+def _joined(changes: Sequence[Change]) -> Iterator[Change]:
+    """Yield *changes* with each two neighbours as one, with their mean speed, if only sure speeds change."""
+    i = 0
+    while i < len(changes):
+        change, after = changes[i], changes[i + 1] if i + 1 < len(changes) else None
+        beyond = changes[i + 2] if i + 2 < len(changes) else None
+        i += 1
+        if after is not None and beyond is not None and _is_plain(change) and _is_plain(after):
+            whole, part = beyond.when.at - change.when.at, after.when.at - change.when.at
+            share = part / whole if whole > 0 else 0.5
+            assert change.speeds is not None
+            assert after.speeds is not None
+            mean = tuple(share * a + (1 - share) * b for a, b in zip(change.speeds, after.speeds, strict=True))
+            change = replace(change, speeds=(mean[0], mean[1]))
+            i += 1
+        yield change
+
+
+def _is_plain(change: Change) -> bool:
+    return change.is_sure and change.counters is None and change.speeds is not None
+
+
+def _turn(before: Pose, after: Pose) -> float:
+    return math.remainder(after.heading - before.heading, math.tau)
+
+
+def _spread(pose: Pose, place: float, heading: float, time: float) -> Pose:
+    """Return *pose* with its time, and as much more uncertainty."""
+    return replace(
+        pose,
+        time=time,
+        uncertainty=pose.uncertainty + place,
+        heading_uncertainty=min(pose.heading_uncertainty + heading, math.pi),
+    )
