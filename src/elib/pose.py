@@ -42,9 +42,14 @@ class Pose:
         if not (math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.heading)):
             raise ArgumentError(f"the pose ({self.x}, {self.y}, {self.heading}) is not finite")
 
+    @property
+    def is_uncertain(self) -> bool:
+        """Whether it may be wrong by more than 1 cm or 3 degrees."""
+        return self.uncertainty > PROMISED or self.heading_uncertainty > PROMISED_HEADING
+
     def __repr__(self) -> str:
         place = f"x={self.x!r}, y={self.y!r}, heading={self.heading!r}"
-        if self.uncertainty > PROMISED or self.heading_uncertainty > PROMISED_HEADING:
+        if self.is_uncertain:
             place += f", uncertainty={self.uncertainty:.2g}, heading_uncertainty={self.heading_uncertainty:.2g}"
         return f"{type(self).__name__}({place})"
 

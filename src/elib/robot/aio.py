@@ -67,7 +67,7 @@ class Epuck(Linked, Actions, AsyncStyle):
             raise
         link.loop = asyncio.get_running_loop()
         session = link.session
-        link.motion.follow(session)
+        link.motion.follow(session, session.counters)
         session.hooks.append(link.judge_ground)
         try:
             if not link.keep_moving:

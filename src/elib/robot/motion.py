@@ -34,6 +34,7 @@ from elib.protocol.commands import SPECS, Commands
 from elib.protocol.quantities import Quantity
 from elib.protocol.styles import action
 from elib.protocol.table import Request
+from elib.protocol.values import Steps
 from elib.robot.odometry import Odometry
 from elib.session import Called, Channel, Ended, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
 
@@ -172,10 +173,10 @@ class Motion:
         self._answered = 0.0
         self._remainder = (0.0, 0.0)
 
-    def follow(self, channel: Channel) -> None:
-        """Follow the events of *channel*, which was opened just now."""
+    def follow(self, channel: Channel, counters: Steps | None = None) -> None:
+        """Follow the events of *channel* from now on; *counters* were read just now, where odometry begins."""
         self._channel = channel
-        self.odometry = Odometry(channel, asyncio.get_running_loop().time())
+        self.odometry = Odometry(channel, asyncio.get_running_loop().time(), counters)
         channel.hooks.append(self._observe)
 
     def _observe(self, time: float, event: TraceEvent) -> None:
@@ -427,7 +428,7 @@ class Motions(Commands):
     One motion at a time has the wheels. A motion that is cancelled, or ended by an error, stops the robot.
     ``set_speed()`` and ``stop()`` are carried out, and the motion ends in a MotionInterrupted. Lost answers delay it; a
     wheel that went too far meanwhile is driven back. Places are those of odometry. It begins at (0, 0), looking along
-    x, with the first reading of the counters, and it notices neither slip nor a wall that stops the robot.
+    x, when the robot is opened, and it notices neither slip nor a wall that stops the robot.
     """
 
     @action
@@ -552,10 +553,10 @@ class Motions(Commands):
     async def pose(self: Mover) -> Pose:
         """Read the step counters and return the pose that they give, with the time of the reading.
 
-        Odometry begins at (0, 0), looking along x, with the first reading of the counters.
+        Odometry begins at (0, 0), looking along x, when the robot is opened. It follows every speed that is set, so
+        nothing has to be read on the way. ``uncertainty`` and ``heading_uncertainty`` of the pose say how sure it is.
 
         Example:
-            >>> robot.set_pose(0, 0)
             >>> robot.set_speed(0.5, 0.5)
             >>> robot.sleep(1)
             >>> round(robot.pose().x, 3)

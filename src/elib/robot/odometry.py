@@ -33,11 +33,12 @@ class Odometry(Reckoning):
     The motors step even if the robot cannot follow, so odometry notices neither slip nor a wall that stops the robot.
 
     Args:
-        channel: The robot's link, which was opened just now.
-        time: When, s.
+        channel: The robot's link.
+        time: When odometry begins, s.
+        counters: The step counters as they were read then; None if they were not.
     """
 
-    def __init__(self, channel: Channel, time: float) -> None:
+    def __init__(self, channel: Channel, time: float, counters: Steps | None = None) -> None:
         super().__init__(Pose(0.0, 0.0, time=time), time)
         self._channel = channel
         self._trip = math.inf
@@ -51,7 +52,7 @@ class Odometry(Reckoning):
         """The newest call that halts the robot, and when it was sent, perhaps past others; nan before that."""
         self._wanted: Pair = STILL
         self._avoids = False
-        self._opened(channel.counters, time)
+        self._opened(counters, time)
         self.startup = self._profile.service.get("reset", STARTUP)
 
     @property

@@ -210,7 +210,7 @@ class Reckoning:
         variances = [mark.when.variance for mark in marks]
         told = [sum(rates[i][w] * spans[i] for i in range(first, len(spans))) for w in (0, 1)]
         ways = [sum(abs(rates[i][w]) * spans[i] for i in range(first, len(spans))) for w in (0, 1)]
-        slack = [SLACK + LOST_STEPS / 4 * self._count + DRIFT / 4 * way for way in ways]
+        slack = [SLACK + LOST_STEPS / 8 * self._count + DRIFT / 16 * way for way in ways]
         most = [TOLERANCE + LOST_STEPS * self._count + DRIFT * way for way in ways]
         times = [mark.when.at for mark in marks]
         missing = [0.0, 0.0]

@@ -89,8 +89,8 @@ class Tools:
                 "status",
                 "State of a robot",
                 "Tell where the robot is by its odometry (x ahead and y to the left of its start in m, heading in "
-                "degrees, positive to the left), what fence and budget leave, whether it is connected, who drives, and "
-                "whether a person has stopped it. Free.",
+                "degrees, positive to the left; how far that may be wrong, if it may), what fence and budget leave, "
+                "whether it is connected, who drives, and whether a person has stopped it. Free.",
                 self.status,
                 {"robot": robot},
                 True,
@@ -469,7 +469,17 @@ def wrong(error: ArgumentError) -> Result:
 def pose_of(driver: Driver) -> dict[str, Json]:
     """Return where a robot is: m and degrees."""
     pose = driver.pose
-    return {"x": round(pose.x, 4), "y": round(pose.y, 4), "heading": round(math.degrees(pose.heading), 1)}
+    found: dict[str, Json] = {
+        "x": round(pose.x, 4),
+        "y": round(pose.y, 4),
+        "heading": round(math.degrees(pose.heading), 1),
+    }
+    if pose.is_uncertain:
+        found |= {
+            "wrong_by": round(pose.uncertainty, 2),
+            "heading_wrong_by": round(math.degrees(pose.heading_uncertainty)),
+        }
+    return found
 
 
 def _is_virtual(slot: Slot) -> bool:
