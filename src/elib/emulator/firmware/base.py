@@ -340,7 +340,7 @@ class Firmware(ABC):
         """The driver of the camera that it has found; None if it knows no such chip."""
 
     def aim(self, x: int = CENTRED, y: int = CENTRED) -> None:
-        """Set the window by the variables. The firmware ignores a refusal: the old one stays, and nobody is told."""
+        """Set the window by the variables. The firmware ignores a refusal: the old one stays, and no answer says so."""
         with suppress(WindowRefused):
             if self.camera_driver is not None:
                 self.window = self.camera_driver.window(*self.wanted_window(), x, y)
