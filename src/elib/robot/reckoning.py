@@ -38,7 +38,7 @@ MOST_CHANGES = 1000
 MOST_UNSURE = 4
 """Commands without an answer, above which the oldest counts as done: each one doubles the explanations to compare."""
 MOST_RESTARTS = 20
-"""Changes before a reading between which a restart is looked for that nobody noticed."""
+"""Changes before a reading between which a restart is looked for that no greeting showed."""
 
 Pair = tuple[float, float]
 UNKNOWN: Pair = (math.nan, math.nan)
