@@ -236,7 +236,7 @@ async def test_links_are_tried_at_the_same_time_and_robots_come_first(monkeypatc
 
 
 async def test_a_search_without_end_is_refused() -> None:
-    with pytest.raises(ArgumentError, match="it must be finite"):
+    with pytest.raises(ArgumentError, match="it must be a number from 0 to 3600 s"):
         await find(timeout=float("inf"))
 
 

@@ -38,7 +38,7 @@ async def spin(robot: Epuck, run: RunContext, *, speed: WheelSpeed = 0.5) -> Non
     """Spin for ever."""
     run.state("spinning")
     await robot.set_speed(speed, -speed)
-    await robot.sleep(1e6)
+    await robot.sleep(3600)
 
 
 def test_a_state_entered_twice_in_a_row_is_one_change_with_its_time() -> None:

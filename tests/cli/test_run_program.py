@@ -116,7 +116,8 @@ def test_its_time_ends_it_as_ctrl_c_does_and_the_robot_stands(style: str, tmp_pa
     written(tmp_path, text)
     robot = ["--robot", FAST] if style == "own loop" else []
     options = ["--for", "1", "--json", "--log", "run.log"]
-    done = elib("run", "my_robot.py", *robot, *options, cwd=tmp_path, ELIB_ROBOT=FAST)
+    named = {} if style == "swarm" else {"ELIB_ROBOT": FAST}  # the swarm names its robots
+    done = elib("run", "my_robot.py", *robot, *options, cwd=tmp_path, **named)
     assert (done.returncode, done.stderr) == (0, "")
     summary = json.loads(done.stdout)
     assert (summary["outcome"], summary["exit_code"]) == ("time", 0)

@@ -91,8 +91,7 @@ WallEnd = Annotated[float, Number(-2 * LARGEST_ARENA, 2 * LARGEST_ARENA, "m")]
 Length = Annotated[float, Number(0.001, LARGEST_ARENA, "m", example="0.05")]
 """Nothing finer can be seen or felt by the robot."""
 
-Turn = Annotated[float, Number(-6 * math.pi, 6 * math.pi, "rad")]
-"""At most three turns: a larger number is likely to be in degrees."""
+Turn = Annotated[float, Number(unit="rad")]
 
 Reflectance = Annotated[float, Number(0.05, 1, otherwise="from the red in its colour")]
 Mass = Annotated[float, Number(0.001, 100, "kg")]
@@ -143,7 +142,7 @@ class Box:
         y: Centre, m, -1000..1000.
         width: Along its own x axis, m, 0.001..1000.
         depth: Along its own y axis, m, 0.001..1000.
-        angle: From the world's x axis to its own, positive to the left, rad, -18.8496..18.8496.
+        angle: From the world's x axis to its own, positive to the left, rad.
         height: The height of its top above the floor, m, 0.001..1000.
         colour: The colour of all its sides.
         reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
