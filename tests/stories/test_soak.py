@@ -63,7 +63,7 @@ def test_a_long_time_of_flaky_bluetooth_is_accounted_for_to_the_last_answer(dura
         turn = 0
         while robot.time < duration:
             turn += 1
-            for call in (robot.proximity(), robot.set_speed(0.2, 0.1 + 0.001 * (turn % 100))):
+            for call in (robot.encoders(), robot.set_speed(0.2, 0.1 + 0.001 * (turn % 100))):
                 try:
                     await call
                     ends["value"] += 1
