@@ -85,7 +85,9 @@ def rules() -> str:
     named = ", ".join(f"`{name}`" for name in THINGS)
     facts = (
         f"On the floor lie, the lowest first, {painted}; of one kind, later ones cover earlier ones.",
-        "Boxes and cylinders stand inside the arena, their centres at least. Robots start where nothing stands.",
+        "Boxes and cylinders stand inside the arena, their centres at least. They may stand in each other and in "
+        "walls: fixed ones are one shape, those that can be pushed come apart. Only robots need room: they start where "
+        "nothing stands. The same holds for what a program moves while the world runs.",
         f"Of {named}, no two share a name.",
         f"A file has at most {LARGEST_FILE // 1_000_000} MB, {MOST_THINGS} things of a kind, and a stripe"
         f" {MOST_POINTS} points.",

@@ -7,7 +7,9 @@ import pytest
 from elib.errors import ArgumentError
 from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.physics.geometry import gap
-from elib.physics.moving import SLACK, blocker
+from elib.physics.moving import SLACK
+from elib.physics.worldfile import parse
+from elib.physics.worldwriter import written_scene
 
 
 def disc(x, y, radius=0.037):
@@ -55,31 +57,65 @@ def test_an_overlap_is_as_deep_as_one_has_to_move_to_be_clear():
     assert gap(Wall(0, -1, 0, 0.01), Box(0, 1, 2, 2)) == pytest.approx(-0.01)
 
 
-def test_a_thing_has_room_up_to_the_edge_and_up_to_its_neighbours_and_not_beyond():
-    others = [("epuck-2", disc(0.5, 0.5)), ("wall", Wall(0.2, 0.2, 0.2, 0.6))]
-    assert blocker(disc(0.037, 0.963), others, 1, 1) is None
-    assert blocker(disc(0.036, 0.5), others, 1, 1) == "the edge of the arena"
-    assert blocker(disc(0.5 + 0.074, 0.5), others, 1, 1) is None
-    assert blocker(disc(0.5 + 0.073, 0.5), others, 1, 1) == "epuck-2"
-    assert blocker(disc(0.22, 0.3), others, 1, 1) == "wall"
-    assert blocker(Box(0.1, 0.4, 0.3, 0.02), others, 1, 1) == "the edge of the arena"
-    assert blocker(Box(0.2, 0.4, 0.3, 0.02), others, 1, 1) == "wall"
-
-
-def test_a_box_is_not_put_into_another_one_or_into_a_wall_and_messages_call_robots_by_their_names():
+def world():
     boxes = Box(0.2, 0.2, 0.1, 0.1, is_pushable=True), Box(0.8, 0.2, 0.1, 0.1, name="crate")
     world = World(Scene(1, 1, (Wall(0.5, 0, 0.5, 1),), boxes, (Cylinder(0.8, 0.8, 0.05),), (Pose(0.2, 0.8),)))
     world.name_robots(["mine"])
-    for move, blocked in (
-        (lambda: world.move_box(0, Pose(0.72, 0.2)), r"box 0 has no room at \(0.720, 0.200\): box 1 \(crate\) is in"),
-        (lambda: world.move_box(0, Pose(0.46, 0.4)), "box 0 has no room .* wall 0 is in the way"),
-        (lambda: world.move_box(1, Pose(0.8, 0.72)), r"box 1 \(crate\) has no room .* cylinder 0 is in the way"),
-        (lambda: world.move_cylinder(0, 0.2, 0.12), "cylinder 0 has no room .* box 0 is in the way"),
-        (lambda: world.move_cylinder(0, 0.2, 0.72), "cylinder 0 has no room .* mine is in the way"),
-        (lambda: world.move_robot(0, Pose(0.2, 0.97)), "mine has no room .* the edge of the arena is in the way"),
-    ):
-        before = world.hash()
-        with pytest.raises(ArgumentError, match=blocked):
-            move()
-        assert world.hash() == before
-    world.move_box(0, Pose(0.45, 0.4))  # It touches the wall.
+    return world
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "blocked"),
+    [
+        (0.036, 0.5, "the edge of the arena"),
+        (0.2, 0.97, "the edge of the arena"),
+        (-3.0, 0.5, "the edge of the arena"),
+        (0.53, 0.5, "wall 0"),
+        (0.2, 0.28, "box 0"),
+        (0.8, 0.2, r"box 1 \(crate\)"),
+        (0.8, 0.72, "cylinder 0"),
+    ],
+)
+def test_a_robot_is_put_into_nothing_and_the_message_says_what_is_in_the_way(x, y, blocked):
+    moved, before = world(), world().hash()
+    with pytest.raises(ArgumentError, match=rf"mine has no room at \({x:.3f}, {y:.3f}\): {blocked} is in the way"):
+        moved.move_robot(0, Pose(x, y))
+    assert moved.hash() == before
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.037, 0.963), (0.462, 0.5), (0.2, 0.288)])
+def test_a_robot_has_room_up_to_the_edge_and_up_to_its_neighbours(x, y):
+    moved = world()
+    moved.move_robot(0, Pose(x, y))
+    assert (moved.pose(0).x, moved.pose(0).y) == (x, y)
+
+
+@pytest.mark.parametrize(
+    ("act", "said"),
+    [
+        (lambda world, x, y: world.move_box(0, Pose(x, y)), "box 0"),
+        (lambda world, x, y: world.move_box(1, Pose(x, y)), r"box 1 \(crate\)"),
+        (lambda world, x, y: world.move_cylinder(0, x, y), "cylinder 0"),
+        (lambda world, x, y: world.add_box(Box(x, y, 0.1, 0.1)), "box 2"),
+        (lambda world, x, y: world.add_wall(Wall(x, y, x, y + 0.2)), "wall 1"),
+        (lambda world, x, y: world.move_wall(0, Wall(x, y, x, y + 0.2)), "wall 0"),
+    ],
+)
+def test_things_may_be_put_wherever_a_file_may_have_them_but_not_onto_a_robot(act, said):
+    moved, before = world(), world().hash()
+    with pytest.raises(ArgumentError, match=rf"{said} has no room .*: mine is in the way"):
+        act(moved, 0.2, 0.78)
+    if not said.startswith("wall"):
+        with pytest.raises(ArgumentError, match=rf"{said} has no room .*: the edge of the arena is in the way"):
+            act(moved, 1.001, 0.2)
+    assert moved.hash() == before
+    for x, y in ((0.2, 0.22), (0.5, 0.5), (0.8, 0.22), (0.8, 0.8), (0.99, 0.0)):
+        act(moved, x, y)
+        assert parse(written_scene(moved.scene).encode(), "moved.toml").boxes == moved.scene.boxes
+
+
+def test_a_thing_that_can_be_pushed_comes_out_of_the_wall_that_it_was_put_into():
+    moved = world()
+    moved.move_box(0, Pose(0.49, 0.4))
+    moved.run(64)
+    assert gap(moved.snapshot().boxes[0], moved.scene.walls[0]) > -1e-6

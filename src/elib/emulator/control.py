@@ -232,7 +232,7 @@ class Control:
             colour: The colour of its sides.
 
         Raises:
-            ArgumentError: A number is out of its range, something stands there, or the world has too many.
+            ArgumentError: A number is out of its range, a robot stands there, or the world has too many.
             SimulationError: There is no world.
         """
         box = Box(x, y, width, depth, angle, colour=colour, is_pushable=pushable)
@@ -256,7 +256,7 @@ class Control:
             colour: The colour of its sides.
 
         Raises:
-            ArgumentError: A robot or a pushable thing stands there, it leaves the arena, or the world has too many.
+            ArgumentError: A robot stands there, or the world has too many.
             SimulationError: There is no world.
         """
         world = self._ready()
@@ -268,7 +268,7 @@ class Control:
         """Put the ends of a wall elsewhere; arguments as of :meth:`add_wall`.
 
         Raises:
-            ArgumentError: There is no such wall, a robot or a pushable thing stands there, or it leaves the arena.
+            ArgumentError: There is no such wall, or a robot stands there.
             SimulationError: There is no world.
         """
         world = self._ready()

@@ -200,7 +200,7 @@ def place(transport: SimTransport, state: RobotState, *, is_same_world: bool, is
 
 
 def put_things(world: World, seen: Mapping[str, Any], *, is_exact: bool) -> None:
-    """Put boxes and cylinders where they were. One that stands in the place of another is moved first.
+    """Put boxes and cylinders where they were.
 
     Raises:
         ArgumentError: There is no room for one, and it must be exact. Otherwise it stays where it is, with a warning.
@@ -223,20 +223,13 @@ def put_things(world: World, seen: Mapping[str, Any], *, is_exact: bool) -> None
         for number, (post, place) in enumerate(zip(here.cylinders, seen["cylinders"], strict=True))
         if (post.x, post.y) != tuple(place)
     ]
-    while moves:
-        refused = []
-        for move in moves:
-            try:
-                move()
-            except ArgumentError as error:
-                refused.append((move, error))
-        if len(refused) == len(moves):
+    for move in moves:
+        try:
+            move()
+        except ArgumentError as error:
             if is_exact:
-                raise refused[0][1]
-            for _, reason in refused:
-                log.warning("%s; it stays where it is", reason.message)
-            return
-        moves = [move for move, _ in refused]
+                raise
+            log.warning("%s; it stays where it is", error.message)
 
 
 def _put(world: World, robot: int, pose: Pose, *, is_exact: bool = False) -> None:

@@ -1,8 +1,13 @@
-"""Things put elsewhere from outside, between two ticks: what a hand in the arena does."""
+"""Things put elsewhere from outside, between two ticks: what a hand in the arena does.
+
+A program may put things where a file may: their centres inside the arena, and into each other. Fixed things are one
+shape then, such as a door that slides into its wall, and the next steps of the physics part things that can be pushed.
+Only a robot needs room, as at its start: inside a thing it would sense and do what no robot can.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from elib.errors import ArgumentError
@@ -21,18 +26,14 @@ EDGE = "the edge of the arena"
 PLACE = rule_of(Box, "x")
 
 
-def blocker(thing: Solid, others: Iterable[tuple[str, Solid]], width: float, depth: float) -> str | None:
+def blocker(thing: Solid, others: Iterable[tuple[str, Solid]]) -> str | None:
     """Return the name of what is in the way of *thing*, or None where it has room.
 
     Args:
         thing: Where it is to stand.
-        others: What stands there already, by the names that messages use.
-        width: The width of the arena, m; x runs from 0 to it.
-        depth: The depth of the arena, m; y runs from 0 to it.
+        others: What may not overlap with it, by the names that messages use.
     """
     left, right, low, high = extent(thing)
-    if min(left, width - right, low, depth - high) < -SLACK:
-        return EDGE
     for name, other in others:
         other_left, other_right, other_low, other_high = extent(other)
         # Far things first: a world may have a hundred thousand walls.
@@ -63,7 +64,7 @@ class Mover:
         robots = self._state.world.robots
         here = robots[index]
         x, y = PLACE.require(pose.x, "x"), PLACE.require(pose.y, "y")
-        self._require_room(self.robot_names[index], Cylinder(x, y, float(here.radius)))
+        self._require_room(self.robot_names[index], Cylinder(x, y, float(here.radius)), *self._solids())
         cosine, sine = unit(pose.heading)
         stand(here, pose.x, pose.y, cosine, sine)
         self._state.list_near()
@@ -103,18 +104,14 @@ class Mover:
         self._state.add_box(box)
 
     def wall(self, index: int, wall: Wall) -> None:
-        """Put a wall in the place of another one, or behind the last one. It may cross fixed things and other walls.
+        """Put a wall in the place of another one, or behind the last one.
 
         Raises:
-            ArgumentError: It leaves the arena, a robot or a pushable thing is in its way, or the world has too many.
+            ArgumentError: A robot is in its way, or the world has too many.
         """
-        state = self._state
-        fixed = {_called("box", k, box) for k, box in enumerate(state.boxes) if not box.is_pushable}
-        fixed |= {_called("cylinder", k, post) for k, post in enumerate(state.cylinders) if not post.is_pushable}
-        fixed |= {f"wall {k}" for k in range(len(state.scene.walls))}
-        self._require_room(f"wall {index}", wall, crosses=fixed)
-        walls = state.scene.walls
-        state.set_walls((*walls[:index], wall, *walls[index + 1 :]))
+        self._require_room(f"wall {index}", wall)
+        walls = self._state.scene.walls
+        self._state.set_walls((*walls[:index], wall, *walls[index + 1 :]))
 
     def _put(self, index: int, pose: Pose) -> None:
         """Put the pushable thing of this number somewhere else; below 0 a fixed one was moved."""
@@ -129,26 +126,32 @@ class Mover:
         follow(world, index)
         self._state.list_near()
 
-    def _require_room(self, name: str, thing: Solid, *, crosses: Container[str] = ()) -> None:
+    def _require_room(self, name: str, thing: Solid, *others: tuple[str, Solid]) -> None:
+        """Raise ArgumentError unless *thing* stands in no robot, in none of *others*, and inside the arena."""
         scene = self._state.scene
-        others = ((other, solid) for other, solid in self._solids(thing) if other != name and other not in crosses)
-        blocked = blocker(thing, others, scene.width, scene.depth)
+        x, y = (thing.x1, thing.y1) if isinstance(thing, Wall) else (thing.x, thing.y)
+        is_outside = not isinstance(thing, Wall) and not (0 <= x <= scene.width and 0 <= y <= scene.depth)
+        blocked = EDGE if is_outside else blocker(thing, [*self._robots(thing, name), *others])
         if blocked is not None:
             size = f"the arena is {scene.width:g} x {scene.depth:g} m"
-            x, y = (thing.x1, thing.y1) if isinstance(thing, Wall) else (thing.x, thing.y)
             raise ArgumentError(
                 f"{name} has no room at ({x:.3f}, {y:.3f}): {blocked} is in the way",
                 hint=size if blocked == EDGE else "choose a free place",
             )
 
-    def _solids(self, thing: Solid) -> Iterator[tuple[str, Solid]]:
-        """Yield what may be in the way of *thing*, by the names that messages use."""
-        state = self._state
+    def _robots(self, thing: Solid, but: str) -> Iterator[tuple[str, Cylinder]]:
+        """Yield the robots that stand near *thing*, without the one of the name *but*."""
         left, right, low, high = extent(thing)
-        for name, robot in zip(self.robot_names, state.world.robots, strict=True):
+        for name, robot in zip(self.robot_names, self._state.world.robots, strict=True):
             x, y, radius = float(robot.x), float(robot.y), float(robot.radius)
-            if left - radius < x < right + radius and low - radius < y < high + radius:
+            if name != but and left - radius < x < right + radius and low - radius < y < high + radius:
                 yield name, Cylinder(x, y, radius)
+
+    def _solids(self) -> Iterator[tuple[str, Solid]]:
+        """Yield what else a robot cannot stand in, by the names that messages use."""
+        state = self._state
+        for edge in state.scene.edge:
+            yield EDGE, edge
         for k, box in enumerate(map(state.box, range(len(state.boxes)))):
             yield _called("box", k, box), box
         for k, cylinder in enumerate(map(state.cylinder, range(len(state.cylinders)))):

@@ -361,18 +361,18 @@ class World(ReadableWorld):
         self._mover.robot(self._index(robot), pose)
 
     def move_box(self, box: int, pose: Pose) -> None:
-        """Put a box somewhere else, counted as in the scene.
+        """Put a box somewhere else, counted as in the scene. It may stand in other things, as in a world's file.
 
         Raises:
-            ArgumentError: There is no such box, or no room for it.
+            ArgumentError: There is no such box, a robot is in its way, or its centre leaves the arena.
         """
         self._mover.box(checked(box, len(self._state.boxes), "box"), pose)
 
     def move_cylinder(self, cylinder: int, x: float, y: float) -> None:
-        """Put a cylinder somewhere else, counted as in the scene.
+        """Put a cylinder somewhere else, counted as in the scene. It may stand in other things, as in a world's file.
 
         Raises:
-            ArgumentError: There is no such cylinder, or no room for it.
+            ArgumentError: There is no such cylinder, a robot is in its way, or its centre leaves the arena.
         """
         self._mover.cylinder(checked(cylinder, len(self._state.cylinders), "cylinder"), x, y)
 
@@ -380,7 +380,7 @@ class World(ReadableWorld):
         """Put another box into the world, counted behind those that are there.
 
         Raises:
-            ArgumentError: There is no room for it, or the world has too many.
+            ArgumentError: A robot is in its way, its centre leaves the arena, or the world has too many.
         """
         self._mover.add_box(box)
         self.scene = self._state.scene
@@ -398,7 +398,7 @@ class World(ReadableWorld):
         """Put another wall into the world, counted behind those that are there.
 
         Raises:
-            ArgumentError: A robot or a pushable thing is in its way, it leaves the arena, or the world has too many.
+            ArgumentError: A robot is in its way, or the world has too many.
         """
         self._mover.wall(len(self.scene.walls), wall)
         self.scene = self._state.scene
@@ -407,7 +407,7 @@ class World(ReadableWorld):
         """Replace a wall, counted as in the scene.
 
         Raises:
-            ArgumentError: There is no such wall, a robot or a pushable thing is in its way, or it leaves the arena.
+            ArgumentError: There is no such wall, or a robot is in its way.
         """
         self._mover.wall(checked(index, len(self.scene.walls), "wall"), wall)
         self.scene = self._state.scene
