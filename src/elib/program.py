@@ -37,7 +37,7 @@ def run_file(
     arguments: Sequence[str] = (),
     *,
     has_driven: Callable[[], bool],
-    play: Callable[[Behaviour], object] = play,
+    play: Callable[[Behaviour, Sequence[str]], object] = lambda behaviour, _: play(behaviour),
 ) -> None:
     """Run a program as ``python PATH ARGUMENTS`` does. A file that only defines what drives a robot is run too.
 
@@ -45,7 +45,7 @@ def run_file(
         path: The file, or the folder of a package, which is run as ``python -m`` does.
         arguments: Its command line.
         has_driven: Return whether the program has opened a robot.
-        play: Run the behaviour that the file defines.
+        play: Run the behaviour that the file defines, with the command line.
 
     Raises:
         ArgumentError: The file defines several behaviours and runs none.
@@ -71,12 +71,14 @@ def run_file(
         sys.argv, sys.path[:], sys.modules["__main__"] = before
 
 
-def _run_defined(found: Mapping[str, object], arguments: Sequence[str], play: Callable[[Behaviour], object]) -> None:
+def _run_defined(
+    found: Mapping[str, object], arguments: Sequence[str], play: Callable[[Behaviour, Sequence[str]], object]
+) -> None:
     """Run the behaviour that a file defines, or else its ``async def main(robot)``."""
     own = [each for each in found.values() if isinstance(each, Behaviour) and each.function.__module__ == "__main__"]
     main = found.get("main")
     if len(own) == 1:
-        play(own[0])
+        play(own[0], arguments)
     elif own:
         names = ", ".join(each.name for each in own)
         raise ArgumentError(
@@ -108,8 +110,8 @@ def _add_suggestions(shown: TracebackException, error: BaseException) -> None:
 
 
 def is_own(error: BaseException) -> bool:
-    """Return whether a line of the program is in the traceback of *error*."""
-    return _keep_own_frames(TracebackException.from_exception(error, compact=True))
+    """Return whether *error* is one of the program: a line of it is in the traceback, or cannot be read."""
+    return isinstance(error, SyntaxError) or _keep_own_frames(TracebackException.from_exception(error, compact=True))
 
 
 def _keep_own_frames(shown: TracebackException) -> bool:

@@ -9,19 +9,77 @@ from pathlib import Path
 import pytest
 from elib_process import Told, elib, environment
 
+from elib.behaviours import behaviours
+from elib.cli import main
 from elib.cli.new import samples
 from shared import run
 
 FAST = "sim://arena?speed=max"
 
 
+PROGRAMS = ["avoid", "explore", "square"]
+FROM_BEHAVIOURS = [name for name in behaviours() if name not in PROGRAMS]
+QUICK = ("bull", "wall-following", "go-to-light", "port-turn-around", "aggregation")
+"""Behaviours of every style; the others go the same way."""
+
+
 def test_the_list_has_every_sample_with_what_it_does(printed: Told) -> None:
-    lines = printed("new", "--list").splitlines()
-    assert [line.split()[0] for line in lines] == list(samples()) == ["avoid", "explore", "square"]
+    lines = [line for line in printed("new", "--list").splitlines() if not line.startswith(" ")]
+    assert [line.split()[0] for line in lines] == list(samples()) == PROGRAMS + FROM_BEHAVIOURS
     assert "avoid what is near" in lines[0]
 
 
-@pytest.mark.parametrize("name", samples())
+def test_the_copy_of_a_behaviour_takes_its_options_and_shows_its_states_as_the_behaviour_does(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "bull", "my_bull.py"]) == 0
+    told = []
+    for words in (["bull", "--red", "0.9", "--seed", "3"], ["my_bull.py", "--", "--red", "0.9", "--seed", "3"]):
+        capsys.readouterr()
+        at = ["--robot", "sim://?speed=max", "--for", "20"]
+        assert main(["run", words[0], *at, *words[1:]]) == 0
+        told.append(capsys.readouterr())
+    assert told[0] == told[1]
+    assert "states      searching 13." in told[0].err
+    assert "charging" not in told[0].err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--nonsense"], "Unknown option: --nonsense"),
+        (["left"], "elib run bull.py -- takes no 'left'\nhint: elib run bull.py -- --help"),
+        (["--red", "7"], "red is 7; it must be a number from 0.01 to 0.9"),
+        (["--red"], "--red needs a value"),
+    ],
+)
+def test_a_wrong_option_of_a_copy_is_refused(
+    words: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "bull"]) == 0
+    assert main(["run", "bull.py", "--robot", "tcp://127.0.0.1:9", "--", *words]) == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=() if each in QUICK else pytest.mark.long) for each in FROM_BEHAVIOURS]
+)
+def test_the_copy_of_a_behaviour_runs_as_it_is(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", name, "mine.py"]) == 0
+    assert main(["run", "mine.py", "--robot", "sim://?speed=max", "--for", "1"]) == 0
+    assert "robot time" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
 def test_a_sample_runs_as_it_is_by_python_and_by_elib_run(name: str, tmp_path: Path) -> None:
     assert elib("new", name, "my_robot.py", cwd=tmp_path).stdout == "wrote my_robot.py; try: elib run my_robot.py\n"
     assert (tmp_path / "my_robot.py").read_text() == samples()[name]
@@ -47,6 +105,7 @@ def test_nothing_is_replaced(refused: Told, tmp_path: Path, monkeypatch: pytest.
     ("tokens", "message"),
     [
         (["avid"], "did you mean avoid?"),
+        (["bul"], "did you mean bull?"),
         ([], "elib new --list lists them"),
         (["avoid", "robot"], "it must end in .py\nhint: elib new avoid robot.py"),
         (["avoid", "nowhere/robot.py"], "does its folder exist?"),

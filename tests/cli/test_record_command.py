@@ -14,7 +14,7 @@ from elib_process import Told, started
 import elib
 from elib.behaviours import find
 from elib.cli import main
-from elib.cli.run import own_name
+from elib.cli.script import own_name
 from elib.recording import read_recording, summary_of
 from shared import PATIENCE, wait_until
 
@@ -38,7 +38,7 @@ def test_a_robot_is_recorded_while_its_sensors_are_read(tmp_path: Path, capsys: 
     out, err = capsys.readouterr()
     assert out == ""
     assert err.splitlines()[0] == "robot time  5.0 s"
-    assert re.search(r"^recording   \d+ messages, \d+ KB in ", err, re.MULTILINE)
+    assert re.search(r"^recording   \d+ messages, \d+ KB in\s", err, re.MULTILINE)
     summary = summary_of(read_recording(path))
     assert summary.is_complete
     assert summary.messages["/readings/proximity"] in (50, 51)
@@ -230,6 +230,7 @@ def test_each_robot_of_a_swarm_has_a_file_of_its_own_and_all_share_a_log(tmp_pat
     names = sorted(each.name for each in tmp_path.glob("*.mcap"))
     assert names == [f"run-epuck-{number}.mcap" for number in (1, 2, 3)]
     assert [read_recording(tmp_path / name).about["robot"] for name in names] == ["epuck-1", "epuck-2", "epuck-3"]
+    assert all(("state", "gathering") in notes(tmp_path / name) for name in names)
     rows = [line for line in (tmp_path / "run.log").read_text().splitlines() if not line.startswith("#")]
     assert {row.split()[1] for row in rows} == {
         "epuck-1",

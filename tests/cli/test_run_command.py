@@ -5,20 +5,21 @@ from __future__ import annotations
 import asyncio
 import re
 import signal
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 from elib_process import Told, started
 
-from elib.behaviours import behaviours
+from elib.behaviours import RunContext, behaviours
 from elib.cli import main
 from elib.cli.live import RunDisplay, Watcher, beside, period_of
-from elib.cli.report import RunReport
 from elib.cli.run import SAMPLES
 from elib.errors import ArgumentError, LinkLost
 from elib.robot.aio import Epuck
 from elib.runner import run_on
 from elib.testing import link_of
+from elib.view.drive import RobotReport
 
 FAST = "sim://?speed=max"
 
@@ -75,9 +76,9 @@ def test_a_wrong_call_is_told_so_before_anything_runs(refused: Told, tokens: lis
 def test_a_lost_robot_is_a_failure_that_is_summed_up_too(refused: Told, monkeypatch: pytest.MonkeyPatch) -> None:
     begin = RunDisplay.begin
 
-    def begin_and_cut(self: RunDisplay, report: RunReport) -> None:
-        begin(self, report)
-        link_of(report.robots[0].robot).cut_after(to_robot=200)
+    def begin_and_cut(self: RunDisplay, context: RunContext, robots: Sequence[RobotReport]) -> None:
+        begin(self, context, robots)
+        link_of(robots[0].robot).cut_after(to_robot=200)
 
     monkeypatch.setattr(RunDisplay, "begin", begin_and_cut)
     err = refused("run", "avoid", "--for", "60", "--robot", FAST, code=1)
@@ -94,12 +95,10 @@ def test_frames_of_the_live_line_follow_a_persons_time() -> None:
 def test_the_live_line_of_one_robot_shows_what_it_senses_and_how_its_wheels_turn(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    reports: list[RunReport] = []
+    shown: list[object] = []
     lines: list[str] = []
-    monkeypatch.setattr(RunDisplay, "begin", lambda self, report: reports.append(report))
-    monkeypatch.setattr(
-        RunDisplay, "end", lambda self: lines.append("".join(text for text, _ in self._parts(*reports)))
-    )
+    monkeypatch.setattr(RunDisplay, "begin", lambda self, *run: shown.extend(run))
+    monkeypatch.setattr(RunDisplay, "end", lambda self: lines.append("".join(text for text, _ in self._parts(*shown))))
     assert main(["run", "avoid", "--for", "2", "--robot", FAST]) == 0
     assert re.fullmatch(r" +2\.\d s  .* m   left \S+ right   wheels [+-]\d\.\d\d [+-]\d\.\d\d rev/s", "".join(lines)), (
         lines

@@ -39,6 +39,10 @@ def test_a_label_longer_than_half_the_width_gets_a_line_of_its_own() -> None:
     assert table([("a", "x"), ("much-too-long", "y")], width=20) == "  a  x\n  much-too-long\n     y"
 
 
+def test_a_path_that_is_longer_than_a_line_stays_whole_to_be_copied() -> None:
+    assert table([("plot", "in /tmp/a-long-folder/a.png")], width=16) == "  plot  in\n        /tmp/a-long-folder/a.png"
+
+
 def test_json_is_one_line_of_records_and_numbers_that_json_has(capsys: pytest.CaptureFixture[str]) -> None:
     found = Found("sim://", "simulation", "caf\u00e9")
     print_json({"found": (found,), "rate": math.nan, "path": Path("a")})

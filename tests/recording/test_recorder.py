@@ -273,14 +273,6 @@ def test_the_blocking_begin_and_callback_styles_are_recorded_too(path: Path) -> 
     assert of_topic(path, "/notes")[0]["message"] == "from the program's thread"
 
 
-def test_outside_the_event_loop_a_recorder_needs_a_clock(path: Path) -> None:
-    with elib.connect(SIM) as robot:
-        recorder = Recorder(robot.robot, path, clock=lambda: robot.time)
-        robot.proximity()
-        recorder.close()
-    assert len(of_topic(path, "/outcomes")) == 1
-
-
 # -- the beginning and the end ---------------------------------------------------------------------------------------
 
 

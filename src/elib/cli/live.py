@@ -10,6 +10,7 @@ import select
 import sys
 import threading
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from elib.body import STEPS_PER_REVOLUTION
@@ -22,8 +23,8 @@ from elib.session.statistics import LinkStats
 from elib.timebase import LoopMaker, LoopSpeed, Paced
 
 if TYPE_CHECKING:
-    from elib.behaviours._run.context import RunMessage, StateChanged
-    from elib.cli.report import RunReport
+    from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
+    from elib.view.drive import RobotReport
 
 FRAME = 0.1
 """s of real time between two frames of the live line."""
@@ -162,25 +163,24 @@ class RunDisplay:
 
     Args:
         name: Name of the behaviour.
-        url: URL of its robot.
     """
 
-    def __init__(self, name: str, url: str) -> None:
+    def __init__(self, name: str) -> None:
         self._name = name
-        self._url = url
         self._line = LiveLine()
         self._is_over = threading.Event()
         self._drawing = threading.Lock()
 
-    def begin(self, report: RunReport) -> None:
-        """Show from now on what the report has of the robots."""
-        context = report.context
+    def begin(self, context: RunContext, robots: Sequence[RobotReport]) -> None:
+        """Show from now on the run and what its robots do."""
         context.listeners.append(self._print_said)
         if self._line.is_shown:
-            robots = [each.robot for each in report.robots]
-            whom = f"{robots[0].name} ({robots[0].firmware})" if len(robots) == 1 else self._url
-            say(f"{self._name} on {whom}; Enter or Ctrl-C ends it")
-            threading.Thread(target=self._draw, args=(report,), name="elib live line", daemon=True).start()
+            whom = f"{len(robots)} robots"
+            if len(robots) == 1:
+                whom = f"{robots[0].robot.name} ({robots[0].robot.firmware})"
+            say(f"{self._name}{f' on {whom}' if robots else ''}; Enter or Ctrl-C ends it")
+            drawing = partial(self._draw, context, robots)
+            threading.Thread(target=drawing, name="elib live line", daemon=True).start()
         ENTER.calls(lambda: context.finish("enter"))
 
     def end(self) -> None:
@@ -197,19 +197,18 @@ class RunDisplay:
                 self._line.clear()
                 say(event.text)
 
-    def _draw(self, report: RunReport) -> None:
+    def _draw(self, context: RunContext, robots: Sequence[RobotReport]) -> None:
         while not self._is_over.wait(FRAME):
             with self._drawing:
                 if not self._is_over.is_set():
-                    self._line.show(self._parts(report))
+                    self._line.show(self._parts(context, robots))
 
-    def _parts(self, report: RunReport) -> list[tuple[str, str]]:
-        parts = [(f"{report.context.time:6.1f} s  ", BOLD)]
-        if report.context.current_state:
-            parts.append((f"{report.context.current_state:<12} ", YELLOW))
-        robots = report.robots
+    def _parts(self, context: RunContext, robots: Sequence[RobotReport]) -> list[tuple[str, str]]:
+        parts = [(f"{context.time:6.1f} s  ", BOLD)]
+        if context.current_state:
+            parts.append((f"{context.current_state:<12} ", YELLOW))
         if robots:
-            parts.append((f"{report.distance:6.2f} m   ", BOLD))
+            parts.append((f"{math.fsum(each.distance for each in robots):6.2f} m   ", BOLD))
         if len(robots) == 1:
             near = robots[0].readings.get("proximity")
             parts += sensor_parts(near[-1][1] if near else (), robots[0].wheels)

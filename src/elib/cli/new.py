@@ -1,14 +1,16 @@
-"""``elib new``: copy a sample program to start from."""
+"""``elib new``: copy a sample to start from."""
 
 from __future__ import annotations
 
 import ast
+import inspect
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.behaviours import behaviours
 from elib.cli.terminal import table
 from elib.errors import ArgumentError
 from elib.fields import nearest
@@ -20,9 +22,10 @@ Listed = Annotated[bool, Cli(name="--list", help="List the samples.")]
 
 
 def new(sample: Sample = None, file: Target = None, /, *, listed: Listed = False) -> None:
-    """Copy a sample program, to start your own from. It never replaces a file.
+    """Copy a sample, to start your own program from. It never replaces a file.
 
-    The copy runs as it is, by `python my_robot.py` and by `elib run my_robot.py`.
+    The samples are a few short programs, and the behaviours that `elib run --list` lists. `elib run my_robot.py` runs
+    the copy as it is; `python my_robot.py` runs the copy of a program.
     """
     there = samples()
     if sample is None:
@@ -30,21 +33,28 @@ def new(sample: Sample = None, file: Target = None, /, *, listed: Listed = False
             raise ArgumentError("elib new needs the name of a sample", hint="elib new --list lists them")
         print(table([(name, _summary(text)) for name, text in there.items()], indent=0))
         return
-    if sample not in there:
-        raise ArgumentError(f"there is no sample {sample!r}", hint=nearest(sample, tuple(there)))
-    path = Path(f"{sample}.py") if file is None else file
+    name = sample.lower().replace("_", "-")
+    if name not in there:
+        raise ArgumentError(f"there is no sample {sample!r}", hint=nearest(name, tuple(there)))
+    path = Path(f"{name.replace('-', '_')}.py") if file is None else file
     if path.suffix != ".py":
         raise ArgumentError(f"the file is {str(path)!r}; it must end in .py", hint=f"elib new {sample} {path}.py")
-    create_file(path, there[sample].encode())
+    create_file(path, there[name].encode())
     print(f"wrote {path}; try: elib run {path}")
 
 
 def samples() -> dict[str, str]:
-    """Return the text of each sample by its name, in alphabetical order."""
-    found = [each for each in files("elib.samples").iterdir() if each.name.endswith(".py") and each.name[0] != "_"]
-    return {
-        each.name.removesuffix(".py"): each.read_text("utf-8") for each in sorted(found, key=lambda each: each.name)
+    """Return the text of each sample by its name: the programs first, then the behaviours, each in alphabetical order.
+
+    A behaviour whose name a program has is left out: the program is its shorter form.
+    """
+    programs = [each for each in files("elib.samples").iterdir() if each.name.endswith(".py") and each.name[0] != "_"]
+    texts = {
+        each.name.removesuffix(".py"): each.read_text("utf-8") for each in sorted(programs, key=lambda each: each.name)
     }
+    for name, behaviour in behaviours().items():
+        texts.setdefault(name, Path(inspect.getfile(behaviour.function)).read_text("utf-8"))
+    return texts
 
 
 def _summary(text: str) -> str:

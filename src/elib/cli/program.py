@@ -92,15 +92,36 @@ def execute(tokens: Sequence[str]) -> None:
         hint = f"{_called(error)} --help"
         if tokens[0] == "run" and any(map(is_program, tokens)):
             hint += "; what belongs to the program stands after --"
-        raise ArgumentError(_sentence(error), hint=hint) from None
+        raise ArgumentError(_sentence(error, _called(error)), hint=hint) from None
     command(*bound.args, **bound.kwargs)
 
 
-def build(tokens: Sequence[str]) -> App:
-    """Return the parser; a command's module is imported when *tokens* name it."""
+def execute_own(called: str, function: Callable[..., object], tokens: Sequence[str], *, page: str) -> None:
+    """Call a function with the options of a command line that is not that of elib, or show its page.
+
+    Args:
+        called: What stands before this command line, for messages and the page.
+        function: Its parameters are the options.
+        tokens: The command line.
+        page: What the page says about it.
+
+    Raises:
+        ArgumentError: The command line cannot be understood.
+    """
+    app = _app(called, page, tokens)
+    app.version_flags = ()
+    app.default(function)
+    try:
+        command, bound, _ = app.parse_args(list(tokens))
+    except CycloptsError as error:
+        raise ArgumentError(_sentence(error, called), hint=f"{called} --help") from None
+    command(*bound.args, **bound.kwargs)
+
+
+def _app(name: str, page: str, tokens: Sequence[str]) -> App:
     app = App(
-        name="elib",
-        help=DESCRIPTION,
+        name=name,
+        help=page,
         version=f"elib {__version__}",
         help_format="plaintext",
         default_parameter=Cli(negative="", show_default=_default),
@@ -108,6 +129,12 @@ def build(tokens: Sequence[str]) -> App:
         exit_on_error=False,
     )
     app.help_formatter = Pages(app, tokens)
+    return app
+
+
+def build(tokens: Sequence[str]) -> App:
+    """Return the parser; a command's module is imported when *tokens* name it."""
+    app = _app("elib", DESCRIPTION, tokens)
     for order, (name, summary) in enumerate(COMMANDS.items()):
         # A help text given here replaces the docstring on the command's own page.
         shown = None if name in tokens else summary
@@ -258,12 +285,12 @@ def _called(error: CycloptsError) -> str:
     return " ".join(["elib", *(error.command_chain or ())])
 
 
-def _sentence(error: CycloptsError) -> str:
+def _sentence(error: CycloptsError, called: str) -> str:
     if isinstance(error, MissingArgumentError) and error.argument is not None:
         about = error.argument.parameter.help
         if error.keyword is not None:
-            return f"{_called(error)}: {error.keyword} needs a value" + (f". {about}" if about else "")
-        return f"{_called(error)} needs {error.argument.name}" + (f": {about}" if about else "")
+            return f"{called}: {error.keyword} needs a value" + (f". {about}" if about else "")
+        return f"{called} needs {error.argument.name}" + (f": {about}" if about else "")
     if isinstance(error, UnusedCliTokensError):
-        return f"{_called(error)} takes no {' '.join(map(repr, error.unused_tokens or ()))}"
+        return f"{called} takes no {' '.join(map(repr, error.unused_tokens or ()))}"
     return str(error).rstrip(".")

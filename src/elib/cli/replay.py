@@ -133,9 +133,9 @@ def fork(
     check_duration(seconds)
     url = f"replay://{quote(os.fspath(Path(file)))}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
     if behaviour is not None:
-        from elib.cli.run import run  # it knows all behaviours, and playing needs none
+        from elib.cli.script import play_behaviour  # playing a recording needs none
 
-        run(find(behaviour), robot=url, seconds=GO_ON if seconds is None else seconds, plot=plot)
+        play_behaviour(find(behaviour), robot=url, seconds=GO_ON if seconds is None else seconds, plot=plot)
         return
     if plot is not None:
         raise ArgumentError("--plot with --fork-at needs --behaviour", hint="elib replay FILE --plot PICTURE")

@@ -1,15 +1,12 @@
-"""Reports of a run, from the traces of the robots' links: for the summary and the plot of ``elib run``."""
+"""The summary of ``elib run``: what the robots of a run did, as rows of text."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from elib.behaviours import RunResult
-from elib.behaviours._run.context import RunContext
-from elib.robot.aio import Epuck
-from elib.session.statistics import LinkStats, merged
-from elib.view.drive import RobotReport, draw_drive
+from elib.session.statistics import LinkStats
+from elib.view.drive import RobotReport
 
 ENDINGS = {
     "done": "ended by itself",
@@ -20,58 +17,27 @@ ENDINGS = {
 }
 
 
-class RunReport:
-    """The report of what all robots of a run did.
+def time_in_states(states: Sequence[tuple[float, str]], end: float) -> dict[str, tuple[float, int]]:
+    """Return each state's time, s, and how often it was entered, by its name, in the order of first entry.
 
     Args:
-        context: The run.
-        robots: The robots that take part, open.
+        states: When each was entered, s, and its name.
+        end: When the last one ended, s.
     """
+    spans: dict[str, tuple[float, int]] = {}
+    for (since, name), (until, _) in zip(states, [*states, (end, "")][1:], strict=True):
+        seconds, count = spans.get(name, (0.0, 0))
+        spans[name] = seconds + until - since, count + 1
+    return spans
 
-    def __init__(self, context: RunContext, robots: tuple[Epuck, ...]) -> None:
-        self.context = context
-        self.robots = [RobotReport(robot, context.began) for robot in robots]
 
-    @property
-    def distance(self) -> float:
-        """How far the robots went, all together, m; nan without a robot."""
-        return math.fsum(robot.distance for robot in self.robots) if self.robots else math.nan
-
-    def time_in_states(self) -> list[tuple[str, float, int]]:
-        """Return each state's name, the time in it, s, and how often it was entered, in the order of first entry."""
-        states = self.context.states
-        if not states:
-            return []
-        spans: dict[str, tuple[float, int]] = {}
-        for (since, name), (until, _) in zip(states, [*states[1:], (self.context.time, "")], strict=True):
-            seconds, count = spans.get(name, (0.0, 0))
-            spans[name] = seconds + until - since, count + 1
-        return [(name, seconds, count) for name, (seconds, count) in spans.items()]
-
-    def rows(self, outcome: RunResult | None) -> list[tuple[str, str]]:
-        """Return the summary as label and text; *outcome* is None if an error ended the run."""
-        reason = self.context.reason if outcome is None else outcome.reason
-        duration = self.context.time if outcome is None else outcome.duration
-        rows = [("robot time", f"{duration:.1f} s, {ENDINGS.get(reason, reason)}")]
-        rows += drive_rows(self.robots)
-        spans = [
-            f"{name} {seconds:.1f} s" + (f" in {count} times" if count > 1 else "")
-            for name, seconds, count in self.time_in_states()
-        ]
-        if spans:
-            rows.append(("states", ", ".join(spans)))
-        if self.robots:
-            rows += link_rows(merged([each.robot.statistics for each in self.robots]))
-        return rows
-
-    def draw(self, path: str, title: str) -> None:
-        """Draw paths, states, and the speeds and readings of the first robot.
-
-        Raises:
-            ArgumentError: The file cannot be created.
-            ElibError: The file cannot be written.
-        """
-        draw_drive(path, title, self.robots, seconds=self.context.time, states=self.context.states)
+def state_rows(spans: Mapping[str, tuple[float, int]]) -> list[tuple[str, str]]:
+    """Return the times in states as label and text; nothing without a state."""
+    told = [
+        f"{name} {seconds:.1f} s" + (f" in {count} times" if count > 1 else "")
+        for name, (seconds, count) in spans.items()
+    ]
+    return [("states", ", ".join(told))] if told else []
 
 
 def drive_rows(robots: Sequence[RobotReport]) -> list[tuple[str, str]]:

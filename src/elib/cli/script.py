@@ -1,4 +1,4 @@
-"""``elib run FILE``: run a program of yours, or the best controller of a study, on the robot that you name.
+"""``elib run``: run a program of yours, a behaviour, or the best controller of a study, on the robot that you name.
 
 It keeps, draws and sums up what the robot did.
 """
@@ -12,7 +12,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from difflib import get_close_matches
@@ -20,14 +20,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from elib.behaviours import Behaviour, RunContext, RunMessage, behaviours, play
+from elib.behaviours import Behaviour, BehaviourStyle, RunContext, RunMessage, StateChanged, behaviours, play
+from elib.behaviours._run.context import DEFAULT_SEED
 from elib.cli.arguments import check_duration
-from elib.cli.program import is_package
+from elib.cli.behaviouroptions import with_options
+from elib.cli.live import RunDisplay
+from elib.cli.program import execute_own, is_package
 from elib.cli.readings import print_json
-from elib.cli.report import ENDINGS, drive_rows, link_rows
+from elib.cli.report import ENDINGS, drive_rows, link_rows, state_rows, time_in_states
 from elib.cli.terminal import say, table
 from elib.errors import ArgumentError, ElibError
-from elib.exits import DONE, FAILED, INTERRUPTED, complain
+from elib.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE
 from elib.extras import check_web
 from elib.program import is_own, loops_at, own_traceback, run_file
 from elib.recording.log import Log
@@ -50,9 +53,54 @@ LINK_FIGURES = ("count", "lost", "refused", "unsent", "median", "p99", "resyncs"
 """What the summary says of a link: fields of its LinkStats."""
 
 
-def run_program(
-    file: str,
-    arguments: Sequence[str] = (),
+def run_program(file: str, arguments: Sequence[str] = (), *, robots: Sequence[str] = (), **how: Any) -> None:
+    """Run a program, or the best controller of a study, and print a summary.
+
+    Args:
+        file: Path of the program, or of a champion: ``best.toml``.
+        arguments: Its command line, which are the options of a behaviour if the file only defines one; a champion has
+            none.
+        robots: URLs of the robots that take the place of its own; empty leaves them.
+        how: The rest of what :func:`run` takes.
+
+    Raises:
+        As :func:`run` does.
+    """
+    path = find_program(file)
+    if path.suffix != ".toml":
+        run(str(path), lambda it: it.execute(path, arguments), robots=robots, **how)
+        return
+    with _champion(path, arguments, is_named=bool(robots)) as champion:
+        run(str(path), lambda it: it.play(champion), robots=robots, **how)
+
+
+def play_behaviour(
+    behaviour: Behaviour,
+    *,
+    robot: str | None = None,
+    options: Mapping[str, object] | None = None,
+    seed: int = DEFAULT_SEED,
+    **how: Any,
+) -> None:
+    """Run a behaviour that comes with elib, and print a summary.
+
+    Args:
+        behaviour: The behaviour.
+        robot: URL of its robot; a virtual one in its own world unless given.
+        options: Values for its options.
+        seed: Seed of its random numbers.
+        how: The rest of what :func:`run` takes.
+
+    Raises:
+        As :func:`run` does.
+    """
+    play = partial(ProgramRun.play, behaviour=behaviour, options=options, seed=seed)
+    run(behaviour.name, play, robots=[robot or behaviour.url], **how)
+
+
+def run(
+    name: str,
+    work: Callable[[ProgramRun], object],
     *,
     robots: Sequence[str] = (),
     seconds: float | None = None,
@@ -60,64 +108,65 @@ def run_program(
     plot: str | None = None,
     records: Records = NOTHING,
     json: bool = False,
-) -> int:
-    """Run a program and print a summary; return the exit code.
+) -> None:
+    """Run what drives robots, stop them at its end, and print a summary.
 
     Args:
-        file: Path of the program, or of a champion: ``best.toml``.
-        arguments: Its command line; a champion has none.
+        name: Name of what runs.
+        work: Runs it.
         robots: URLs of the robots that take the place of its own; empty leaves them.
         seconds: Robot time after which it ends as by Ctrl-C; None for no limit.
         view: Show the worlds of virtual robots live in the browser.
         plot: File for the plot, or None.
-        records: Log and recording. Each robot after the first has a recording of its own.
+        records: Log and recording. Each robot has a recording of its own: FILE, FILE-2 and so on, in the order in
+            which they were opened; those of a swarm behaviour are called by the robots' names.
         json: Print the summary as JSON on stdout, and what the program prints on stderr.
 
     Raises:
-        ArgumentError: The command line is wrong; the program did not run.
-        Unsupported: What the plot, the recording or the view needs is not installed; the program did not run.
-        ElibError: The plot, the log or the recording could not be written.
+        ArgumentError: The command line is wrong; nothing ran.
+        Unsupported: What the plot, the recording or the view needs is not installed; nothing ran.
+        ElibError: A robot failed; or the plot, the log or the recording could not be written.
+        SystemExit: The program ended with another exit code than 0.
     """
-    path = find_program(file)
     check_duration(seconds)
     records.check()
     if plot is not None:
         check_report(plot)
     if view:
         check_web()
-    run = ProgramRun(records, seconds)
+    it = ProgramRun(name, records, seconds)
     with contextlib.ExitStack() as stack:
-        if path.suffix == ".toml":
-            champion = stack.enter_context(_champion(path, arguments, is_named=bool(robots)))
-            work = partial(run.drive, champion)
-        else:
-            work = partial(run.execute, path, arguments)
         if view:
             stack.enter_context(viewed())
         if robots:
             stack.enter_context(substituted(robots, source="elib run --robot"))
             stack.enter_context(loops_at(speed_of(choose_robots(())[0])))
-        stack.enter_context(on_open(run.begin))
+        stack.enter_context(on_open(it.begin))
         if json:
             stack.enter_context(contextlib.redirect_stdout(sys.stderr))
-        code = run.end_with(work)
-    unwritten = run.finish()
-    if plot is not None and run.robots:
+        code = it.end_with(lambda: work(it))
+    if isinstance(it.error, ArgumentError) and not it.robots:
+        raise it.error
+    unwritten = it.finish()
+    if plot is not None and it.robots:
         try:
-            draw_drive(plot, path.name, run.robots, seconds=run.time)
+            it.draw(plot)
         except ElibError as error:  # the summary comes first
             unwritten = unwritten or error
-    run.exit_code = code if unwritten is None else FAILED
+    it.exit_code = code if unwritten is None else FAILED
     if json:
-        print_json(run.to_json(path, code, plot))
+        print_json(it.to_json(code, plot))
     else:
-        rows = run.rows()
+        rows = it.rows()
         if plot is not None:
-            rows.append(("plot", plot if run.robots else "none: no robot was opened"))
+            rows.append(("plot", plot if it.robots else "none: no robot was opened"))
         say(table(rows, indent=0))
+    if it.error is not None:
+        raise it.error
     if unwritten is not None:
         raise unwritten
-    return code
+    if code:
+        raise SystemExit(code)
 
 
 def find_program(name: str) -> Path:
@@ -178,43 +227,57 @@ def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> Abstra
 
 
 class ProgramRun:
-    """One run of a program: the robots that it opens, and how it ends.
+    """One run of what drives robots: the robots that it opens, and how it ends.
 
     Args:
+        name: Name of what runs.
         records: Log and recording.
         seconds: Robot time after which it ends, or None.
 
     Attributes:
         robots: What each robot did, in the order of opening; a robot that was opened twice is there twice.
         seconds: As given.
-        reason: Why it ended, as in the summary of a behaviour.
+        reason: Why it ended: a key of ENDINGS.
+        error: The error that ended it, if none of the program's own lines is in its traceback; None before.
         exit_code: The exit code of the process.
     """
 
-    def __init__(self, records: Records, seconds: float | None) -> None:
+    def __init__(self, name: str, records: Records, seconds: float | None) -> None:
+        self.name = name
         self.robots: list[RobotReport] = []
         self.seconds = seconds
         self.reason = "done"
+        self.error: BaseException | None = None
         self.exit_code = DONE
         self._records = records
         self._files: list[Log | Recorder] = []
         self._statistics: list[LinkStats] = []
         self._opened: list[float] = []
+        self._context: RunContext | None = None
+        self._context_began = 0.0
+        self._duration: float | None = None
+        self._is_swarm = False
         self._is_limited = False
         self._has_ended = threading.Event()
 
     @property
     def time(self) -> float:
-        """Robot time from the opening of the first robot to the end of the last one, s."""
+        """Robot time that the behaviour took, or from the opening of the first robot to the end of the last one, s."""
+        if self._duration is not None:
+            return self._duration
         return max((robot.time for robot in self.robots), default=0.0)
+
+    @property
+    def states(self) -> list[tuple[float, str]]:
+        """When each state of a behaviour was entered, s since it began, and its name."""
+        return [] if self._context is None else list(self._context.states)
 
     def begin(self, robot: Epuck) -> list[Record]:
         """Follow a robot that was opened just now; a hook of :func:`on_open`."""
-        number = len(self.robots) + 1
+        word = robot.name if self._is_swarm else str(len(self.robots) + 1) if self.robots else ""
         record = self._records.record
-        if record is not None and number > 1:
-            path = Path(record)
-            record = str(path.with_name(f"{path.stem}-{number}{path.suffix}"))
+        if record is not None and word:
+            record = str(own_name(Path(record), word))
         records = replace(self._records, record=record)
         records.check()
         self._files += records.begin(robot)
@@ -227,8 +290,8 @@ class ProgramRun:
             asyncio.get_running_loop().call_later(max(0.0, self.seconds - offset), self._expire)
         return [report]
 
-    def end_with(self, work: Callable[[], None]) -> int:
-        """Do the work of the program and stop its robots; return its exit code. Its errors are printed."""
+    def end_with(self, work: Callable[[], object]) -> int:
+        """Do the work of the program and stop its robots; return its exit code. Errors of its own are printed."""
         code = DONE
         with _interruptible():
             try:
@@ -245,26 +308,56 @@ class ProgramRun:
                 code, self.reason = INTERRUPTED, "interrupt"
             except BaseException as error:
                 code, self.reason = FAILED, "error"
-                if isinstance(error, ElibError) and not is_own(error):
-                    code = complain(error)
-                else:
+                if is_own(error):
                     say(own_traceback(error))
+                else:
+                    self.error = error
+                    code = WRONG_USAGE if isinstance(error, ArgumentError) else FAILED
             self._has_ended.set()
         if self._is_limited and self.reason == "interrupt":
             code, self.reason = DONE, "time"
         return code
 
     def execute(self, path: Path, arguments: Sequence[str]) -> None:
-        """Run the program."""
-        run_file(path, arguments, has_driven=lambda: bool(self.robots), play=self._play)
+        """Run a program, or the behaviour that it only defines, whose options are then its command line."""
 
-    def drive(self, champion: Behaviour) -> None:
-        """Run the best controller of a study, and print what it tells the user."""
+        def play_own(behaviour: Behaviour, options: Sequence[str]) -> None:
+            execute_own(f"elib run {path} --", with_options(behaviour, self.play), options, page=behaviour.doc)
 
-        def listen(context: RunContext, robots: tuple[Epuck, ...]) -> None:
-            context.listeners.append(lambda event: say(event.text) if isinstance(event, RunMessage) else None)
+        run_file(path, arguments, has_driven=lambda: bool(self.robots), play=play_own)
 
-        self._play(champion, watch=listen, watchdog=is_supported())
+    def play(self, behaviour: Behaviour, **how: Any) -> None:
+        """Play a behaviour, show what it does and tells, and keep its states.
+
+        Args:
+            behaviour: The behaviour.
+            how: Its options and its seed, as :func:`elib.play` takes them.
+
+        Raises:
+            ArgumentError: An option is wrong, or there are no calls to keep; nothing was opened.
+            ElibError: As :func:`elib.play` does.
+        """
+        if behaviour.style is BehaviourStyle.BYTES and (self._records.log or self._records.record):
+            raise ArgumentError(
+                f"{behaviour.name} writes bytes to the line itself: there are no calls to log or record",
+                hint="elib run --list lists the other behaviours",
+            )
+        self._is_swarm = behaviour.style is BehaviourStyle.SWARM  # its robots are opened in any order
+        seconds, self.seconds = self.seconds, None  # a behaviour ends by itself when its time is over
+        display = RunDisplay(behaviour.name)
+
+        def begin(context: RunContext, robots: tuple[Epuck, ...]) -> None:
+            self._context, self._context_began = context, self.time
+            context.listeners.append(self._note)
+            display.begin(context, self.robots)
+
+        try:
+            outcome = play(behaviour, seconds=seconds, watch=begin, watchdog=is_supported(), **how)
+            self.reason, self._duration = outcome.reason, outcome.duration
+        finally:
+            display.end()
+            if self._context is not None and self._duration is None:
+                self._duration = self._context.time
 
     def finish(self) -> ElibError | None:
         """Finish the files, and return the error of the first that could not be written."""
@@ -279,28 +372,45 @@ class ProgramRun:
         self._statistics = [robot.robot.statistics for robot in self.robots]
         return failure
 
+    def draw(self, plot: str) -> None:
+        """Draw what the robots did.
+
+        Raises:
+            ArgumentError: The file cannot be created.
+            ElibError: The file cannot be written.
+        """
+        began = self._context_began
+        states = [(began + since, name) for since, name in self.states]
+        draw_drive(plot, Path(self.name).name, self.robots, seconds=began + self.time, states=states)
+
     def rows(self) -> list[tuple[str, str]]:
         """Return the summary as label and text."""
-        if not self.robots:
+        if not self.robots and self._context is None:
             return [("robots", "none was opened")]
         rows = [("robot time", f"{self.time:.1f} s, {ENDINGS.get(self.reason, self.reason)}")]
         if len(self.robots) > 1:
             rows.append(("robots", f"{len(self.robots)} opened"))
         rows += drive_rows(self.robots)
-        rows += link_rows(merged(self._statistics))
+        rows += state_rows(time_in_states(self.states, self.time))
+        if self._statistics:
+            rows += link_rows(merged(self._statistics))
         if self._records.log is not None:
             rows.append(("log", self._records.log))
-        rows += [("recording", str(each.path)) for each in self._files if isinstance(each, Recorder)]
+        rows += [("recording", _told(each)) for each in self._files if isinstance(each, Recorder)]
         return rows
 
-    def to_json(self, path: Path, code: int, plot: str | None) -> dict[str, object]:
+    def to_json(self, code: int, plot: str | None) -> dict[str, object]:
         """Return the summary for other programs."""
         return {
-            "program": str(path),
+            "program": self.name,
             "outcome": self.reason,
             "exit_code": code,
             "seconds": self.time,
             "distance": math.fsum(robot.distance for robot in self.robots),
+            "states": {
+                name: {"seconds": seconds, "entered": count}
+                for name, (seconds, count) in time_in_states(self.states, self.time).items()
+            },
             "robots": [
                 {
                     "name": each.robot.name,
@@ -321,9 +431,15 @@ class ProgramRun:
             "plot": plot if self.robots else None,
         }
 
-    def _play(self, behaviour: Behaviour, **more: Any) -> None:
-        seconds, self.seconds = self.seconds, None  # a behaviour ends by itself when its time is over
-        self.reason = play(behaviour, seconds=seconds, **more).reason
+    def _note(self, event: StateChanged | RunMessage) -> None:
+        """Write a state or a line into every recording, in the thread where it happens."""
+        with contextlib.suppress(ElibError):  # closed, or its disk is full: the behaviour goes on
+            for each in self._files:
+                if isinstance(each, Recorder):
+                    if isinstance(event, StateChanged):
+                        each.note(event.state, kind="state")
+                    else:
+                        each.note(event.text)
 
     def _expire(self) -> None:
         """End the program because its time is over, as Ctrl-C does."""
@@ -373,6 +489,18 @@ def _interrupt_main_thread() -> None:
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
     else:
         signal.raise_signal(signal.SIGINT)
+
+
+def own_name(path: Path, word: str) -> Path:
+    """Return the file of one robot of several: ``run-WORD.mcap``."""
+    word = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in word)
+    return path.with_name(f"{path.stem}-{word}{path.suffix}")
+
+
+def _told(recorder: Recorder) -> str:
+    """Return what a recording holds, and where."""
+    state = "" if recorder.is_whole else "not whole: "
+    return f"{state}{recorder.messages} messages, {recorder.size / 1000:.0f} KB in {recorder.path}"
 
 
 def _code_of(ending: SystemExit) -> int:

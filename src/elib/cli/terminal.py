@@ -62,7 +62,8 @@ def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None
         if len(label) > longest:
             lines.append(first)
             first = ""
-        wrapped = textwrap.wrap(text, width - len(margin), break_on_hyphens=False) or [""]
+        # A path or a URL stays whole, so that it can be copied.
+        wrapped = textwrap.wrap(text, width - len(margin), break_on_hyphens=False, break_long_words=False) or [""]
         lines.append(f"{first:<{len(margin)}}{wrapped[0]}".rstrip())
         lines.extend(margin + line for line in wrapped[1:])
     return "\n".join(lines)

@@ -63,7 +63,6 @@ class Tap:
         put: Called with a time, s on the robot's clock, and an event: first by the caller, then in the event loop.
         began: The time of the beginning.
         on_ending: Called when the robot's link has ended for good.
-        is_in_loop: Whether the caller is in the robot's event loop; otherwise the world is not observed at once.
     """
 
     def __init__(
@@ -72,8 +71,6 @@ class Tap:
         put: Callable[[tuple[float, Event]], object],
         began: float,
         on_ending: Callable[[], object],
-        *,
-        is_in_loop: bool = True,
     ) -> None:
         self._robot, self._put, self._on_ending = robot, put, on_ending
         self._channel = robot.session
@@ -84,8 +81,7 @@ class Tap:
         self._is_in_world = isinstance(transport, Observable) and "world" in transport.describe()
         put((began, SessionOpened(self._channel.opening)))
         self._locate(began, replace(self._pose, time=began))
-        if is_in_loop:  # from outside the event loop the world may be moving just now
-            self._observe(began)
+        self._observe(began)
         self._channel.hooks.append(self._see)
 
     def leave(self) -> None:
@@ -134,8 +130,6 @@ class Recorder:
         part_bytes: Size after which the next part begins, bytes, 10 000 at least; None for one file.
         part_seconds: Robot time after which the next part begins, s, 1 at least; None for one file.
         keep: Number of newest parts that are kept, 2 at least; None for all.
-        clock: Returns the robot's time, s. It is given only by callers outside the robot's event loop; the simulated
-            world is not observed at once then.
 
     Attributes:
         path: Path of the first part.
@@ -154,7 +148,6 @@ class Recorder:
         part_bytes: int | None = None,
         part_seconds: float | None = None,
         keep: int | None = None,
-        clock: Callable[[], float] | None = None,
     ) -> None:
         check_new(path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
         self.path = Path(path)
@@ -171,7 +164,7 @@ class Recorder:
             gathered=GATHERED,
         )
         self._put = self._work.put
-        self._tap = Tap(robot, self._put, began, self._end, is_in_loop=clock is None)
+        self._tap = Tap(robot, self._put, began, self._end)
 
     @property
     def is_closed(self) -> bool:

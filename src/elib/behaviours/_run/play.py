@@ -20,8 +20,8 @@ from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
 from elib.robot.substitute import choose_robot, choose_robots
 from elib.session.statistics import LinkStats, merged
-from elib.swarms.swarm import Swarm, swarm
-from elib.transport import Transport, open_transport, speed_of
+from elib.swarms.swarm import Swarm
+from elib.transport import Transport, open_transport, parse_url, speed_of
 
 log = logging.getLogger("elib")
 
@@ -92,9 +92,9 @@ def play(
     urls = choose_robots([url] if url else [], [what.url]) if is_swarm else [choose_robot(url, what.url)]
     urls = [what.resolve_url(each) for each in urls]
     url = urls[0]
+    settings = LinkSettings(policy=Policy() if what.reconnects else None, watchdog=watchdog)
 
     def one_robot() -> Epuck:
-        settings = LinkSettings(policy=Policy() if what.reconnects else None, watchdog=watchdog)
         return Epuck(Link(url, settings=settings))
 
     def context(clock: Callable[[], float], robots: tuple[Epuck, ...]) -> RunContext:
@@ -112,7 +112,7 @@ def play(
         clock = asyncio.get_running_loop().time
         match what.style:
             case BehaviourStyle.SWARM:
-                async with swarm(urls, reconnecting=what.reconnects, watchdog=watchdog) as robots:
+                async with Swarm(tuple(map(parse_url, urls)), None, settings) as robots:  # swarm() would choose again
                     return await run_behaviour(what, robots, run=context(clock, tuple(robots)), options=options)
             case BehaviourStyle.BYTES:
                 transport = await open_transport(url)
