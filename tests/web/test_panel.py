@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 import pytest_asyncio
 
-from elib.errors import ArgumentError, LinkClosed
+from elib.errors import ArgumentError, LinkClosed, RobotSilent
+from elib.recording import read_recording
 from elib.timebase import SimulatedLoop
+from elib.web import lifecycle
 from elib.web.panel import LONGEST_NAME, LONGEST_URL, MOST_ROBOTS, Panel
 from elib.web.recents import Recents
 from elib.web.slot import Phase, Slot
@@ -228,8 +230,29 @@ async def test_a_log_and_a_recording_can_be_asked_for_before_the_robot_is_connec
         await asyncio.sleep(0.1)
     await slot.command("set_led", 1, 1)
     await panel.close()
-    assert "set_led" in (tmp_path / "run.log").read_text()
-    assert (tmp_path / "run.mcap").stat().st_size > 1000
+    called = [row.split()[3] for row in (tmp_path / "run.log").read_text().splitlines() if " call " in row]
+    assert called[:5] == ["stop", "set_camera", "set_led", "set_body_led", "set_front_led"], "what prepares the robot"
+    assert called.count("set_led") == 2
+    recorded = [each.data["command"] for each in read_recording(tmp_path / "run.mcap").entries("/calls")]
+    assert recorded[:5] == called[:5]
+
+
+async def test_a_log_of_a_robot_that_could_not_be_prepared_goes_on_at_the_next_connection(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def refuse(*_: object) -> float:
+        raise RobotSilent("nothing answered")
+
+    panel = Panel(folder=tmp_path)
+    slot = panel.slot(panel.add(SIM))
+    slot.start_log(str(tmp_path / "run.log"))
+    with monkeypatch.context() as patch:
+        patch.setattr(lifecycle, "prepare", refuse)
+        assert not await slot.connect()
+    assert slot.records.armed_log
+    assert await slot.connect()
+    await panel.close()
+    assert " ok stop " in (tmp_path / "run.log").read_text()
 
 
 async def test_the_leds_of_a_robot_blink_and_then_show_what_they_showed(panel: Panel) -> None:

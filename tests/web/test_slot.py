@@ -336,6 +336,17 @@ async def test_readings_that_are_taken_once_a_second_are_old_after_three(monkeyp
         assert watcher.is_stale("proximity") is is_stale
 
 
+async def test_a_picture_that_was_asked_for_once_does_not_become_stale_and_a_live_one_does(slot: Slot) -> None:
+    await slot.take_picture()
+    await asyncio.sleep(10)
+    assert slot.watcher.age("image") > 9
+    assert not slot.is_stale("image")
+    slot.watch_camera(1)
+    assert slot.is_stale("image"), "until the first live picture"
+    await slot.disconnect()
+    assert slot.is_stale("image")
+
+
 async def test_a_picture_that_is_taken_rarely_is_old_later(slot: Slot) -> None:
     slot.watch_camera(3)
     await asyncio.sleep(5)

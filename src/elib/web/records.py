@@ -92,6 +92,13 @@ class Records:
         self.stop_log()
         self.stop_recorder()
 
+    def break_off(self) -> None:
+        """Write no more of a robot that could not be prepared. Its log goes on when it is connected."""
+        if self.is_writing:
+            log = "" if self.log is None else self.log.target
+            self.stop()
+            self.armed_log = log
+
     def _close(self, record: Log | Recorder | None, words: str) -> None:
         if record is None:
             return

@@ -202,6 +202,7 @@ class Slot:
             async with asyncio.timeout(OPENING_TIME):
                 await robot.__aenter__()
                 self._robot = robot
+                self.records.begin(robot)
                 line, profile = virtual(robot), robot.context.profile
                 camera = None if line is None else lifecycle.live_camera(line.simulation.settings.baud, profile.zooms)
                 self._has_live_camera = camera is not None or profile.codec == "wifi"
@@ -213,12 +214,12 @@ class Slot:
             self._robot = None
             self.phase = Phase.DISCONNECTED
             await robot.close()
+            self.records.break_off()
             raise
         self.phase = Phase.CONNECTED
         self.edition += 1
         robot.trace(self._see)
         self.log.note("link", f"connected to {self.name} ({robot.firmware})")
-        self.records.begin(robot)
         self.watcher.begin(robot)
         self._follow_viewers()
         return True
@@ -298,6 +299,7 @@ class Slot:
         self._robot = None
         with contextlib.suppress(ElibError):
             await robot.close()
+        self.records.break_off()
         if isinstance(error, TimeoutError) and not isinstance(error, ElibError):
             error = LinkClosed(f"{self.name} took longer than {OPENING_TIME:g} s to open")
         self._fail(error if isinstance(error, ElibError) else LinkClosed(f"{self.name}: {error}"))

@@ -88,9 +88,9 @@ class ReadingsWatcher:
         return math.inf if reading is None else max(0.0, self._loop.time() - reading.time)
 
     def is_stale(self, name: str) -> bool:
-        """Return whether a reading is too old to be believed."""
-        period = self._pictures if name == IMAGE and self._pictures is not None else 1 / self._rate
-        return self.age(name) > max(STALE, PERIODS * period)
+        """Return whether a reading is too old to be believed. A picture that was asked for once is not."""
+        period = self._pictures if name == IMAGE else 1 / self._rate
+        return period is not None and self.age(name) > max(STALE, PERIODS * period)
 
     def begin(self, robot: Epuck) -> None:
         """Watch *robot*; its trail begins again."""
