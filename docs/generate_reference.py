@@ -63,6 +63,7 @@ MARKED = {
     "architecture.md": {"layers": layers.layers, "rules": layers.rules},
     "cookbook/README.md": {"programs": cookbook.programs},
     "concepts/link.md": {"transitions": link.transitions},
+    "guides/connect-a-robot.md": {"selector": link.selector},
     "guides/epuck2.md": {"devices": epuck2.devices, "missing": epuck2.missing},
     "guides/link-faults.md": {"faults": faults.summary, "scripts": faults.gallery},
     "guides/records.md": {"topics": recording.topics, "about": recording.about},

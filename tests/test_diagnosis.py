@@ -23,7 +23,7 @@ from elib.emulator.fixed_hardware import FixedHardware
 from elib.emulator.server import serve
 from elib.emulator.settings import SimulationSettings
 from elib.errors import LinkDenied, LinkError
-from elib.protocol.profiles import PROFILES
+from elib.protocol.profiles import BTCOM_AMONG_OTHERS, PROFILES, TURN_THE_SELECTOR
 from elib.testing import simulated
 from elib.transport import Transport, Url, open_transport, parse_url, ports, serial
 from elib.transport.memory import memory_pair
@@ -279,7 +279,7 @@ async def test_silence_is_told_from_noise_and_takes_no_longer_than_promised() ->
     found = await diagnose("sim://?speed=max&loss=1")
     assert names(found, "failed") == ["answer"]
     assert step(found, "answer").detail == "nothing answers"
-    assert "selector" in step(found, "answer").fix
+    assert TURN_THE_SELECTOR in step(found, "answer").fix
     assert step(found, "binary session").ok is None
     assert "unknown: nothing answers" in step(found, "binary session").detail
     assert asyncio.get_running_loop().time() < LONGEST
@@ -444,6 +444,13 @@ async def test_a_slow_or_lossy_link_is_measured_in_a_bounded_time_and_worth_a_lo
     assert slow.state == "warning"
     assert detail in slow.detail
     assert fix in slow.fix
+
+
+def test_every_advice_about_the_selector_has_the_positions_of_every_firmware_and_of_a_delivered_robot() -> None:
+    for text in (TURN_THE_SELECTOR, advice.CHATTER, advice.WRONG_SPEED):
+        for profile in PROFILES.values():
+            assert all(f"{position}" in text and place in text for position, place in profile.talks_at.items())
+        assert BTCOM_AMONG_OTHERS in text
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,9 @@
-"""The table of states on the page about the link."""
+"""The tables about the link: its states, and where the selector must stand for it."""
 
 from __future__ import annotations
 
 from elib.protocol.connection import TRANSITIONS, Trigger
+from elib.protocol.profiles import BTCOM_AMONG_OTHERS, PROFILES
 from generator.markdown import table
 
 
@@ -17,3 +18,14 @@ def transitions() -> str:
 
 def _shown(trigger: Trigger) -> str:
     return trigger.name.lower().replace("_", " ")
+
+
+def selector() -> str:
+    """Return where the selector of each robot must stand, as a table."""
+    rows = []
+    for name, profile in PROFILES.items():
+        rows += [(f"`{name}`", link, str(position)) for position, link in profile.talks_at.items()]
+        if not profile.talks_at:
+            rows.append((f"`{name}` alone on an e-puck1", "Bluetooth", "any position"))
+    rows.append(("BTcom among the programs of an e-puck1 as delivered", "Bluetooth", BTCOM_AMONG_OTHERS))
+    return table(("Firmware", "Link", "Selector"), rows)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 
+from elib.protocol.profiles import TURN_THE_SELECTOR
+
 NO_LINK: Mapping[str, str] = {
     "linux": (
         "plug the robot's cable in, or pair it and bind a port to it: bluetoothctl scan on, then bluetoothctl pair "
@@ -54,19 +56,14 @@ SLOW: Mapping[str, str] = {
     "Device Manager",
 }
 
-SELECTOR = (
-    "turn the selector and press reset: an e-puck1 with GCtronic's firmware talks in position 3, an e-puck2 in 3 "
-    "(Bluetooth), 8 (USB cable) or 15 (Wi-Fi); BTcom talks in every position"
-)
-
 WRONG_SPEED = (
-    "every e-puck speaks 115200 baud; is it the right port, and the standard firmware on the robot? Position 10 of "
-    "the selector moves the e-puck1 to another connector and speed: use 3"
+    "every e-puck speaks 115200 baud; is it the right port, and the standard firmware on the robot? At the position "
+    f"for the gumstix connector it has another speed; {TURN_THE_SELECTOR}"
 )
 
 CHATTER = (
-    "something sends without being asked: is another program's demo running on the robot (turn the selector to 3 and "
-    "press reset), or is it not a robot at all?"
+    "something sends without being asked: is it not a robot at all, or does another of its programs run? Then "
+    f"{TURN_THE_SELECTOR}"
 )
 
 REPORT = "if it goes on, report it with this page"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import asyncio
 
-from elib.diagnosis.advice import SELECTOR, SILENT, SLOW, WIFI_SILENT, WIFI_SLOW, here, joined
+from elib.diagnosis.advice import SILENT, SLOW, WIFI_SILENT, WIFI_SLOW, here, joined
 from elib.diagnosis.link import Examination
 from elib.diagnosis.report import CheckFailed, CheckResult
 from elib.errors import ElibError, ReplyTimeout, RobotSilent, Unsupported
 from elib.protocol.commands import Commands
-from elib.protocol.profiles import FIRMWARES
+from elib.protocol.profiles import FIRMWARES, TURN_THE_SELECTOR
 from elib.quantiles import quantile
 from elib.session import Received, Session, TraceEvent, Wrote
 
@@ -72,10 +72,11 @@ async def selector(examination: Examination) -> CheckResult:
     position = (await session.execute(Commands.selector.spec.request(session.context), ANSWER_TIMEOUT)).position
     places = session.profile.talks_at
     if not places:
-        return CheckResult(f"position {position}; {session.profile.name} talks in every one")
+        only = "if it is the robot's only program"
+        return CheckResult(f"position {position}; {session.profile.name} talks in every one {only}")
     if position in places:
         return CheckResult(f"position {position}, {places[position]}")
-    return CheckResult(f"position {position}: it talks now, but will not after a reset", SELECTOR)
+    return CheckResult(f"position {position}: it talks now, but will not after a reset", TURN_THE_SELECTOR)
 
 
 async def round_trip(examination: Examination) -> CheckResult:

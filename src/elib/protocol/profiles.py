@@ -206,6 +206,18 @@ PROFILES = {profile.name: profile for profile in (BTCOM_1_1_3, BTCOM_2_0, ASERCO
 """The firmwares that talk over a serial line, by name; of each family the oldest one is first."""
 FIRMWARES = {**PROFILES, EPUCK2_WIFI.name: EPUCK2_WIFI}
 """Every firmware by name."""
+BTCOM_AMONG_OTHERS = "the second position (so the thesis of 2011; not tried: turn to 2, then to 1)"
+"""Where the selector of an e-puck1 as delivered must stand, whose BTcom is one of several programs."""
+TURN_THE_SELECTOR = (
+    "turn the selector and press reset: "
+    + ", ".join(
+        f"{profile.name} talks at " + " or ".join(f"{position} ({link})" for position, link in profile.talks_at.items())
+        for profile in PROFILES.values()
+        if profile.talks_at
+    )
+    + f", BTcom at any position, or, where it is one of several programs as delivered, at {BTCOM_AMONG_OTHERS}"
+)
+"""What to do if a robot does not talk."""
 LONGEST_PARAMETERS = max(profile.longest_parameters for profile in PROFILES.values())
 
 

@@ -10,7 +10,14 @@ from elib.errors import ArgumentError, LinkBusy, LinkLost, NotAnEpuck, RobotSile
 from elib.protocol.commands import SPECS
 from elib.protocol.connection import Answer, HostConnection, State
 from elib.protocol.context import Context, Profile
-from elib.protocol.profiles import BTCOM_1_1_3, EPUCK2_WIFI, FIRMWARES, LONGEST_PARAMETERS, recognise
+from elib.protocol.profiles import (
+    BTCOM_1_1_3,
+    EPUCK2_WIFI,
+    FIRMWARES,
+    LONGEST_PARAMETERS,
+    TURN_THE_SELECTOR,
+    recognise,
+)
 from elib.protocol.shapes import GREETING
 from elib.protocol.table import Request
 from elib.protocol.values import Sensors, Steps, Version
@@ -204,8 +211,7 @@ async def _ask(transport: RecordingTransport, profile: Profile | None) -> Opened
     if not transport.received:
         silent = RobotSilent(
             f"{transport.url} opened, but no robot answered",
-            hint="switch the robot on, charge it, turn its selector (position 3, or 8 on the USB cable of an e-puck2) "
-            "and press reset; check that no other robot has this address",
+            hint=f"switch the robot on, charge it; {TURN_THE_SELECTOR}; check that no other robot has this address",
         )
         if transport.url.startswith("rfcomm:"):
             from elib.transport.rfcomm import EPUCK2_CHANNEL, bluetooth_address
