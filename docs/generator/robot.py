@@ -59,10 +59,10 @@ def page() -> str:
     return "\n\n".join(part.strip() for part in parts)
 
 
-def function(what: Callable[..., object]) -> str:
-    """Return the entry of a function."""
+def function(what: Callable[..., object], package: str = "elib") -> str:
+    """Return the entry of a function, as it is imported from *package*."""
     called = f"{'await ' * inspect.iscoroutinefunction(what)}{what.__name__}{shown(what)}"
-    return f"## elib.{what.__name__}\n\n```text\n{called}\n```\n\n{docstring(what.__doc__)}"
+    return f"## {package}.{what.__name__}\n\n```text\n{called}\n```\n\n{docstring(what.__doc__)}"
 
 
 def is_command(name: str) -> bool:
@@ -75,9 +75,9 @@ def robot(kind: type) -> str:
     return entry(kind, is_command)
 
 
-def entry(kind: type, is_left_out: Callable[[str], bool]) -> str:
-    """Return the entry of a class."""
-    return f"## elib.{kind.__name__}\n\n{docstring(kind.__doc__)}\n\n" + "\n".join(members(kind, is_left_out))
+def entry(kind: type, is_left_out: Callable[[str], bool], package: str = "elib") -> str:
+    """Return the entry of a class, as it is imported from *package*."""
+    return f"## {package}.{kind.__name__}\n\n{docstring(kind.__doc__)}\n\n" + "\n".join(members(kind, is_left_out))
 
 
 def members(kind: type, is_left_out: Callable[[str], bool] = is_command) -> Iterator[str]:

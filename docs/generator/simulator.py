@@ -28,7 +28,7 @@ def page() -> str:
     return "\n\n".join(part.strip() for part in parts)
 
 
-def own(kind: type) -> str:
+def own(kind: type, package: str = "elib") -> str:
     """Return the entry of a class, with nothing that it inherits from other packages."""
     own = {name for base in kind.__mro__ if base.__module__.startswith("elib.") for name in vars(base)}
-    return entry(kind, lambda name: name not in own)
+    return entry(kind, lambda name: name not in own, package)

@@ -3,6 +3,7 @@
 import math
 import pickle
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -229,9 +230,55 @@ def not_a_number(world, i):
     return math.inf
 
 
+def dark(world, i):
+    return brightness(world.views[i]) if world.robots[i].x > 5.0 else 0.0
+
+
+def brightness(view):
+    return view.ambient_light[0] / 4095
+
+
+CONSTANTS = SimpleNamespace(distance=0.3)
+
+
+def no_reading(world, i):
+    return CONSTANTS.distance
+
+
+def stands(world):
+    return view_of(world).distance < 0.3
+
+
+def view_of(world):
+    return world.views[0]
+
+
+def flies(world, i):
+    return world.robots[i].vx
+
+
+def grows(world, i):
+    return world.robot[i].x
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        (
+            {"reward": dark},
+            "the reward of task 'test' reads ambient_light, which nobody senses: it would be 0\n"
+            r".*reward_sensors=\('proximity', 'ambient_light'\)",
+        ),
+        (
+            {"is_over": stands, "reward_sensors": ("proximity",)},
+            "the end of task 'test' reads distance, .*\n"
+            r".*reward_sensors=\('proximity', 'distance'\)",
+        ),
+        (
+            {"reward": flies},
+            "'Robot' object has no attribute 'vx'.*\nhint: it has x, y, heading_x, heading_y, before_x",
+        ),
+        ({"reward": grows}, "'Records' object has no attribute 'robot'.*\nhint: it has setting, tables, robots, views"),
         ({"reward": fails}, "a function of task 'test' fails in the first tick: IndexError"),
         ({"reward": not_a_number}, r"the reward of task 'test' is \[inf\] in the first tick"),
         ({"is_over": fails}, "a function of task 'test' fails"),
@@ -256,6 +303,12 @@ def test_a_reward_that_reads_what_one_of_the_scenes_does_not_have_is_refused():
     with pytest.raises(ArgumentError, match="a function of task 'test' fails in the first tick: IndexError"):
         Episodes(task(FULL, BARE, reward=light), engine="interpreted")
     Episodes(task(FULL, replace(FULL, boxes=()), reward=light), engine="interpreted")
+
+
+def test_a_reward_may_read_what_the_controller_or_the_reward_senses_also_in_a_branch_not_yet_taken():
+    for declared in ({"sensors": ("ambient_light",)}, {"reward_sensors": ("ambient_light",)}):
+        Episodes(task(BARE, reward=dark, **declared), engine="interpreted")
+    Episodes(task(BARE, reward=no_reading), engine="interpreted")
 
 
 @pytest.mark.parametrize("seed", [None, 1])

@@ -124,7 +124,7 @@ class RewardCounter:
         self.is_begun = True
 
     def add(self) -> None:
-        """Add what the robots earned in the tick that just passed."""
+        """Add what the robots earned in the last tick."""
         if self.is_over or not self.is_begun:
             return
         task, world = self._task, self._world

@@ -47,6 +47,11 @@ OPTIONS: Final = {
     "_nrt": False,  # Kernels make no arrays: without this, each use of a record's list counts references.
 }
 
+INTERPRETED: Final = (
+    'the slower engine that does not compile, engine="interpreted", which elib.World and elib.learn.envs.TaskEnv take'
+)
+"""What runs any Python, for hints."""
+
 INNER: Final = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Compiler options of kernels that only other kernels call."""
 
@@ -281,7 +286,7 @@ class _Compiler:
         if function in self._begun:
             raise SimulationError(
                 f"{function.__qualname__!r} calls itself, which cannot be compiled",
-                hint="use a loop, or the interpreted engine",
+                hint=f"use a loop, or {INTERPRETED}",
             )
         if function not in self._made:
             self._begun.add(function)
@@ -449,6 +454,39 @@ def _attributes_in(code: CodeType) -> frozenset[str]:
     """Return the names of all globals and attributes that a function uses, also within comprehensions."""
     inner = (constant for constant in code.co_consts if isinstance(constant, CodeType))
     return frozenset(code.co_names).union(*(_attributes_in(constant) for constant in inner))
+
+
+def fields_read(function: Callable[..., Any]) -> frozenset[str]:
+    """Return the names of all attributes that a function of the user, or one that it calls, takes of its arguments.
+
+    What it takes of globals, such as a function of a module, is left out.
+    """
+    found: set[str] = set()
+    left, known = [getattr(function, "py_func", function)], set()
+    while left:
+        each = left.pop()
+        if not isinstance(each, FunctionType) or each in _kernels or each in known:
+            continue
+        known.add(each)
+        found |= _fields_in(each.__code__)
+        called = [each.__globals__.get(name) for name in _names_in(each.__code__)]
+        called += [cell.cell_contents for cell in each.__closure__ or ()]
+        left += [getattr(value, "py_func", value) for value in called]
+    return frozenset(found)
+
+
+@cache
+def _fields_in(code: CodeType) -> frozenset[str]:
+    """Return the names of the attributes of all but globals, also within comprehensions."""
+    found: set[str] = set()
+    is_global = False
+    for step in dis.get_instructions(code):
+        if step.opname in ("LOAD_ATTR", "LOAD_METHOD"):
+            if not is_global:
+                found.add(step.argval)
+        else:
+            is_global = step.opname in ("LOAD_GLOBAL", "LOAD_DEREF")
+    return frozenset(found).union(*(_fields_in(each) for each in code.co_consts if isinstance(each, CodeType)))
 
 
 @cache

@@ -18,7 +18,7 @@ from elib.body import METRES_PER_STEP
 from elib.errors import ArgumentError, SimulationError
 from elib.fields import Whole
 from elib.physics.controller import Controller
-from elib.physics.engine import EngineName, kernel, not_compiled, phase
+from elib.physics.engine import INTERPRETED, EngineName, fields_read, kernel, not_compiled, phase
 from elib.physics.geometry import unit
 from elib.physics.motion import rim_speed
 from elib.physics.neighbours import list_near
@@ -32,7 +32,7 @@ from elib.physics.packing import (
     packed_world,
 )
 from elib.physics.placement import places
-from elib.physics.records import Episode, Records, SensorView
+from elib.physics.records import SENSORS, Episode, Records, SensorView
 from elib.physics.scene import Scene, check_seed
 from elib.physics.senses import sensors_named
 from elib.physics.simulation import advance, decide, sense
@@ -459,14 +459,26 @@ class Episodes:
         Scenes that have as many things, lamps and so on as an earlier one are left out.
 
         Raises:
-            ArgumentError: One of them fails, or the reward is not a finite number.
+            ArgumentError: One of them fails or reads what is not sensed, or the reward is not a finite number.
         """
+        self._check_sensed()
         kinds = {
             tuple(len(getattr(model.records, name)) for name in COUNTED): scene
             for model, scene in zip(reversed(self._models), reversed(self.task.scenes), strict=True)
         }
         for scene in kinds.values():
             self._check_in(scene)
+
+    def _check_sensed(self) -> None:
+        task = self.task
+        for role, function in (("reward", task.reward), ("end", task.is_over)):
+            read = fields_read(function) & frozenset(SENSORS) if function is not None else frozenset()
+            missing = tuple(sorted(read.difference(task.sensors, task.reward_sensors)))
+            if missing:
+                raise ArgumentError(
+                    f"the {role} of task {task.name!r} reads {', '.join(missing)}, which nobody senses: it would be 0",
+                    hint=f"declare it in the task: reward_sensors={(*task.reward_sensors, *missing)!r}",
+                )
 
     def _check_in(self, scene: Scene) -> None:
         task = self.task
@@ -480,9 +492,12 @@ class Episodes:
             if task.is_over is not None:
                 bool(task.is_over(records))
         except Exception as error:
+            hint = "a reward takes (world, i) and returns a number, an end takes (world) and returns True or False"
+            if isinstance(error, AttributeError):
+                there = getattr(type(error.obj), "__dataclass_fields__", None) or getattr(error.obj, "_fields", ())
+                hint = f"it has {', '.join(there)}" if there else hint
             raise ArgumentError(
-                f"a function of task {task.name!r} fails in the first tick: {error!r}",
-                hint="a reward takes (world, i) and returns a number, an end takes (world) and returns True or False",
+                f"a function of task {task.name!r} fails in the first tick: {error!r}", hint=hint
             ) from error
         if not all(map(math.isfinite, earned)):
             raise ArgumentError(f"the reward of task {task.name!r} is {earned} in the first tick, not a finite number")
@@ -516,7 +531,7 @@ class Episodes:
                 raise
             raise SimulationError(
                 f"task {self.task.name!r} cannot be compiled: {reason}",
-                hint="keep to numbers, loops and comparisons, make no lists or arrays, or use the interpreted engine",
+                hint=f"keep to numbers, loops and comparisons, make no lists or arrays, or use {INTERPRETED}",
             ) from error
 
     def _all(self, jobs: Sequence[Callable[[], None]]) -> None:

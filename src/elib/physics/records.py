@@ -50,7 +50,7 @@ def value() -> Any:
 class Robot:
     """One robot. Lengths in m, speeds in m/s."""
 
-    x: float = 0.0
+    x: float = 0.0  # Where its centre is.
     y: float = 0.0
     heading_x: float = 1.0  # Cosine of the heading. The heading is kept as a unit vector.
     heading_y: float = 0.0  # Sine of the heading.
@@ -67,8 +67,8 @@ class Robot:
     covered: float = 0.0  # How much of the running tick that was, s.
     left_scale: float = 1.0  # This robot's wheel radius over the nominal one.
     right_scale: float = 1.0
-    axle: float = 0.0
-    radius: float = 0.0
+    axle: float = 0.0  # From wheel to wheel.
+    radius: float = 0.0  # Of its body.
     left_steps: float = 0.0  # Motor steps issued since the start, with the fraction of the next one.
     right_steps: float = 0.0
     volume: float = 0.0  # Of the sound that it plays, counts at 0.1 m; 0 is silence.
@@ -151,17 +151,17 @@ class Thing:
 
     x: float = 0.0  # Centre, m.
     y: float = 0.0
-    heading_x: float = 1.0
+    heading_x: float = 1.0  # Cosine and sine of its angle.
     heading_y: float = 0.0
     before_x: float = 0.0  # The pose at the start of the tick.
     before_y: float = 0.0
     before_heading_x: float = 1.0
     before_heading_y: float = 0.0
-    speed_x: float = 0.0  # m/s
+    speed_x: float = 0.0  # Speed along x and y, m/s.
     speed_y: float = 0.0
-    spin: float = 0.0  # rad/s, positive to the left.
+    spin: float = 0.0  # Rate of turn, rad/s, positive to the left.
     reach: float = 0.0  # Radius of the circle around it, m.
-    half_width: float = 0.0  # m; 0 for a cylinder.
+    half_width: float = 0.0  # Of a box, m; 0 for a cylinder.
     half_depth: float = 0.0
     lightness: float = 0.0  # 1 / mass, 1/kg.
     turnable: float = 0.0  # 1 / moment of inertia about its centre, 1/(kg m2); 0 for a cylinder.
@@ -201,17 +201,17 @@ class Cell:
 class Lamp:
     """A lamp that shines."""
 
-    x: float = 0.0  # m
+    x: float = 0.0  # Place, m.
     y: float = 0.0
     height: float = 0.0  # Above the floor, m.
-    intensity: float = 0.0
+    intensity: float = 0.0  # How far it reaches: at half this many metres its light has fallen to 1/e.
 
 
 @dataclass(slots=True, eq=False)
 class Tone:
     """A source of sound that plays."""
 
-    x: float = 0.0  # m
+    x: float = 0.0  # Place, m.
     y: float = 0.0
     volume: float = 0.0  # Counts at 0.1 m.
 

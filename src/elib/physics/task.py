@@ -15,7 +15,7 @@ from elib.physics.records import SENSORS, Records
 from elib.physics.scene import Scene
 
 Reward: TypeAlias = Callable[[Records, int], float]
-"""What robot *i* earned in the tick that just passed, from ``(world, i)``."""
+"""What robot *i* earned in the last tick, from ``(world, i)``."""
 
 Ending: TypeAlias = Callable[[Records], bool]
 """Whether an episode is over before its time, from ``(world,)``."""
@@ -82,7 +82,7 @@ class Task:
         name: A short name, such as ``avoid``.
         summary: One sentence that says what the robots have to do.
         scenes: The worlds. Each episode draws one of them, and one of 64 sets of starts where the scene names none.
-        reward: What robot i earned in the tick that just passed.
+        reward: What robot i earned in the last tick.
         sensors: What a controller sees: names of fields of :class:`~elib.physics.records.SensorView`.
         reward_sensors: What the reward and the end read of the robots' views; these are sensed in every tick.
         is_over: Whether the episode ends now, before its time; None if only time ends it.

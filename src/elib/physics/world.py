@@ -18,7 +18,7 @@ from elib.errors import ArgumentError, SimulationError
 from elib.fields import Number, Whole, is_number, rule_of, shown
 from elib.physics.body import EpuckModel
 from elib.physics.controller import Controller
-from elib.physics.engine import EngineName, engine_named, not_compiled
+from elib.physics.engine import INTERPRETED, EngineName, engine_named, not_compiled
 from elib.physics.fittings import Light, Sound
 from elib.physics.floor import floor_of
 from elib.physics.geometry import Box, Wall
@@ -232,7 +232,7 @@ class World(ReadableWorld):
                 raise
             raise SimulationError(
                 f"the control function {controller.name!r} cannot be compiled: {reason}",
-                hint="keep to numbers, loops and comparisons, make no lists or arrays, or use the interpreted engine",
+                hint=f"keep to numbers, loops and comparisons, make no lists or arrays, or use {INTERPRETED}",
             ) from error
 
     def reset(self, seed: int | None = None) -> None:
