@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import sys
 from pathlib import Path
@@ -59,6 +60,34 @@ def test_without_a_robot_it_drives_virtual_ones_in_the_world_of_its_task(
     assert [robot["path"] for robot in summary["robots"]] == ["world", "world"]
     assert all("world.toml?robots=2" in robot["url"] for robot in summary["robots"])
     assert summary["distance"] > 0.05
+
+
+@pytest.mark.parametrize(
+    ("end", "fitness", "seconds", "judged"),
+    [
+        ("lambda world: world.robots[1].x > 0.35", 0.15, 2.2, "solved"),
+        ("None", 0.28, 4.0, "solved"),
+        ("lambda world: world.robots[1].x > 0.25", 0.05, 0.8, "not solved"),
+    ],
+)
+def test_in_the_world_of_its_task_it_drives_an_episode_and_says_its_fitness(
+    best: Path, capsys: pytest.CaptureFixture[str], end: str, fitness: float, seconds: float, judged: str
+) -> None:
+    task = (
+        "from elib import Pose, Scene\nfrom elib.learn import Task\n"
+        "starts = (Pose(0.2, 0.2), Pose(0.2, 0.4))\n"
+        "TASK = Task('go', 'Go.', (Scene(0.77, 0.6, step=1 / 40, starts=starts),),\n"
+        "    reward=lambda world, i: world.robots[i].x - world.robots[i].before_x,\n"
+        f"    is_over={end}, robots=2, fitness='sum', solved=0.1, seconds=4.0)\n"
+    )
+    (best.parent / "my_task.py").write_text(task)
+    code, _, err = run(capsys, str(best), "--for", "60")
+    assert code == 0, err
+    found = re.search(r"^fitness (.*), (.*) \(from 0.1 on\)\nrobot time  (.*) s, ended by itself$", err, re.MULTILINE)
+    assert found is not None, err
+    assert float(found[1]) == pytest.approx(fitness, abs=0.01)
+    assert found[2] == judged
+    assert float(found[3]) == pytest.approx(seconds, abs=0.2)
 
 
 def test_a_robot_that_is_named_needs_no_task(best: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,6 +12,7 @@ import elib
 from elib.behaviours import play
 from elib.errors import ArgumentError, SimulationError, Unsupported
 from elib.learn import Champion, Network, load_champion
+from elib.learn.linked import one_episode
 from elib.learn.networks import INPUTS
 from elib.physics import Box, Cylinder, EpuckModel, Light, Pose, Scene, SensorView, Sound, World
 from elib.physics.records import SENSORS
@@ -278,7 +279,7 @@ def test_its_virtual_robots_live_in_the_world_of_its_task(tmp_path):
     file.write_text(TASK)
     champion = replace(AVOID, task=f"{file}:TASK")
     opened = []
-    with champion.in_its_world() as behaviour:
+    with one_episode(champion) as behaviour:
         play(behaviour, "sim://?speed=max", seconds=1, watch=lambda context, robots: opened.extend(robots))
     assert len(opened) == 3
     assert world_of(opened[0]).scene.width == 0.77

@@ -89,8 +89,9 @@ def choose(
     only defines. What follows `--` belongs to the program, or is the options of that behaviour. A summary is printed at
     the end.
 
-    `elib run best.toml` lets the best controller that `elib evolve` found drive: without --robot in the world of its
-    task, with --robot URL your robot. Name several robots to let it drive each of them.
+    `elib run best.toml` lets the best controller that `elib evolve` found drive: without --robot an episode in the
+    world of its task, whose fitness is printed, with --robot URL your robot. Name several robots to let it drive each
+    of them.
     """
     if program is not None and is_program(program):
         run_program(

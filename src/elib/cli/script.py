@@ -213,6 +213,7 @@ def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> Abstra
         SimulationError: The file breaks a rule.
     """
     from elib.learn.champion import load_champion  # programs do without it
+    from elib.learn.linked import one_episode
 
     if arguments:
         raise ArgumentError(f"{path.name} takes no arguments, but there is {arguments[0]!r}", hint="leave out --")
@@ -223,7 +224,7 @@ def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> Abstra
         if not is_named:
             raise
         return contextlib.nullcontext(champion.behaviour())  # the file of its task is on another computer
-    return champion.in_its_world()
+    return one_episode(champion)
 
 
 class ProgramRun:

@@ -23,11 +23,10 @@ import contextlib
 import json
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated, Any, Final
 
 from elib import __version__
@@ -44,7 +43,6 @@ from elib.physics.elementary import interpolated
 from elib.physics.records import SENSORS, SensorView
 from elib.physics.sensors.distance import CALIBRATION
 from elib.physics.task import FASTEST, Task
-from elib.physics.worldwriter import written_scene
 from elib.robot.aio import Epuck
 from elib.robot.polling import polls
 from elib.swarms.fanout import in_parallel, raise_first
@@ -236,11 +234,12 @@ class Champion:
                 hint="is the ground module plugged in? A BTcom firmware must be built for it, too",
             )
 
-    def behaviour(self, world: str = "") -> Behaviour:
+    def behaviour(self, world: str = "", watch: Callable[[SensorView], object] | None = None) -> Behaviour:
         """Return it as a behaviour that drives one robot, or several at once, each with a memory of its own.
 
         Args:
             world: The world of virtual robots if their URL names none, such as ``maze`` or ``soccer?robots=4``.
+            watch: Called after each decision of each robot, as by :meth:`drive`.
         """
 
         async def drive(robots: Swarm, run: RunContext) -> None:
@@ -248,7 +247,14 @@ class Champion:
 
             async def one(robot: Epuck) -> None:
                 run.state("driving")
-                await self.drive(robot, _Punctual(self.period, run.say, robot.name), number=numbers[robot.name])
+                check = _Punctual(self.period, run.say, robot.name)
+
+                def see(view: SensorView) -> None:
+                    check(view)
+                    if watch is not None:
+                        watch(view)
+
+                await self.drive(robot, see, number=numbers[robot.name])
 
             results = await in_parallel(robots, one, fail_fast=True)
             errors = {name: error for name, error in results.items() if isinstance(error, Exception)}
@@ -262,19 +268,6 @@ class Champion:
         return Behaviour(
             "champion", doc, drive, style=BehaviourStyle.SWARM, world=world, reconnects=True, takes_run=True
         )
-
-    @contextlib.contextmanager
-    def in_its_world(self) -> Iterator[Behaviour]:
-        """Yield it as a behaviour whose virtual robots live in the first world of its task.
-
-        Raises:
-            ArgumentError: There is no such task, or its file is not there.
-        """
-        task = self.find_task()
-        with TemporaryDirectory(prefix="elib-") as folder:
-            path = Path(folder, "world.toml")
-            path.write_text(written_scene(task.scenes[0], task.summary), "utf-8")
-            yield self.behaviour(f"{path.as_posix()}?robots={task.robots}")
 
 
 class _Punctual:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import asyncio
 import math
 import tempfile
-from collections.abc import Mapping, Sequence
-from contextlib import AsyncExitStack, suppress
+from collections.abc import Coroutine, Iterator, Mapping, Sequence
+from contextlib import AsyncExitStack, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, cast
 
+from elib.behaviours import Behaviour, RunContext
 from elib.body import METRES_PER_STEP, step_rate
 from elib.emulator.sim_transport import SimTransport, robots_of
 from elib.errors import ArgumentError, ElibError, Unsupported
@@ -16,11 +19,14 @@ from elib.files import write_file
 from elib.learn.champion import Champion
 from elib.physics import Records, SensorView, Task, World
 from elib.physics.records import Robot, Setting
+from elib.physics.worldwriter import written_scene
 from elib.robot.aio import Epuck
 from elib.robot.link import Link, LinkSettings
 from elib.robot.running import run_coroutine
 from elib.robot.watchdog import is_supported
 from elib.runner import run_on
+from elib.swarms.swarm import Swarm
+from elib.testing import world_of
 from elib.transport.url import Url
 
 GRACE = 10.0
@@ -100,6 +106,51 @@ def is_of_link(error: BaseException) -> bool:
     return isinstance(error, ElibError) and not isinstance(error, ArgumentError | Unsupported)
 
 
+@contextmanager
+def one_episode(champion: Champion) -> Iterator[Behaviour]:
+    """Yield a champion as a behaviour whose virtual robots live in the first world of its task, for one episode.
+
+    The run ends with the episode, and says its fitness. Robots that are somewhere else are driven without an end.
+
+    Raises:
+        ArgumentError: There is no such task, or its file is not there.
+    """
+    task = champion.find_task()
+    with tempfile.TemporaryDirectory(prefix="elib-") as folder:
+        path = Path(folder, "world.toml")
+        path.write_text(written_scene(task.scenes[0], task.summary), "utf-8")
+        begun = asyncio.Event()
+        inner = champion.behaviour(f"{path.as_posix()}?robots={task.robots}", lambda view: begun.set())
+
+        async def drive(robots: Swarm, run: RunContext) -> None:
+            driven = cast("Coroutine[Any, Any, None]", inner.function(robots, run))
+            if path.as_posix() not in robots[0].url:
+                await driven
+                return
+            counter, over = RewardCounter(task, world_of(robots[0])), asyncio.Event()
+
+            def add() -> None:
+                counter.is_begun = begun.is_set()
+                counter.add()
+                if counter.is_over:
+                    over.set()
+
+            undo = world_of(robots[0]).follow(add)
+            both = [asyncio.ensure_future(driven), asyncio.ensure_future(over.wait())]
+            try:
+                done, _ = await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+            finally:
+                undo()
+                for each in both:
+                    each.cancel()
+                await asyncio.gather(*both, return_exceptions=True)
+            for each in done:
+                each.result()  # the error that ended the drive
+            run.say(counter.told())
+
+        yield replace(inner, function=drive)
+
+
 class RewardCounter:
     """Adds up what the robots of a world earn for a task, tick by tick, up to the end of the episode.
 
@@ -134,6 +185,12 @@ class RewardCounter:
             self._earned += task.reward(world.records, i)
         self._ticks += 1
         self.is_over = self._ticks == task.ticks or (task.is_over is not None and task.is_over(world.records))
+
+    def told(self) -> str:
+        """Return the fitness of the episode in words, and whether that is enough."""
+        goal = self._task.solved
+        judged = f", {'solved' if self.fitness >= goal else 'not solved'} (from {goal:g} on)" if goal < math.inf else ""
+        return f"fitness {self.fitness:.4g}{judged}"
 
     @property
     def fitness(self) -> float:
