@@ -272,6 +272,16 @@ def test_devices_on_the_bus_are_listed_to_their_end() -> None:
     assert not lines[2].unanswered
 
 
+@pytest.mark.parametrize("firmware", PROFILES)
+@pytest.mark.parametrize("guard", [b"", b"C\r"])
+def test_a_help_text_is_one_answer_with_and_without_the_question_behind_it(firmware: str, guard: bytes) -> None:
+    answer = EmulatedRobot(firmware).send(b"H\r" + guard)
+    decoder = Decoder(firmware)
+    lines = decoder.feed("to robot", None, b"H\r" + guard) + decoder.feed("to host", None, answer)
+    assert not [line for line in lines if line.kind in FAULTS or line.problem or line.unanswered]
+    assert [line.name for line in answers(lines)] == ["help_text", "selector"][: 1 + bool(guard)]
+
+
 def test_a_number_beyond_all_bounds_is_malformed() -> None:
     lines = answers(talk("b\r", b"b," + b"9" * 400 + b" (67%)\r\n", "S\r", b"s\r\n"))
     assert [line.kind for line in lines] == [Kind.MALFORMED, Kind.ANSWER]

@@ -6,7 +6,7 @@ import elib
 from elib.errors import LinkClosed, ReplyTimeout, SimulationError, Unsupported
 from elib.protocol.profiles import PROFILES
 from elib.session import Wrote
-from elib.testing import emulator_of, link_of, simulated
+from elib.testing import EmulatedRobot, emulator_of, link_of, simulated
 from shared import inside, run_python
 
 
@@ -130,6 +130,24 @@ async def test_any_text_command_gives_the_lines_of_its_answer(robot: elib.Epuck)
     assert await robot.text("@") == "z,Command not found"
     assert len((await robot.text("H")).splitlines()) > 20
     assert await robot.text("Z") == "60: 0\n212: 0"
+
+
+@pytest.mark.parametrize("firmware", PROFILES)
+def test_a_help_text_that_is_longer_or_shorter_than_that_of_the_firmware_comes_whole(
+    firmware: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = EmulatedRobot(firmware).send(b"H\r").decode()
+
+    @simulated
+    async def story(answer: str) -> None:
+        async with elib.open(url(firmware)) as robot:
+            monkeypatch.setitem(emulator_of(robot).firmware.TEXT, ord("H"), lambda self, line: answer.encode())
+            assert (await robot.help_text()).split() == (await robot.text("H")).split() == answer.split()
+            assert (await robot.selector()).position == 3
+            assert robot.statistics.lost == robot.statistics.resyncs == 0
+
+    for answer in (known, known + '"!"  more\r\nand a line without a letter\r\n', known[: known.index('"E"')]):
+        story(answer)
 
 
 @pytest.mark.parametrize("wrong", ["", " ", "\r", "D,1\rD,2", "D,\x00", "é", "D" * 4000, None, b"D", 7])

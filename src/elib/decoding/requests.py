@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 
 from elib.decoding.lines import Argument, Call, CaptureBuffer, Kind, Line
 from elib.decoding.opcodes import BinaryCommand, binary_commands, named
+from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, Profile, Reply
 from elib.protocol.quantities import CameraMode
 from elib.protocol.raw import spec_of
-from elib.protocol.replies import NOT_FOUND, LineReply
+from elib.protocol.replies import NOT_FOUND, LineReply, LinesReply
 from elib.protocol.robot_connection import Opcode, RobotConnection, TextLine, scan_integers
 from elib.protocol.table import Spec
 
@@ -23,7 +24,17 @@ REFUSED: Reply[object] = LineReply("z", NOT_FOUND, repr(NOT_FOUND), lambda group
 SCANNED: Reply[object] = LineReply(
     "", r"(\d+): (-?\d+)", "'address: value'", lambda groups, context: {str(groups[0]): int(groups[1] or 0)}
 )
-"""One device of an ``i2c_scan``. The scan has no end mark; the shape of the table needs the question behind it."""
+"""One device of an ``i2c_scan``."""
+HELP: Reply[object] = LinesReply(
+    SPECS["help_text"].letter,
+    r'"',
+    "lines that begin with a quoted letter",
+    lambda lines, context: lines[-1].startswith(context.profile.help_ends_with),
+    lambda lines, context: "\n".join(lines),
+)
+"""A help text up to its last line, which the profile has."""
+UNGUARDED = {"i2c_scan": SCANNED, "help_text": HELP}
+"""Answers without an end mark, by command: other clients do not send the guard behind these commands."""
 
 
 def _nothing(context: Context) -> None:
@@ -156,7 +167,7 @@ class RequestReader:
         spec = spec_of(letter, self._context) if letter else None
         if spec is not None:
             self._calls.append(self._text_call(spec, line))
-            reply = SCANNED if spec.name == "i2c_scan" else spec.text.reply if spec.text is not None else REFUSED
+            reply = UNGUARDED.get(spec.name) or (spec.text.reply if spec.text is not None else REFUSED)
             confirm = self._confirmation(spec, line)
             self._await(spec.name, reply, may_lack=spec.name == "i2c_scan", confirm=confirm)
         elif letter.upper() in profile.unsent_text:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from elib.decoding.lines import Kind
-from elib.decoding.requests import LINE_ENDS, REFUSED, SCANNED, ExpectedAnswer
+from elib.decoding.requests import HELP, LINE_ENDS, REFUSED, SCANNED, UNGUARDED, ExpectedAnswer
 from elib.errors import CommandRejected, RemoteProtocolError
 from elib.protocol import shapes
 from elib.protocol.commands import SPECS
@@ -157,11 +157,11 @@ def known_text(firmware: str) -> Known:
     found: dict[str, list[tuple[str, Reply[object]]]] = {
         "z": [("an unknown command", REFUSED)],
         **{str(digit): [("i2c_scan", SCANNED)] for digit in range(10)},
+        '"': [("help_text", HELP)],
     }
     for spec in SPECS.values():
-        if spec.text is not None and spec.name not in (*absent, "i2c_scan", "reset"):
-            first = '"' if spec.name == "help_text" else spec.letter.lower()
-            found.setdefault(first, []).append((spec.name, spec.text.reply))
+        if spec.text is not None and spec.name not in (*absent, *UNGUARDED, "reset"):
+            found.setdefault(spec.letter.lower(), []).append((spec.name, spec.text.reply))
     return found
 
 

@@ -510,6 +510,8 @@ class Commands:
     def help_text(self) -> str:
         """Ask for the firmware's own list of commands, one a line.
 
+        The list has no end mark. So the selector is asked behind it, and its answer ends the list.
+
         Example:
             >>> robot.help_text().splitlines()[0]
             '"A"               Accelerometer'
@@ -535,7 +537,7 @@ class Commands:
             >>> robot.i2c_write(0xC0, 0, 1)
         """
 
-    @command(text_form(shapes.I2C_DEVICES, lambda numbers, context: b"Z\rC\r"), timeout=4.0)
+    @command(text_form(shapes.I2C_DEVICES), timeout=4.0)
     def i2c_scan(self) -> list[int]:
         """Return the 8-bit write addresses of the devices that answer.
 

@@ -120,7 +120,7 @@ class Profile:
         counts_per_g: Counts for 1 g.
         gyroscope_counts_per_degree: Counts for 1 degree/s.
         battery_counts: Raw readings of an empty and a full battery.
-        help_ends_with: The beginning of the last line of the help text.
+        help_ends_with: The beginning of the last line of the help text; only a decoder needs it.
         toggles_all: Whether ``L,8,2`` toggles all ring LEDs; otherwise it switches them off.
         numbers_body_lamps: Whether lamps 8 and 9 of a binary ``L`` are the body and the front; otherwise 8 is the whole
             ring.

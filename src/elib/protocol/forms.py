@@ -26,7 +26,8 @@ def text_form(
     """
 
     def line(numbers: Sequence[int], context: Context) -> bytes:
-        return ",".join([reply.letter, *map(str, numbers)]).encode("ascii") + b"\r"
+        guard = GUARD if isinstance(reply, LinesReply) and reply.is_guarded else b""
+        return ",".join([reply.letter, *map(str, numbers)]).encode("ascii") + b"\r" + guard
 
     return Form(encode or line, reply, letter=reply.letter, special=special)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from elib.errors import ArgumentError, Unsupported
 from elib.protocol.commands import SPECS
 from elib.protocol.context import Context, Parsed, Reply, UnexpectedReply
-from elib.protocol.replies import next_line
+from elib.protocol.replies import GUARD, LinesReply, next_line
 from elib.protocol.table import Request, Spec
 
 LONGEST_COMMAND = 3400
@@ -25,12 +25,15 @@ class Verbatim:
 
     Attributes:
         shape: The shape of the command's answer, which tells where it ends; None for one line.
-        has_end_mark: Whether the last line answers the question behind the command; it is left out.
     """
 
     shape: Reply[object] | None
-    has_end_mark: bool = False
     is_binary = False
+
+    @property
+    def is_guarded(self) -> bool:
+        """Whether the last line answers the guard, which is sent behind the command; it is left out."""
+        return isinstance(self.shape, LinesReply) and self.shape.is_guarded
 
     def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[str] | UnexpectedReply | None:
         """See :class:`~elib.protocol.context.Reply`."""
@@ -40,7 +43,7 @@ class Verbatim:
         end, _ = found
         text = bytes(buffer[start:end]).decode("latin-1").replace("\r", "\n")
         lines = [line for line in text.split("\n") if line]
-        return Parsed(end, "\n".join(lines[:-1] if self.has_end_mark else lines))
+        return Parsed(end, "\n".join(lines[:-1] if self.is_guarded else lines))
 
 
 def text_request(context: Context, command: str) -> Request[str]:
@@ -66,14 +69,11 @@ def text_request(context: Context, command: str) -> Request[str]:
             hint="call the method of the command, or connect over Bluetooth (rfcomm://)",
         )
     spec = spec_of(line[0], context)
-    data = line.encode("ascii") + b"\r"
-    is_scan = spec is not None and spec.name == "i2c_scan"
-    if is_scan:
-        data += b"C\r"  # the scan has no end mark; the answer of the selector behind it is one
-    shape = spec.text.reply if spec is not None and spec.text is not None else None
+    reply = Verbatim(spec.text.reply if spec is not None and spec.text is not None else None)
+    data = line.encode("ascii") + b"\r" + (GUARD if reply.is_guarded else b"")
     name = spec.name if spec is not None else "text"
     numbers = numbers_of(line[1:], spec)
-    request = Request(f"text({command!r})", name, data, Verbatim(shape, is_scan), numbers, service=LONGEST_SERVICE)
+    request = Request(f"text({command!r})", name, data, reply, numbers, service=LONGEST_SERVICE)
     return request if spec is None else replace(request, timeout=spec.timeout, wheels=spec.wheels)
 
 

@@ -89,15 +89,28 @@ def acknowledgement(letter: str) -> LineReply[None]:
     return LineReply(letter, letter, f"{letter.lower()!r} alone", lambda groups, context: None)
 
 
+GUARD = b"C\r"
+"""The text question behind every binary frame, the cheapest one. Binary answers have no framing, but the line keeps the
+order: bytes are the answer only if the guard's answer stands exactly behind their expected number. It is also the
+acknowledgement of setters, which have no answer, and the end of text answers without an end mark."""
+_GUARD_ANSWER: LineReply[None] = LineReply(
+    "C", r"c,\d+", "the selector's answer behind another one", lambda groups, context: None
+)
+
+
 @dataclass(frozen=True, slots=True)
 class LinesReply(Generic[T]):
-    """Several lines: the first must match *first*, and *is_last* says which one is the last."""
+    """Several lines: the first must match *first*, and *is_last* says which one is the last.
+
+    If *is_guarded*, it is that of the guard, which is sent behind the command.
+    """
 
     letter: str
     first: str
     expected: str
     is_last: Callable[[Sequence[str], Context], bool]
     build: Callable[[Sequence[str], Context], T]
+    is_guarded: bool = False
     is_binary = False
 
     def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[T] | UnexpectedReply | None:
@@ -116,6 +129,17 @@ class LinesReply(Generic[T]):
                 return Parsed(end, self.build(lines, context))
             if len(lines) > 256:
                 raise RemoteProtocolError(f"the answer to {self.letter!r} has no end; expected {self.expected}")
+
+
+def guarded_lines(
+    letter: str, first: str, expected: str, build: Callable[[Sequence[str], Context], T]
+) -> LinesReply[T]:
+    """Return the shape of lines without an end mark. The answer of the guard ends them, and *build* does not get it."""
+
+    def is_last(lines: Sequence[str], context: Context) -> bool:
+        return _compiled(_GUARD_ANSWER.pattern).fullmatch(lines[-1]) is not None
+
+    return LinesReply(letter, first, expected, is_last, lambda lines, context: build(lines[:-1], context), True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,15 +193,6 @@ class Several(Generic[T]):
             end = found.end
             values.append(found.value)
         return Parsed(end, self.build(values, context))
-
-
-GUARD = b"C\r"
-"""The text question behind every binary frame, the cheapest one. Binary answers have no framing, but the line keeps the
-order: bytes are the answer only if the guard's answer stands exactly behind their expected number. It is also the
-acknowledgement of setters, which have no answer."""
-_GUARD_ANSWER: LineReply[None] = LineReply(
-    "C", r"c,\d+", "the selector's answer behind a binary one", lambda groups, context: None
-)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from elib.protocol import values as v
 from elib.protocol.context import Context, Parsed, Reply
 from elib.protocol.image import Image
 from elib.protocol.quantities import CameraMode, pixel_bytes
-from elib.protocol.replies import LineReply, LinesReply, Packed
+from elib.protocol.replies import LineReply, LinesReply, Packed, guarded_lines
 
 if TYPE_CHECKING:
     import numpy
@@ -172,14 +172,8 @@ VERSION = LinesReply(
 )
 """One line from BTcom, or two from GCtronic's firmwares."""
 
-HELP_TEXT = LinesReply(
-    "H",
-    r'"',
-    "lines that each begin with a quoted letter",
-    lambda lines, context: lines[-1].startswith(context.profile.help_ends_with),
-    lambda lines, context: "\n".join(lines),
-)
-"""22 to 28 lines without an end mark: the profile has the last line."""
+HELP_TEXT = guarded_lines("H", r'"', "lines that begin with a quoted letter", lambda lines, context: "\n".join(lines))
+"""22 to 28 lines without an end mark."""
 
 
 def _number_after_comma(line: str) -> int:
@@ -200,18 +194,17 @@ I2C_VALUE = LinesReply(
 
 
 def _i2c_devices(lines: Sequence[str], context: Context) -> list[int]:
-    found = [(int(address), int(value)) for address, _, value in (line.partition(": ") for line in lines[:-1])]
+    found = []
+    for line in lines:
+        match = re.fullmatch(r"(\d{1,3}): (-?\d{1,5})", line)
+        if match is None:
+            raise RemoteProtocolError(f"the answer to 'Z' goes on with {line[:80]!r}; expected 'address: value'")
+        found.append((int(match[1]), int(match[2])))
     return [address for address, value in found if value or not context.profile.i2c_scan_prints_all]
 
 
-I2C_DEVICES = LinesReply(
-    "Z",
-    r"(\d+: -?\d+|c,\d+)$",
-    "lines 'address: value'",
-    lambda lines, context: lines[-1].lower().startswith("c,"),
-    _i2c_devices,
-)
-"""0 to 127 lines without an end mark: the answer of the selector, asked behind, ends it."""
+I2C_DEVICES = guarded_lines("Z", r"(\d+: -?\d+|c,\d+)$", "lines 'address: value'", _i2c_devices)
+"""0 to 127 lines without an end mark."""
 
 GREETING = b"WELCOME to the SerCom"
 """The beginning of the greeting that every firmware sends when it starts (wire-protocol.md, 1.2)."""
