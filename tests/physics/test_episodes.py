@@ -266,7 +266,7 @@ def grows(world, i):
     [
         (
             {"reward": dark},
-            "the reward of task 'test' reads ambient_light, which nobody senses: it would be 0\n"
+            "the reward of task 'test' reads ambient_light, which the task does not declare: it would be 0\n"
             r".*reward_sensors=\('proximity', 'ambient_light'\)",
         ),
         (
