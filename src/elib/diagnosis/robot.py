@@ -128,9 +128,9 @@ async def throughput(examination: Examination) -> CheckResult:
     total = sum(size for _, size in pieces)
     span = pieces[-1][0] - pieces[0][0]
     if span < LEAST_SPAN:
-        return CheckResult(f"{total} bytes of help text came at once")
+        return CheckResult(f"{total} bytes of text came at once")
     rate = (total - pieces[0][1]) / span
-    detail = f"{rate / 1000:.1f} kB/s, from {total} bytes of help text; 115200 baud carry 11.5"
+    detail = f"{rate / 1000:.1f} kB/s, from {total} bytes of text; 115200 baud carry 11.5"
     return CheckResult(detail, here(SLOW) if rate < SLOW_SHARE * BYTES_PER_SECOND else "")
 
 
