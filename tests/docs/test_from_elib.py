@@ -29,7 +29,7 @@ PUBLIC = {
         Epuck.OkfActuators Epuck.OkfIntsSensors Epuck.OkfStringSensors Epuck.OkfKofCamSensor""",
     "The serial port and Sercom": """
         Sercom defWriteTimeout defReadTimeout Start Write Dispose NotSent NotAnswered LastImgBytes FullImgBytes ModeImg
-        WidthImg HeightImg Free Working Help RestartMessage Version StableAnsCommandsChars ToString""",
+        WidthImg HeightImg Free Working Help RestartMessage Version nS nSST StableAnsCommandsChars ToString""",
     "Opening and closing a robot": "Epuck Dispose Name Port Working NotSent ToString",
     "Commands": """
         Motors GetSpeed SetEncoders GetEncoders Stop Reset LightX BodyLight FrontLight SetCam GetCamParams GetImage
@@ -44,7 +44,8 @@ PUBLIC = {
         BeginGetSelector BeginGetIR BeginGetLight BeginCalibrateIRSensors BeginGetIRData BeginGetInfoVersion
         BeginGetInfoHelp""",
     "End, and the result of Begin": """
-        EndFtion EndGetFtion EndGetImage EndInfoFtion EndInvoke AsyncState IsCompleted CompletedSynchronously
+        EndFtion EndGetFtion EndGetImage EndInfoFtion EndInvoke AsyncState IsCompleted SetAsCompleted
+        CompletedSynchronously
         AsyncWaitHandle Name""",
     "Exceptions": """
         ElibException TimeoutElibException SerialPortException ArgsException CommandArgsException
@@ -52,10 +53,11 @@ PUBLIC = {
     "Logging": "LogStream Log StartLogging StopLogging WriteToLogStream",
     "TestElib": """
         Main startEpuck endEpuckSession wait toSetCam toImg toReset to TestPortTurnAround ConsoleTestActuatorsTimeout
-        ConsoleTestSensorsTimeout ConsoleAsynchronousSensors ShowImage startBehaviour endBehaviour
-        exceptionOccured_End exceptionOccured_Restart Bull howRed searchAround aggressive wander Billiard go2wall
-        rebound GoAndTurn goXmiliseconds goXcm turnAround Go2Light recGotoLight restart KofGoXcm goOkf goKof stopOkf
-        stopKof SimulatingKof_over_IAsResult ShowProcessedImage LoggingExample ArrayToString""",
+        ConsoleTestSensorsTimeout ConsoleAsynchronousSensors ShowImage convertBitmap ShowBitmap startBehaviour
+        endBehaviour exceptionOccured_End exceptionOccured_Restart Bull howRed searchAround agressive wander Billiard
+        go2wall rebound GoAndTurn goXmiliseconds goXcm turnAround Go2Light recGotoLight restart reconnect KofGoXcm goOkf
+        goKof stopOkf stopKof travelled SimulatingKof_over_IAsResult ShowProcessedImage processImage LoggingExample
+        ArrayToString""",
     "Elib Tools (et)": "-h -s -d Avg FromTo FromCollection Action",
     "Simulator": "Simulator",
 }
