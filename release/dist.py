@@ -83,6 +83,7 @@ def check_files(tracked: set[str], unpacked: Path, wheel: Path) -> None:
     in_source = {path.relative_to(unpacked).as_posix() for path in unpacked.rglob("*") if path.is_file()}
     in_wheel = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
     wanted = {name.removeprefix("src/") for name in tracked if name.startswith("src/")}
+    wanted |= {name.replace("docs/", "elib/", 1) for name in tracked if name.startswith("docs/guides/")}
     for what, found, expected in (
         ("the source archive", in_source, tracked | {"PKG-INFO"}),
         ("the wheel", in_wheel, wanted),

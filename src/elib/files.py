@@ -16,6 +16,13 @@ LARGEST_STATE = 1_000_000
 """Bytes of a JSON file at most: the largest that elib reads has some hundred numbers."""
 
 
+def guide(name: str) -> Path:
+    """Return the file of a guide: the wheel has them in the package, a checkout in ``docs/guides``."""
+    package = Path(__file__).parent
+    folders = (package / "guides", package.parents[1] / "docs/guides")
+    return next((folder / f"{name}.md" for folder in folders if folder.is_dir()), folders[0] / f"{name}.md")
+
+
 def open_file(path: str | os.PathLike[str]) -> BinaryIO:
     """Open a regular file for reading, and never wait: a pipe without a writer would never open.
 

@@ -1,5 +1,6 @@
 """The reference pages are those of this code, and complete."""
 
+import ast
 import inspect
 import re
 import subprocess
@@ -12,6 +13,7 @@ from elib import errors
 from elib.cli.program import COMMANDS
 from elib.emulator.faultscript import KINDS, gallery
 from elib.emulator.sim_transport import open_sim
+from elib.files import guide
 from elib.physics.worldtables import TABLES
 from elib.protocol.commands import SPECS
 from elib.robot.actions import Actions
@@ -125,3 +127,22 @@ def test_the_generated_pages_say_so_in_their_first_line() -> None:
     assert len(REFERENCE) == 15
     for text in REFERENCE.values():
         assert text.startswith("<!-- Generated from the code; do not edit.")
+
+
+def test_a_command_names_no_page_that_an_installed_elib_lacks() -> None:
+    source = ROOT / "src/elib"
+    named: set[str] = set()
+    for path in source.rglob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        shown = {
+            id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr) and "cli" not in path.parts
+        }  # docstrings, which only commands show
+        for node in ast.walk(tree):
+            match node:
+                case ast.Constant(value=str(text)) if id(node) not in shown and path.name != "files.py":
+                    assert "docs/" not in text, path
+                case ast.Call(func=ast.Name(id="guide"), args=[ast.Constant(value=str(name))]):
+                    named.add(name)
+    assert {"agent", "flash"} <= named
+    assert all(guide(name).is_file() for name in named)
+    assert not [path for path in source.rglob("*.js") if "docs/guides" in path.read_text(encoding="utf-8")]

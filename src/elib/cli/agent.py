@@ -11,6 +11,7 @@ from cyclopts import Parameter as Cli
 from elib.emulator.loopback import bind
 from elib.errors import ArgumentError, Unsupported
 from elib.extras import check_web, install
+from elib.files import guide
 from elib.robot.running import run_coroutine
 from elib.transport import parse_url, speed_of
 
@@ -105,7 +106,7 @@ def _check_real(urls: tuple[str, ...], is_allowed: bool) -> bool:
     if real and not is_allowed:
         raise ArgumentError(
             f"{real[0]} is not a virtual robot, and an agent gets a real one only with --allow-real",
-            hint="stand beside the robot, and read docs/guides/agent.md first",
+            hint=f"stand beside the robot, and read {guide('agent')} first",
         )
     return bool(real)
 

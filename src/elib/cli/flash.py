@@ -57,8 +57,8 @@ def flash(
 
     A robot that drives is stopped first. Then its program resets it; if no program answers, you are asked to press the
     reset button. Rows of the bootloader are never sent, and the reset vector is changed so that it leads to the
-    bootloader: an upload that was interrupted can be repeated. Without URL a virtual robot is used. For an e-puck2 see
-    docs/guides/flash.md.
+    bootloader: an upload that was interrupted can be repeated. Without URL a virtual robot is used. An e-puck2
+    is programmed over its USB cable; with a program or a URL of one, this command names the guide.
     """
     if url is not None and robot is not None:
         raise ArgumentError(f"two robots were named: {url} and {robot}", hint="name one of them")

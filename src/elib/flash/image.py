@@ -10,7 +10,7 @@ from pathlib import Path
 
 from elib.errors import ArgumentError, Unsupported
 from elib.extras import install
-from elib.files import read_file
+from elib.files import guide, read_file
 
 ROW = 0x40
 """Addresses in a row. The chip counts half instructions, and a row has 32 instructions."""
@@ -38,7 +38,7 @@ OWN_SETTINGS = range(0xF80000, 0xF80006)
 OTHER_CHIP = "is it a program for another chip? The e-puck1 has a dsPIC30F6014A"
 EPUCK2_PLACES = range(0x08000000, 0x08200000)
 """The flash memory of the e-puck2's main processor, an STM32F407 (its reference manual, RM0090, 3)."""
-EPUCK2_HINT = "An e-puck2 is programmed over its USB cable: see the guide docs/guides/flash.md"
+EPUCK2_HINT = f"An e-puck2 is programmed over its USB cable: see the guide {guide('flash')}"
 ELF, ELF_MACHINE, ARM = b"\x7fELF", 18, 40
 """The first bytes of an ELF file, where it says for which processor it is, and the number of ARM, the e-puck2's."""
 

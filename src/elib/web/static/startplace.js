@@ -16,10 +16,10 @@ const EXAMPLES = [
   ["sim://crowd?robots=20", "twenty virtual robots"],
 ];
 const PAIRING = [
-  "Turn the selector of the robot to 3 and switch the robot on.",
+  "Switch the robot on.",
   "Open the Bluetooth settings of this computer and pair e-puck_NNNN. The PIN is the number NNNN, also on the robot.",
   "On Linux, bind it to a port: sudo rfcomm bind 0 and the address of the robot, then 1 (an e-puck2: 2).",
-  "Look again. The guide docs/guides/connect-a-robot.md tells more.",
+  "Look again. If it does not answer, connect it: the doctor then says why, and where its selector must stand.",
 ];
 const RECENT = 4; // robots that were used before, in view
 const CONNECTING = 15000; // ms that a demo waits for its robot
