@@ -87,6 +87,22 @@ def test_a_lost_robot_is_a_failure_that_is_summed_up_too(refused: Told, monkeypa
     assert "Traceback" not in err
 
 
+@pytest.mark.parametrize("words", [["go-x-cm"], ["my_drive.py"]])
+def test_a_link_that_is_lost_tells_a_person_what_to_do_also_without_a_terminal(
+    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cut.toml").write_text('description = "a cut"\n[[fault]]\nkind = "cut"\nat = 2.5\nfor = 3\n')
+    (tmp_path / "my_drive.py").write_text(
+        "import elib\nwith elib.reconnecting('sim://') as robot:\n    robot.sleep(9)\n    robot.selector()\n"
+    )
+    assert main(["run", *words, "--robot", f"{FAST}&fault={tmp_path}/cut.toml"]) == 0
+    told = capsys.readouterr().err
+    assert told.count("the link is lost, and opened again as soon as the robot answers: ") == 1
+    assert "hint: switch the robot on" in told
+    assert re.search(r"the link of sim://.* is back after [2-4]\.\d s", told)
+
+
 def test_frames_of_the_live_line_follow_a_persons_time() -> None:
     assert period_of("real") == pytest.approx(0.1)
     assert period_of(10.0) == pytest.approx(1.0)

@@ -177,8 +177,19 @@ def test_a_program_that_closes_a_robot_can_ask_why_it_did_not_confirm_its_stop(
         assert await robot.stop_and_close() is None
         return error
 
-    assert isinstance(story(True), ReplyTimeout)
-    assert story(False) is None
+    def blocking(is_silent: bool) -> ElibError | None:
+        robot = elib.connect(url(firmware))
+        robot.set_speed(0.2, 0.2)
+        if is_silent:
+            virtual(robot.robot).link.silence()
+        error = robot.stop_and_close()
+        assert robot.stop_and_close() is None
+        assert "closed" in repr(robot)
+        return error
+
+    for ended in (story, blocking):
+        assert isinstance(ended(True), ReplyTimeout)
+        assert ended(False) is None
     assert caplog.text == ""
 
 

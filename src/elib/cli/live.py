@@ -193,9 +193,13 @@ class RunDisplay:
         from elib.behaviours._run.context import RunMessage  # elib watch starts without the behaviours
 
         if isinstance(event, RunMessage):
-            with self._drawing:
-                self._line.clear()
-                say(event.text)
+            self.say(event.text)
+
+    def say(self, text: str) -> None:
+        """Print a line above the live line."""
+        with self._drawing:
+            self._line.clear()
+            say(text)
 
     def _draw(self, context: RunContext, robots: Sequence[RobotReport]) -> None:
         while not self._is_over.wait(FRAME):

@@ -42,6 +42,7 @@ from elib.robot.signals import SHUTDOWN_TIME, SIGNALS
 from elib.robot.substitute import choose_robots, substituted, viewed
 from elib.robot.watchdog import is_supported
 from elib.runner import NOTHING, Records
+from elib.session import Disconnected, Reconnected, TraceEvent
 from elib.session.statistics import LinkStats, merged
 from elib.transport import speed_of
 from elib.view.drive import RobotReport, draw_drive
@@ -258,6 +259,7 @@ class ProgramRun:
         self._context_began = 0.0
         self._duration: float | None = None
         self._is_swarm = False
+        self._say: Callable[[str], object] = say
         self._is_limited = False
         self._has_ended = threading.Event()
 
@@ -286,6 +288,7 @@ class ProgramRun:
         offset = max((each.time for each in self.robots if not each.is_closed), default=self.time)
         report = RobotReport(robot, robot.time - offset)
         self.robots.append(report)
+        robot.trace(partial(self._tell_link, robot.name))
         self._opened.append(offset)
         if self.seconds is not None and not self._is_limited:
             asyncio.get_running_loop().call_later(max(0.0, self.seconds - offset), self._expire)
@@ -346,6 +349,7 @@ class ProgramRun:
         self._is_swarm = behaviour.style is BehaviourStyle.SWARM  # its robots are opened in any order
         seconds, self.seconds = self.seconds, None  # a behaviour ends by itself when its time is over
         display = RunDisplay(behaviour.name)
+        self._say = display.say
 
         def begin(context: RunContext, robots: tuple[Epuck, ...]) -> None:
             self._context, self._context_began = context, self.time
@@ -431,6 +435,15 @@ class ProgramRun:
             "recordings": [str(each.path) for each in self._files if isinstance(each, Recorder)],
             "plot": plot if self.robots else None,
         }
+
+    def _tell_link(self, name: str, time: float, event: TraceEvent) -> None:
+        """Tell a person what to do while a robot that reconnects has no link; a trace hook."""
+        match event:
+            case Disconnected(error=error):
+                self._say(f"the link is lost, and opened again as soon as the robot answers: {error.message}")
+                self._say("hint: switch the robot on, charge it, bring it nearer; Ctrl-C ends the run")
+            case Reconnected(gap=gap):
+                self._say(f"the link of {name} is back after {gap:.1f} s")
 
     def _note(self, event: StateChanged | RunMessage) -> None:
         """Write a state or a line into every recording, in the thread where it happens."""

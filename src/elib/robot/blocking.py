@@ -132,6 +132,22 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
         """
         self._portal.leave()
 
+    def stop_and_close(self) -> ElibError | None:
+        """Close the robot like :meth:`close`, and return why it did not confirm its stop, instead of logging that.
+
+        Returns:
+            What :meth:`elib.Epuck.stop_and_close` returns.
+
+        Example:
+            >>> robot.stop_and_close()
+        """
+        if self._portal.is_closed:
+            return None
+        try:
+            return self._portal.call(self._robot.stop_and_close())
+        finally:
+            self._portal.leave()
+
     # -- about the robot --
 
     @property
