@@ -476,7 +476,8 @@ class Episodes:
             missing = tuple(sorted(read.difference(task.sensors, task.reward_sensors)))
             if missing:
                 raise ArgumentError(
-                    f"the {role} of task {task.name!r} reads {', '.join(missing)}, which the task does not declare: it would be 0",
+                    f"the {role} of task {task.name!r} reads {', '.join(missing)}, "
+                    "which the task does not declare: it would be 0",
                     hint=f"declare it in the task: reward_sensors={(*task.reward_sensors, *missing)!r}",
                 )
 
