@@ -163,8 +163,8 @@ def test_wheels_are_told_on_time_however_late_answers_are(seed: int, tmp_path: P
         late = [time - told[again.numbers[call - 1]] for call, time in sent_times(again.recording).items()]
         assert 0 < again.skipped < 0.15 * len(again.numbers)
     assert len(late) == len(told) >= 12, "every call that acts was made"
-    # One answer may be waited for, and that is all: it takes 60 ms, and 30 ms more once in a while.
-    assert max(late) < 0.12
+    # One answer may be waited for, and that is all: it takes 60 ms, and with the late ones of both runs twice that.
+    assert max(late) < 0.15
 
 
 def sent_times(recording: Recording) -> dict[int, float]:
