@@ -4,12 +4,8 @@ from pathlib import Path
 
 from elib.lab import Lab, load_lab
 from elib.lab.labfile import shipped_labs
-from elib.physics import World
-from elib.view import draw_svg
+from elib.lab.picture import PICTURE, draw_lab
 from generator.markdown import table
-
-SIZE = 360
-"""Pixels of a picture's longer side."""
 
 
 def listed() -> str:
@@ -36,18 +32,10 @@ def pictures() -> dict[Path, str]:
     found = {}
     for name in shipped_labs():
         lab = load_lab(name)
-        drawn = picture(lab)
+        drawn = draw_lab(lab)
         found[Path(__file__).parents[1] / f"images/labs/{name}.svg"] = drawn
-        found[lab.folder / "world.svg"] = drawn
+        found[lab.folder / PICTURE] = drawn
     return found
-
-
-def picture(lab: Lab) -> str:
-    """Return the world of the lab's first variant, with its zones."""
-    variant = lab.variants[0]
-    world = World.load(variant.world, robots=variant.robots, seed=variant.seed)
-    zones = tuple(lab.zones_of(variant).values())
-    return draw_svg(world.snapshot(), caption="", size=SIZE, zones=zones)
 
 
 def anchor(lab: Lab) -> str:

@@ -29,7 +29,8 @@ copies one, and `elib lab check FILE.py` runs a program in the lab's worlds and 
 | `worlds/*.toml` | [worlds](worlds.md), if those of elib do not fit |
 | `teacher/hidden.toml` | more `[[variant]]` and `[[zone]]` tables, which the student does not see |
 | `teacher/solution.py` | a program that passes |
-| `teacher/mistakes/*.py` | programs that fail. The first line of each says why: `# fails: GOAL: reason` |
+| `teacher/mistakes/*.py` | mistakes; each fails as its first line says, `# fails: GOAL: reason` |
+| `world.svg` | the picture in `README.md`; `elib lab draw` draws it |
 
 `elib lab new NAME --teacher` copies the folder `teacher` too: that is how a lab of your own begins.
 

@@ -157,3 +157,17 @@ def test_another_lab_can_be_named(lab: Path, capsys: pytest.CaptureFixture[str])
     assert exit_of(["lab", "check", str(lab.parent / "elsewhere.py")]) == 2
     assert "--lab" in capsys.readouterr().err
     assert exit_of(["lab", "check", str(lab.parent / "elsewhere.py"), "--lab", "go-10-cm"]) == 0
+
+
+def test_the_picture_of_a_lab_is_drawn_again_with_its_zones(lab: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lab", "new", "out-of-the-maze", str(lab.parent / "maze")]) == 0
+    picture = lab.parent / "maze" / "world.svg"
+    before = picture.read_text()
+    assert main(["lab", "draw", str(lab.parent / "maze")]) == 0
+    assert f"drawn in {picture}" in capsys.readouterr().out
+    assert picture.read_text().rstrip() == before.rstrip()
+    text = (lab.parent / "maze" / "lab.toml").read_text()
+    (lab.parent / "maze" / "lab.toml").write_text(text.replace("[0.7, 0.1]", "[0.1, 0.1]"))
+    assert main(["lab", "draw", str(lab.parent / "maze")]) == 0
+    assert picture.read_text().rstrip() != before.rstrip()
+    assert main(["lab", "draw", str(lab.parent / "none")]) == 2

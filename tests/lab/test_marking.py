@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -275,3 +276,61 @@ def test_unsafe_says_so_and_needs_no_bubblewrap(lab: Path, school: Path) -> None
         ("honest.py", "4")
     ]
     assert page.read_text().count("<svg") == 2
+
+
+def test_several_labs_make_one_table_with_a_row_for_each_student(lab: Path, school: Path, tmp_path: Path) -> None:
+    other, second = tmp_path / "other", tmp_path / "second"
+    shutil.copytree(lab, other)
+    second.mkdir()
+    (school / "anna.py").write_text("import elib\nelib.connect().close()\n")
+    (second / "honest").mkdir()
+    (second / "honest" / "main.py").write_text(HONEST)
+    (second / "ben.py").write_text(HONEST)
+    table = tmp_path / "marks.csv"
+    words = (school, second, "--lab", lab, "--lab", other, "--unsafe", "--jobs", 1, "--csv", table)
+    done = run(command(*words))
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0].split()[:5] == ["submission", "points", "of", "lab", "other"]
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    assert [(row["submission"], row["points"], row["of"], row["lab"], row["other"]) for row in rows] == [
+        ("anna", "0", "8", "0", ""),
+        ("ben", "4", "8", "", "4"),
+        ("honest", "8", "8", "4", "4"),
+    ]
+    for words, said in (
+        ((), "needs the folder with the submissions"),
+        ((school, second, "--lab", lab), "there are 2 folders, but 1 --lab"),
+        ((school, second, "--lab", lab, "--lab", other, "--html", table), "the page of one lab"),
+    ):
+        done = run(command(*words))
+        assert done.returncode == 2
+        assert said in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("first", "wrong"),
+    [
+        ("# fails: ahead: it does not drive", ""),
+        ("# fails: end: it does not drive", "it should fail end, but end fails only where another goal fails: ahead"),
+        ("# fails: ahed: it does not drive", "it should fail ahed, but there is no such goal: did you mean ahead?"),
+        ("import os", "its first line does not say what fails: # fails: GOAL: reason"),
+    ],
+)
+def test_a_mistake_that_does_not_fail_as_its_first_line_says_is_named(lab: Path, first: str, wrong: str) -> None:
+    mistakes = lab / "teacher" / "mistakes"
+    mistakes.mkdir()
+    (mistakes / "stands.py").write_text(f"{first}\nimport elib\n\nwith elib.connect() as robot:\n    robot.sleep(1)\n")
+    for words in (("mark", mistakes, "--unsafe", "--jobs", "1"), ("check", mistakes / "stands.py")):
+        done = run([sys.executable, "-m", "elib", "lab", *map(str, words)])
+        assert done.returncode == bool(wrong), done.stderr
+        said = wrong or ("it fails as its first line says" if words[0] == "check" else "")
+        assert (f"stands.py: {said}" in done.stderr) == bool(said)
+
+
+def test_a_mistake_that_passes_is_named(lab: Path) -> None:
+    mistakes = lab / "teacher" / "mistakes"
+    mistakes.mkdir()
+    (mistakes / "solves.py").write_text(f"# fails: ahead: it does not drive\n{HONEST}")
+    done = run(command(mistakes, "--unsafe", "--jobs", 1))
+    assert done.returncode == 1
+    assert "error: solves.py: it should fail ahead, but ahead holds: all goals hold" in done.stderr

@@ -17,9 +17,11 @@ from elib.cli.terminal import GREEN, RED, paint, say, table
 from elib.errors import ArgumentError
 from elib.exits import FAILED
 from elib.fields import Number, nearest
-from elib.files import reason_of
+from elib.files import reason_of, write_file
 from elib.lab import Lab, VariantResult, find_lab, load_lab, run_variant
 from elib.lab.labfile import shipped_labs
+from elib.lab.mistakes import is_mistake, wrong_claim
+from elib.lab.picture import PICTURE, draw_lab
 from elib.lab.running import WALL, PlainProgram
 from elib.plaintext import plain
 
@@ -35,11 +37,14 @@ app = App(
 app.command(
     "elib.cli.labmark:mark",
     name="mark",
-    help="""Mark all submissions in a folder.
+    help="""Mark all submissions in a folder, or in several.
 
     Each runs in every variant of the lab, the hidden ones too. It sees neither this computer nor other submissions, and
     it drives its robot in simulated time, so the marks are the same on every run. A program that tries what is
-    forbidden has no points and is named. Programs that are much alike are named too.
+    forbidden has no points and is named. Programs that are much alike are named too. The folders of several labs make
+    one table, a row a student, by the names of files and folders without .py.
+
+    In a lab's teacher/mistakes, one that does not fail as its first line says is named, and the exit code is 1.
     """,  # here, because the list of commands shows its first line and does not import the module
 )
 
@@ -88,6 +93,15 @@ def new(
 
 
 @app.command
+def draw(folder: Annotated[str, Cli(help="The lab's folder.")] = ".", /) -> None:
+    """Draw the world of a lab, with its zones, into world.svg, which its README.md shows."""
+    lab = load_lab(folder)
+    path = Path(folder) / PICTURE
+    write_file(path, draw_lab(lab).encode())
+    print(f"drawn in {path}")
+
+
+@app.command
 def check(
     program: Annotated[str, Cli(help="The program, a .py file.")],
     /,
@@ -99,7 +113,9 @@ def check(
 ) -> None:
     """Run a program in the worlds of its lab, and say which goals hold.
 
-    The path of the robot is drawn into a picture beside the program. The exit code is 0 if all goals hold.
+    The path of the robot is drawn into a picture beside the program. The exit code is 0 if all goals hold. A program in
+    the lab's teacher/mistakes runs in the hidden variants too, and the exit code is 0 if it fails as its first line
+    says.
     """
     path = Path(program)
     if path.is_dir():
@@ -112,6 +128,9 @@ def check(
         raise ArgumentError(f"{program} is not a program: its name does not end in .py")
     Number(1, 3600, "s").require(wall, "--wall")
     found = load_lab(lab or find_lab(path))
+    is_wrong = is_mistake(found, path)
+    if is_wrong:
+        found = load_lab(found.folder, hidden=True)
     chosen = found.variants if variant is None else (found.variant(variant),)
     shown = sys.stderr if json else sys.stdout
     results, pictures = [], []
@@ -148,6 +167,11 @@ def check(
         )
     else:
         print(f"{sum(points.values()):.3g} of {found.points:g} points" + (", all goals hold" if passed else ""))
+    if is_wrong:
+        goals = [{each.goal.name: (each.holds, each.text) for each in result.goals} for result in results]
+        wrong = wrong_claim(found, path.read_text("utf-8", "replace"), goals)
+        say(f"{path.name}: {wrong or 'it fails as its first line says'}")
+        passed = not wrong
     if not passed:
         raise SystemExit(FAILED)
 

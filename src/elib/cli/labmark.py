@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -16,18 +17,29 @@ from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, LiveLine, say
 from elib.errors import ArgumentError
+from elib.exits import FAILED
 from elib.files import write_file
 from elib.lab import Lab, find_lab, load_lab
 from elib.lab.marking import Mark, mark_all
 from elib.lab.marksheet import to_csv, to_html, to_json, to_rows
+from elib.lab.mistakes import is_mistake, wrong_claim
 from elib.lab.sandbox import check_walls
 from elib.lab.similar import similar
-from elib.lab.submissions import find_submissions
+from elib.lab.submissions import Submission, find_submissions
+from elib.plaintext import plain
 
-Folder = Annotated[Path, Cli(help="The folder with the submissions: files such as anna.py, or folders with a main.py.")]
+Folder = Annotated[
+    Path,
+    Cli(help="The folder with the submissions: files such as anna.py, or folders with a main.py. Several: one table."),
+]
 LabFolder = Annotated[
-    str | None,
-    Cli(name="--lab", metavar="FOLDER", help="The lab's folder, or its name (default: above the submissions)."),
+    list[str] | None,
+    Cli(
+        name="--lab",
+        metavar="FOLDER",
+        negative="",
+        help="The lab's folder, or its name (default: above the submissions); once for each folder.",
+    ),
 ]
 CsvFile = Annotated[Path | None, Cli(name="--csv", metavar="FILE", help="Also write the table for a spreadsheet.")]
 HtmlFile = Annotated[Path | None, Cli(name="--html", metavar="FILE", help="Also write a page with each path.")]
@@ -43,9 +55,7 @@ Unsafe = Annotated[bool, Cli(help="Run the programs with your rights, without bu
 
 
 def mark(
-    folder: Folder,
-    /,
-    *,
+    *folder: Folder,
     lab: LabFolder = None,
     csv: CsvFile = None,
     html: HtmlFile = None,
@@ -53,9 +63,17 @@ def mark(
     json: AsJson = False,
     unsafe: Unsafe = False,
 ) -> None:
-    """Mark all submissions in a folder; elib.cli.lab has the text of its help page."""
-    submissions = find_submissions(folder)
-    task = load_lab(lab or find_lab(folder / "submission"), hidden=True)
+    """Mark all submissions in folders; elib.cli.lab has the text of its help page."""
+    if not folder:
+        raise ArgumentError("elib lab mark needs the folder with the submissions")
+    if lab and len(lab) != len(folder):
+        raise ArgumentError(f"there are {len(folder)} folders, but {len(lab)} --lab", hint="give one for each folder")
+    if html is not None and len(folder) > 1:
+        raise ArgumentError("--html makes the page of one lab", hint="mark the folders one by one for their pages")
+    labs: list[str] = lab or [str(find_lab(each / "submission")) for each in folder]
+    work = [
+        (load_lab(task, hidden=True), each, find_submissions(each)) for task, each in zip(labs, folder, strict=True)
+    ]
     for path in (csv, html):
         if path is not None and not path.parent.is_dir():
             raise ArgumentError(f"there is no folder {str(path.parent)!r} for {path.name!r}")
@@ -64,39 +82,65 @@ def mark(
     else:
         check_walls()
     line, count = LiveLine(), 0
+    total = sum(len(submissions) for _, _, submissions in work)
 
     def done(mark: Mark) -> None:
         nonlocal count
         count += 1
-        line.show([(f"{count} of {len(submissions)} marked: {mark.name}", DIM)])
+        line.show([(f"{count} of {total} marked: {mark.name}", DIM)])
 
+    marked: list[tuple[Lab, list[Mark]]] = []
+    wrong: list[str] = []
     try:
-        marks = mark_all(task.folder, submissions, jobs=jobs or os.cpu_count() or 1, safe=not unsafe, done=done)
+        for task, each, submissions in work:
+            marks = mark_all(task.folder, submissions, jobs=jobs or os.cpu_count() or 1, safe=not unsafe, done=done)
+            _note_similar(task, submissions, marks)
+            marked.append((task, marks))
+            if is_mistake(task, each / "submission"):
+                wrong += _wrong(task, submissions, marks)
     finally:
         line.clear()
-    start = task.folder / "start.py"
+    task, marks = marked[0]
+    if csv is not None:
+        write_file(csv, to_csv(marked).encode())
+    if html is not None:
+        write_file(html, to_html(task, marks).encode())
+    if json:
+        print_json(to_json(task, marks) if len(marked) == 1 else {"labs": [to_json(*each) for each in marked]})
+    else:
+        _print(marked)
+    for text in wrong:
+        say(f"error: {text}")
+    if wrong:
+        raise SystemExit(FAILED)
+
+
+def _note_similar(lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark]) -> None:
+    """Write into the marks which submissions are much alike."""
+    start = lab.folder / "start.py"
     programs = {submission.name: submission.text for submission in submissions}
     by_name = {mark.name: mark for mark in marks}
     for first, second, share in similar(programs, start.read_text() if start.is_file() else ""):
         by_name[first].alike[second] = by_name[second].alike[first] = round(100 * share)
-    if csv is not None:
-        write_file(csv, to_csv(task, marks).encode())
-    if html is not None:
-        write_file(html, to_html(task, marks).encode())
-    if json:
-        print_json(to_json(task, marks))
-    else:
-        _print(task, marks)
 
 
-def _print(lab: Lab, marks: list[Mark]) -> None:
-    rows = to_rows(lab, marks)
-    if not any(mark.alike for mark in marks):
-        rows = [row[:-1] for row in rows]
-    heading, *rows = rows
+def _wrong(lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark]) -> Iterator[str]:
+    """Yield which mistakes of the lab do not fail as they say."""
+    for submission, mark in zip(submissions, marks, strict=True):
+        text = submission.files.get(submission.main, b"").decode(errors="replace")
+        found = wrong_claim(lab, text, [run.goals for run in mark.runs])
+        if found:
+            yield f"{mark.name}: {found}"
+
+
+def _print(marked: Sequence[tuple[Lab, Sequence[Mark]]]) -> None:
+    heading, *rows = to_rows(marked)
+    cheats = {plain(mark.name).removesuffix(".py") for _, marks in marked for mark in marks if mark.attempts}
+    if not any(row[-1] for row in rows):
+        heading, rows = heading[:-1], [row[:-1] for row in rows]
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in heading:
         table.add_column(name, overflow="fold", no_wrap=name not in ("remarks", "similar"))
-    for row, mark in zip(rows, marks, strict=True):
-        table.add_row(*(Text(cell) for cell in row), style="red" if mark.attempts else "")
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row), style="red" if row[0].removesuffix(".py") in cheats else "")
     Console().print(table)

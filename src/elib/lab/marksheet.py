@@ -11,28 +11,68 @@ from elib.lab import Lab
 from elib.lab.marking import Mark, Run
 from elib.plaintext import plain
 
+Marked = Sequence[tuple[Lab, Sequence[Mark]]]
+"""Labs, each with the marks of its submissions."""
 
-def to_rows(lab: Lab, marks: Sequence[Mark]) -> list[list[str]]:
-    """Return the heading and a row for each mark: name, points, each goal, remarks, and who is much alike."""
-    rows = [["submission", "points", "of", *(goal.name for goal in lab.goals), "remarks", "similar"]]
-    for mark in marks:
-        held = [f"{mark.goals[goal.name]}/{len(lab.variants)}" for goal in lab.goals]
-        alike = ", ".join(f"{name} ({share} %)" for name, share in mark.alike.items())
-        rows.append([mark.name, _number(mark.points), _number(mark.most), *held, "; ".join(mark.remarks), alike])
+
+def to_rows(marked: Marked) -> list[list[str]]:
+    """Return the heading and rows: of one lab a row for each mark, of several a row for each student.
+
+    Each row has the name, points, each goal or each lab, remarks, and who is much alike. A student is who handed in
+    under the same name, without ``.py``; what is missing has no points.
+    """
+    return _rows_of(*marked[0]) if len(marked) == 1 else _summed(marked)
+
+
+def _summed(marked: Marked) -> list[list[str]]:
+    labs = [lab.name for lab, _ in marked]
+    rows = [["submission", "points", "of", *labs, "remarks", "similar"]]
+    by_student = [{_student(mark, marks): mark for mark in marks} for _, marks in marked]
+    for student in sorted({name for marks in by_student for name in marks}):
+        found = [marks.get(student) for marks in by_student]
+        there = [(name, mark) for name, mark in zip(labs, found, strict=True) if mark is not None]
+        rows.append(
+            [
+                student,
+                _number(sum(mark.points for _, mark in there)),
+                _number(sum(lab.points for lab, _ in marked)),
+                *("" if mark is None else _number(mark.points) for mark in found),
+                "; ".join(f"{name}: {remark}" for name, mark in there for remark in mark.remarks),
+                "; ".join(f"{name}: {_alike(mark)}" for name, mark in there if mark.alike),
+            ]
+        )
     return [[plain(cell) for cell in row] for row in rows]
 
 
-def to_csv(lab: Lab, marks: Sequence[Mark]) -> str:
+def _student(mark: Mark, marks: Sequence[Mark]) -> str:
+    """Return who handed in: the name without ``.py``, unless a folder of that name was handed in, too."""
+    name = mark.name.removesuffix(".py")
+    return name if name == mark.name or all(each.name != name for each in marks) else mark.name
+
+
+def _alike(mark: Mark) -> str:
+    return ", ".join(f"{name} ({share} %)" for name, share in mark.alike.items())
+
+
+def _rows_of(lab: Lab, marks: Sequence[Mark]) -> list[list[str]]:
+    rows = [["submission", "points", "of", *(goal.name for goal in lab.goals), "remarks", "similar"]]
+    for mark in marks:
+        held = [f"{mark.goals[goal.name]}/{len(lab.variants)}" for goal in lab.goals]
+        rows.append([mark.name, _number(mark.points), _number(mark.most), *held, "; ".join(mark.remarks), _alike(mark)])
+    return [[plain(cell) for cell in row] for row in rows]
+
+
+def to_csv(marked: Marked) -> str:
     """Return the rows as CSV for a spreadsheet."""
     out = io.StringIO()
     # A spreadsheet calculates what begins like a formula, and names and remarks come from students.
-    csv.writer(out).writerows([[f"'{c}" if c[:1] in tuple("=+-@") else c for c in row] for row in to_rows(lab, marks)])
+    csv.writer(out).writerows([[f"'{c}" if c[:1] in tuple("=+-@") else c for c in row] for row in to_rows(marked)])
     return out.getvalue()
 
 
 def to_html(lab: Lab, marks: Sequence[Mark]) -> str:
     """Return a page that needs nothing beside it: the table, and each run with its picture and what happened."""
-    heading, *rows = to_rows(lab, marks)
+    heading, *rows = _rows_of(lab, marks)
     goals = slice(3, 3 + len(lab.goals))
     head = "".join(f"<th>{escape(cell)}</th>" for cell in ("submission", "points", *heading[goals], "remarks"))
     body = "".join(_row(row, mark, goals) for row, mark in zip(rows, marks, strict=True))

@@ -35,6 +35,9 @@ GRACE = 2.0
 MOST_OUTPUT = 1_000_000
 """Bytes of a program's output that are kept."""
 
+MISSED = "failed"
+"""How the text of a goal ends that fails only because it needs another one."""
+
 Ending = Literal["ended", "failed", "time", "wall", "broke"]
 
 
@@ -268,7 +271,7 @@ def _judged(goals: tuple[Goal, ...], run: Run, refusal: str) -> tuple[GoalResult
         holds, text = alone[goal.name]
         missing = [name for name in goal.needs if not alone[name][0]]
         if holds and missing:
-            holds, text = False, f"{text}, but {' and '.join(missing)} failed"
+            holds, text = False, f"{text}, but {' and '.join(missing)} {MISSED}"
         found.append(GoalResult(goal, holds, text))
     return tuple(found)
 

@@ -1,0 +1,53 @@
+"""The mistakes that a teacher keeps with a lab: programs whose first line says which goal fails, and why."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from elib.fields import nearest
+from elib.lab.labfile import Lab
+from elib.lab.running import MISSED
+
+FOLDER = Path("teacher", "mistakes")
+"""In the folder of a lab."""
+
+CLAIM = re.compile(r"# fails: (\S+): (\S.*)")
+"""The first line of a mistake: the goal that fails, and the reason for a person."""
+
+Goals = Mapping[str, tuple[bool, str]]
+"""Whether each goal holds in a variant, and what happened, by the goal's name."""
+
+
+def is_mistake(lab: Lab, program: Path) -> bool:
+    """Return whether a program, or a folder with its files, is among the mistakes of the lab."""
+    return program.resolve().parent == lab.folder / FOLDER
+
+
+def wrong_claim(lab: Lab, text: str, runs: Sequence[Goals]) -> str:
+    """Return why a mistake does not fail as its first line says; an empty string if it does, in one variant at least.
+
+    Args:
+        lab: The lab.
+        text: The program.
+        runs: What became of the goals in each variant.
+    """
+    claim = CLAIM.fullmatch(text.partition("\n")[0].rstrip())
+    if claim is None:
+        return "its first line does not say what fails: # fails: GOAL: reason"
+    name = claim[1]
+    names = [goal.name for goal in lab.goals]
+    if name not in names:
+        return f"it should fail {name}, but there is no such goal: {nearest(name, names)}"
+    judged = [goals[name] for goals in runs]
+    if any(not holds and not text.endswith(MISSED) for holds, text in judged):
+        return ""
+    failed = [each for each in names if each != name and any(not goals[each][0] for goals in runs)]
+    others = f"{', '.join(failed)} fails" if failed else "all goals hold"
+    if any(not holds for holds, _ in judged):
+        return f"it should fail {name}, but {name} fails only where another goal fails: {others}"
+    return f"it should fail {name}, but {name} holds: {others}"
+
+
+__all__ = ["is_mistake", "wrong_claim"]

@@ -1,0 +1,29 @@
+"""The picture of a lab for its instructions: the world of its first variant, and its zones."""
+
+from __future__ import annotations
+
+from elib.lab.labfile import Lab
+from elib.physics import World
+from elib.view import draw_svg
+
+PICTURE = "world.svg"
+"""In the folder of the lab; its README.md shows it."""
+
+SIZE = 360
+"""Pixels of the picture's longer side."""
+
+
+def draw_lab(lab: Lab) -> str:
+    """Return the picture as SVG.
+
+    Raises:
+        ArgumentError: A picture on the floor cannot be read.
+        SimulationError: There is no room for the robots.
+    """
+    variant = lab.variants[0]
+    world = World.load(variant.world, robots=variant.robots, seed=variant.seed)
+    zones = tuple(lab.zones_of(variant).values())
+    return draw_svg(world.snapshot(), caption="", size=SIZE, zones=zones)
+
+
+__all__ = ["PICTURE", "draw_lab"]
