@@ -701,12 +701,30 @@ async def test_an_unexpected_greeting_is_an_event(r: Rig) -> None:
     assert await r.ask("proximity") == NEAR
 
 
+HELLO = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
+
+
+@pytest.mark.parametrize(
+    "pieces",
+    [(b"", HELLO), (HELLO[:20], HELLO[20:]), (HELLO + b"n,1", b"")],
+    ids=["behind a probe", "cut by the end of a call", "before that"],
+)
+@inside(rig)
+async def test_a_greeting_among_lost_answers_is_seen_once(r: Rig, pieces: tuple[bytes, bytes]) -> None:
+    seen: list[object] = []
+    r.session.hooks.append(lambda time, event: seen.append(event))
+    r.robot.next_answer(b"N", pieces[0])
+    r.robot.next_answer(b"V", pieces[1])  # the answer to the probe is lost too: another one is asked
+    await r.lose("proximity")
+    assert await r.ask("proximity") == NEAR
+    assert seen.count(Greeted()) == 1
+
+
 @pytest.mark.parametrize("firmware", VERSIONS)
 @simulated
 async def test_a_reset_that_cuts_a_request_is_no_refusal(firmware: str) -> None:
     async with rig(firmware) as r:
-        greeting = b'\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
-        r.robot.next_answer(b"D", greeting, b"z,Command not found\r\n")
+        r.robot.next_answer(b"D", HELLO, b"z,Command not found\r\n")
         with pytest.raises(ReplyTimeout, match="the robot was reset meanwhile"):
             await r.ask("set_speed", 0.1, 0.1)
         assert await r.ask("proximity") == NEAR

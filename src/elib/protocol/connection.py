@@ -192,6 +192,7 @@ class HostConnection:
         self._change_state(Trigger.ABANDON)
         assert request is not None
         self._request = None
+        self._drop()
         self._lose_sync(self._sent, request.service, needs_silence=request.reply.is_binary)
 
     def overtaking_bytes(self, request: Request[object]) -> bytes:
@@ -233,7 +234,7 @@ class HostConnection:
         self._probes.remove(self._probe)
         self._probes.append(self._probe)
         self._asked.append(self._probe.row)
-        self._buffer.clear()
+        self._drop()
         self.needs_silence = self.is_overtaken = False
         return self.context.profile.line_end + self._probe.data
 
@@ -303,8 +304,7 @@ class HostConnection:
                 found = UnexpectedReply(len(self._buffer))
             if isinstance(found, UnexpectedReply):
                 self._unexpected_bytes += found.end
-                self._see_greeting(bytes(self._buffer[: found.end]))
-                del self._buffer[: found.end]
+                self._drop(found.end)
                 if self._unexpected_bytes <= NOISE_LIMIT:
                     continue
                 self._refuse(
@@ -317,6 +317,7 @@ class HostConnection:
 
     def _accept(self, request: Request[object], found: Parsed[object]) -> None:
         rest = bytes(self._buffer[found.end :])
+        self._buffer.clear()
         self._request = None
         self._change_state(Trigger.ANSWER)
         request.confirmed(self.context)
@@ -354,12 +355,11 @@ class HostConnection:
         found = self._probe.pattern.search(self._buffer)
         if found is None:
             if len(self._buffer) > LONGEST_TAIL:
-                self._see_greeting(bytes(self._buffer))
-                del self._buffer[:-LONGEST_TAIL]
+                self._drop(-LONGEST_TAIL)
             return
-        before, rest = bytes(self._buffer[: found.start()]), bytes(self._buffer[found.end() :])
-        self._see_greeting(before)
-        self._copy = bytes(found[0])
+        self._copy, rest = bytes(found[0]), bytes(self._buffer[found.end() :])
+        self._drop(found.start())
+        self._buffer.clear()
         self._copy_row = self._probe.row
         self.probe_answer_bytes = len(self._copy)
         self._probe = None
@@ -390,6 +390,11 @@ class HostConnection:
         self._change_state(Trigger.SURPLUS)
         self._lose_sync(asked, 0.0, needs_silence=needs_silence)
         self._see_greeting(data)
+
+    def _drop(self, end: int | None = None) -> None:
+        """Drop what came before *end*, everything without it; a greeting may be in it."""
+        self._see_greeting(bytes(self._buffer[:end]))
+        del self._buffer[:end]
 
     def _see_greeting(self, data: bytes) -> None:
         tail = self._greeting_tail + data
