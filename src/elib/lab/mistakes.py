@@ -33,6 +33,8 @@ def wrong_claim(lab: Lab, text: str, runs: Sequence[Goals]) -> str:
         text: The program.
         runs: What became of the goals in each variant.
     """
+    if not runs:
+        return "it could not be run"
     claim = CLAIM.fullmatch(text.partition("\n")[0].rstrip())
     if claim is None:
         return "its first line does not say what fails: # fails: GOAL: reason"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import chain
 
 from elib.errors import ArgumentError
 from elib.fields import rule_of
@@ -64,7 +65,7 @@ class Mover:
         robots = self._state.world.robots
         here = robots[index]
         x, y = PLACE.require(pose.x, "x"), PLACE.require(pose.y, "y")
-        self._require_room(self.robot_names[index], Cylinder(x, y, float(here.radius)), *self._solids())
+        self._require_room(self.robot_names[index], Cylinder(x, y, float(here.radius)), self._solids())
         cosine, sine = unit(pose.heading)
         stand(here, pose.x, pose.y, cosine, sine)
         self._state.list_near()
@@ -126,12 +127,12 @@ class Mover:
         follow(world, index)
         self._state.list_near()
 
-    def _require_room(self, name: str, thing: Solid, *others: tuple[str, Solid]) -> None:
+    def _require_room(self, name: str, thing: Solid, others: Iterable[tuple[str, Solid]] = ()) -> None:
         """Raise ArgumentError unless *thing* stands in no robot, in none of *others*, and inside the arena."""
         scene = self._state.scene
         x, y = (thing.x1, thing.y1) if isinstance(thing, Wall) else (thing.x, thing.y)
         is_outside = not isinstance(thing, Wall) and not (0 <= x <= scene.width and 0 <= y <= scene.depth)
-        blocked = EDGE if is_outside else blocker(thing, [*self._robots(thing, name), *others])
+        blocked = EDGE if is_outside else blocker(thing, chain(self._robots(thing, name), others))
         if blocked is not None:
             size = f"the arena is {scene.width:g} x {scene.depth:g} m"
             raise ArgumentError(
