@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import elib
 from elib.body import AXLE, METRES_PER_STEP
-from elib.errors import ElibError, ReplyTimeout
+from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.pose import Pose
 from elib.protocol.profiles import PROFILES
 from elib.robot.aio import Epuck
@@ -25,6 +25,8 @@ from lanes import few_and_many
 
 FIELD = "[arena]\nsize = [40.0, 40.0]\n[[robot]]\nposition = [20.0, 20.0]\nheading = 0\n"
 FLAKY = "flaky-bluetooth"
+STEP = METRES_PER_STEP / AXLE
+"""rad by which a step of one wheel turns the robot."""
 firmwares = pytest.mark.parametrize("firmware", PROFILES)
 
 
@@ -48,7 +50,7 @@ def off(robot: BlockingEpuck, pose: Pose) -> tuple[float, float]:
 def confirmed(robot: BlockingEpuck, left: float, right: float) -> None:
     """Set the speeds, again until that is confirmed: over a bad link a program must."""
     for _ in range(9):
-        with contextlib.suppress(ElibError):
+        with contextlib.suppress(ReplyTimeout, RemoteProtocolError):
             robot.set_speed(left, right)
             return
     pytest.fail("the robot never answered")
@@ -134,6 +136,31 @@ def test_a_restart_that_nobody_noticed_makes_the_pose_uncertain_and_says_so(
         assert "uncertainty" in str(pose)
         robot.set_pose(0, 0)
         assert robot.pose().uncertainty < 0.001
+
+
+@few_and_many(2, 20)
+@firmwares
+def test_a_restart_on_the_way_is_never_hidden_by_a_small_uncertainty(
+    field: str, firmware: str, examples: int, tmp_path: Path
+) -> None:
+    wrong = []
+    for seed in range(4, 4 + examples):
+        rng = random.Random(seed)
+        script = tmp_path / f"{seed}.toml"
+        script.write_text(f'description = "a reset"\n[[fault]]\nkind = "reset"\nat = {rng.uniform(1, 6)}\n')
+        with elib.connect(with_faults(script, f"{field}&firmware={firmware}&seed={seed}")) as robot:
+            try:
+                for _ in range(6):
+                    confirmed(robot, rng.uniform(-0.6, 0.6), rng.uniform(-0.6, 0.6))
+                    robot.sleep(rng.uniform(0.3, 2))
+                confirmed(robot, 0, 0)
+            except LinkLost:
+                continue  # the robot was away for too long: that is no wrong pose
+            pose = robot.within(5, tries=5).pose()
+            place, heading = off(robot, pose)
+            if place > 1.5 * pose.uncertainty + 0.002 or heading > 1.5 * pose.heading_uncertainty + STEP:
+                wrong.append((seed, place, heading, pose))
+    assert len(wrong) <= examples // 20, wrong
 
 
 @pytest.mark.parametrize("is_done", [True, False])

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 from elib.body import step_rate, wrapped
-from elib.errors import CommandRejected
+from elib.errors import CommandRejected, LinkError
 from elib.pose import Pose
 from elib.protocol.context import Profile
 from elib.protocol.table import Request
 from elib.protocol.values import Sensors, Steps
 from elib.robot.reckoning import FASTEST, UNKNOWN, Change, Moment, Pair, Reckoning
-from elib.session import Called, Channel, Ended, Ending, Greeted, Pushed, SessionOpened, TraceEvent, Wrote
+from elib.session import Called, Channel, Ended, Ending, Greeted, Pushed, Resynced, SessionOpened, TraceEvent, Wrote
 
 SLACK = 100
 """Steps by which the counters may differ from the model without a restart being suspected."""
@@ -19,6 +19,8 @@ STREAM_PERIOD = 0.05
 """s that a packet of a stream may be older than its arrival, beside the way: the robot sends 50 a second or fewer."""
 STARTUP = 4.0
 """s from a restart to the greeting of an e-puck2, which has no command for it (wire-protocol.md, 1.2)."""
+LEAST_STARTUP = 1.0
+"""s from a restart to the greeting at least: the camera's driver sleeps, or the bootloader listens, as long (1.2)."""
 LATEST_STOP = 1.0
 """s after the loss of a link within which the stop that was sent last has arrived, if it has."""
 
@@ -52,8 +54,11 @@ class Odometry(Reckoning):
         """The newest call that halts the robot, and when it was sent, perhaps past others; nan before that."""
         self._wanted: Pair = STILL
         self._avoids = False
+        self._lost: list[tuple[Request[object], float]] = []
+        """Calls of SETTING whose answers are lost, and when they were sent: until the robot answers again, it may not
+        have taken them yet."""
         self._opened(counters, time)
-        self.startup = self._profile.service.get("reset", STARTUP)
+        self.startup = LEAST_STARTUP
 
     @property
     def _profile(self) -> Profile:
@@ -71,16 +76,22 @@ class Odometry(Reckoning):
             case Ended(round_trip=trip, is_replaced=False) if not math.isnan(trip):
                 self._ended(time, event)
             case Pushed(value=value) if (steps := steps_in(value)) is not None and not self._under_way:
+                self._settle(time)
                 if not self._was_set:
                     self._read(steps, time - STREAM_PERIOD - self._half, time)
                 self._was_set = False
             case Greeted():
-                restarted = max(self._heard, time - self.startup)
-                self._restarted(Moment(self._heard, restarted, restarted))
+                likely = time - self._profile.service.get("reset", STARTUP)
+                latest = max(self._heard, time - LEAST_STARTUP)
+                self._restarted(Moment(self._heard, max(self._heard, likely), latest))
                 self.restarts += 1
+            case Resynced():
+                self._settle(time)
             case Ending():  # the line takes a last stop, perhaps, and the robot with it
+                self._settle(time)
                 self.change(Change(Moment(time, time, time + LATEST_STOP), STILL, is_sure=False))
             case SessionOpened(counters=counters):
+                self._settle(time)
                 self._trip = math.inf
                 self._opened(counters, time)
             case _:
@@ -94,6 +105,7 @@ class Odometry(Reckoning):
         """Take the end of a call that was sent into account."""
         sent = time - event.round_trip
         if event.error is None:
+            self._settle(time)
             self._heard = time
             if not event.request.service:
                 self._trip = min(self._trip, event.round_trip)
@@ -102,12 +114,20 @@ class Odometry(Reckoning):
             self._read(steps, sent, time)
         if event.request.name not in SETTING or isinstance(event.error, CommandRejected):
             return
-        is_sure = event.error is None
         if event.request.data == self._halting and self._halted < sent:
             sent = self._halted  # it overtook others, and was sent again in its turn
-        # An answer that is given up may still be on its way.
-        when = Moment(sent, sent + self._half, time if is_sure else max(time, sent + 2 * self._half))
-        self._set(event.request, when, is_sure=is_sure)
+        if event.error is None:
+            self._set(event.request, Moment(sent, sent + self._half, time), is_sure=True)
+        else:
+            self._lost.append((event.request, sent))
+            if isinstance(event.error, LinkError):
+                self._settle(time)
+
+    def _settle(self, time: float) -> None:
+        """Take the calls into account whose answers were lost; *time* is the latest at which the robot took them."""
+        for request, sent in self._lost:
+            self._set(request, Moment(sent, sent + self._half, max(time, sent + 2 * self._half)), is_sure=False)
+        self._lost.clear()
 
     def _set(self, request: Request[object], when: Moment, *, is_sure: bool) -> None:
         """Take a call of SETTING into account."""

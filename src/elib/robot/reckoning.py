@@ -53,8 +53,9 @@ class Moment(NamedTuple):
 
     @property
     def variance(self) -> float:
-        """Variance of the time, s2: any time between is as likely."""
-        return (self.ended - self.began) ** 2 / 12
+        """Mean square of the time's distance from *at*, s2: any time between is as likely."""
+        before, after = self.at - self.began, self.ended - self.at
+        return (before**3 + after**3) / (3 * (before + after)) if before + after > 0 else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +104,7 @@ class Reckoning:
         time: When that is, s.
 
     Attributes:
-        startup: Time from a restart until it answers, s.
+        startup: Time from a restart until it answers at least, s.
         pose: Where it was at the last reading, with the time and the uncertainty.
         left: Steps of the left wheel since the beginning, backwards negative.
         right: Steps of the right wheel since the beginning, backwards negative.
