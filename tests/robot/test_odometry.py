@@ -163,6 +163,18 @@ def test_a_restart_on_the_way_is_never_hidden_by_a_small_uncertainty(
     assert len(wrong) <= examples // 20, wrong
 
 
+@firmwares
+def test_readings_on_the_way_do_not_add_up_to_an_uncertainty(field: str, firmware: str) -> None:
+    with elib.connect(f"{field}&firmware={firmware}") as robot:
+        pose = robot.pose()
+        for _ in range(8):
+            robot.drive(0.1)
+            pose = robot.turn(math.pi / 2)
+        place, heading = off(robot, pose)
+        assert place < pose.uncertainty + 0.001 < 0.002
+        assert heading <= 1.001 * STEP <= pose.heading_uncertainty < 1.6 * STEP
+
+
 @pytest.mark.parametrize("is_done", [True, False])
 def test_the_counters_tell_whether_an_unconfirmed_speed_was_taken(field: str, is_done: bool) -> None:
     async def main(robot: Epuck) -> None:
@@ -250,7 +262,7 @@ def test_what_something_else_drove_is_counted_and_its_path_is_uncertain(told: Pa
     reckoning.read((800, 500), at(1.0), 16, 1.0)
     assert (reckoning.left, reckoning.right) == (800, 500)
     assert 0.05 < reckoning.pose.uncertainty < 0.2
-    assert reckoning.pose.heading_uncertainty == 0
+    assert reckoning.pose.heading_uncertainty == pytest.approx(STEP)
 
 
 def test_a_restart_that_the_counters_show_is_placed_between_the_readings() -> None:
@@ -261,6 +273,22 @@ def test_a_restart_that_the_counters_show_is_placed_between_the_readings() -> No
     assert reckoning.restarts == 1
     assert 0.12 < reckoning.pose.x < 0.39
     assert reckoning.pose.x - 1000 * METRES_PER_STEP < reckoning.pose.uncertainty
+
+
+@pytest.mark.parametrize("readings", [1, 100])
+def test_an_uncertain_heading_makes_the_way_behind_it_uncertain_however_often_it_is_read(readings: int) -> None:
+    reckoning = begun()
+    reckoning.change(Change(at(0.0), (-100.0, 100.0)))
+    reckoning.change(Change(at(2.0, 1.0, 1.0), (0.0, 0.0), (0.0, 0.0)))
+    reckoning.read((0, 0), at(4.0), 16, 4.0)
+    turned = reckoning.pose.heading_uncertainty
+    assert turned > 200 * STEP
+    reckoning.change(Change(at(4.0), (500.0, 500.0)))
+    for i in range(1, readings + 1):
+        steps = 5000 * i // readings
+        reckoning.read((steps, steps), at(4 + steps / 500), 16, 4 + steps / 500)
+    assert reckoning.pose.heading_uncertainty == pytest.approx(turned)
+    assert reckoning.pose.uncertainty == pytest.approx(5000 * METRES_PER_STEP * turned, rel=0.05)
 
 
 def test_what_two_explanations_fit_stays_open_until_a_later_reading() -> None:

@@ -27,6 +27,10 @@ LOST_STEPS = 1.0
 """Steps that a wheel may lose or win at each change of its speed: the motor's timer goes on (wire-protocol.md, 5.1)."""
 SLACK = 1.0
 """Steps by which a counter differs from its wheel's even turning, as a standard deviation."""
+EXACT = 0.01
+"""Steps by which counters are wrong from one reading to the next: the part of a step is made up by the next reading."""
+STEP = METRES_PER_STEP / AXLE
+"""rad: the heading is never known better than to a step of one wheel."""
 PUNCTUAL = 0.005
 """s by which the way of most commands to the robot differs; a few come much later."""
 MOST_FITS = 10
@@ -82,7 +86,8 @@ class Explanation:
     Attributes:
         fits: Whether it makes the steps that were counted.
         cost: How improbable it is; the least is the best.
-        pose: Where the path ends, with the uncertainty that it adds.
+        pose: Where the path ends, with its uncertainty.
+        swing: How that of the place hangs together with that of the heading.
         steps: What each wheel made.
         speeds: Speeds at the end.
         read_at: When the counters were read, as it fits best.
@@ -91,6 +96,7 @@ class Explanation:
     fits: bool
     cost: float
     pose: Pose
+    swing: Pair
     steps: tuple[int, int]
     speeds: Pair
     read_at: float
@@ -119,6 +125,9 @@ class Reckoning:
         self._start = Change(Moment(time, time, time), (0.0, 0.0), UNKNOWN)
         self._changes: list[Change] = []
         self._count = 0
+        self._swing: Pair = (0.0, 0.0)
+        """Covariance of x and y with the heading, m rad, of :attr:`_reckoned`, in squares of its uncertainties."""
+        self._reckoned = pose
 
     def change(self, change: Change) -> None:
         """Take a change into account; it may have come before others that are known already, not before a reading."""
@@ -144,6 +153,8 @@ class Reckoning:
             bits: Width of the counters.
             time: The time of the new pose, s.
         """
+        if self.pose is not self._reckoned:  # it was set
+            self._swing = 0.0, 0.0
         last = self._changes[-1] if self._changes else self._start
         at = max(when.at, last.when.at)
         reading = Change(Moment(min(when.began, at), at, max(at, when.ended)), None, counters)
@@ -159,7 +170,8 @@ class Reckoning:
         turned = max((abs(_turn(best.pose, each.pose)) for each in fitting), default=0.0)
         self.left += best.steps[0]
         self.right += best.steps[1]
-        self.pose = _spread(best.pose, doubt, turned, time)
+        self._reckoned = self.pose = _spread(best.pose, doubt, turned, time)
+        self._swing = best.swing
         self._start = Change(reading.when._replace(at=best.read_at), best.speeds, counters)
         # What is still undecided is decided by a later reading.
         others = dict.fromkeys(each.speeds for each in fitting if each.speeds != best.speeds)
@@ -233,10 +245,12 @@ class Reckoning:
                 for piece, weight in zip(pieces[first:], weights, strict=True):
                     piece[w] += left_over[w] * weight / whole
         if any(math.isnan(rate[0]) for rate in rates):
-            return Explanation(False, math.inf, self.pose, (0, 0), rates[-1], reading.when.at)
+            return Explanation(False, math.inf, self.pose, self._swing, (0, 0), rates[-1], reading.when.at)
         poses = list(itertools.accumulate(pieces, lambda pose, piece: advanced(pose, *piece), initial=self.pose))
-        place, heading = _variances(poses, rates, gains, variances)
-        place += (METRES_PER_STEP * (abs(left_over[0]) + abs(left_over[1])) / 2) ** 2
+        place, heading, swing = _variances(poses, rates, gains, variances)
+        # Steps that were made are counted; only where the robot looked meanwhile is unknown.
+        turned = min(1.0, STEP * sum(ways))
+        place += (METRES_PER_STEP * (abs(left_over[0]) + abs(left_over[1])) / 2 * turned) ** 2
         # On the way the heading wanders by half a step at each change; what comes behind turns with it.
         wandered = METRES_PER_STEP * LOST_STEPS / 2 / AXLE * METRES_PER_STEP * sum(ways) / 2
         place += wandered**2 * self._count / 3
@@ -245,7 +259,7 @@ class Reckoning:
         return Explanation(
             all(abs(left_over[w]) <= most[w] and 4 * math.sqrt(spread[2 * w]) < 2 ** (bits - 1) for w in (0, 1)),
             cost + sum((left_over[w] / slack[w]) ** 2 for w in (0, 1)),
-            self._blurred(poses[-1], 2 * math.sqrt(place), 2 * math.sqrt(heading)),
+            *self._blurred(poses[-1], 2 * math.sqrt(place), 2 * math.sqrt(heading), (4 * swing[0], 4 * swing[1])),
             (steps[0], steps[1]),
             rates[-1],
             times[-1],
@@ -269,16 +283,21 @@ class Reckoning:
             unseen, reach = unseen + reach, 0.0
         swing = min(1.0, METRES_PER_STEP * reach / AXLE)
         place = METRES_PER_STEP * (unseen + reach * swing)
-        pose = self._blurred(advanced(self.pose, left, right), place, 2 * METRES_PER_STEP * unseen / AXLE)
-        return Explanation(True, 0.0, pose, (left, right), _rates(marks)[-1], reading.when.at)
+        pose, swing = self._blurred(advanced(self.pose, left, right), place, 2 * METRES_PER_STEP * unseen / AXLE)
+        return Explanation(True, 0.0, pose, swing, (left, right), _rates(marks)[-1], reading.when.at)
 
-    def _blurred(self, pose: Pose, place: float, heading: float) -> Pose:
-        """Return *pose* with the uncertainty that it had before, and that of a path to it."""
+    def _blurred(self, pose: Pose, place: float, heading: float, swing: Pair = (0.0, 0.0)) -> tuple[Pose, Pair]:
+        """Return *pose* with the uncertainty that it had before and that of a path to it, and the swing of both."""
         before = self.pose
-        swept = math.dist((before.x, before.y), (pose.x, pose.y)) * before.heading_uncertainty
-        whole = math.hypot(before.uncertainty, swept, place)
-        return replace(
-            pose, uncertainty=whole, heading_uncertainty=min(math.hypot(before.heading_uncertainty, heading), math.pi)
+        x, y, turned = pose.x - before.x, pose.y - before.y, before.heading_uncertainty**2
+        # An error of the heading turns all that comes behind it, however often the counters are read meanwhile.
+        swept = 2 * (x * self._swing[1] - y * self._swing[0]) + (x * x + y * y) * turned
+        whole = math.sqrt(max(0.0, before.uncertainty**2 + swept + place**2))
+        # The counters' own step does not add up from reading to reading.
+        known = math.sqrt(max(0.0, turned - STEP**2))
+        return replace(pose, uncertainty=whole, heading_uncertainty=min(math.hypot(known, heading, STEP), math.pi)), (
+            self._swing[0] - y * turned + swing[0],
+            self._swing[1] + x * turned + swing[1],
         )
 
 
@@ -351,12 +370,13 @@ def _variances(
     rates: Sequence[Pair],
     gains: Sequence[Pair],
     variances: Sequence[float],
-) -> Pair:
-    """Return the variances of place and heading at the end that the uncertain times leave, m2 and rad2."""
+) -> tuple[float, float, Pair]:
+    """Return what the uncertain times leave at the end: variances of place, m2, and heading, rad2, and covariances."""
     end = poses[-1]
-    inverse = _inverse(_spread_of(gains, variances), (SLACK, SLACK))
+    inverse = _inverse(_spread_of(gains, variances), (EXACT, EXACT))
     still = (0.0, 0.0)
-    totals = [0.0, 0.0, 0.0]
+    pairs = ((0, 0), (1, 1), (2, 2), (0, 2), (1, 2))  # of x, y and heading
+    totals = [0.0] * len(pairs)
     crossed = [[0.0, 0.0] for _ in range(3)]
     for pose, before, behind, gain, variance in zip(
         poses, [still, *rates], [*rates, still], gains, variances, strict=True
@@ -368,14 +388,16 @@ def _variances(
             ahead * math.sin(pose.heading) + turning * (end.x - pose.x),
             turning,
         )
+        for n, (k, m) in enumerate(pairs):
+            totals[n] += variance * shifts[k] * shifts[m]
         for k, shift in enumerate(shifts):
-            totals[k] += variance * shift * shift
             crossed[k][0] += variance * shift * gain[0]
             crossed[k][1] += variance * shift * gain[1]
-    for k, cross in enumerate(crossed):
-        seen = _times(inverse, cross)
-        totals[k] = max(0.0, totals[k] - cross[0] * seen[0] - cross[1] * seen[1])
-    return totals[0] + totals[1], totals[2]
+    for n, (k, m) in enumerate(pairs):  # less what the counters tell
+        seen = _times(inverse, crossed[k])
+        totals[n] -= crossed[m][0] * seen[0] + crossed[m][1] * seen[1]
+    x, y, heading = (max(0.0, total) for total in totals[:3])
+    return x + y, heading, (totals[3], totals[4])
 
 
 def _joined(changes: Sequence[Change]) -> Iterator[Change]:
