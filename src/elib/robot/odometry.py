@@ -58,7 +58,7 @@ class Odometry(Reckoning):
         """Calls of SETTING whose answers are lost, and when they were sent: until the robot answers again, it may not
         have taken them yet."""
         self._opened(counters, time)
-        self.startup = LEAST_STARTUP
+        self.startup = self._profile.service.get("reset", STARTUP)
 
     @property
     def _profile(self) -> Profile:
