@@ -234,7 +234,7 @@ class HostConnection:
         self._probes.remove(self._probe)
         self._probes.append(self._probe)
         self._asked.append(self._probe.row)
-        self._drop()
+        self._buffer.clear()
         self.needs_silence = self.is_overtaken = False
         return self.context.profile.line_end + self._probe.data
 
@@ -258,7 +258,7 @@ class HostConnection:
                 self._look_for_answer()
             case State.RESYNCING:
                 self._buffer += data
-                self._look_for_probe()
+                self._look_for_probe(len(data))
             case State.IDLE | State.OUT_OF_SYNC:
                 self._take_unasked(data)
             case State.CLOSED:
@@ -350,15 +350,16 @@ class HostConnection:
             return True
         return not copy.startswith(self._buffer)
 
-    def _look_for_probe(self) -> None:
+    def _look_for_probe(self, new: int) -> None:
         assert self._probe is not None
+        begin = len(self._buffer) - new
         found = self._probe.pattern.search(self._buffer)
         if found is None:
-            if len(self._buffer) > LONGEST_TAIL:
-                self._drop(-LONGEST_TAIL)
+            self._see_greeting(bytes(self._buffer[begin:]))  # at once: its time tells when the robot restarted
+            del self._buffer[:-LONGEST_TAIL]
             return
         self._copy, rest = bytes(found[0]), bytes(self._buffer[found.end() :])
-        self._drop(found.start())
+        self._see_greeting(bytes(self._buffer[begin : found.start()]))
         self._buffer.clear()
         self._copy_row = self._probe.row
         self.probe_answer_bytes = len(self._copy)

@@ -281,8 +281,8 @@ class Reckoning:
                 left, right, is_counted = 0, 0, False
         if not is_counted:  # they may have wrapped, or were set
             unseen, reach = unseen + reach, 0.0
-        swing = min(1.0, METRES_PER_STEP * reach / AXLE)
-        place = METRES_PER_STEP * (unseen + reach * swing)
+        turned = min(1.0, STEP * reach)
+        place = METRES_PER_STEP * (unseen + reach * turned)
         pose, swing = self._blurred(advanced(self.pose, left, right), place, 2 * METRES_PER_STEP * unseen / AXLE)
         return Explanation(True, 0.0, pose, swing, (left, right), _rates(marks)[-1], reading.when.at)
 
