@@ -26,7 +26,8 @@ def test_every_file_of_the_package_is_in_the_wheel(wheel: zipfile.ZipFile) -> No
     source = ROOT / "src"
     files = {path.relative_to(source).as_posix() for path in (source / "elib").rglob("*") if path.is_file()}
     packed = {name for name in wheel.namelist() if ".dist-info/" not in name}
-    assert packed == {name for name in files if "/__pycache__/" not in name}
+    guides = {f"elib/guides/{path.name}" for path in (ROOT / "docs/guides").iterdir()}
+    assert packed == guides | {name for name in files if "/__pycache__/" not in name}
     assert packed >= {
         "elib/py.typed",
         "elib/worlds/arena.toml",
