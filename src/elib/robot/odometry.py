@@ -81,9 +81,8 @@ class Odometry(Reckoning):
                     self._read(steps, time - STREAM_PERIOD - self._half, time)
                 self._was_set = False
             case Greeted():
-                likely = time - self._profile.service.get("reset", STARTUP)
-                latest = max(self._heard, time - LEAST_STARTUP)
-                self._restarted(Moment(self._heard, max(self._heard, likely), latest))
+                likely, latest = (max(self._heard, time - start) for start in (self.startup, LEAST_STARTUP))
+                self._restarted(Moment(self._heard, likely, latest))
                 self.restarts += 1
             case Resynced():
                 self._settle(time)

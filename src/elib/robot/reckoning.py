@@ -110,7 +110,7 @@ class Reckoning:
         time: When that is, s.
 
     Attributes:
-        startup: Time that a restart takes most likely until it answers, s.
+        startup: Time from a restart until it answers, most likely, s.
         pose: Where it was at the last reading, with the time and the uncertainty.
         left: Steps of the left wheel since the beginning, backwards negative.
         right: Steps of the right wheel since the beginning, backwards negative.
