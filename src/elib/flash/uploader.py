@@ -124,6 +124,7 @@ class Uploader:
     async def _version(self) -> Version | bytes:
         """Ask the robot for its version; if no sercom answers, return the bytes that came."""
         recorded = RecordingTransport(self._transport)
+        recorded.tells_counters = False  # only odometry needs them
         try:
             _, version, _ = await recognise_robot(recorded, None)
         except (RobotSilent, NotAnEpuck):

@@ -150,15 +150,11 @@ async def begin_stream(transport: RecordingTransport, profile: Profile) -> Opene
         NotAnEpuck: What was received are not the packets of an e-puck2.
         LinkLost: The link broke meanwhile.
     """
-    loop = asyncio.get_running_loop()
     context = Context(profile, transport.origin)
     context.sent = transport.last_command or context.sent
     connection = WifiConnection(context)
     request: Request[object] = Request("open", "open", pair(context), ALL_SENSORS)
-    await transport.write(connection.send(request))
-    end = loop.time() + STREAM_TIME
-    while connection.state is State.BUSY and loop.time() < end:
-        connection.receive(await _listen_once(transport, end), loop.time())
+    await _exchange(transport, connection, request, STREAM_TIME)
     while (event := connection.next_event()) is not None:
         if isinstance(event, Answer):
             counters = event.value.encoders if isinstance(event.value, Sensors) else None
@@ -190,10 +186,7 @@ async def _ask(transport: RecordingTransport, profile: Profile | None) -> Opened
             break
         context = Context(profile or BTCOM_1_1_3, transport.origin)
         connection = HostConnection(context)
-        await transport.write(connection.send(SPECS["version"].request(context)))
-        end = loop.time() + limit
-        while connection.state is State.BUSY and loop.time() < end:
-            connection.receive(await _listen_once(transport, end), loop.time())
+        await _exchange(transport, connection, SPECS["version"].request(context), limit)
         while (event := connection.next_event()) is not None:
             if isinstance(event, Answer) and isinstance(event.value, Version):
                 if connection.state is State.OUT_OF_SYNC:
@@ -237,12 +230,7 @@ async def _read_counters(transport: RecordingTransport, connection: HostConnecti
     """Read the step counters, with which odometry begins; None without an answer."""
     if not transport.tells_counters:
         return None
-    loop = asyncio.get_running_loop()
-    request: Request[object] = SPECS["encoders"].request(connection.context)
-    await transport.write(connection.send(request))
-    end = loop.time() + COUNTERS_TIME
-    while connection.state is State.BUSY and loop.time() < end:
-        connection.receive(await _listen_once(transport, end), loop.time())
+    await _exchange(transport, connection, SPECS["encoders"].request(connection.context), COUNTERS_TIME)
     if connection.state is State.BUSY:
         connection.abandon()
     found = None
@@ -250,6 +238,17 @@ async def _read_counters(transport: RecordingTransport, connection: HostConnecti
         if isinstance(event, Answer) and isinstance(event.value, Steps):
             found = event.value
     return found
+
+
+async def _exchange(
+    transport: Transport, connection: HostConnection | WifiConnection, request: Request[object], seconds: float
+) -> None:
+    """Send *request*, and let the connection take what comes until it has the answer or the time is over."""
+    loop = asyncio.get_running_loop()
+    await transport.write(connection.send(request))
+    end = loop.time() + seconds
+    while connection.state is State.BUSY and loop.time() < end:
+        connection.receive(await _listen_once(transport, end), loop.time())
 
 
 async def _listen(transport: Transport, seconds: float) -> None:
