@@ -13,6 +13,7 @@ from elib.cli.terminal import columns, say, table
 from elib.discovery import LOCAL, TIMEOUT, Found, Survey, survey
 from elib.fields import Number
 from elib.plaintext import plain
+from elib.protocol.quantities import SECONDS
 from elib.robot.running import run_coroutine
 
 NOTHING = "No port, paired robot or running simulation was found."
@@ -45,7 +46,7 @@ def find(
     them. An e-puck2 that answers is stopped by that, for its Wi-Fi has no question without a command; one that another
     program drives is not disturbed.
     """
-    Number(0, 3600, "s").require(within, "--within")
+    Number(0, SECONDS.usual, "s").require(within, "--within")
 
     async def main() -> Survey:
         return await survey(

@@ -24,7 +24,7 @@ from elib.protocol import values
 from elib.protocol.context import Context
 from elib.protocol.image import Image
 from elib.protocol.profiles import FIRMWARES, rule
-from elib.protocol.quantities import number_from
+from elib.protocol.quantities import SECONDS, number_from
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
 from elib.runner import run_on
@@ -100,7 +100,7 @@ def send(what: CatalogueEntry, texts: Sequence[str], options: SendOptions) -> No
     arguments = arguments_of(what, texts)
     within, save = options.within, options.save if isinstance(options, PictureOptions) else None
     if within is not None:
-        Number(0, 3600, "s").require(within, "--within")
+        Number(0, SECONDS.usual, "s").require(within, "--within")
     if save is not None and save.suffix.lower() != ".png":
         raise ArgumentError(f"--save is {str(save)!r}; it must end in .png")
 

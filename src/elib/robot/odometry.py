@@ -10,7 +10,7 @@ from elib.pose import Pose
 from elib.protocol.context import Profile
 from elib.protocol.table import Request
 from elib.protocol.values import Sensors, Steps
-from elib.robot.reckoning import FASTEST, UNKNOWN, Change, Moment, Pair, Reckoning
+from elib.robot.reckoning import FASTEST, STILL, UNKNOWN, Change, Moment, Pair, Reckoning
 from elib.session import Called, Channel, Ended, Ending, Greeted, Pushed, Resynced, SessionOpened, TraceEvent, Wrote
 
 SLACK = 100
@@ -26,7 +26,6 @@ LATEST_STOP = 1.0
 
 SETTING = ("set_speed", "stop", "set_encoders", "reset", "set_obstacle_avoidance")
 """Calls that change speeds or counters."""
-STILL: Pair = (0.0, 0.0)
 
 
 class Odometry(Reckoning):

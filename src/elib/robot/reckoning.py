@@ -45,6 +45,7 @@ MOST_RESTARTS = 20
 """Changes before a reading between which a restart is looked for that no greeting showed."""
 
 Pair = tuple[float, float]
+STILL: Pair = (0.0, 0.0)
 UNKNOWN: Pair = (math.nan, math.nan)
 
 
@@ -122,7 +123,7 @@ class Reckoning:
         self.left = self.right = 0
         self.restarts = 0
         self.startup = 0.0
-        self._start = Change(Moment(time, time, time), (0.0, 0.0), UNKNOWN)
+        self._start = Change(Moment(time, time, time), STILL, UNKNOWN)
         self._changes: list[Change] = []
         self._count = 0
         self._swing: Pair = (0.0, 0.0)
@@ -194,7 +195,7 @@ class Reckoning:
             before, after = marks[place].when, marks[place + 1].when
             answered = next(mark.when.at for mark in marks[place + 1 :] if mark.is_sure)
             latest = max(before.at, min(after.at, answered - self.startup))
-            restart = Change(Moment(before.began, (before.at + latest) / 2, after.ended), (0.0, 0.0), (0.0, 0.0))
+            restart = Change(Moment(before.began, (before.at + latest) / 2, after.ended), STILL, STILL)
             kept = [*self._changes[:place], restart, *self._changes[place:]]
             (likely if answered - before.at >= self.startup else hasty).append(kept)
         yield likely
@@ -209,10 +210,9 @@ class Reckoning:
         is_counted = not math.isnan(base[0])
         spans = [after.when.at - before.when.at for before, after in itertools.pairwise(marks)]
         # By how many steps the counters grow if a mark comes a second later: speeds before it less those behind it.
-        still = (0.0, 0.0)
-        behind = [*rates, still]
+        behind = [*rates, STILL]
         gains = [
-            still
+            STILL
             if i < first or not is_counted
             else (
                 (rates[i - 1][0] if i > first else 0.0) - behind[i][0],
@@ -252,7 +252,7 @@ class Reckoning:
         turned = min(1.0, STEP * sum(ways))
         place += (METRES_PER_STEP * (abs(left_over[0]) + abs(left_over[1])) / 2 * turned) ** 2
         # On the way the heading wanders by half a step at each change; what comes behind turns with it.
-        wandered = METRES_PER_STEP * LOST_STEPS / 2 / AXLE * METRES_PER_STEP * sum(ways) / 2
+        wandered = STEP * LOST_STEPS / 2 * METRES_PER_STEP * sum(ways) / 2
         place += wandered**2 * self._count / 3
         steps = [round(sum(piece[w] for piece in pieces)) for w in (0, 1)]
         spread = _spread_of(gains, variances)
@@ -283,7 +283,7 @@ class Reckoning:
             unseen, reach = unseen + reach, 0.0
         turned = min(1.0, STEP * reach)
         place = METRES_PER_STEP * (unseen + reach * turned)
-        pose, swing = self._blurred(advanced(self.pose, left, right), place, 2 * METRES_PER_STEP * unseen / AXLE)
+        pose, swing = self._blurred(advanced(self.pose, left, right), place, 2 * STEP * unseen)
         return Explanation(True, 0.0, pose, swing, (left, right), _rates(marks)[-1], reading.when.at)
 
     def _blurred(self, pose: Pose, place: float, heading: float, swing: Pair = (0.0, 0.0)) -> tuple[Pose, Pair]:
@@ -374,12 +374,11 @@ def _variances(
     """Return what the uncertain times leave at the end: variances of place, m2, and heading, rad2, and covariances."""
     end = poses[-1]
     inverse = _inverse(_spread_of(gains, variances), (EXACT, EXACT))
-    still = (0.0, 0.0)
     pairs = ((0, 0), (1, 1), (2, 2), (0, 2), (1, 2))  # of x, y and heading
     totals = [0.0] * len(pairs)
     crossed = [[0.0, 0.0] for _ in range(3)]
     for pose, before, behind, gain, variance in zip(
-        poses, [still, *rates], [*rates, still], gains, variances, strict=True
+        poses, [STILL, *rates], [*rates, STILL], gains, variances, strict=True
     ):
         ahead = METRES_PER_STEP * (before[0] - behind[0] + before[1] - behind[1]) / 2
         turning = METRES_PER_STEP * (before[1] - behind[1] - before[0] + behind[0]) / AXLE
