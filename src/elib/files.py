@@ -189,6 +189,7 @@ def _umask() -> int:
 __all__ = [
     "LARGEST_STATE",
     "create_file",
+    "guide",
     "named",
     "open_file",
     "parse_json",
