@@ -21,6 +21,7 @@ import difflib
 import inspect
 import math
 import numbers
+import re
 import reprlib
 import sys
 import types
@@ -121,7 +122,12 @@ brightness has no unit; its key is the name of the quantity."""
 
 
 def other_unit(value: object, unit: str, low: float, high: float) -> str:
-    """Return a hint for a number beyond its range: what it is if it was written in another unit, or an empty text."""
+    """Return a hint for a wrong number: what it is if it was written in another unit or as text, or an empty text."""
+    written = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*(\S*)\s*", value) if isinstance(value, str) else None
+    if written:
+        sizes = {"": 1.0, unit: 1.0, **{other: size for other, size, _ in _OTHER_UNITS.get(unit, ())}}
+        amount = float(written[1]) * sizes.get(written[2], math.inf)
+        return f"did you mean {amount:.4g}, without quotes?" if low <= amount <= high else ""
     number = value if not is_number(value) or isinstance(value, int) else float(value)
     if not is_number(number) or not abs(number) < LARGEST_NUMBER / 1000:
         return ""

@@ -15,7 +15,7 @@ from elib_process import COMMAND, PATIENCE, Told, elib, environment, started
 from PIL import Image as Pillow
 
 from elib.cli import main
-from elib.cli.demo import PICTURE, command_name, with_seed
+from elib.cli.demo import PICTURE, command_name, what_next, with_seed
 from elib.errors import ArgumentError
 
 
@@ -163,8 +163,12 @@ def test_what_comes_next_can_be_pasted_as_it_stands(here: Path, monkeypatch: pyt
     monkeypatch.setattr(sys, "argv", [".venv/bin/elib", "demo"])
     monkeypatch.setenv("PATH", "/nowhere")
     assert command_name() == ".venv/bin/elib"
+    assert what_next()[0][0] == ".venv/bin/elib send proximity"  # an elib that is in no environment
+    (programs / "activate").touch()
+    assert [typed for typed, _ in what_next()][:2] == [". .venv/bin/activate", ".venv/bin/elib send proximity"]
     monkeypatch.setenv("PATH", str(programs))
     assert command_name() == "elib"
+    assert what_next()[0][0] == "elib send proximity"
     other = here / "other"
     other.mkdir()
     (other / "elib").touch(0o755)

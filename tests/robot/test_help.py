@@ -149,6 +149,11 @@ WITHOUT_BRACKETS: tuple[Callable[[Any], object], ...] = (
     lambda on: math.sqrt(on.battery),
     lambda on: round(on.drive),
     lambda on: 3 in on.ground,
+    lambda on: len(on.proximity),
+    lambda on: on.selector == 3,
+    lambda on: on.selector != 3,
+    lambda on: on.selector in (1, 2),
+    lambda on: f"{on.temperature:.1f}",
 )
 
 
@@ -177,5 +182,7 @@ def test_a_command_without_its_brackets_is_told_how_it_is_written(
 def test_a_command_without_its_brackets_is_still_a_function(robot: elib.BlockingEpuck) -> None:
     assert robot.proximity
     assert callable(copy.copy(robot.proximity))
+    assert len({robot.proximity, robot.selector}) == 2
+    assert str(robot.proximity) == f"{robot.proximity}"
     assert not hasattr(robot.proximity, "front_left")
     assert "Method in module" in pydoc.plain(pydoc.render_doc(robot.proximity))

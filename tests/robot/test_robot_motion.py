@@ -298,6 +298,7 @@ def test_a_number_in_another_unit_is_refused_and_told_so_before_anything_is_sent
             (lambda: robot.go_to(30, 0.2), "did you mean 0.3 (30 cm) or 0.03 (30 mm)? for 30 m write elib.really(30)"),
             (lambda: robot.set_pose(0, 30), "did you mean 0.3 (30 cm) or 0.03 (30 mm)? for 30 m write elib.really(30)"),
             (lambda: robot.set_velocity(0.05, 45), "did you mean math.radians(45)?"),
+            (lambda: robot.drive("10cm"), "did you mean 0.1, without quotes?"),  # type: ignore[arg-type]
             (lambda: robot.set_speed(500, 500), "did you mean 0.5 (500 steps/s)?"),
             (lambda: robot.set_speed(6.2, 6.2), "did you mean 0.9868 (6.2 rad/s)?"),
             (lambda: robot.sleep(5000), "did you mean 5 (5000 ms)? for 5000 s write elib.really(5000)"),

@@ -92,8 +92,7 @@ def demo(
         print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {firmware}\n")
         print(table(rows))
     print("\nWhat next:")
-    program = command_name()
-    print(table([(f"{program} {arguments}", about) for arguments, about in WHAT_NEXT]))
+    print(table(what_next()))
 
 
 def with_seed(url: str, seed: int | None) -> str:
@@ -135,6 +134,15 @@ def _rows(track: Track, watcher: Watcher) -> list[tuple[str, str]]:
         ("closest", _closest(track, watcher)),
         *link_rows(watcher.statistics),
     ]
+
+
+def what_next() -> list[tuple[str, str]]:
+    """Return what to type next and what it does; first how a shell learns of this elib, if it knows another or none."""
+    program = command_name()
+    activate = Path(sys.argv[0]).with_name("activate")  # a virtual environment has it beside its programs
+    is_unknown = program != "elib" and activate.is_file()
+    first = [(f". {_quoted(str(activate))}", "let python and elib be found in this shell")] if is_unknown else []
+    return first + [(f"{program} {arguments}", about) for arguments, about in WHAT_NEXT]
 
 
 def command_name() -> str:

@@ -90,8 +90,8 @@ def execute(tokens: Sequence[str]) -> None:
         raise _unknown(app, error) from None
     except CycloptsError as error:
         hint = f"{_called(error)} --help"
-        if tokens[0] == "run" and any(map(is_program, tokens)):
-            hint += "; what belongs to the program stands after --"
+        if tokens[0] == "run" and (program := next(filter(is_program, tokens), None)):
+            hint = f"what belongs to the program stands after --: elib run {program} -- ...; {hint}"
         raise ArgumentError(_sentence(error, _called(error)), hint=hint) from None
     command(*bound.args, **bound.kwargs)
 

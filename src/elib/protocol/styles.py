@@ -99,8 +99,17 @@ class NotAValue:
         def _refuse(self, *_):
             raise TypeError(self._advice)
 
-        # Not __bool__, nor __len__, which takes its place: any code may ask whether there is a function.
-        __iter__ = __getitem__ = __contains__ = __await__ = __lt__ = __le__ = __gt__ = __ge__ = _refuse
+        def __bool__(self):  # any code may ask whether there is a function
+            return True
+
+        def __eq__(self, other):
+            return self._refuse() if isinstance(other, (int, float, str, tuple)) else self is other
+
+        def __format__(self, how):
+            return self._refuse() if how else str(self)
+
+        __hash__ = object.__hash__
+        __iter__ = __len__ = __getitem__ = __contains__ = __await__ = __lt__ = __le__ = __gt__ = __ge__ = _refuse
         __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _refuse
         __neg__ = __abs__ = __round__ = __int__ = __float__ = _refuse
 
