@@ -13,6 +13,7 @@ import elib
 from elib.emulator.simulation import VirtualRobot
 from elib.errors import ElibError, LinkLost, ReplyTimeout
 from elib.protocol.profiles import PROFILES
+from elib.robot.polling import polls, sensor_polls
 from elib.testing import simulated
 from elib.testing.inside import transport_of
 from shared import inside
@@ -284,6 +285,16 @@ async def test_a_reading_whose_answer_is_lost_is_asked_again_within_its_time(fir
             began = robot.time
             assert await getattr(robot.within(3, tries=3), name)() is not None
             assert 1 < robot.time - began < 1.6
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@simulated
+async def test_a_lost_answer_of_several_readings_or_of_a_part_of_them_is_asked_for_again(firmware: str) -> None:
+    async with elib.open(url(firmware, 0.01)) as robot:
+        for poll in (*sensor_polls(robot.context), *polls(["proximity"], robot.context)):
+            virtual(robot).link.lose_next_reply()
+            answer = await robot.within(6, tries=3).execute(poll.request, 1.0)
+            assert poll.readings(answer).keys() >= {*poll.names}
 
 
 @inside(elib.open, url("btcom-2.0"))

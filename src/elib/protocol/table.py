@@ -171,6 +171,7 @@ class Request(Generic[T]):
         make: Makes the bytes for the connection on which they are sent, if they contain what was set there; else None.
         timeout: Seconds to wait for the answer by default.
         wheels: What it does to the wheels; see :class:`Spec`.
+        is_poll: Whether it asks for readings alone, without being a row's own request.
     """
 
     text: str
@@ -183,6 +184,7 @@ class Request(Generic[T]):
     make: Callable[[Context], bytes] | None = field(default=None, repr=False)
     timeout: float = 1.0
     wheels: WheelEffect = ""
+    is_poll: bool = False
 
     def __str__(self) -> str:
         return self.text
@@ -205,9 +207,7 @@ class Request(Generic[T]):
     @property
     def only_reads(self) -> bool:
         """Whether it returns a value and changes nothing, so that it may be asked again."""
-        if self.spec is None:
-            return self.name == "sensors"
-        return self.spec.is_reading and not self.spec.parameters
+        return self.is_poll or (self.spec is not None and self.spec.is_reading and not self.spec.parameters)
 
     def confirmed(self, context: Context) -> None:
         """Note what the robot has confirmed."""

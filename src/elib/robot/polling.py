@@ -88,7 +88,9 @@ def _single(name: str, context: Context, text: str) -> Poll:
     request = SPECS[name].request(context)
     reply = Several((request.reply,), lambda found, context: {name: found[0]})
     # It has the name of the command: after a lost answer, the session must not probe with the question that was lost.
-    return Poll((name,), Request(text or str(request), name, request.data, reply, service=request.service))
+    return Poll(
+        (name,), Request(text or str(request), name, request.data, reply, service=request.service, is_poll=True)
+    )
 
 
 def _frame(chained: Sequence[str], packed: Collection[str], context: Context, text: str) -> Poll:
@@ -123,7 +125,7 @@ def _poll(
 ) -> Poll:
     shown = names if len(names) <= SHOWN else (*names[:SHOWN], f"and {len(names) - SHOWN} more")
     # It has the name of sensors(): in the trace, both have the same kind of value.
-    return Poll(names, Request(text or f"watch({', '.join(shown)})", "sensors", data, reply, make=make))
+    return Poll(names, Request(text or f"watch({', '.join(shown)})", "sensors", data, reply, make=make, is_poll=True))
 
 
 def _merged(found: Sequence[object]) -> Found:
