@@ -22,9 +22,9 @@ from collections.abc import Awaitable, Callable, Iterator
 from multiprocessing.connection import Connection
 
 import elib
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.timebase import new_loop
+from elib.base.timebase import new_loop
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 
 TRIPS = 2000
 ROUNDS = 10

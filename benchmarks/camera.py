@@ -15,8 +15,8 @@ import statistics
 import time
 from collections.abc import Callable
 
-from elib.physics import Colour, Scene, Wall, World
-from elib.physics.geometry import unit
+from elib.simulator.physics import Colour, Scene, Wall, World
+from elib.simulator.physics.geometry import unit
 
 ROOMS, ROBOTS, WALLS, SIZE, LENGTH = 20, 10, 20, 1.0, 0.2
 ROUNDS = 9

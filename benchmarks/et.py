@@ -15,7 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-ET = "import sys; from elib.et import main; sys.exit(main())"
+ET = "import sys; from elib.records.et import main; sys.exit(main())"
 FLOOR = "import sys\nfor line in open(sys.argv[2]):\n    line.split(' ')"
 ACTIONS = (
     "Avg 0",

@@ -31,7 +31,7 @@ from elib.learn.evolution import Evolution
 from elib.learn.executor import Executor, open_executor
 from elib.learn.results import curves
 from elib.learn.study import Evaluation, Generation, Settings, Study, evaluate
-from elib.view.report import save
+from elib.studies.report import save
 
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "evolution-avoid.svg"
 

@@ -12,12 +12,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-from elib.calibration import fit_robot
-from elib.physics.profiles import profile
-from elib.recording import read_recording
+from elib.records.reader import read_recording
+from elib.simulator.physics.profiles import profile
+from elib.studies import fit_robot
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "calibration"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "studies"))
 from parity_drives import hidden_robot, off
 
 DISTANCES = [0.001 * k for k in range(12, 61, 2)]

@@ -31,10 +31,10 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import SyncVectorEnv, VectorEnv
 
-from elib.body import METRES_PER_STEP
+from elib.base.body import METRES_PER_STEP
 from elib.learn import Task, find_task
 from elib.learn.envs import TaskEnv, TaskVectorEnv
-from elib.physics import Controller, Episodes, World
+from elib.simulator.physics import Controller, Episodes, World
 
 BRAITENBERG = Controller.braitenberg()
 SHORT = 100

@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "lab"))
 
 from hostile import HOSTILE
 
-from elib.errors import Unsupported
+from elib.base.errors import Unsupported
 from elib.lab import load_lab
 from elib.lab.marking import mark_all
 from elib.lab.sandbox import check_walls

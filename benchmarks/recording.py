@@ -26,7 +26,7 @@ from bench_link import FIRMWARE, robots
 import elib
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "recording"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "records"))
 from killing import SPEED, Killed, record_and_kill
 
 TURN = 0.8

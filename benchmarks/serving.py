@@ -27,7 +27,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import elib
-from elib.timebase import new_loop
+from elib.base.timebase import new_loop
 
 SETTLING = 1.0
 """s that robots drive before anything is measured."""

@@ -50,7 +50,7 @@ Work: TypeAlias = tuple[Callable[[], object], float]
 
 def world(robots: int, engine: str, walls: int = 0, threads: int = 1, seed: int = 1) -> Any:
     """Return the scenario; *walls* is the number of 20 cm segments a square metre."""
-    from elib.physics import Colour, EpuckModel, Scene, Wall, World
+    from elib.simulator.physics import Colour, EpuckModel, Scene, Wall, World
 
     side = math.sqrt(robots / 10)
     draw = random.Random(seed)
@@ -67,7 +67,7 @@ def world(robots: int, engine: str, walls: int = 0, threads: int = 1, seed: int 
 
 
 def braitenberg() -> Any:
-    from elib.physics import Controller
+    from elib.simulator.physics import Controller
 
     return Controller.braitenberg()
 
@@ -81,7 +81,7 @@ def drive(engine: str, robots: int, walls: int, threads: int) -> Work:
 
 def batch(threads: int) -> Work:
     """Count robot-steps of 200 worlds of 10 robots."""
-    from elib.physics import Batch
+    from elib.simulator.physics import Batch
 
     worlds, controller = Batch(world(10, "compiled").scene, 200, robots=10, threads=threads), braitenberg()
     return lambda: worlds.run(150, controller), 200 * 10 * 150
@@ -144,7 +144,7 @@ def scored(robot: Any, parameters: Any, memory: Any) -> None:
 
 def fitness(each_tick: int) -> Work:
     """Count robot-steps of 100 individuals, each alone in a world, with or without a fitness of every tick."""
-    from elib.physics import Controller
+    from elib.simulator.physics import Controller
 
     worlds, controller = [world(1, "compiled", seed=k) for k in range(100)], braitenberg()
     if each_tick:

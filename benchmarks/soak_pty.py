@@ -18,11 +18,11 @@ from collections import Counter
 from pathlib import Path
 
 import elib
-from elib.emulator.settings import SimulationSettings
-from elib.emulator.simulation import Simulation
-from elib.session import Called, Ended, TraceEvent, Wrote
-from elib.timebase import new_loop
-from elib.transport.pty import PtyTransport
+from elib.base.timebase import new_loop
+from elib.link.session import Called, Ended, TraceEvent, Wrote
+from elib.link.transport.pty import PtyTransport
+from elib.simulator.emulator.settings import SimulationSettings
+from elib.simulator.emulator.simulation import Simulation
 
 PERIOD = 0.2
 """s between two rounds of calls."""

@@ -23,12 +23,12 @@ import msgspec
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from elib.panel import server
+from elib.panel.listening import listen
+from elib.panel.messages import MESSAGES, decode
+from elib.panel.panel import Panel
+from elib.panel.slot import Slot
 from elib.robot.running import run_coroutine
-from elib.web import server
-from elib.web.listening import listen
-from elib.web.messages import MESSAGES, decode
-from elib.web.panel import Panel
-from elib.web.slot import Slot
 
 PAGES, MINUTES = 500, 10.0
 SCRIPT = os.path.abspath(__file__)

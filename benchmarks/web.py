@@ -30,7 +30,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "web")]
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "panel")]
 
 from browser import CHROMIUM, Tab, browser  # noqa: E402
 from panel_rig import Rig, virtual_robot  # noqa: E402
@@ -111,12 +111,10 @@ class Program:
 
     def __init__(self, root: Path) -> None:
         self.python = str(root / ".venv" / "bin" / "python")
-        self.is_new = (root / "src" / "elib" / "web").exists()
 
     def command(self, *urls: str) -> list[str]:
         """Return the command line that opens the panel on some robots."""
-        robots = list(urls) if self.is_new else [word for url in urls for word in ("--robot", url)]
-        return [self.python, "-m", "elib", "joystick", "--no-browser", "--port", "0", *robots]
+        return [self.python, "-m", "elib", "joystick", "--no-browser", "--port", "0", *urls]
 
 
 def cpu(program: asyncio.subprocess.Process) -> float:

@@ -25,14 +25,14 @@ from PIL import Image
 
 ROOT = Path(__file__).parent.parent
 IMAGES = ROOT / "docs/images"
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests/docs"), str(ROOT / "tests/web")]
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests/docs"), str(ROOT / "tests/panel")]
 
 from browser import Tab, browser  # noqa: E402
 from pages import programs  # noqa: E402  # the blocks of a page, as the tests read them
 
 import elib.cli  # noqa: E402
-from elib.physics import Pose, World  # noqa: E402
-from elib.view import draw  # noqa: E402
+from elib.simulator.drawing import draw  # noqa: E402
+from elib.simulator.physics import Pose, World  # noqa: E402
 
 STEP = 0.1
 """s from one point of a path to the next."""

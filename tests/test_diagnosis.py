@@ -13,20 +13,20 @@ from pathlib import Path
 import pytest
 import serialx
 
-from elib import discovery
-from elib.diagnosis import CHECKS, Diagnosis, DiagnosisStep, advice, diagnose, doctor, link
-from elib.diagnosis.line import interrogate
-from elib.diagnosis.link import Examination
-from elib.diagnosis.report import CheckResult
-from elib.discovery import Found, Survey
-from elib.emulator.fixed_hardware import FixedHardware
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.errors import LinkDenied, LinkError
-from elib.protocol.profiles import BTCOM_AMONG_OTHERS, PROFILES, TURN_THE_SELECTOR
+from elib.base.errors import LinkDenied, LinkError
+from elib.link.protocol.profiles import BTCOM_AMONG_OTHERS, PROFILES, TURN_THE_SELECTOR
+from elib.link.transport import Transport, Url, open_transport, parse_url, ports, serial
+from elib.link.transport.memory import memory_pair
+from elib.simulator.emulator.fixed_hardware import FixedHardware
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from elib.testing import simulated
-from elib.transport import Transport, Url, open_transport, parse_url, ports, serial
-from elib.transport.memory import memory_pair
+from elib.tools import discovery
+from elib.tools.diagnosis import CHECKS, Diagnosis, DiagnosisStep, advice, diagnose, doctor, link
+from elib.tools.diagnosis.line import interrogate
+from elib.tools.diagnosis.link import Examination
+from elib.tools.diagnosis.report import CheckResult
+from elib.tools.discovery import Found, Survey
 from shared import held
 
 LONGEST = 20.0
@@ -287,7 +287,7 @@ async def test_silence_is_told_from_noise_and_takes_no_longer_than_promised() ->
 
 @posix
 async def test_noise_on_a_real_port_is_noise() -> None:
-    from elib.transport.pty import PtyTransport
+    from elib.link.transport.pty import PtyTransport
 
     port = PtyTransport()
     port.listen(lambda data: port.send_nowait(bytes(255 - byte for byte in data)) and None)
@@ -540,7 +540,7 @@ async def never_open(_: Url) -> Transport:
 
 @pytest.fixture
 async def silent_port() -> AsyncIterator[str]:
-    from elib.transport.pty import PtyTransport
+    from elib.link.transport.pty import PtyTransport
 
     port = PtyTransport()
     yield port.path

@@ -15,16 +15,16 @@ from pathlib import Path
 
 import pytest
 
-from elib import discovery
-from elib.discovery import Found, addresses_of, candidates, find, is_likely, survey
-from elib.emulator import registry
-from elib.emulator.registry import Registered, registered, running
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.errors import ArgumentError, SimulationError
+from elib.base.errors import ArgumentError, SimulationError
+from elib.base.timebase import ScaledLoop
+from elib.link.transport import Transport, open_transport
+from elib.simulator.emulator import registry
+from elib.simulator.emulator.registry import Registered, registered, running
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from elib.testing import simulated
-from elib.timebase import ScaledLoop
-from elib.transport import Transport, open_transport
+from elib.tools import discovery
+from elib.tools.discovery import Found, addresses_of, candidates, find, is_likely, survey
 from shared import PATIENCE, held
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and POSIX processes")
@@ -193,7 +193,7 @@ def test_a_robot_that_is_offered_twice_is_asked_once() -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells who holds a port")
 async def test_a_port_of_another_program_is_not_opened(monkeypatch: pytest.MonkeyPatch) -> None:
-    from elib.transport.pty import PtyTransport
+    from elib.link.transport.pty import PtyTransport
 
     async def never(_: object) -> None:
         raise AssertionError("a port of somebody else was opened")
@@ -209,7 +209,7 @@ async def test_a_port_of_another_program_is_not_opened(monkeypatch: pytest.Monke
 
 
 async def test_a_silent_port_is_given_up_in_time_and_comes_last(monkeypatch: pytest.MonkeyPatch) -> None:
-    from elib.transport.pty import PtyTransport
+    from elib.link.transport.pty import PtyTransport
 
     port = PtyTransport()
     monkeypatch.setattr(discovery, "list_ports", lambda: [port.path, "/dev/ttyGONE0"])

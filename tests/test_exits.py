@@ -9,8 +9,8 @@ import sys
 
 import pytest
 
-from elib.errors import ArgumentError, LinkLost
-from elib.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE, exit_code
+from elib.base.errors import ArgumentError, LinkLost
+from elib.base.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE, exit_code
 from shared import PATIENCE
 
 
@@ -50,7 +50,7 @@ def test_an_error_of_the_system_that_names_no_file_is_a_defect() -> None:
 @pytest.mark.parametrize("closed", ["stdout", "stderr", "both"])
 def test_streams_that_are_closed_change_nothing_but_the_exit_code(closed: str) -> None:
     code = (
-        "import os, sys; from elib.exits import exit_code; from elib.errors import ArgumentError\n"
+        "import os, sys; from elib.base.exits import exit_code; from elib.base.errors import ArgumentError\n"
         "def work():\n    print('x' * 100000); raise ArgumentError('wrong')\n"
         "sys.exit(exit_code(work))"
     )

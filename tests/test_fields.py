@@ -8,9 +8,22 @@ import numpy as np
 import pytest
 
 from elib import EpuckModel, Scene
-from elib.errors import ArgumentError
-from elib.fields import Choice, Degrees, Flag, Number, Rule, Several, Text, Whole, check, fields_of, nearest, rule_of
-from elib.physics import Box, Light, Wall
+from elib.base.errors import ArgumentError
+from elib.base.fields import (
+    Choice,
+    Degrees,
+    Flag,
+    Number,
+    Rule,
+    Several,
+    Text,
+    Whole,
+    check,
+    fields_of,
+    nearest,
+    rule_of,
+)
+from elib.simulator.physics import Box, Light, Wall
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from elib.body import AXLE, METRES_PER_STEP
-from elib.pose import Pose, advanced
+from elib.base.body import AXLE, METRES_PER_STEP
+from elib.base.pose import Pose, advanced
 
 
 def test_a_step_is_an_eighth_of_a_millimetre() -> None:

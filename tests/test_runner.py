@@ -14,11 +14,11 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.errors import ArgumentError, LinkNotFound, ReplyTimeout
+from elib.base.errors import ArgumentError, LinkNotFound, ReplyTimeout
+from elib.base.timebase import ScaledLoop, SimulatedLoop
 from elib.robot.aio import Epuck
-from elib.runner import robot_url, robot_urls, run, run_on
+from elib.robot.runner import robot_url, robot_urls, run, run_on
 from elib.testing import emulator_of
-from elib.timebase import ScaledLoop, SimulatedLoop
 from shared import PATIENCE
 
 SIM = "sim://square?speed=max"

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from elib.errors import ArgumentError, SimulationError, SimulationStalled
+from elib.base.errors import ArgumentError, SimulationError, SimulationStalled
+from elib.base.timebase import CATCHING_UP, Paced, PacedLoop, ScaledLoop, SimulatedLoop, new_loop, require_real_time
 from elib.testing import simulated
-from elib.timebase import CATCHING_UP, Paced, PacedLoop, ScaledLoop, SimulatedLoop, new_loop, require_real_time
 from shared import PATIENCE, now
 
 T = TypeVar("T")
@@ -310,7 +310,7 @@ def test_a_scaled_loop_asks_the_system_for_less_waiting(monkeypatch: pytest.Monk
         wall += timeout
         return select.select(read, write, extra, 0)
 
-    monkeypatch.setattr("elib.timebase.select", SimpleNamespace(select=wait))
+    monkeypatch.setattr("elib.base.timebase.select", SimpleNamespace(select=wait))
     monkeypatch.setattr("asyncio.base_events.time.monotonic", lambda: wall)
     with asyncio.Runner(loop_factory=lambda: ScaledLoop(100)) as runner:
         runner.run(asyncio.sleep(20.0))  # clock: a clock of the test's own

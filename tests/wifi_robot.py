@@ -15,8 +15,8 @@ from collections.abc import AsyncIterator, Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from elib.session import Session
-from elib.transport.memory import MemoryTransport
+from elib.link.session import Session
+from elib.link.transport.memory import MemoryTransport
 
 SENSOR_CYCLE = 0.02
 """s. Sensors alone go round in two steps of the socket task, 10 ms each (wire-protocol.md, 4.4)."""

@@ -10,7 +10,7 @@ from unittest import mock
 from elib.behaviours import Behaviour, behaviours
 from elib.cli import main
 from elib.cli.program import APPS, COMMANDS, build
-from elib.protocol.profiles import rule
+from elib.link.protocol.profiles import rule
 from generator.markdown import inline, table
 
 INTRODUCTION = """# Command line

@@ -6,12 +6,12 @@ import inspect
 import re
 from collections.abc import Iterable
 
-from elib.errors import Unsupported
-from elib.protocol.commands import SPECS
-from elib.protocol.context import Context, Profile
-from elib.protocol.profiles import PROFILES, rule
-from elib.protocol.styles import Action
-from elib.protocol.table import Spec
+from elib.base.errors import Unsupported
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import Context, Profile
+from elib.link.protocol.profiles import PROFILES, rule
+from elib.link.protocol.styles import Action
+from elib.link.protocol.table import Spec
 from elib.robot.actions import Actions, Messenger
 from elib.robot.motion import Motions
 from generator.markdown import docstring, inline, table

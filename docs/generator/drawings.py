@@ -11,13 +11,13 @@ from dataclasses import fields
 from html import escape
 from typing import NamedTuple
 
-from elib.body import AXLE, SENSOR_DIRECTIONS, WHEEL_DIAMETER
-from elib.infrared import SPACING
-from elib.physics import optics
-from elib.physics.body import RADIUS
-from elib.physics.profiles import APERTURE, FULL_SCALE, PLACES, PROFILES
-from elib.physics.sensors import brightness, distance, ground, microphones
-from elib.protocol.values import Proximity
+from elib.base.body import AXLE, SENSOR_DIRECTIONS, WHEEL_DIAMETER
+from elib.base.infrared import SPACING
+from elib.link.protocol.values import Proximity
+from elib.simulator.physics import optics
+from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.profiles import APERTURE, FULL_SCALE, PLACES, PROFILES
+from elib.simulator.physics.sensors import brightness, distance, ground, microphones
 
 INK = "#24272c"
 QUIET = "#6b7078"

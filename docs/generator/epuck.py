@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import fields
 
-from elib.body import FASTEST, FASTEST_2, METRES_PER_STEP, SENSOR_DIRECTIONS, step_rate
-from elib.emulator.build import MELODIES_AND_TONES, RECORDINGS
-from elib.infrared import SPACING
-from elib.physics.profiles import PLACES, PROFILES
-from elib.physics.sensors import brightness, distance, ground, microphones
-from elib.protocol.values import Proximity
+from elib.base.body import FASTEST, FASTEST_2, METRES_PER_STEP, SENSOR_DIRECTIONS, step_rate
+from elib.base.infrared import SPACING
+from elib.link.protocol.values import Proximity
+from elib.simulator.emulator.build import MELODIES_AND_TONES, RECORDINGS
+from elib.simulator.physics.profiles import PLACES, PROFILES
+from elib.simulator.physics.sensors import brightness, distance, ground, microphones
 from generator.markdown import table
 
 DISTANCES = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 10.0)

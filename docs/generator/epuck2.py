@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from elib.protocol.commands import SPECS
-from elib.protocol.context import Profile
-from elib.protocol.profiles import EPUCK2, EPUCK2_WIFI
-from elib.protocol.values import in_words
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import Profile
+from elib.link.protocol.profiles import EPUCK2, EPUCK2_WIFI
+from elib.link.protocol.values import in_words
 from elib.robot.actions import Messenger
 from generator.markdown import inline, table
 

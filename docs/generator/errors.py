@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 import elib
-from elib import errors
+from elib.base import errors
 from generator.markdown import docstring, table
 
 INTRODUCTION = """# Errors
@@ -31,7 +31,7 @@ CURES = {
     " [guide to timeouts](../guides/timeouts.md).",
     "CallCancelled": "Begin the call again if its value is still of use: the link is open.",
     "ProtocolError": "Catch one of its subclasses.",
-    "LocalProtocolError": "Only who drives `elib.protocol` by hand meets it: finish the request under way first.",
+    "LocalProtocolError": "Only who drives `elib.link.protocol` by hand meets it: finish the request under way first.",
     "RemoteProtocolError": "Ask again; the session brings the line back into step first. If it comes often, the line is"
     " noisy, or the robot runs another firmware than elib takes it for.",
     "CommandRejected": "Ask `version()` which firmware answers. With `firmware=` given, leave it out.",

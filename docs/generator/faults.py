@@ -5,8 +5,9 @@ from __future__ import annotations
 import inspect
 from importlib.resources import files
 
-from elib.emulator import faultscript
-from elib.emulator.faultscript import KINDS, Kind, Strength, When
+from elib.base.files import FAULTS
+from elib.simulator.emulator import faultscript
+from elib.simulator.emulator.faultscript import KINDS, Kind, Strength, When
 from elib.testing import faults as testing
 from elib.testing import plugin
 from generator.markdown import docstring, inline, section, table
@@ -124,7 +125,7 @@ def shipped() -> str:
     """Return the scripts that come with elib, as they are."""
     parts = ["## Scripts that come with elib"]
     for name in faultscript.gallery():
-        text = files("elib").joinpath("faults", f"{name}.toml").read_text(encoding="utf-8")
+        text = files("elib").joinpath(FAULTS, f"{name}.toml").read_text(encoding="utf-8")
         parts.append(f"### {name}\n\n```toml\n{text.strip()}\n```")
     return "\n\n".join(parts)
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import inspect
 
-from elib.emulator.lockstep import LONGEST
-from elib.fields import fields_of
+from elib.base.fields import fields_of
+from elib.base.tables import Table
 from elib.lab import labfile
 from elib.lab.goal import Goal
 from elib.lab.goals import KINDS
 from elib.lab.labfile import ANY_GOAL, GOALS, KIND, TOP, VARIANTS, ZONES
+from elib.lab.lockstep import LONGEST
 from elib.lab.marker import MOST_KEPT
 from elib.lab.running import AFTERWARDS, GRACE, MOST_OUTPUT, WALL
-from elib.tables import Table
 from generator.markdown import inline, table
 from generator.worlds import HEAD, entry, keys, row
 

@@ -7,7 +7,7 @@ import re
 
 from elib import learn
 from elib.learn.envs import TaskEnv
-from elib.physics.records import Lamp, Robot, Thing, Tone
+from elib.simulator.physics.records import Lamp, Robot, Thing, Tone
 from generator.markdown import docstring, table
 from generator.robot import function
 from generator.simulator import own

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from elib.protocol.connection import TRANSITIONS, Trigger
-from elib.protocol.profiles import BTCOM_AMONG_OTHERS, PROFILES
+from elib.link.protocol.connection import TRANSITIONS, Trigger
+from elib.link.protocol.profiles import BTCOM_AMONG_OTHERS, PROFILES
 from generator.markdown import table
 
 

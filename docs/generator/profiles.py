@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import inspect
 
-from elib.emulator import robotprofile
-from elib.emulator.robotprofile import TABLES, TOP
+from elib.simulator.emulator import robotprofile
+from elib.simulator.emulator.robotprofile import TABLES, TOP
 from generator.worlds import entry, keys
 
 INTRODUCTION = """# Robot profiles

@@ -6,8 +6,8 @@ import tempfile
 from pathlib import Path
 
 import elib
-from elib.recording import read_recording
-from elib.recording.topics import TOPICS, Schema
+from elib.records.reader import read_recording
+from elib.records.topics import TOPICS, Schema
 from generator.markdown import table
 
 EXPLAINED = {

@@ -8,8 +8,8 @@ import textwrap
 from collections.abc import Callable, Iterator
 
 import elib
-from elib.protocol.commands import SPECS
-from elib.protocol.table import example_of
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.table import example_of
 from elib.robot.actions import Actions
 from generator.markdown import description, docstring, inline
 

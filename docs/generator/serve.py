@@ -18,9 +18,9 @@ from elib.doors.serve.door import MESSAGES as RATE
 from elib.doors.serve.door import MOST_PROGRAMS, PATH, ProgramDoor
 from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES, LONGEST, Message
 from elib.doors.serve.schema import reading_kinds, schema
-from elib.web.drivelock import DEAD_MAN
-from elib.web.listening import PORT, listen
-from elib.web.server import READING_TIME
+from elib.panel.drivelock import DEAD_MAN
+from elib.panel.listening import PORT, listen
+from elib.panel.server import READING_TIME
 from generator.markdown import inline, table
 
 Schema = dict[str, Any]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import elib
-from elib.physics import Box, Cylinder, Lamps, Light, Patch, Print, SensorView, Sound, Stripe, Wall
-from elib.physics.fittings import Checkers
+from elib.simulator.physics import Box, Cylinder, Lamps, Light, Patch, Print, SensorView, Sound, Stripe, Wall
+from elib.simulator.physics.fittings import Checkers
 from generator.markdown import docstring
 from generator.robot import entry
 
@@ -23,7 +23,7 @@ PARTS = (Wall, Box, Cylinder, Light, Sound, Stripe, Checkers, Print, Patch, Lamp
 def page() -> str:
     """Return the page."""
     parts = [INTRODUCTION, *(own(each) for each in RUNS), "# What a scene is made of"]
-    parts += [*(own(each) for each in PUBLIC), "The parts of a scene come from `elib.physics`."]
+    parts += [*(own(each) for each in PUBLIC), "The parts of a scene come from `elib.simulator.physics`."]
     parts += [f"## {each.__name__}\n\n{docstring(each.__doc__)}" for each in PARTS]
     return "\n\n".join(part.strip() for part in parts)
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 
-from elib.emulator.settings import SimulationSettings
-from elib.fields import Number, fields_of
-from elib.physics.worldfile import gallery
-from elib.protocol.profiles import FIRMWARES
-from elib.transport.url import scheme_named
+from elib.base.fields import Number, fields_of
+from elib.link.protocol.profiles import FIRMWARES
+from elib.link.transport.url import scheme_named
+from elib.simulator.emulator.settings import SimulationSettings
+from elib.simulator.physics.worldfile import gallery
 from generator.markdown import inline, section, table
 
 INTRODUCTION = """# URLs

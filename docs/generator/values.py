@@ -7,8 +7,8 @@ import inspect
 from collections.abc import Sequence
 
 import elib
-from elib.protocol import image, quantities, values
-from elib.session.statistics import LinkStats
+from elib.link.protocol import image, quantities, values
+from elib.link.session.statistics import LinkStats
 from generator.markdown import description, docstring, inline, section, table
 
 INTRODUCTION = """# Values

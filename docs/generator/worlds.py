@@ -5,12 +5,12 @@ from __future__ import annotations
 import inspect
 import re
 
-from elib.fields import Flag, Number, rule_of
-from elib.physics import worldfile
-from elib.physics.fittings import MOST_POINTS
-from elib.physics.scene import MOST_THINGS
-from elib.physics.worldtables import PAINT, TABLES, THINGS, TOP
-from elib.tables import LARGEST_FILE, Key, Table
+from elib.base.fields import Flag, Number, rule_of
+from elib.base.tables import LARGEST_FILE, Key, Table
+from elib.simulator.physics import worldfile
+from elib.simulator.physics.fittings import MOST_POINTS
+from elib.simulator.physics.scene import MOST_THINGS
+from elib.simulator.physics.worldtables import PAINT, TABLES, THINGS, TOP
 from generator.markdown import inline, section, table
 
 INTRODUCTION = """# World files

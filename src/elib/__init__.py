@@ -7,73 +7,67 @@ from typing import TYPE_CHECKING
 
 # Every public name and the module that it comes from. Type checkers read these lines, and so does _home_of().
 if TYPE_CHECKING:
+    from elib.base.errors import ArgumentError as ArgumentError
+    from elib.base.errors import CallCancelled as CallCancelled
+    from elib.base.errors import CommandRejected as CommandRejected
+    from elib.base.errors import ElibError as ElibError
+    from elib.base.errors import LinkBusy as LinkBusy
+    from elib.base.errors import LinkClosed as LinkClosed
+    from elib.base.errors import LinkDenied as LinkDenied
+    from elib.base.errors import LinkError as LinkError
+    from elib.base.errors import LinkLost as LinkLost
+    from elib.base.errors import LinkNotFound as LinkNotFound
+    from elib.base.errors import LocalProtocolError as LocalProtocolError
+    from elib.base.errors import MotionBusy as MotionBusy
+    from elib.base.errors import MotionError as MotionError
+    from elib.base.errors import MotionInterrupted as MotionInterrupted
+    from elib.base.errors import NotAnEpuck as NotAnEpuck
+    from elib.base.errors import ProtocolError as ProtocolError
+    from elib.base.errors import RemoteProtocolError as RemoteProtocolError
+    from elib.base.errors import ReplayDiffers as ReplayDiffers
+    from elib.base.errors import ReplyTimeout as ReplyTimeout
+    from elib.base.errors import RobotSilent as RobotSilent
+    from elib.base.errors import SimulationError as SimulationError
+    from elib.base.errors import SimulationStalled as SimulationStalled
+    from elib.base.errors import SwarmError as SwarmError
+    from elib.base.errors import Unsupported as Unsupported
+    from elib.base.pose import Pose as Pose
     from elib.behaviours._run.behaviour import behaviour as behaviour
     from elib.behaviours._run.context import RunContext as RunContext
     from elib.behaviours._run.loop import react as react
     from elib.behaviours._run.play import play as play
-    from elib.discovery import Found as Found
-    from elib.discovery import find as find
-    from elib.errors import ArgumentError as ArgumentError
-    from elib.errors import CallCancelled as CallCancelled
-    from elib.errors import CommandRejected as CommandRejected
-    from elib.errors import ElibError as ElibError
-    from elib.errors import LinkBusy as LinkBusy
-    from elib.errors import LinkClosed as LinkClosed
-    from elib.errors import LinkDenied as LinkDenied
-    from elib.errors import LinkError as LinkError
-    from elib.errors import LinkLost as LinkLost
-    from elib.errors import LinkNotFound as LinkNotFound
-    from elib.errors import LocalProtocolError as LocalProtocolError
-    from elib.errors import MotionBusy as MotionBusy
-    from elib.errors import MotionError as MotionError
-    from elib.errors import MotionInterrupted as MotionInterrupted
-    from elib.errors import NotAnEpuck as NotAnEpuck
-    from elib.errors import ProtocolError as ProtocolError
-    from elib.errors import RemoteProtocolError as RemoteProtocolError
-    from elib.errors import ReplayDiffers as ReplayDiffers
-    from elib.errors import ReplyTimeout as ReplyTimeout
-    from elib.errors import RobotSilent as RobotSilent
-    from elib.errors import SimulationError as SimulationError
-    from elib.errors import SimulationStalled as SimulationStalled
-    from elib.errors import SwarmError as SwarmError
-    from elib.errors import Unsupported as Unsupported
-    from elib.et.logtable import read_log as read_log
-    from elib.physics.batch import Batch as Batch
-    from elib.physics.body import EpuckModel as EpuckModel
-    from elib.physics.controller import Controller as Controller
-    from elib.physics.scene import Scene as Scene
-    from elib.physics.world import World as World
-    from elib.pose import Pose as Pose
-    from elib.protocol.image import Image as Image
-    from elib.protocol.image import Mounting as Mounting
-    from elib.protocol.quantities import CameraMode as CameraMode
-    from elib.protocol.quantities import LedAction as LedAction
-    from elib.protocol.quantities import ProximityRate as ProximityRate
-    from elib.protocol.quantities import really as really
-    from elib.protocol.styles import Outcomes as Outcomes
-    from elib.protocol.styles import Pending as Pending
-    from elib.protocol.values import Acceleration as Acceleration
-    from elib.protocol.values import AmbientLight as AmbientLight
-    from elib.protocol.values import AngularVelocity as AngularVelocity
-    from elib.protocol.values import Attitude as Attitude
-    from elib.protocol.values import Battery as Battery
-    from elib.protocol.values import Button as Button
-    from elib.protocol.values import CameraSettings as CameraSettings
-    from elib.protocol.values import Distance as Distance
-    from elib.protocol.values import Ground as Ground
-    from elib.protocol.values import IrCode as IrCode
-    from elib.protocol.values import MagneticField as MagneticField
-    from elib.protocol.values import Microphones as Microphones
-    from elib.protocol.values import Neighbour as Neighbour
-    from elib.protocol.values import Proximity as Proximity
-    from elib.protocol.values import SdCard as SdCard
-    from elib.protocol.values import Selector as Selector
-    from elib.protocol.values import Sensors as Sensors
-    from elib.protocol.values import Steps as Steps
-    from elib.protocol.values import Temperature as Temperature
-    from elib.protocol.values import Version as Version
-    from elib.protocol.values import Wheels as Wheels
-    from elib.recording.reader import read_recording as read_recording
+    from elib.link.protocol.image import Image as Image
+    from elib.link.protocol.image import Mounting as Mounting
+    from elib.link.protocol.quantities import CameraMode as CameraMode
+    from elib.link.protocol.quantities import LedAction as LedAction
+    from elib.link.protocol.quantities import ProximityRate as ProximityRate
+    from elib.link.protocol.quantities import really as really
+    from elib.link.protocol.styles import Outcomes as Outcomes
+    from elib.link.protocol.styles import Pending as Pending
+    from elib.link.protocol.values import Acceleration as Acceleration
+    from elib.link.protocol.values import AmbientLight as AmbientLight
+    from elib.link.protocol.values import AngularVelocity as AngularVelocity
+    from elib.link.protocol.values import Attitude as Attitude
+    from elib.link.protocol.values import Battery as Battery
+    from elib.link.protocol.values import Button as Button
+    from elib.link.protocol.values import CameraSettings as CameraSettings
+    from elib.link.protocol.values import Distance as Distance
+    from elib.link.protocol.values import Ground as Ground
+    from elib.link.protocol.values import IrCode as IrCode
+    from elib.link.protocol.values import MagneticField as MagneticField
+    from elib.link.protocol.values import Microphones as Microphones
+    from elib.link.protocol.values import Neighbour as Neighbour
+    from elib.link.protocol.values import Proximity as Proximity
+    from elib.link.protocol.values import SdCard as SdCard
+    from elib.link.protocol.values import Selector as Selector
+    from elib.link.protocol.values import Sensors as Sensors
+    from elib.link.protocol.values import Steps as Steps
+    from elib.link.protocol.values import Temperature as Temperature
+    from elib.link.protocol.values import Version as Version
+    from elib.link.protocol.values import Wheels as Wheels
+    from elib.link.session.statistics import LinkStats as LinkStats
+    from elib.records.et.logtable import read_log as read_log
+    from elib.records.reader import read_recording as read_recording
     from elib.robot.aio import Epuck as Epuck
     from elib.robot.aio import connect_async as connect_async
     from elib.robot.aio import open as open  # noqa: A004  # elib.open is the name users read
@@ -88,16 +82,22 @@ if TYPE_CHECKING:
     from elib.robot.events import UnexpectedReset as UnexpectedReset
     from elib.robot.reconnecting import Reconnecting as Reconnecting
     from elib.robot.reconnecting import reconnecting as reconnecting
+    from elib.robot.runner import robot_url as robot_url
+    from elib.robot.runner import robot_urls as robot_urls
+    from elib.robot.runner import run as run
     from elib.robot.snapshot import Snapshot as Snapshot
+    from elib.robot.swarms.swarm import Swarm as Swarm
+    from elib.robot.swarms.swarm import swarm as swarm
     from elib.robot.telemetry import BlockingWatch as BlockingWatch
     from elib.robot.telemetry import Watch as Watch
     from elib.robot.waiting import wait as wait
-    from elib.runner import robot_url as robot_url
-    from elib.runner import robot_urls as robot_urls
-    from elib.runner import run as run
-    from elib.session.statistics import LinkStats as LinkStats
-    from elib.swarms.swarm import Swarm as Swarm
-    from elib.swarms.swarm import swarm as swarm
+    from elib.simulator.physics.batch import Batch as Batch
+    from elib.simulator.physics.body import EpuckModel as EpuckModel
+    from elib.simulator.physics.controller import Controller as Controller
+    from elib.simulator.physics.scene import Scene as Scene
+    from elib.simulator.physics.world import World as World
+    from elib.tools.discovery import Found as Found
+    from elib.tools.discovery import find as find
 
 __version__ = "0.1.0"
 

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from elib.base.pose import Pose
 from elib.behaviours import RunContext, RunResult, find, play
-from elib.emulator.simulation import Simulation
-from elib.pose import Pose
 from elib.robot.aio import Epuck
+from elib.simulator.emulator.simulation import Simulation
 from elib.testing import simulation_of, with_faults
 
 

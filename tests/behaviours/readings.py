@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from elib.physics import Light
-from elib.physics.world import World
-from elib.pose import Pose
-from elib.protocol.values import AmbientLight, Proximity
+from elib.base.pose import Pose
+from elib.link.protocol.values import AmbientLight, Proximity
+from elib.simulator.physics import Light
+from elib.simulator.physics.world import World
 
 NAMES = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
 NOTHING = Proximity(*[0] * 8)

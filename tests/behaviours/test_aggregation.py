@@ -6,11 +6,11 @@ import math
 
 import pytest
 
+from elib.base.body import AXLE
+from elib.base.pose import Pose
 from elib.behaviours._vision import measure_redness
 from elib.behaviours.aggregation import COLUMNS, ROWS, SIGHT, aggregate
-from elib.body import AXLE
-from elib.pose import Pose
-from elib.swarms.swarm import Swarm, swarm
+from elib.robot.swarms.swarm import Swarm, swarm
 from elib.testing import world_of
 
 

@@ -10,9 +10,9 @@ from readings import near
 
 from elib.behaviours import find, run_behaviour
 from elib.behaviours.avoid import BLOCKED, FREE, SPIN, avoid
-from elib.protocol.values import Wheels
+from elib.link.protocol.values import Wheels
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.robot.runner import run_on
 from elib.testing.inside import transport_of
 
 LONGEST_TOUCH = 1.0

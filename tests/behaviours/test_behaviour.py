@@ -11,11 +11,11 @@ from typing import Any, TypeVar
 
 import pytest
 
+from elib.base.errors import ArgumentError
 from elib.behaviours import Behaviour, RunContext, behaviour, behaviours, find, play, run_behaviour
-from elib.errors import ArgumentError
-from elib.protocol.quantities import SoundNumber, WheelSpeed
+from elib.link.protocol.quantities import SoundNumber, WheelSpeed
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.robot.runner import run_on
 from elib.testing import simulation_of
 
 T = TypeVar("T")

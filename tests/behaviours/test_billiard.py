@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from readings import degrees, near
 
+from elib.base.body import SENSOR_DIRECTIONS
+from elib.base.pose import Pose
 from elib.behaviours import RunContext, find, play
 from elib.behaviours.billiard import (
     NEAR,
@@ -16,11 +18,9 @@ from elib.behaviours.billiard import (
     is_stuck,
     rebound,
 )
-from elib.body import SENSOR_DIRECTIONS
-from elib.physics.world import World
-from elib.pose import Pose
-from elib.protocol.values import Proximity
+from elib.link.protocol.values import Proximity
 from elib.robot.aio import Epuck
+from elib.simulator.physics.world import World
 from elib.testing import with_faults
 from elib.testing.inside import transport_of
 

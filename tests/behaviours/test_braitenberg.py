@@ -9,11 +9,11 @@ import pytest
 import readings
 from readings import DARK, NOTHING
 
+from elib.base.errors import ArgumentError
 from elib.behaviours import find
 from elib.behaviours.avoid import SPIN
 from elib.behaviours.braitenberg import CREEP, LOVELY, Stimuli, Vehicle, add_avoidance, steer, stimuli
-from elib.errors import ArgumentError
-from elib.protocol.values import AmbientLight, Proximity, Wheels
+from elib.link.protocol.values import AmbientLight, Proximity, Wheels
 
 CRUISE = 0.6
 STANDING = Wheels(0.0, 0.0)

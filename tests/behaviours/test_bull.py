@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from readings import NAMES, near
 
+from elib.base.errors import ReplyTimeout
+from elib.base.pose import Pose
 from elib.behaviours import RunContext, find, run_behaviour_blocking
 from elib.behaviours._vision import Redness, measure_redness
 from elib.behaviours.avoid import STANDING
 from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, State, aim, charge, wander, way_out
-from elib.errors import ReplyTimeout
-from elib.pose import Pose
-from elib.protocol.quantities import CameraMode
-from elib.protocol.values import Proximity, Wheels
+from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.blocking import BlockingEpuck, connect
 from elib.testing.inside import transport_of
 

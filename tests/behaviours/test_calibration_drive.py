@@ -7,9 +7,9 @@ import pytest
 
 from elib.behaviours import RunResult, run_behaviour
 from elib.behaviours.calibration_drive import CLOSE, LEG, REST, calibration_drive
+from elib.link.session import Ended, TraceEvent
 from elib.robot.aio import Epuck
-from elib.runner import run_on
-from elib.session import Ended, TraceEvent
+from elib.robot.runner import run_on
 
 
 def driven(

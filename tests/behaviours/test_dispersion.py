@@ -7,8 +7,8 @@ import math
 import pytest
 from readings import degrees, near
 
+from elib.base.body import SENSOR_DIRECTIONS
 from elib.behaviours.dispersion import NOISE, STRAIGHT, disperse, escape
-from elib.body import SENSOR_DIRECTIONS
 
 
 def test_where_nothing_is_near_there_is_nothing_to_leave() -> None:

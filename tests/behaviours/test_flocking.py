@@ -11,7 +11,7 @@ import pytest
 
 from elib.behaviours import RunContext, find, play
 from elib.behaviours.flocking import BYTE, flock, north_of, packed
-from elib.protocol.values import MagneticField, Neighbour
+from elib.link.protocol.values import MagneticField, Neighbour
 from elib.robot.aio import Epuck
 from elib.testing.inside import world_of
 

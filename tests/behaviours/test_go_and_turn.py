@@ -7,8 +7,8 @@ import random
 import pytest
 from played import played, with_fault
 
-from elib.errors import LinkLost
-from elib.protocol.profiles import PROFILES
+from elib.base.errors import LinkLost
+from elib.link.protocol.profiles import PROFILES
 
 BLUETOOTH = "sim://arena?speed=max&latency=0.03&jitter=0.015"
 

@@ -11,9 +11,9 @@ from readings import DARK, NAMES, lamp_at
 
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours.go_to_light import FAINT, brightness, is_blocked, seek
-from elib.physics.world import World
-from elib.protocol.values import AmbientLight, Proximity, Wheels
+from elib.link.protocol.values import AmbientLight, Proximity, Wheels
 from elib.robot.aio import Epuck
+from elib.simulator.physics.world import World
 from elib.testing.inside import transport_of
 
 

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from elib.base.errors import Unsupported
 from elib.behaviours import find, play
 from elib.behaviours.line_following import (
     LEARNING,
@@ -17,8 +18,7 @@ from elib.behaviours.line_following import (
     offset,
     sweep,
 )
-from elib.errors import Unsupported
-from elib.protocol.values import Ground
+from elib.link.protocol.values import Ground
 
 PAPER, LINE = 810, 150
 

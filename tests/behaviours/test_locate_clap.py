@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from elib.base.pose import Pose
 from elib.behaviours import RunContext, find, play
-from elib.physics import Sound as Source
-from elib.physics import World
-from elib.pose import Pose
 from elib.robot.aio import Epuck
+from elib.simulator.physics import Sound as Source
+from elib.simulator.physics import World
 from elib.testing.inside import transport_of
 
 

@@ -8,16 +8,16 @@ from dataclasses import replace
 
 import pytest
 
+from elib.base.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.behaviours import Behaviour, RunContext, StateChanged, behaviour, find, play, react, run_behaviour
 from elib.behaviours._run.loop import MAX_TIMEOUT, MIN_TIMEOUT, ROUND_TRIPS, AdaptiveTimeout
-from elib.errors import ArgumentError, LinkError, ReplyTimeout
-from elib.protocol.quantities import WheelSpeed
+from elib.link.protocol.quantities import WheelSpeed
+from elib.link.transport import Transport
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
-from elib.runner import run_on
-from elib.swarms.swarm import Swarm
+from elib.robot.runner import run_on
+from elib.robot.swarms.swarm import Swarm
 from elib.testing.inside import transport_of
-from elib.transport import Transport
 
 SIM = "sim://square?speed=max"
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 from played import with_fault
 
+from elib.base.errors import ArgumentError, LinkLost
 from elib.behaviours import RunContext, find, play
 from elib.behaviours.logging_example import candidates, make_free
 from elib.behaviours.sensors_tour import STEPS
-from elib.errors import ArgumentError, LinkLost
-from elib.recording.log import logged_name
+from elib.link.session import Called, TraceEvent
+from elib.records.log import logged_name
 from elib.robot.aio import Epuck
-from elib.session import Called, TraceEvent
 from elib.testing.inside import transport_of
 
 SIM = "sim://square?speed=max"

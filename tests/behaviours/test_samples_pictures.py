@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 from PIL import Image as Files
 from played import with_fault
 
+from elib.base.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours._run.pictures import TRIES, draw, image_of, retry, show
 from elib.behaviours._vision import measure_redness
 from elib.behaviours.show_processed_image import red_to_white
-from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
-from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
+from elib.link.protocol.image import Image
+from elib.link.protocol.quantities import CameraMode
+from elib.link.session import Called, Ended, TraceEvent
 from elib.robot.aio import Epuck
-from elib.session import Called, Ended, TraceEvent
 from elib.testing.inside import transport_of
 from shared import Terminal
 

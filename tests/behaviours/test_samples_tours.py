@@ -9,21 +9,21 @@ from pathlib import Path
 import pytest
 from played import with_fault
 
+from elib.base.errors import LinkLost
 from elib.behaviours import RunContext, RunResult, find, play, run_behaviour
 from elib.behaviours._run.tours import line, summarize, timeout_for
 from elib.behaviours.asynchronous_sensors import questions
 from elib.behaviours.port_turn_around import PERIOD, STAND, TURN, timetable
-from elib.emulator.sim_transport import SimTransport
-from elib.errors import LinkLost
-from elib.protocol.image import Image
-from elib.protocol.profiles import PROFILES
-from elib.protocol.quantities import CameraMode
-from elib.protocol.values import Selector, Steps, Version, Wheels
+from elib.link.protocol.image import Image
+from elib.link.protocol.profiles import PROFILES
+from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.values import Selector, Steps, Version, Wheels
+from elib.link.session import Called, Ended, TraceEvent
+from elib.link.transport import open_transport
+from elib.link.transport.memory import memory_pair
 from elib.robot.aio import Epuck
-from elib.session import Called, Ended, TraceEvent
+from elib.simulator.emulator.sim_transport import SimTransport
 from elib.testing import link_of, simulated
-from elib.transport import open_transport
-from elib.transport.memory import memory_pair
 
 SIM = "sim://square?speed=max"
 TOURS = ["actuators-tour", "sensors-tour", "asynchronous-sensors"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from elib.behaviours import RunContext, find, play
-from elib.protocol.profiles import PROFILES
+from elib.link.protocol.profiles import PROFILES
+from elib.link.session.statistics import LinkStats
 from elib.robot.aio import Epuck
-from elib.session.statistics import LinkStats
 from elib.testing import link_of
 
 

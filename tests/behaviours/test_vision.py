@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from elib.base.errors import ArgumentError
 from elib.behaviours._vision import measure_redness, red_mask
-from elib.errors import ArgumentError
 
 RED, WHITE, BLACK, GREEN, BLUE = (248, 0, 0), (255, 255, 255), (0, 0, 0), (0, 252, 0), (0, 0, 248)
 

@@ -8,6 +8,9 @@ from itertools import pairwise
 import pytest
 from readings import NAMES, NOTHING
 
+from elib.base.body import AXLE
+from elib.base.errors import ArgumentError
+from elib.base.pose import Pose
 from elib.behaviours import find
 from elib.behaviours.wall_following import (
     AHEAD,
@@ -21,11 +24,8 @@ from elib.behaviours.wall_following import (
     sees_wall,
     wall_distance,
 )
-from elib.body import AXLE
-from elib.errors import ArgumentError
-from elib.physics import World
-from elib.pose import Pose
-from elib.protocol.values import Proximity, Wheels
+from elib.link.protocol.values import Proximity, Wheels
+from elib.simulator.physics import World
 
 
 def near(**metres: float) -> Proximity:

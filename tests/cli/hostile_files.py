@@ -24,7 +24,7 @@ IMPORTED = (
     "mcap.stream_reader",
     "zstandard",
     "PIL.Image",
-    "elib.emulator.fork",
+    "elib.studies.fork",
     *(f"elib.cli.{name}" for name in ("compare", "decode", "fit", "program", "record", "replay", "send", "world")),
 )
 """What most command lines need: it is imported once."""

@@ -11,15 +11,15 @@ import pytest
 from elib_process import Told
 
 import elib
+from elib.base.quantiles import quantile
 from elib.cli import bench as module
 from elib.cli import main
 from elib.cli.bench import DISTURBING, EXTRA, THESIS, USUAL_CAMERA, Report, Result, run, to_text
 from elib.cli.terminal import LiveLine
-from elib.protocol.commands import SPECS
-from elib.protocol.profiles import PROFILES
-from elib.quantiles import quantile
-from elib.runner import run_on
-from elib.session import Ended, TraceEvent
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.profiles import PROFILES
+from elib.link.session import Ended, TraceEvent
+from elib.robot.runner import run_on
 from elib.testing import link_of
 
 FAST = "sim://?speed=max"

@@ -16,11 +16,12 @@ import pytest
 from elib_process import PATIENCE, Running, Told, started
 
 import elib
+from elib.base.files import WORLDS
 from elib.cli import main
 from elib.cli.classroom import LETTERS, Student, sheet
 from elib.cli.simulate import with_optional_link
-from elib.emulator.loopback import reachable
-from elib.emulator.server import Served
+from elib.simulator.emulator.loopback import reachable
+from elib.simulator.emulator.server import Served
 from shared import wait_until
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
@@ -106,7 +107,7 @@ def test_twenty_students_drive_and_a_program_that_is_killed_leaves_its_robots_st
 @posix
 @pytest.mark.long
 def test_each_student_has_a_world_of_his_own_or_all_share_one() -> None:
-    with a_class(2, str(files("elib.worlds") / "soccer.toml"), "--robots", "2") as (server, rows):
+    with a_class(2, str(files("elib") / WORLDS / "soccer.toml"), "--robots", "2") as (server, rows):
         assert [len(row) for row in rows] == [4, 4], "number, two robots, page"
         assert server.end() == 0
     with started("simulate", "arena", "--class", "3", "--shared", "--tcp", "0", "--view", "0") as server:

@@ -7,10 +7,10 @@ import pytest
 from elib_process import Told
 
 from elib.cli import main
-from elib.recording import Recording
-from elib.recording.topics import MEASURED
+from elib.records.reader import Recording
+from elib.records.topics import MEASURED
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.robot.runner import run_on
 
 
 def recorded(file: Path, url: str = "sim://square?speed=max", *, seconds: float = 6.0, speed: float = 0.3) -> Path:

@@ -17,9 +17,9 @@ from elib_process import elib as elib_command
 import elib
 from elib.cli import main
 from elib.cli.decoded import shorten, worded
-from elib.decoding.captures import direction_of, form_of, hexadecimal
-from elib.protocol import values as v
-from elib.runner import run_on
+from elib.link.protocol import values as v
+from elib.records.decoding.captures import direction_of, form_of, hexadecimal
+from elib.robot.runner import run_on
 from shared import run_python
 
 GUIDE = Path(__file__).parents[2] / "docs" / "guides" / "decode.md"

@@ -14,9 +14,9 @@ import pytest
 from elib_process import COMMAND, PATIENCE, Told, elib, environment, started
 from PIL import Image as Pillow
 
+from elib.base.errors import ArgumentError
 from elib.cli import main
 from elib.cli.demo import PICTURE, command_name, what_next, with_seed
-from elib.errors import ArgumentError
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from elib_process import Told, elib, started
 
 from elib.cli import main
 from elib.cli.doctor import lines
-from elib.diagnosis import CHECKS, DiagnosisStep, doctor
+from elib.tools.diagnosis import CHECKS, DiagnosisStep, doctor
 
 DEAD = "/dev/ttyUSB77"
 
@@ -85,7 +85,7 @@ def test_text_that_is_not_a_url_is_wrong_usage(refused: Told, tokens: list[str],
 def test_without_a_url_and_without_a_link_the_search_itself_is_the_page(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from elib.discovery import Survey
+    from elib.tools.discovery import Survey
 
     async def nothing(**_: object) -> Survey:
         return Survey(())

@@ -13,9 +13,9 @@ from elib_process import Told
 
 import elib
 from elib.cli import main
-from elib.recording.mcapfile import McapFile
-from elib.recording.messages import Message
-from elib.recording.topics import BYTES, READINGS
+from elib.records.mcapfile import McapFile
+from elib.records.messages import Message
+from elib.records.topics import BYTES, READINGS
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from elib_process import Told, elib, started
 
 from elib.cli import find as command
 from elib.cli import main
-from elib.discovery import Found, Survey
+from elib.tools.discovery import Found, Survey
 
 ROBOT = Found("serial:///dev/rfcomm0", "bluetooth", "e-puck_3021", "btcom-2.0", "Version 2.0.0 January 2008")
 BUSY = Found(

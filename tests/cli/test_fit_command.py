@@ -8,11 +8,11 @@ from elib_process import Told
 
 from elib.behaviours import run_behaviour
 from elib.behaviours.calibration_drive import calibration_drive
-from elib.calibration import Fitted
 from elib.cli import fit, main
-from elib.emulator.robotprofile import load
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.robot.runner import run_on
+from elib.simulator.emulator.robotprofile import load
+from elib.studies import Fitted
 
 
 @pytest.fixture(scope="module")

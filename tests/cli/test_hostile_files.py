@@ -19,10 +19,10 @@ import zstandard
 from mcap.reader import make_reader
 
 import elib
-from elib.recording.mcapwriter import CHANNEL, CHUNK, MESSAGE, McapWriter, _long, _record, _text
-from elib.recording.recorder import Recorder
-from elib.recording.topics import ABOUT, WORLD_FILE
-from elib.runner import run_on
+from elib.records.mcapwriter import CHANNEL, CHUNK, MESSAGE, McapWriter, _long, _record, _text
+from elib.records.recorder import Recorder
+from elib.records.topics import ABOUT, WORLD_FILE
+from elib.robot.runner import run_on
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="no bound on the memory of a process")
 HARNESS = Path(__file__).with_name("hostile_files.py")

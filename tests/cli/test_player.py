@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from elib.base.pose import Pose
 from elib.cli.player import Player, keys_of
-from elib.pose import Pose
-from elib.recording.timeline import Moment
+from elib.records.timeline import Moment
 
 MOMENTS = [
     Moment(0.0, "state", "searching"),

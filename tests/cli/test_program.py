@@ -105,14 +105,14 @@ def test_the_program_says_its_version_without_loading_the_parser_or_numpy() -> N
     out = run_python(code, check=True)
     version, modules = out.stdout.splitlines()
     assert version == f"elib {__version__}"
-    assert not {"cyclopts", "rich", "numpy", "PIL", "elib.physics"} & set(modules.split())
+    assert not {"cyclopts", "rich", "numpy", "PIL", "elib.simulator.physics"} & set(modules.split())
 
 
 def test_the_list_of_commands_imports_none_of_them() -> None:
     code = "import sys; from elib.cli import main; main(['--help']); print(*sys.modules)"
     out = run_python(code, check=True)
     modules = set(out.stdout.splitlines()[-1].split())
-    assert not {"numpy", "PIL", "asyncio", "elib.physics", "elib.robot"} & modules
+    assert not {"numpy", "PIL", "asyncio", "elib.simulator.physics", "elib.robot"} & modules
     assert not {f"elib.cli.{name}" for name in COMMANDS} & modules
 
 
@@ -120,7 +120,7 @@ def test_the_list_of_commands_imports_none_of_them() -> None:
 def test_watch_starts_without_the_behaviours() -> None:
     code = "import sys, elib.cli.watch; print(*sys.modules)"
     out = run_python(code, check=True)
-    assert not {"elib.behaviours", "elib.swarms"} & set(out.stdout.split())
+    assert not {"elib.behaviours", "elib.robot.swarms"} & set(out.stdout.split())
 
 
 def test_sending_loads_neither_numpy_nor_pillow_unless_there_is_a_picture() -> None:
@@ -138,8 +138,8 @@ def test_sending_over_a_link_loads_no_simulator_and_nothing_of_the_page_of_learn
         """
     out = run_python(code, check=True)
     loaded = {name.split(".")[1] for name in out.stdout.split() if name.startswith("elib.")}
-    assert {"transport", "robot"} <= loaded
-    assert not {"physics", "emulator", "web", "learn", "lab", "doors", "behaviours"} & loaded
+    assert {"link", "robot"} <= loaded
+    assert not {"simulator", "panel", "learn", "lab", "doors", "behaviours"} & loaded
 
 
 def test_the_installed_program_and_the_module_are_the_same() -> None:

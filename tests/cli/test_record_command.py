@@ -15,7 +15,7 @@ import elib
 from elib.behaviours import find
 from elib.cli import main
 from elib.cli.script import own_name
-from elib.recording import read_recording, summary_of
+from elib.records.reader import read_recording, summary_of
 from shared import PATIENCE, wait_until
 
 FAST = "sim://?speed=max"

@@ -15,7 +15,7 @@ from elib_process import COMMAND, Told
 
 from elib.cli import main
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.robot.runner import run_on
 from shared import PATIENCE
 
 

@@ -13,11 +13,11 @@ from elib_process import started
 
 import elib
 from elib.cli import main
-from elib.emulator.motors import StepMotor
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
 from elib.learn import Champion
 from elib.robot.watchdog import is_supported
+from elib.simulator.emulator.motors import StepMotor
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from shared import until
 
 NEAR = [-3.6, -2.8, -1.6, 0.0, 0.0, 0.8, 2.0, 2.4]

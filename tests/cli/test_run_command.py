@@ -11,15 +11,15 @@ from pathlib import Path
 import pytest
 from elib_process import Told, started
 
+from elib.base.errors import ArgumentError, LinkLost
 from elib.behaviours import RunContext, behaviours
 from elib.cli import main
 from elib.cli.live import RunDisplay, Watcher, beside, period_of
 from elib.cli.run import SAMPLES
-from elib.errors import ArgumentError, LinkLost
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.robot.runner import run_on
+from elib.studies.drive import RobotReport
 from elib.testing import link_of
-from elib.view.drive import RobotReport
 
 FAST = "sim://?speed=max"
 

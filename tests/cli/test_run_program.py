@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from elib_process import COMMAND, Told, elib, environment, started
 
-from elib.recording import read_recording
+from elib.records.reader import read_recording
 from shared import run, wait_until
 
 FAST = "sim://square?speed=max"

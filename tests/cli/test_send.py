@@ -11,8 +11,8 @@ from elib_process import Told
 from PIL import Image as Pillow
 
 from elib.cli import main
-from elib.protocol.commands import SPECS
-from elib.protocol.profiles import PROFILES
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.profiles import PROFILES
 from elib.robot.actions import catalogue
 
 ARGUMENTS = {

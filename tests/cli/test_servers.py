@@ -11,8 +11,8 @@ from urllib.request import urlopen
 import pytest
 from elib_process import PATIENCE, Told, started
 
+from elib.base.extras import install
 from elib.cli.simulate import with_optional_link
-from elib.extras import install
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")

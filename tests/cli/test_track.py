@@ -9,13 +9,13 @@ import asyncio
 import pytest
 
 from elib.cli.track import Track, clearance
-from elib.physics import Box, Cylinder, Pose, RobotView, Snapshot, Wall
-from elib.physics.body import RADIUS
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.robot.runner import run_on
+from elib.simulator.physics import Box, Cylinder, Pose, RobotView, Snapshot, Wall
+from elib.simulator.physics.body import RADIUS
+from elib.studies.drive import length, simulation_of
 from elib.testing import link_of
 from elib.testing import simulation_of as simulation_in
-from elib.view.drive import length, simulation_of
 
 
 def alone_at(x: float, y: float, **things: object) -> Snapshot:

@@ -12,11 +12,11 @@ from elib_process import Told, started
 import elib
 from elib.cli import main
 from elib.cli.board import MISSING, NAME, VALUE, Board, Sparkline, cells, trend
-from elib.protocol import values as v
-from elib.protocol.image import Image
-from elib.protocol.profiles import PROFILES
+from elib.link.protocol import values as v
+from elib.link.protocol.image import Image
+from elib.link.protocol.profiles import PROFILES
+from elib.robot.runner import run_on
 from elib.robot.snapshot import Snapshot
-from elib.runner import run_on
 from elib.testing import simulation_of
 
 FAST = "sim://?speed=max"

@@ -11,16 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import elib
-from elib.decoding import ASSUMED, FAULTS, Decoder, Direction, Kind, Line
-from elib.decoding.opcodes import binary_commands
-from elib.emulator.firmware import FIRMWARES
-from elib.errors import ArgumentError
-from elib.protocol import values as v
-from elib.protocol.image import Image
-from elib.protocol.profiles import PROFILES
-from elib.protocol.quantities import CameraMode
-from elib.runner import run_on
-from elib.session.trace import Received, TraceEvent, Wrote
+from elib.base.errors import ArgumentError
+from elib.link.protocol import values as v
+from elib.link.protocol.image import Image
+from elib.link.protocol.profiles import PROFILES
+from elib.link.protocol.quantities import CameraMode
+from elib.link.session.trace import Received, TraceEvent, Wrote
+from elib.records.decoding import ASSUMED, FAULTS, Decoder, Direction, Kind, Line
+from elib.records.decoding.opcodes import binary_commands
+from elib.robot.runner import run_on
+from elib.simulator.emulator.firmware import FIRMWARES
 from elib.testing import EmulatedRobot
 from lanes import few_and_many
 

@@ -6,8 +6,8 @@ import pytest
 
 import elib
 from elib.cli import main
-from elib.decoding import FAULTS, Kind, Line, WifiDecoder, decoder_of, is_wifi
-from elib.protocol.values import Sensors
+from elib.link.protocol.values import Sensors
+from elib.records.decoding import FAULTS, Kind, Line, WifiDecoder, decoder_of, is_wifi
 from wifi_robot import sensor_payload
 
 MARKER = bytes.fromhex("80 00 00 f401 0cfe 11 000000 000000 000000 000000 00")

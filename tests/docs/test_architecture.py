@@ -2,6 +2,7 @@
 
 import importlib
 import re
+from pathlib import Path
 
 from pages import ROOT
 
@@ -9,7 +10,10 @@ PAGES = ("docs/architecture.md", "CONTRIBUTING.md")
 TEXT = "\n".join((ROOT / page).read_text() for page in PAGES)
 NAMED = sorted(set(re.findall(r"`((?:elib\.|(?:src|tests|docs)/)[\w./-]+)", TEXT)))
 PACKAGES = sorted(
-    path.name for path in (ROOT / "src/elib").iterdir() if path.is_dir() and re.fullmatch("[a-z]+", path.name)
+    path.relative_to(ROOT / "src/elib")
+    for pattern in ("*", "*/*")
+    for path in (ROOT / "src/elib").glob(pattern)
+    if re.fullmatch("[a-z]+", path.name) and any(each.suffix not in ("", ".pyc") for each in path.rglob("*"))
 )
 
 
@@ -32,6 +36,8 @@ def is_module(name: str) -> bool:
     return path.is_dir() or path.with_suffix(".py").is_file()
 
 
-def test_the_page_about_the_architecture_names_every_package() -> None:
-    text = (ROOT / "docs/architecture.md").read_text()
-    assert [package for package in PACKAGES if f"`elib.{package}`" not in text] == []
+def test_the_page_about_the_architecture_shows_every_package_once() -> None:
+    shown: list[Path] = []
+    for indent, name in re.findall(r"^( +)([a-z]+)/  ", (ROOT / "docs/architecture.md").read_text(), re.MULTILINE):
+        shown.append(Path(name) if len(indent) == 2 else Path(shown[-1].parts[0], name))
+    assert sorted(shown) == PACKAGES

@@ -13,9 +13,9 @@ import pytest
 from pages import ROOT
 
 import elib
-from elib.protocol.commands import SPECS
-from elib.protocol.profiles import PROFILES
-from elib.protocol.table import example_of
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.profiles import PROFILES
+from elib.link.protocol.table import example_of
 from elib.robot.actions import Actions
 from elib.robot.blocking import BlockingEpuck
 

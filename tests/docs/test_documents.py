@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 from pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, programs, prose
 
+from elib.base.errors import ElibError
 from elib.cli import main, program
 from elib.cli.send import arguments_of
-from elib.emulator.faultscript import parse
-from elib.errors import ElibError
-from elib.physics import World
-from elib.physics.worldfile import parse as parse_world
+from elib.link.transport import parse_url, serial
 from elib.robot.actions import catalogue
-from elib.transport import parse_url, serial
+from elib.simulator.emulator.faultscript import parse
+from elib.simulator.physics import World
+from elib.simulator.physics.worldfile import parse as parse_world
 
 ELSEWHERE = {ROOT / "docs/cookbook", ROOT / "docs/tutorial"}
 """Their programs are run in ``test_cookbook.py`` and ``test_tutorial.py``."""

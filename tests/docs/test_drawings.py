@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from pages import ROOT
 
-from elib.protocol.values import Proximity
+from elib.link.protocol.values import Proximity
 
 DRAWINGS = sorted((ROOT / "docs/images").glob("e-puck-*.svg"))
 SVG = "{http://www.w3.org/2000/svg}"

@@ -15,13 +15,13 @@ from test_documents import check
 
 import elib
 from elib.cli import program
-from elib.et.commandline import parse as parse_et
+from elib.panel import console
+from elib.panel.gauges import instruments
+from elib.records.et.commandline import parse as parse_et
 from elib.robot.actions import catalogue
-from elib.web import console
-from elib.web.gauges import instruments
 
 PAGE = ROOT / "docs/reference/from-elib.md"
-PANEL = ROOT / "src/elib/web"
+PANEL = ROOT / "src/elib/panel"
 
 PUBLIC = {
     "Types": """

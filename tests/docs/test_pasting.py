@@ -71,7 +71,7 @@ LESS = {
     "docs/guides/cluster.md": {"--for 30": "--for 3"},
 }
 """What is exchanged on a page so that less is computed, where the page shows no figures of it."""
-ELSEWHERE = {"docs/guides/parity.md": "tests/calibration/test_parity_guide.py"}
+ELSEWHERE = {"docs/guides/parity.md": "tests/studies/test_parity_guide.py"}
 """Pages whose commands another test runs, beside the text that the page shows."""
 QUICK = {"README.md", "docs/tutorial/01-first-robot.md"}
 """What a newcomer pastes first."""

@@ -187,7 +187,7 @@ def is_named(path: str, name: str) -> bool:
 @carries_out("a command of the robot")
 def a_command_of_the_robot_is_a_row_and_a_handler(copy: Copy) -> Asking:
     copy.add(
-        "src/elib/protocol/commands.py",
+        "src/elib/link/protocol/commands.py",
         "    # -- lamps and sound --\n",
         '''
     @command(binary=binary_form(0x13, shapes.BUTTON))
@@ -195,9 +195,9 @@ def a_command_of_the_robot_is_a_row_and_a_handler(copy: Copy) -> Asking:
         """Read the switch of the lid."""
 ''',
     )
-    copy.add("src/elib/protocol/profiles.py", '        "set_distance_sensor",\n', '        "lid",\n')
+    copy.add("src/elib/link/protocol/profiles.py", '        "set_distance_sensor",\n', '        "lid",\n')
     copy.add(
-        "src/elib/emulator/firmware/epuck2.py",
+        "src/elib/simulator/emulator/firmware/epuck2.py",
         "    # -- binary commands --\n",
         """
     @binary(0xED)
@@ -237,19 +237,19 @@ def a_command_of_elib_is_a_file_and_a_line(copy: Copy) -> Asking:
 
 @carries_out("a firmware")
 def a_firmware_is_a_profile_and_a_class(copy: Copy) -> Asking:
-    copy.replace("src/elib/protocol/profiles.py", "import re\n", "import re\nfrom dataclasses import replace\n")
+    copy.replace("src/elib/link/protocol/profiles.py", "import re\n", "import re\nfrom dataclasses import replace\n")
     copy.replace(
-        "src/elib/protocol/profiles.py",
+        "src/elib/link/protocol/profiles.py",
         "PROFILES = {profile.name: profile for profile in (",
         'BTCOM_2_7 = replace(BTCOM_2_0, name="btcom-2.7", version="Version 2.7.")\n'
         "PROFILES = {profile.name: profile for profile in (BTCOM_2_7, ",
     )
     copy.write(
-        "src/elib/emulator/firmware/btcom27.py",
+        "src/elib/simulator/emulator/firmware/btcom27.py",
         """
-        from elib.emulator.build import EPUCK1
-        from elib.emulator.firmware.btcom import BtCom20
-        from elib.emulator.timing import BTCOM_2_0
+        from elib.simulator.emulator.build import EPUCK1
+        from elib.simulator.emulator.firmware.btcom import BtCom20
+        from elib.simulator.emulator.timing import BTCOM_2_0
 
         class BtCom27(BtCom20):
             NAME = "btcom-2.7"
@@ -259,9 +259,9 @@ def a_firmware_is_a_profile_and_a_class(copy: Copy) -> Asking:
         """,
     )
     copy.replace(
-        "src/elib/emulator/firmware/__init__.py",
+        "src/elib/simulator/emulator/firmware/__init__.py",
         "_CLASSES = (",
-        "from elib.emulator.firmware.btcom27 import BtCom27\n\n_CLASSES = (BtCom27, ",
+        "from elib.simulator.emulator.firmware.btcom27 import BtCom27\n\n_CLASSES = (BtCom27, ",
     )
     answers = yield ask(
         "simulate --help",
@@ -276,12 +276,12 @@ def a_firmware_is_a_profile_and_a_class(copy: Copy) -> Asking:
 @carries_out("a transport")
 def a_transport_is_a_file_its_entry_point_and_its_line_on_the_page(copy: Copy) -> Asking:
     copy.write(
-        "src/elib/transport/mine.py",
+        "src/elib/link/transport/mine.py",
         '''
         """A robot in a mine, which is a virtual one."""
 
-        from elib.transport.base import Transport
-        from elib.transport.url import Scheme, Url, parse_url, scheme_of
+        from elib.link.transport.base import Transport
+        from elib.link.transport.url import Scheme, Url, parse_url, scheme_of
 
         async def open_mine(url: Url) -> Transport:
             behind = parse_url("sim://?speed=max")
@@ -290,7 +290,9 @@ def a_transport_is_a_file_its_entry_point_and_its_line_on_the_page(copy: Copy) -
         SCHEME = Scheme(open_mine, keys=("level",), speed=lambda url: "max")
         ''',
     )
-    copy.add("pyproject.toml", '[project.entry-points."elib.transports"]\n', 'mine = "elib.transport.mine:SCHEME"\n')
+    copy.add(
+        "pyproject.toml", '[project.entry-points."elib.transports"]\n', 'mine = "elib.link.transport.mine:SCHEME"\n'
+    )
     copy.add("docs/generator/urls.py", "TARGETS = {\n", '    "mine": ("`mine://SHAFT`", "a robot in a mine"),\n')
     copy.install()
     answers = yield ask("send selector --robot mine://north?level=2", pages=("urls.md",))
@@ -329,12 +331,12 @@ def a_behaviour_is_a_file(copy: Copy) -> Asking:
 @carries_out("an action of `et`")
 def an_action_of_et_is_a_file_with_a_class(copy: Copy) -> Asking:
     copy.write(
-        "src/elib/et/actions/longest.py",
+        "src/elib/records/et/actions/longest.py",
         '''
         from dataclasses import dataclass, field
 
-        from elib.et.action import Figure
-        from elib.et.rows import Block
+        from elib.records.et.action import Figure
+        from elib.records.et.rows import Block
 
         @dataclass
         class Longest(Figure):
@@ -360,9 +362,11 @@ def an_action_of_et_is_a_file_with_a_class(copy: Copy) -> Asking:
 @carries_out("a kind of fault")
 def a_kind_of_fault_is_an_entry_and_what_it_does(copy: Copy) -> Asking:
     kind = '        "theft": Kind("A whole answer is stolen.", (_probability(),)),\n'
-    copy.replace("src/elib/emulator/faultscript.py", '        "delay": Kind(\n', kind + '        "delay": Kind(\n')
-    copy.replace("src/elib/emulator/faultplayer.py", 'self._of("loss", ', 'self._of("theft", "loss", ')
-    copy.replace("src/elib/emulator/faultplayer.py", 'case "loss":', 'case "loss" | "theft":')
+    copy.replace(
+        "src/elib/simulator/emulator/faultscript.py", '        "delay": Kind(\n', kind + '        "delay": Kind(\n'
+    )
+    copy.replace("src/elib/simulator/emulator/faultplayer.py", 'self._of("loss", ', 'self._of("theft", "loss", ')
+    copy.replace("src/elib/simulator/emulator/faultplayer.py", 'case "loss":', 'case "loss" | "theft":')
     script = 'description = "A thief"\n[[fault]]\nkind = "theft"\nprobability = 1.0\n'
     (copy.root / "thief.toml").write_text(script)
     answers = yield ask("send version --robot sim://?fault=thief.toml&speed=max", pages=("faults.md",))
@@ -373,7 +377,7 @@ def a_kind_of_fault_is_an_entry_and_what_it_does(copy: Copy) -> Asking:
 @carries_out("a fault script")
 def a_fault_script_is_a_file(copy: Copy) -> Asking:
     copy.write(
-        "src/elib/faults/gone-at-once.toml",
+        "src/elib/simulator/faults/gone-at-once.toml",
         """
         description = "The robot never answers"
 
@@ -393,7 +397,7 @@ def a_fault_script_is_a_file(copy: Copy) -> Asking:
 @carries_out("a step of the doctor")
 def a_step_of_the_doctor_is_a_function_and_an_entry(copy: Copy) -> Asking:
     copy.add(
-        "src/elib/diagnosis/robot.py",
+        "src/elib/tools/diagnosis/robot.py",
         """    return CheckResult(f"an e-puck says {session.version.text!r}")\n""",
         '''
 
@@ -403,7 +407,7 @@ async def mood(examination: Examination) -> CheckResult:
 ''',
     )
     copy.add(
-        "src/elib/diagnosis/doctor.py",
+        "src/elib/tools/diagnosis/doctor.py",
         '    Check("answer", robot.answer, "line", 7),\n',
         '    Check("mood", robot.mood, "answer", 1),\n',
     )
@@ -414,7 +418,7 @@ async def mood(examination: Examination) -> CheckResult:
 @carries_out("a world")
 def a_world_is_a_file(copy: Copy) -> Asking:
     copy.write(
-        "src/elib/worlds/attic.toml",
+        "src/elib/simulator/worlds/attic.toml",
         """
         about = "A small room under the roof."
 
@@ -435,9 +439,9 @@ def a_world_is_a_file(copy: Copy) -> Asking:
 @carries_out("a sensor of the robot")
 def a_reading_is_a_class_a_row_and_a_handler(copy: Copy) -> Asking:
     temperature = "    temperature: Temperature | None = None\n"
-    copy.add("src/elib/protocol/values.py", temperature, "    humidity: Humidity | None = None\n")
+    copy.add("src/elib/link/protocol/values.py", temperature, "    humidity: Humidity | None = None\n")
     copy.replace(
-        "src/elib/protocol/values.py",
+        "src/elib/link/protocol/values.py",
         "@dataclass(frozen=True, slots=True)\nclass Distance(Reading):\n",
         '''@dataclass(frozen=True, slots=True)
 class Humidity(Reading):
@@ -451,12 +455,12 @@ class Distance(Reading):
 ''',
     )
     copy.add(
-        "src/elib/protocol/shapes.py",
+        "src/elib/link/protocol/shapes.py",
         'SD_CARD = Packed("<B", lambda n, context: v.SdCard(bool(n[0]), **context.stamp))\n',
         'HUMIDITY = Packed("<B", lambda n, context: v.Humidity(int(n[0]), **context.stamp))\n',
     )
     copy.add(
-        "src/elib/protocol/commands.py",
+        "src/elib/link/protocol/commands.py",
         "    # -- other sensors --\n",
         '''
     @command(binary=binary_form(0x12, shapes.HUMIDITY))
@@ -464,16 +468,18 @@ class Distance(Reading):
         """Read the humidity of the air."""
 ''',
     )
-    copy.add("src/elib/protocol/profiles.py", '        "set_distance_sensor",\n', '        "humidity",\n')
-    copy.replace("src/elib/protocol/profiles.py", 'chain=("speed", "button")', 'chain=("speed", "button", "humidity")')
+    copy.add("src/elib/link/protocol/profiles.py", '        "set_distance_sensor",\n', '        "humidity",\n')
+    copy.replace(
+        "src/elib/link/protocol/profiles.py", 'chain=("speed", "button")', 'chain=("speed", "button", "humidity")'
+    )
     copy.add("src/elib/robot/snapshot.py", "        temperature: v.Temperature\n", "        humidity: v.Humidity\n")
     copy.add(
         "src/elib/__init__.py",
-        "    from elib.protocol.values import Ground as Ground\n",
-        "    from elib.protocol.values import Humidity as Humidity\n",
+        "    from elib.link.protocol.values import Ground as Ground\n",
+        "    from elib.link.protocol.values import Humidity as Humidity\n",
     )
     copy.add(
-        "src/elib/emulator/firmware/epuck2.py",
+        "src/elib/simulator/emulator/firmware/epuck2.py",
         "    # -- binary commands --\n",
         """
     @binary(0xEE)
@@ -490,12 +496,14 @@ class Distance(Reading):
     bodies = {"hardware": "", "simulated_hardware": "return 45"}
     for file, body in bodies.items():
         method = number.strip("\n") + "\n" + (indent(body, " " * 8) + "\n" if body else "") + "\n" + button
-        copy.replace(f"src/elib/emulator/{file}.py", button, method)
+        copy.replace(f"src/elib/simulator/emulator/{file}.py", button, method)
     copy.add(
-        "src/elib/emulator/fixed_hardware.py", '    "sd": (0, SWITCH),\n', '    "humidity": (50, Whole(0, 100)),\n'
+        "src/elib/simulator/emulator/fixed_hardware.py",
+        '    "sd": (0, SWITCH),\n',
+        '    "humidity": (50, Whole(0, 100)),\n',
     )
     copy.add(
-        "src/elib/emulator/fixed_hardware.py",
+        "src/elib/simulator/emulator/fixed_hardware.py",
         '    has_sd_card = _reading("sd", bool)\n',
         '    humidity = _reading("humidity", int)\n',
     )
@@ -505,7 +513,7 @@ class Distance(Reading):
         pages=("commands.md", "values.md", "telemetry.md"),
         code="""
         import elib
-        from elib.web.gauges import instruments
+        from elib.panel.gauges import instruments
         with elib.connect("sim://?firmware=epuck2&speed=max") as robot:
             snapshot = next(iter(robot.watch("humidity")))
         gauge = next(each for each in instruments(None) if each.name == "humidity")
@@ -523,14 +531,14 @@ class Distance(Reading):
 @carries_out("an instrument of the panel")
 def an_instrument_of_the_panel_follows_from_its_reading_and_its_range_is_a_case(copy: Copy) -> Asking:
     copy.add(
-        "src/elib/web/gauges.py",
+        "src/elib/panel/gauges.py",
         "    match name:\n",
         '        case "temperature":\n            return (-40.0, 85.0) if profile is None else (0.0, 50.0)\n',
     )
     answers = yield ask(
         code="""
-        from elib.web.gauges import instruments
-        from elib.protocol.profiles import EPUCK2
+        from elib.panel.gauges import instruments
+        from elib.link.protocol.profiles import EPUCK2
         from elib.robot.snapshot import SENSORS
 
         kinds = [next(each for each in instruments(p) if each.name == "temperature") for p in (None, EPUCK2)]
@@ -543,12 +551,12 @@ def an_instrument_of_the_panel_follows_from_its_reading_and_its_range_is_a_case(
 @carries_out("a sensor of `elib.World`")
 def a_sensor_of_the_simulator_is_a_file_and_a_field(copy: Copy) -> Asking:
     copy.write(
-        "src/elib/physics/sensors/daylight.py",
+        "src/elib/simulator/physics/sensors/daylight.py",
         '''
         """The daylight at the place of the robot."""
 
-        from elib.physics.engine import kernel
-        from elib.physics.records import Records
+        from elib.simulator.physics.engine import kernel
+        from elib.simulator.physics.records import Records
 
         @kernel
         def read(world: Records, i: int) -> None:
@@ -556,9 +564,11 @@ def a_sensor_of_the_simulator_is_a_file_and_a_field(copy: Copy) -> Asking:
             world.views[i].daylight = 2.0 * world.robots[i].x
         ''',
     )
-    copy.add("src/elib/physics/records.py", "    rotation: float = value()\n", "    daylight: float = value()\n")
     copy.add(
-        "src/elib/physics/records.py",
+        "src/elib/simulator/physics/records.py", "    rotation: float = value()\n", "    daylight: float = value()\n"
+    )
+    copy.add(
+        "src/elib/simulator/physics/records.py",
         "        rotation: About the upright axis, rad/s, positive to the left.\n",
         "        daylight: Light from above, more to the east.\n",
     )
@@ -584,12 +594,14 @@ def a_sensor_of_the_simulator_is_a_file_and_a_field(copy: Copy) -> Asking:
 def an_error_is_a_class_its_public_name_and_its_cure(copy: Copy) -> Asking:
     following = "class SimulationError(ElibError):\n"
     kind = 'class RobotAsleep(ElibError):\n    """The robot is asleep."""\n\n\n'
-    copy.replace("src/elib/errors.py", following, kind + following)
-    copy.replace("src/elib/errors.py", "    ├── SimulationError\n", "    ├── RobotAsleep\n    ├── SimulationError\n")
+    copy.replace("src/elib/base/errors.py", following, kind + following)
+    copy.replace(
+        "src/elib/base/errors.py", "    ├── SimulationError\n", "    ├── RobotAsleep\n    ├── SimulationError\n"
+    )
     copy.add(
         "src/elib/__init__.py",
-        "    from elib.errors import ReplyTimeout as ReplyTimeout\n",
-        "    from elib.errors import RobotAsleep as RobotAsleep\n",
+        "    from elib.base.errors import ReplyTimeout as ReplyTimeout\n",
+        "    from elib.base.errors import RobotAsleep as RobotAsleep\n",
     )
     copy.add("docs/generator/errors.py", "CURES = {\n", '    "RobotAsleep": "Wake the robot.",\n')
     answers = yield ask(

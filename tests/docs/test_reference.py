@@ -9,23 +9,23 @@ import sys
 from pages import ROOT, prose
 
 import elib
-from elib import errors
+from elib.base import errors
+from elib.base.files import guide
 from elib.cli.program import COMMANDS
-from elib.emulator.faultscript import KINDS, gallery
-from elib.emulator.sim_transport import open_sim
-from elib.files import guide
-from elib.physics.worldtables import TABLES
-from elib.protocol.commands import SPECS
+from elib.link.protocol.commands import SPECS
+from elib.link.session import Session
+from elib.link.session.core import STOPPING_TIME
+from elib.link.transport import open_transport
+from elib.link.transport.rfcomm import open_rfcomm
+from elib.link.transport.serial import open_serial
+from elib.link.transport.tcp import open_tcp
+from elib.link.transport.url import scheme_names
+from elib.link.transport.wifi import open_wifi
 from elib.robot.actions import Actions
 from elib.robot.events import RobotEvent
-from elib.session import Session
-from elib.session.core import STOPPING_TIME
-from elib.transport import open_transport
-from elib.transport.rfcomm import open_rfcomm
-from elib.transport.serial import open_serial
-from elib.transport.tcp import open_tcp
-from elib.transport.url import scheme_names
-from elib.transport.wifi import open_wifi
+from elib.simulator.emulator.faultscript import KINDS, gallery
+from elib.simulator.emulator.sim_transport import open_sim
+from elib.simulator.physics.worldtables import TABLES
 from shared import PATIENCE
 
 REFERENCE = {page.name: page.read_text() for page in (ROOT / "docs/reference").glob("*.md")}

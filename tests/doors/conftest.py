@@ -3,6 +3,6 @@
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "panel"))
 
 from local_network import pytest_asyncio_loop_factories as pytest_asyncio_loop_factories

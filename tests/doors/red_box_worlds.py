@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 from random import Random
 
-from elib.physics import Pose, Scene
-from elib.physics.geometry import Box
-from elib.physics.worldwriter import written_scene
+from elib.simulator.physics import Pose, Scene
+from elib.simulator.physics.geometry import Box
+from elib.simulator.physics.worldwriter import written_scene
 
 RED = "red 1"
 REACH = {"robot": 0.045}

@@ -15,10 +15,10 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from elib.doors.robots import connected
 from elib.doors.serve.door import PATH, ProgramDoor
-from elib.web.listening import listen
-from elib.web.panel import Panel
-from elib.web.slot import Slot
-from elib.web.watching import virtual
+from elib.panel.listening import listen
+from elib.panel.panel import Panel
+from elib.panel.slot import Slot
+from elib.panel.watching import virtual
 from shared import PATIENCE, now, until
 
 DRIVER = Path(__file__).parent / "serve_driver.py"

@@ -20,15 +20,15 @@ from mcp.client.client import Client
 from mcp.client.stdio import StdioServerParameters, stdio_client
 from mcp_types import CallToolRequestParams, CallToolResult
 
+from elib.base.errors import ArgumentError
 from elib.cli import main
 from elib.doors.agent.driver import Refused
 from elib.doors.agent.limits import Limits
 from elib.doors.agent.server import Door, Journal, serve_pipes
 from elib.doors.agent.tools import Tools
 from elib.doors.robots import connected
-from elib.errors import ArgumentError
+from elib.panel.watching import virtual
 from elib.testing import simulated
-from elib.web.watching import virtual
 from lanes import short
 from shared import PATIENCE, until
 

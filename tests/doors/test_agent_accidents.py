@@ -17,16 +17,16 @@ import pytest
 
 pytest.importorskip("mcp")
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "panel"))
 from agent_wire import INITIALIZE, WITNESSED, memory, wire
 from page_rig import opened
 from test_agent import FIRMWARES, LIMITS, call, speeds, tools_on, went, world_of
 
+from elib.base.errors import LinkLost
 from elib.doors.agent.limits import Limits
-from elib.emulator.control import Control
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.errors import LinkLost
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from elib.testing import simulated
 from lanes import short
 from shared import PATIENCE, until, wait_until

@@ -33,7 +33,7 @@ STANDS = 20
 """Readings in a row, 50 a second, that are the same where the wheels stand."""
 DRIVEN = 200
 """Steps of a wheel after which the robot has certainly been driven."""
-PATIENT = "import elib.web.drivelock as lock, elib.cli, sys; lock.DEAD_MAN = 60.0; sys.exit(elib.cli.main())"
+PATIENT = "import elib.panel.drivelock as lock, elib.cli, sys; lock.DEAD_MAN = 60.0; sys.exit(elib.cli.main())"
 """``elib`` with a dead man's switch that waits longer than a busy machine keeps a client from its next message."""
 LANGUAGES = ["node", "csharp", "cpp"]
 

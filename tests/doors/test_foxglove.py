@@ -16,31 +16,31 @@ import pytest
 
 pytest.importorskip("foxglove", reason="the extra foxglove is not installed: pip install '.[foxglove]'")
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "recording"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "records"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "panel"))
 import page_rig
 import websockets
 from elib_process import started
 from foxglove_client import Client, connected_to
 from recordings import complaints, read
 
+from elib.base.extras import install
 from elib.cli import main
 from elib.doors.foxglove.commands import CLIENT_TOPICS, Commands
 from elib.doors.foxglove.door import opened
 from elib.doors.foxglove.layout import layout_of
 from elib.doors.robots import connected
-from elib.emulator.control import Control
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.extras import install
-from elib.protocol.profiles import FIRMWARES
-from elib.recording.topics import TOPICS
-from elib.runner import run_on
+from elib.link.protocol.profiles import FIRMWARES
+from elib.panel.listening import Address, listen
+from elib.panel.panel import Panel
+from elib.panel.slot import Slot
+from elib.panel.watching import virtual
+from elib.records.topics import TOPICS
+from elib.robot.runner import run_on
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from elib.testing import simulated
-from elib.web.listening import Address, listen
-from elib.web.panel import Panel
-from elib.web.slot import Slot
-from elib.web.watching import virtual
 from shared import until
 
 CLIENT = Path(__file__).parent / "foxglove_client.py"

@@ -11,11 +11,11 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from elib_process import started
 
+from elib.base.errors import ElibError, LinkClosed
 from elib.doors.robots import connected
-from elib.errors import ElibError, LinkClosed
+from elib.panel.slot import Phase
+from elib.panel.watching import virtual
 from elib.testing import simulated
-from elib.web.slot import Phase
-from elib.web.watching import virtual
 from lanes import short
 from shared import PATIENCE
 

@@ -20,9 +20,9 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from elib.cli import main
-from elib.emulator.control import Control
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from lanes import short
 from shared import until
 

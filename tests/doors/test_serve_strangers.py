@@ -15,10 +15,10 @@ from local_network import LocalLoop
 from serve_rig import Rig, serving
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from elib.base.errors import ArgumentError
 from elib.doors.serve import door as doors
 from elib.doors.serve.door import ProgramDoor
 from elib.doors.serve.messages import NAMES
-from elib.errors import ArgumentError
 from shared import PATIENCE, now, until
 
 # clock: simulated

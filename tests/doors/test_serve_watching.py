@@ -14,15 +14,15 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 pytest.importorskip("mcap", reason="the extra record is not installed: pip install '.[record]'")
-sys.path.insert(0, str(Path(__file__).parents[1] / "recording"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "records"))
 import jsonschema
 from local_network import LocalLoop
 from recordings import recorded
 from serve_rig import Program, Rig, serving
 
+from elib.base.errors import LinkLost
 from elib.doors.serve.client import MOST_UNREAD
 from elib.doors.serve.schema import schema
-from elib.errors import LinkLost
 from shared import PATIENCE, until
 
 # clock: simulated

@@ -14,9 +14,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from elib.cli import main
-from elib.physics import World
-from elib.web.panel import Panel
-from elib.web.slot import Slot
+from elib.panel.panel import Panel
+from elib.panel.slot import Slot
+from elib.simulator.physics import World
 
 
 class Witness:

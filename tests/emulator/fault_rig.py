@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.emulator.sim_transport import SimTransport
+from elib.link.transport import Transport, open_transport
+from elib.simulator.emulator.sim_transport import SimTransport
 from elib.testing import with_faults
-from elib.transport import Transport, open_transport
 from shared import PATIENCE
 
 CUT = '[[fault]]\nkind = "cut"\nfrom = 5\nevery = 100\nfor = 10\n'

@@ -3,8 +3,8 @@
 import asyncio
 from dataclasses import dataclass, field
 
-from elib.emulator.link import Link
-from elib.transport.memory import MemoryTransport, memory_pair
+from elib.link.transport.memory import MemoryTransport, memory_pair
+from elib.simulator.emulator.link import Link
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from elib.emulator import server, wifi_server
-from elib.transport.buffered import BufferedTransport
-from elib.transport.pty import PtyTransport
+from elib.link.transport.buffered import BufferedTransport
+from elib.link.transport.pty import PtyTransport
+from elib.simulator.emulator import server, wifi_server
 
 
 @dataclass

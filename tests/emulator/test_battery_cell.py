@@ -4,8 +4,8 @@ import itertools
 
 import pytest
 
-from elib.emulator.battery import IDLE, MOTOR, SAVING_MOTOR, Cell, power_of
-from elib.errors import ArgumentError
+from elib.base.errors import ArgumentError
+from elib.simulator.emulator.battery import IDLE, MOTOR, SAVING_MOTOR, Cell, power_of
 
 HOUR = 3600.0
 IN_USE = power_of((1000, 1000), 1.5)

@@ -11,13 +11,13 @@ from clock_rig import jumping
 from served_rig import Seen
 
 import elib
-from elib.emulator.control import Control
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.emulator.sim_transport import open_sim
-from elib.errors import ArgumentError, LinkClosed, LinkNotFound, ReplyTimeout, SimulationError
+from elib.base.errors import ArgumentError, LinkClosed, LinkNotFound, ReplyTimeout, SimulationError
+from elib.link.transport import open_transport, parse_url
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
+from elib.simulator.emulator.sim_transport import open_sim
 from elib.testing import simulation_of
-from elib.transport import open_transport, parse_url
 from shared import now, until
 
 

@@ -8,7 +8,7 @@ from typing import TypedDict, cast
 
 import pytest
 
-from elib.emulator.firmware import FIRMWARES
+from elib.simulator.emulator.firmware import FIRMWARES
 from elib.testing import EmulatedRobot
 
 GOLDEN = Path(__file__).parents[1] / "golden"

@@ -11,17 +11,26 @@ from fault_rig import ask
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elib.emulator.control import Control
-from elib.emulator.control_server import BURST, LONGEST, MESSAGES, MOST_CLIENTS, answer, check, parse, serve_control
-from elib.emulator.fork import put_things
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.emulator.sim_transport import open_sim
-from elib.emulator.simulation import Simulation
-from elib.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
-from elib.physics import Box, Cylinder, Scene, World
-from elib.protocol.profiles import PROFILES
-from elib.transport import open_transport, parse_url
+from elib.base.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
+from elib.link.protocol.profiles import PROFILES
+from elib.link.transport import open_transport, parse_url
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.control_server import (
+    BURST,
+    LONGEST,
+    MESSAGES,
+    MOST_CLIENTS,
+    answer,
+    check,
+    parse,
+    serve_control,
+)
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
+from elib.simulator.emulator.sim_transport import open_sim
+from elib.simulator.emulator.simulation import Simulation
+from elib.simulator.physics import Box, Cylinder, Scene, World
+from elib.studies.fork import put_things
 from shared import PATIENCE, until
 
 ROOM = """
@@ -298,7 +307,7 @@ async def test_a_box_or_a_wall_that_was_put_in_is_there_for_the_robots_and_only_
     assert robot.describe()["scene"].count("[[wall]]") == 1
     assert max(world.proximity(0)[0], world.proximity(0)[7]) < 100
     assert "[[box]]" in robot.describe()["scene"]
-    monkeypatch.setattr("elib.emulator.control.MOST_BY_HAND", 3)
+    monkeypatch.setattr("elib.simulator.emulator.control.MOST_BY_HAND", 3)
     control.add_box(0.6, 0.6, width=0.02, depth=0.02)
     with pytest.raises(ArgumentError, match="the world has 3 boxes"):
         control.add_box(0.7, 0.6, width=0.02, depth=0.02)
@@ -511,7 +520,7 @@ async def test_only_so_many_programs_at_once_and_one_that_leaves_makes_room(serv
 
 
 async def test_programs_that_say_nothing_for_long_do_not_keep_others_out(server, monkeypatch):
-    monkeypatch.setattr("elib.emulator.control_server.LONGEST_IDLE", 0.0)
+    monkeypatch.setattr("elib.simulator.emulator.control_server.LONGEST_IDLE", 0.0)
     silent = await connect(server)
     clients = [await connect(server) for _ in range(MOST_CLIENTS - 1)]
     for client in clients:

@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import pytest
 
-from elib.emulator.emulator import Chunk, Emulator
-from elib.emulator.firmware import FIRMWARES
-from elib.emulator.fixed_hardware import FixedHardware
-from elib.emulator.timing import ASERCOM_1_2_2, BTCOM_1_1_3, EPUCK2, LINE_ONLY
-from elib.protocol.profiles import PROFILES
+from elib.link.protocol.profiles import PROFILES
+from elib.simulator.emulator.emulator import Chunk, Emulator
+from elib.simulator.emulator.firmware import FIRMWARES
+from elib.simulator.emulator.fixed_hardware import FixedHardware
+from elib.simulator.emulator.timing import ASERCOM_1_2_2, BTCOM_1_1_3, EPUCK2, LINE_ONLY
 
 BYTE = 10 / 115_200
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")

@@ -6,9 +6,9 @@ import math
 import pytest
 from link_rig import Parrot, Rig, make_rig
 
-from elib.emulator.faultplayer import Counts, FaultPlayer
-from elib.emulator.faultscript import FaultScript, Ramp, TimedFault, When, parse
-from elib.errors import LinkLost, SimulationStalled
+from elib.base.errors import LinkLost, SimulationStalled
+from elib.simulator.emulator.faultplayer import Counts, FaultPlayer
+from elib.simulator.emulator.faultscript import FaultScript, Ramp, TimedFault, When, parse
 from elib.testing import simulated
 from shared import now
 

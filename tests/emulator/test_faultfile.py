@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.faultscript import KINDS, FaultScript, Ramp, When, gallery, load, parse
-from elib.errors import ArgumentError, SimulationError
+from elib.base.errors import ArgumentError, SimulationError
+from elib.simulator.emulator.faultscript import KINDS, FaultScript, Ramp, When, gallery, load, parse
 
 SHIPPED = ["dead-battery", "flaky-bluetooth", "half-answers", "robot-reset", "walks-out-of-range"]
 

@@ -9,10 +9,10 @@ import pytest
 from fault_rig import CUT, ask, open_url, with_script
 
 import elib
-from elib.emulator.faultscript import EMPTY, WEAK
-from elib.emulator.settings import SimulationSettings
-from elib.emulator.simulation import Simulation
-from elib.protocol.profiles import PROFILES
+from elib.link.protocol.profiles import PROFILES
+from elib.simulator.emulator.faultscript import EMPTY, WEAK
+from elib.simulator.emulator.settings import SimulationSettings
+from elib.simulator.emulator.simulation import Simulation
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
 from shared import now

@@ -8,12 +8,12 @@ import pytest
 from fault_rig import receive
 from served_rig import Seen
 
+from elib.base.errors import LinkLost, LinkNotFound
 from elib.cli import main
-from elib.emulator.control import Control
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.errors import LinkLost, LinkNotFound
-from elib.transport import Transport, open_transport
+from elib.link.transport import Transport, open_transport
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from shared import PATIENCE, until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no ptys")

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import elib
-from elib.emulator.fixed_hardware import FixedHardware
-from elib.errors import ArgumentError
-from elib.physics.sensors.camera import ABOVE, FOCAL, FORWARD
-from elib.protocol.actuators import camera_line
-from elib.protocol.camera import CENTRED, EPUCK1_DRIVERS, EPUCK2, PO3030, CameraDriver, CameraWindow, WindowRefused
-from elib.protocol.context import Context, Profile
-from elib.protocol.profiles import PROFILES
-from elib.protocol.quantities import CameraMode
+from elib.base.errors import ArgumentError
+from elib.link.protocol.actuators import camera_line
+from elib.link.protocol.camera import CENTRED, EPUCK1_DRIVERS, EPUCK2, PO3030, CameraDriver, CameraWindow, WindowRefused
+from elib.link.protocol.context import Context, Profile
+from elib.link.protocol.profiles import PROFILES
+from elib.link.protocol.quantities import CameraMode
+from elib.simulator.emulator.fixed_hardware import FixedHardware
+from elib.simulator.physics.sensors.camera import ABOVE, FOCAL, FORWARD
 from elib.testing import EmulatedRobot, simulated
 
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")

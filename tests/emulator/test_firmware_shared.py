@@ -4,14 +4,14 @@ import struct
 
 import pytest
 
-from elib.emulator.firmware import FIRMWARES, WIFI_FIRMWARES
-from elib.emulator.firmware.bootloader import ProgramMemory
-from elib.emulator.fixed_hardware import FixedHardware
-from elib.emulator.timing import LINE_ONLY
-from elib.errors import ArgumentError
-from elib.protocol import profiles
-from elib.protocol.profiles import profile_named
-from elib.protocol.robot_connection import RobotConnection
+from elib.base.errors import ArgumentError
+from elib.link.protocol import profiles
+from elib.link.protocol.profiles import profile_named
+from elib.link.protocol.robot_connection import RobotConnection
+from elib.simulator.emulator.firmware import FIRMWARES, WIFI_FIRMWARES
+from elib.simulator.emulator.firmware.bootloader import ProgramMemory
+from elib.simulator.emulator.fixed_hardware import FixedHardware
+from elib.simulator.emulator.timing import LINE_ONLY
 from elib.testing import EmulatedRobot
 
 ALL = tuple(FIRMWARES)

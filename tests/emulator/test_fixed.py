@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.fixed_hardware import DEFAULT_STATE, FixedHardware, defaults_for
-from elib.emulator.hardware import Hardware, Lights
-from elib.errors import ArgumentError
-from elib.protocol.camera import CameraWindow
+from elib.base.errors import ArgumentError
+from elib.link.protocol.camera import CameraWindow
+from elib.simulator.emulator.fixed_hardware import DEFAULT_STATE, FixedHardware, defaults_for
+from elib.simulator.emulator.hardware import Hardware, Lights
 
 
 def test_missing_keys_have_the_values_of_the_transcripts() -> None:

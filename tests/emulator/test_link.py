@@ -4,11 +4,11 @@ from statistics import fmean, pstdev
 import pytest
 from link_rig import Parrot, make_rig
 
-from elib.emulator.faults import Fault
-from elib.errors import ArgumentError, LinkLost
+from elib.base.errors import ArgumentError, LinkLost
+from elib.link.transport.buffered import BUFFER_LIMIT
+from elib.link.transport.memory import memory_pair
+from elib.simulator.emulator.faults import Fault
 from elib.testing import simulated
-from elib.transport.buffered import BUFFER_LIMIT
-from elib.transport.memory import memory_pair
 from shared import now
 
 

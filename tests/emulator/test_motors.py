@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from elib.emulator.motors import MicrostepMotor, PowerSavingMotor, StepMotor, wrap
+from elib.simulator.emulator.motors import MicrostepMotor, PowerSavingMotor, StepMotor, wrap
 
 
 def drive(motor: StepMotor, speed: int, ticks: int) -> int:

@@ -9,9 +9,9 @@ import pytest
 from fault_rig import CUT, ask, open_url, until_lost, with_script
 
 import elib
-from elib.emulator.simulation import RECONNECT_TIMEOUT, running
+from elib.link.transport.lease import lease
+from elib.simulator.emulator.simulation import RECONNECT_TIMEOUT, running
 from elib.testing import simulated
-from elib.transport.lease import lease
 from shared import now
 
 

@@ -10,14 +10,14 @@ import pytest
 from fault_rig import ask
 from served_rig import Seen
 
-from elib.emulator.loopback import reachable
-from elib.emulator.server import Served, serve
-from elib.emulator.settings import SimulationSettings
-from elib.errors import ArgumentError, LinkBusy, LinkError, LinkLost, LinkNotFound, SimulationError
-from elib.protocol.commands import SPECS
-from elib.session import Session
-from elib.timebase import ScaledLoop, SimulatedLoop
-from elib.transport import open_transport
+from elib.base.errors import ArgumentError, LinkBusy, LinkError, LinkLost, LinkNotFound, SimulationError
+from elib.base.timebase import ScaledLoop, SimulatedLoop
+from elib.link.protocol.commands import SPECS
+from elib.link.session import Session
+from elib.link.transport import open_transport
+from elib.simulator.emulator.loopback import reachable
+from elib.simulator.emulator.server import Served, serve
+from elib.simulator.emulator.settings import SimulationSettings
 from shared import PATIENCE, until
 
 FAST = SimulationSettings(world="square", baud=0)

@@ -10,12 +10,12 @@ import pytest
 from fault_rig import CUT, ask, open_url, opened, until_lost, with_script
 
 import elib
-from elib.emulator.sim_transport import SimTransport
-from elib.emulator.simulation import RECONNECT_TIMEOUT, Simulation, running
-from elib.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
+from elib.base.errors import ArgumentError, LinkBusy, LinkNotFound, SimulationError
+from elib.link.transport import robots_of
+from elib.link.transport.lease import lease
+from elib.simulator.emulator.sim_transport import SimTransport
+from elib.simulator.emulator.simulation import RECONNECT_TIMEOUT, Simulation, running
 from elib.testing import simulated
-from elib.transport import robots_of
-from elib.transport.lease import lease
 from shared import inside, now
 
 URL = "sim://square?speed=max&robots=3"

@@ -7,14 +7,14 @@ import pytest
 from clock_rig import jumping
 from fault_rig import ask, open_url, opened
 
-from elib.emulator.settings import SimulationSettings
-from elib.emulator.sim_transport import SimTransport, open_sim
-from elib.emulator.simulation import HEARTBEAT, Simulation
-from elib.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError
-from elib.protocol.profiles import PROFILES
+from elib.base.errors import ArgumentError, ElibError, LinkClosed, LinkNotFound, SimulationError
+from elib.base.timebase import ScaledLoop, new_loop
+from elib.link.protocol.profiles import PROFILES
+from elib.link.transport import open_transport, parse_url, speed_of
+from elib.simulator.emulator.settings import SimulationSettings
+from elib.simulator.emulator.sim_transport import SimTransport, open_sim
+from elib.simulator.emulator.simulation import HEARTBEAT, Simulation
 from elib.testing import simulated
-from elib.timebase import ScaledLoop, new_loop
-from elib.transport import open_transport, parse_url, speed_of
 from shared import inside, now
 
 

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elib.body import METRES_PER_STEP
-from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2
-from elib.emulator.hardware import Hardware, Lights
-from elib.emulator.simulated_hardware import SimulatedHardware
-from elib.errors import ArgumentError
-from elib.physics import Box, Colour, EpuckModel, Pose, Scene, World
-from elib.protocol.camera import CameraWindow
-from elib.protocol.image import Mounting
+from elib.base.body import METRES_PER_STEP
+from elib.base.errors import ArgumentError
+from elib.link.protocol.camera import CameraWindow
+from elib.link.protocol.image import Mounting
+from elib.simulator.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2
+from elib.simulator.emulator.hardware import Hardware, Lights
+from elib.simulator.emulator.simulated_hardware import SimulatedHardware
+from elib.simulator.physics import Box, Colour, EpuckModel, Pose, Scene, World
 
 WINDOW = CameraWindow(mode=1, width=40, height=40, zoom=8, x=160, y=80)
 RED, BLUE = Colour(255, 0, 0), Colour(0, 0, 255)

@@ -4,14 +4,14 @@ import math
 
 import pytest
 
-from elib.body import METRES_PER_STEP
-from elib.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2
-from elib.emulator.emulator import Emulator
-from elib.emulator.hardware import Lights
-from elib.emulator.simulated_hardware import SimulatedHardware
-from elib.errors import ArgumentError
-from elib.physics import Box, Colour, EpuckModel, Pose, Scene, World
-from elib.physics.fittings import Light, Sound, Stripe
+from elib.base.body import METRES_PER_STEP
+from elib.base.errors import ArgumentError
+from elib.simulator.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2
+from elib.simulator.emulator.emulator import Emulator
+from elib.simulator.emulator.hardware import Lights
+from elib.simulator.emulator.simulated_hardware import SimulatedHardware
+from elib.simulator.physics import Box, Colour, EpuckModel, Pose, Scene, World
+from elib.simulator.physics.fittings import Light, Sound, Stripe
 
 QUIET = EpuckModel(sensor_noise=0, ground_module=True)
 FIRMWARES = [("btcom-2.0", EPUCK1), ("asercom-1.2.2", EPUCK1_HW13), ("epuck2", EPUCK2)]

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator import server, tcp_client
-from elib.emulator.control import Control
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.errors import LinkLost
-from elib.protocol.profiles import PROFILES
-from elib.transport import open_transport
+from elib.base.errors import LinkLost
+from elib.link.protocol.profiles import PROFILES
+from elib.link.transport import open_transport
+from elib.simulator.emulator import server, tcp_client
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from shared import PATIENCE, until
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PRI", "PROPFIND", "D", "S")

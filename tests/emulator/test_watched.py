@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.errors import ArgumentError, SimulationError, Unsupported
-from elib.transport import parse_url
+from elib.base.errors import ArgumentError, SimulationError, Unsupported
+from elib.link.transport import parse_url
 from shared import PATIENCE, wait_until
 
 pytest.importorskip("aiohttp")

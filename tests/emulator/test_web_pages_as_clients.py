@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.transport import open_transport
+from elib.link.transport import open_transport
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from shared import PATIENCE
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "panel"))
 from browser import browser, needs_browser
 
 PAGE = """<!doctype html><title>cats</title><script>

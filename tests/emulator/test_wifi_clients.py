@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from shared import PATIENCE
 
 PAYLOADS = {1: 38_400, 2: 104, 3: 0}

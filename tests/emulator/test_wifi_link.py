@@ -10,14 +10,14 @@ import pytest
 from clock_rig import jumping
 from wifi_rig import command, packets
 
-from elib.emulator.faults import Fault
-from elib.emulator.sim_transport import SimTransport
-from elib.emulator.simulation import Simulation
-from elib.emulator.wifi import WifiEmulator
-from elib.emulator.wifi_link import RETRANSMISSION, WifiLink
-from elib.errors import LinkBusy, LinkLost, LinkNotFound
+from elib.base.errors import LinkBusy, LinkLost, LinkNotFound
+from elib.link.transport import open_transport
+from elib.simulator.emulator.faults import Fault
+from elib.simulator.emulator.sim_transport import SimTransport
+from elib.simulator.emulator.simulation import Simulation
+from elib.simulator.emulator.wifi import WifiEmulator
+from elib.simulator.emulator.wifi_link import RETRANSMISSION, WifiLink
 from elib.testing import simulated
-from elib.transport import open_transport
 from shared import inside, now
 
 URL = "sim://square?firmware=epuck2-wifi&speed=max"

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from wifi_rig import command, packets
 
-from elib.emulator.control import Control
-from elib.emulator.server import STUCK, serve
-from elib.emulator.settings import SimulationSettings
-from elib.errors import ArgumentError, LinkBusy
-from elib.transport import open_transport
+from elib.base.errors import ArgumentError, LinkBusy
+from elib.link.transport import open_transport
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.server import STUCK, serve
+from elib.simulator.emulator.settings import SimulationSettings
 from shared import PATIENCE, until
 
 WIFI = SimulationSettings(world="square", firmware="epuck2-wifi")

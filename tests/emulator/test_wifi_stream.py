@@ -7,8 +7,8 @@ from itertools import pairwise
 import pytest
 from wifi_rig import Rig, command, packets
 
-from elib.emulator.fixed_hardware import FixedHardware
-from elib.emulator.wifi import WifiEmulator
+from elib.simulator.emulator.fixed_hardware import FixedHardware
+from elib.simulator.emulator.wifi import WifiEmulator
 
 STEP = 0.010
 

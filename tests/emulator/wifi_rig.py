@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from elib.emulator.fixed_hardware import FixedHardware
-from elib.emulator.wifi import WifiEmulator
+from elib.simulator.emulator.fixed_hardware import FixedHardware
+from elib.simulator.emulator.wifi import WifiEmulator
 
 SIZES = {1: 1 + 38400, 2: 1 + 104, 3: 1}
 """Bytes of each packet by its first byte (wire-protocol.md, 4.3)."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from elib.et import main
+from elib.records.et import main
 
 SAMPLE = """\
 812.10250000 Ada call GetIR(..) 0 0

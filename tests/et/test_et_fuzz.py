@@ -9,7 +9,7 @@ from et_runs import run
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from elib.et.actions import actions
+from elib.records.et.actions import actions
 from lanes import few_and_many
 
 NUMBERS = st.sampled_from(
@@ -132,8 +132,8 @@ def test_results_do_not_depend_on_how_a_log_is_read(examples: int) -> None:
         arguments = [*action.split(), "--format", form]
         whole = run(*arguments, log=data)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("elib.et.rows.BLOCK", size)
-            patch.setattr("elib.et.rows.LONGEST_LINE", 10_000)
+            patch.setattr("elib.records.et.rows.BLOCK", size)
+            patch.setattr("elib.records.et.rows.LONGEST_LINE", 10_000)
             parts = run(*arguments, log=data)
         assert parts.code == whole.code
         assert whole.code or parts == whole

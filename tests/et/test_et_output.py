@@ -14,17 +14,17 @@ from pathlib import Path
 import pytest
 from et_runs import SAMPLE, complaint, result, run
 
-import elib.et.work
-from elib.et.action import Figure
-from elib.et.actions import actions
-from elib.et.arguments import arguments_of
-from elib.et.commandline import summary
-from elib.et.formats import writing
-from elib.et.rows import Block
-from elib.extras import install
+import elib.records.et.work
+from elib.base.extras import install
+from elib.records.et.action import Figure
+from elib.records.et.actions import actions
+from elib.records.et.arguments import arguments_of
+from elib.records.et.commandline import summary
+from elib.records.et.formats import writing
+from elib.records.et.rows import Block
 from shared import PATIENCE
 
-ET = [sys.executable, "-c", "import sys; from elib.et import main; sys.exit(main())"]
+ET = [sys.executable, "-c", "import sys; from elib.records.et import main; sys.exit(main())"]
 
 
 @pytest.fixture
@@ -268,7 +268,7 @@ def test_times_far_apart_are_drawn_on_a_logarithmic_axis(place: Path) -> None:
 
 
 def test_points_of_a_long_log_are_thinned_out(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("elib.et.actions.join.MAX_POINTS", 8)
+    monkeypatch.setattr("elib.records.et.actions.join.MAX_POINTS", 8)
     join = actions()["Join"]()
     log = "".join(f"{time} a call c 0 0\n{time} a ok c 0 0\n" for time in range(100))
     with writing("text", str(place / "out")) as writer:
@@ -277,7 +277,7 @@ def test_points_of_a_long_log_are_thinned_out(place: Path, monkeypatch: pytest.M
 
 
 def test_a_large_file_shows_its_progress_on_a_terminal_only(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(elib.et.work, "LARGE_FILE", 100)
+    monkeypatch.setattr(elib.records.et.work, "LARGE_FILE", 100)
     assert result("Avg", "5", "-s", "run.log") == "0.60000000\n"
     monkeypatch.setenv("TERM", "xterm")
     found = run("Avg", "5", "-s", "run.log", on_terminal=True)
@@ -302,7 +302,7 @@ def on_pty(*arguments: str) -> str:
     import pty
 
     ours, theirs = pty.openpty()
-    code = "import sys, elib.et.work as work; work.LARGE_FILE = 100; from elib.et import main; sys.exit(main())"
+    code = "import sys, elib.records.et as et, elib.records.et.work as work; work.LARGE_FILE = 100; sys.exit(et.main())"
     environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "90", "PYTHONUTF8": "1"}
     with subprocess.Popen(
         [sys.executable, "-c", code, *arguments], stdin=theirs, stdout=theirs, stderr=theirs, env=environment
@@ -318,11 +318,11 @@ def on_pty(*arguments: str) -> str:
 
 
 def test_a_new_action_is_a_class_in_a_file(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from elib.et import actions as package
+    from elib.records.et import actions as package
 
     (tmp_path / "longest.py").write_text(
         "from dataclasses import dataclass, field\n"
-        "from elib.et.action import Figure\n"
+        "from elib.records.et.action import Figure\n"
         "@dataclass\n"
         "class Longest(Figure):\n"
         '    """Print the length of the longest row."""\n'
@@ -336,7 +336,7 @@ def test_a_new_action_is_a_class_in_a_file(monkeypatch: pytest.MonkeyPatch, tmp_
     monkeypatch.setattr(package, "__path__", [*package.__path__, str(tmp_path)])
     assert result("longest") == "41.00000000\n"
     assert "Print the length of the longest row." in result("-h")
-    sys.modules.pop("elib.et.actions.longest")
+    sys.modules.pop("elib.records.et.actions.longest")
 
 
 def test_every_action_explains_itself_and_its_arguments() -> None:
@@ -354,7 +354,7 @@ def test_every_action_explains_itself_and_its_arguments() -> None:
     "arguments", [("Join",), *(pytest.param(each, marks=pytest.mark.long) for each in (("--help",), ("Avg", "0")))]
 )
 def test_nothing_is_imported_that_takes_long_or_may_be_missing(arguments: tuple[str, ...]) -> None:
-    code = "import sys; from elib.et import main; main(); print(*sys.modules, file=sys.stderr)"
+    code = "import sys; from elib.records.et import main; main(); print(*sys.modules, file=sys.stderr)"
     found = subprocess.run(
         [sys.executable, "-c", code, *arguments], input=SAMPLE, capture_output=True, text=True, timeout=PATIENCE
     )

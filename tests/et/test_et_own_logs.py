@@ -9,7 +9,7 @@ from et_runs import result
 
 import elib
 from elib.cli.bench import THESIS
-from elib.recording.log import logged_name
+from elib.records.log import logged_name
 
 GUIDE = Path(__file__).parents[2] / "docs" / "guides" / "logs.md"
 SHOWN = re.findall(r"^\$ et (.*)\n((?:(?!\$ |```).*\n)*)", GUIDE.read_text(encoding="utf-8"), re.MULTILINE)

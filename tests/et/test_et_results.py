@@ -13,10 +13,10 @@ from et_runs import SAMPLE, complaint, result, run
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elib.et import samples
-from elib.et.pairing import Pairing
-from elib.et.rows import BLOCK, Block, RowError, blocks_of
-from elib.et.samples import RunningStats, Samples
+from elib.records.et import samples
+from elib.records.et.pairing import Pairing
+from elib.records.et.rows import BLOCK, Block, RowError, blocks_of
+from elib.records.et.samples import RunningStats, Samples
 from lanes import few_and_many
 
 DRAW = random.Random(1)
@@ -181,11 +181,11 @@ def test_rate_refuses_more_windows_than_a_table_can_have() -> None:
 
 
 def test_grouping_by_numbers_is_refused_before_it_fills_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("elib.et.groups.MAX_WORDS", 900)
+    monkeypatch.setattr("elib.records.et.groups.MAX_WORDS", 900)
     log = "".join(f"{place} a\n" for place in range(1000))
     for arguments in (("Stats", "0", "--by", "0"), ("Count", "0")):
         assert "more than 900 different words to tell apart" in complaint(*arguments, log=log)
-    monkeypatch.setattr("elib.et.groups.MAX_BYTES", 100)
+    monkeypatch.setattr("elib.records.et.groups.MAX_BYTES", 100)
     assert "more than 55 different words" in complaint("Count", "0", log=log)
 
 
@@ -196,7 +196,7 @@ def test_many_words_in_many_windows_are_refused_before_they_fill_the_memory(monk
 
 
 def test_rates_of_words_add_up_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("elib.et.rows.BLOCK", 7)
+    monkeypatch.setattr("elib.records.et.rows.BLOCK", 7)
     rows = cells(result("Rate", "--by", "1", log="0.1 x\n0.2 y\n-0.5 y\n2 x\n0.3 x\n"))[1:]
     assert [[row[0], row[1], row[2]] for row in rows if row[2] != "0"] == [
         ["x", "0", "2"],
@@ -285,7 +285,7 @@ def test_pairing_does_not_depend_on_where_blocks_end() -> None:
 
 
 def test_calls_that_never_end_do_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("elib.et.pairing.MAX_OPEN", 3)
+    monkeypatch.setattr("elib.records.et.pairing.MAX_OPEN", 3)
     with pytest.raises(RowError, match="x:4: more than 3 calls"):
         list(Pairing().pairs(Block(b"1 Ada call Stop(..) 0 0\n" * 5, "x")))
 
@@ -295,7 +295,7 @@ def test_robots_and_commands_without_end_do_not_fill_the_memory(monkeypatch: pyt
     pairing = Pairing()
     assert len(list(pairing.pairs(Block(log.encode())))) == pairing.orphans == 100
     assert not pairing._open
-    monkeypatch.setattr("elib.et.pairing.MAX_ROBOTS", 3)
+    monkeypatch.setattr("elib.records.et.pairing.MAX_ROBOTS", 3)
     with pytest.raises(RowError, match="more than 3 robots"):
         list(Pairing().pairs(Block("".join(f"1 r{place} ok c 0 0\n" for place in range(4)).encode())))
 

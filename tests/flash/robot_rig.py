@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping
 
-from elib.emulator.emulator import Emulator
-from elib.emulator.fixed_hardware import FixedHardware
-from elib.emulator.link import Link
-from elib.flash import Image, Uploader
-from elib.protocol.values import Version
-from elib.transport.memory import MemoryTransport, memory_pair
+from elib.link.protocol.values import Version
+from elib.link.transport.memory import MemoryTransport, memory_pair
+from elib.simulator.emulator.emulator import Emulator
+from elib.simulator.emulator.fixed_hardware import FixedHardware
+from elib.simulator.emulator.link import Link
+from elib.tools.flash import Image, Uploader
 
 BOOTLOADER_ROWS = (0x17F40, 0x17F80, 0x17FC0)
 

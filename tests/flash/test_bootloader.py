@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from elib.emulator.emulator import Chunk, Emulator
-from elib.emulator.firmware.bootloader import BOOTLOADER_ROWS
-from elib.emulator.fixed_hardware import FixedHardware
+from elib.simulator.emulator.emulator import Chunk, Emulator
+from elib.simulator.emulator.firmware.bootloader import BOOTLOADER_ROWS
+from elib.simulator.emulator.fixed_hardware import FixedHardware
 
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
 BYTE = 10 / 115_200

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from hexfiles import Program, expected, hex_file, jump, random_program, record, small, upper
 
-from elib.errors import ArgumentError, Unsupported
-from elib.flash import Image, read_image
-from elib.flash.image import BOOTLOADER_ROWS, image_of
+from elib.base.errors import ArgumentError, Unsupported
+from elib.tools.flash import Image, read_image
+from elib.tools.flash.image import BOOTLOADER_ROWS, image_of
 
 pytest.importorskip("intelhex", reason="the extra flash is not installed: pip install '.[flash]'")
 END = record(0, 1, b"")

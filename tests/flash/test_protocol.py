@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from elib.flash.protocol import (
+from elib.tools.flash.protocol import (
     ANSWER_LIMIT,
     CALL,
     CALL_LIMIT,

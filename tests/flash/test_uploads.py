@@ -11,12 +11,12 @@ import pytest
 from hexfiles import expected, hex_file, random_program, small
 from robot_rig import Rig
 
-from elib.emulator.sim_transport import SimTransport
-from elib.errors import ElibError, LinkLost, RemoteProtocolError, RobotSilent, Unsupported
-from elib.flash import Image, Uploader
-from elib.flash.image import image_of
+from elib.base.errors import ElibError, LinkLost, RemoteProtocolError, RobotSilent, Unsupported
+from elib.link.transport import open_transport
+from elib.simulator.emulator.sim_transport import SimTransport
 from elib.testing import simulated
-from elib.transport import open_transport
+from elib.tools.flash import Image, Uploader
+from elib.tools.flash.image import image_of
 from shared import now
 
 pytest.importorskip("intelhex", reason="the extra flash is not installed: pip install '.[flash]'")

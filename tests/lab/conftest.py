@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from elib.errors import Unsupported
+from elib.base.errors import Unsupported
 from elib.lab import sandbox
 from shared import run
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from labs_for_tests import GIVEN, SURVIVES, TOP, lab_in
 
-from elib.errors import ArgumentError, SimulationError
+from elib.base.errors import ArgumentError, SimulationError
 from elib.lab import find_lab, load_lab
 from elib.lab.labfile import shipped_labs
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from labs_for_tests import lab_in, run_program
 
-from elib.protocol.profiles import FIRMWARES
+from elib.link.protocol.profiles import FIRMWARES
 from shared import run
 
 BLOCKING = """
@@ -79,7 +79,7 @@ async def whole():
 
 from elib.robot.running import run_coroutine
 from elib.robot.substitute import choose_robot
-from elib.transport import speed_of
+from elib.link.transport import speed_of
 
 run_coroutine(whole, speed_of(choose_robot(URL)))
 """

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from labs_for_tests import SURVIVES, TOP, Talker, lab_in, run_program
 
-from elib.emulator.lockstep import CLOSE, GO, HEAR, HELLO, LETTER, LONGEST, OPEN, ROBOT, SAY, TIME, VERSION, WRITE
 from elib.lab import Lab, VariantResult, marker, run_variant, running
+from elib.lab.lockstep import CLOSE, GO, HEAR, HELLO, LETTER, LONGEST, OPEN, ROBOT, SAY, TIME, VERSION, WRITE
 
 
 @pytest.fixture(scope="module")

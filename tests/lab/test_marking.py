@@ -14,7 +14,7 @@ import pytest
 from hostile import HONEST, HOSTILE, runs
 from labs_for_tests import WORLD
 
-from elib.errors import ArgumentError
+from elib.base.errors import ArgumentError
 from elib.lab.marking import Mark, mark, mark_all
 from elib.lab.sandbox import LIMITS, Limits, family
 from elib.lab.submissions import find_submissions
@@ -146,8 +146,7 @@ def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
 def test_an_error_of_elib_is_told_by_itself_and_not_by_its_hint(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "    robot.drive(40)\n")
     assert found.remarks == [
-        "it ended with exit code 1: elib.errors.ArgumentError: distance is 40 m; it must be a number from -5 to 5 m "
-        "(given)"
+        "it ended with exit code 1: elib.ArgumentError: distance is 40 m; it must be a number from -5 to 5 m (given)"
     ]
     assert "did you mean 0.4 (40 cm)" in found.output
 

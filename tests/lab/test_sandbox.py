@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 from hostile import runs
 
-from elib.emulator import lockstep
-from elib.errors import Unsupported
-from elib.lab import sandbox
+from elib.base.errors import Unsupported
+from elib.lab import lockstep, sandbox
 from elib.lab.sandbox import LIMITS, Child, Limits, start
 from shared import wait_until
 

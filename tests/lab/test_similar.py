@@ -2,12 +2,12 @@ from __future__ import annotations
 
 import re
 from itertools import combinations
-from pathlib import Path
 
-import elib
+from elib.base.files import LABS as FOLDER
+from elib.base.files import PACKAGE
 from elib.lab.similar import known, similar
 
-LABS = Path(elib.__file__).parent / "labs"
+LABS = PACKAGE / FOLDER
 PROGRAM = (LABS / "find-the-red-box/teacher/solution.py").read_text()
 OTHER = (LABS / "follow-the-line/teacher/solution.py").read_text()
 START = (LABS / "find-the-red-box/start.py").read_text()

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 import elib
+from elib.base.errors import ArgumentError, SimulationError, Unsupported
 from elib.behaviours import play
-from elib.errors import ArgumentError, SimulationError, Unsupported
 from elib.learn import Champion, Network, load_champion
 from elib.learn.linked import one_episode
 from elib.learn.networks import INPUTS
-from elib.physics import Box, Cylinder, EpuckModel, Light, Pose, Scene, SensorView, Sound, World
-from elib.physics.records import SENSORS
-from elib.physics.worldwriter import written_scene
 from elib.robot.running import run_coroutine
+from elib.simulator.physics import Box, Cylinder, EpuckModel, Light, Pose, Scene, SensorView, Sound, World
+from elib.simulator.physics.records import SENSORS
+from elib.simulator.physics.worldwriter import written_scene
 from elib.testing import world_of
 
 SCENE = Scene(

@@ -16,12 +16,12 @@ import numpy as np
 from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from elib.errors import ArgumentError
+from elib.base.errors import ArgumentError
 from elib.learn import all_tasks
 from elib.learn.envs import TaskEnv, TaskVectorEnv
 from elib.learn.sensors import channels_of
-from elib.physics import EpuckModel, Randomisation, Scene, SensorView, Task
-from elib.physics.records import SENSORS
+from elib.simulator.physics import EpuckModel, Randomisation, Scene, SensorView, Task
+from elib.simulator.physics.records import SENSORS
 from shared import PATIENCE
 
 GOAL = 0.3  # m from the left edge.

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from small_study import run, settings_for, task_file
 
+from elib.base.errors import ArgumentError
 from elib.cli import main
 from elib.cli.evolve import plotted
-from elib.errors import ArgumentError
 from elib.learn.evolution import Evolution
 from elib.learn.executor import Executor, open_executor
 from elib.learn.networks import Network

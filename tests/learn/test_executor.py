@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 import elib
-from elib.errors import ArgumentError, ElibError, LinkError, LinkNotFound
+from elib.base.errors import ArgumentError, ElibError, LinkError, LinkNotFound
 from elib.learn import executor as module
 from elib.learn.executor import Executor, open_executor
 from shared import PATIENCE, wait_until

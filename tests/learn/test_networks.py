@@ -8,12 +8,12 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from elib.body import METRES_PER_STEP
-from elib.errors import ArgumentError
+from elib.base.body import METRES_PER_STEP
+from elib.base.errors import ArgumentError
 from elib.learn.networks import INPUTS, KINDS, Network, find_controller
-from elib.physics import Box, Controller, EpuckModel, Light, Scene, Sound, World
-from elib.physics.body import GRAVITY
-from elib.physics.records import SENSORS, SIZE, SensorView
+from elib.simulator.physics import Box, Controller, EpuckModel, Light, Scene, Sound, World
+from elib.simulator.physics.body import GRAVITY
+from elib.simulator.physics.records import SENSORS, SIZE, SensorView
 
 SCENE = Scene(
     0.6,

@@ -6,7 +6,7 @@ import importlib.util
 import numpy as np
 import pytest
 
-from elib.errors import ArgumentError, Unsupported
+from elib.base.errors import ArgumentError, Unsupported
 from elib.learn.optimisers import ALGORITHMS, Genetic, Optimiser, optimiser, scaled
 
 SIZE = 6

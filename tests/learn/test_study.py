@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.errors import ArgumentError, ElibError
+from elib.base.errors import ArgumentError, ElibError
 from elib.learn.journal import Journal
 from elib.learn.study import Generation, Settings, Study, read_study, settings_of
 

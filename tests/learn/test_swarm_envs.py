@@ -13,10 +13,10 @@ import gymnasium
 import numpy as np
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
-from elib.errors import ArgumentError
+from elib.base.errors import ArgumentError
 from elib.learn.envs import TaskEnv
 from elib.learn.swarm_envs import SwarmEnv
-from elib.physics import Scene, Task
+from elib.simulator.physics import Scene, Task
 
 
 def near_the_other(world, i) -> float:

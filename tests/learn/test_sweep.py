@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from elib.base.errors import ArgumentError, ElibError
 from elib.cli import main
-from elib.errors import ArgumentError, ElibError
 from elib.learn import sweep as module
 from elib.learn.champion import Champion
 from elib.learn.executor import open_executor

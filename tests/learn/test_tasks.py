@@ -12,7 +12,7 @@ import pytest
 from elib import Controller, World
 from elib.learn import Episodes, Task, all_tasks
 from elib.learn.tasks import maze
-from elib.physics.engine import engine_named
+from elib.simulator.physics.engine import engine_named
 
 TASKS = all_tasks()
 

@@ -16,22 +16,22 @@ import pytest
 
 import elib
 import elib.cli.transfer as command
+from elib.base.errors import ArgumentError
 from elib.cli import main
-from elib.emulator.robotprofile import NOMINAL_RADIUS, RobotProfile, Wheels, write
-from elib.errors import ArgumentError
 from elib.learn import transfer as module
 from elib.learn.champion import Champion
 from elib.learn.executor import open_executor
 from elib.learn.linked import can_be_measured, play_on_robot, play_on_wire
 from elib.learn.transfer import FIRST, TransferPlan, Trouble, bootstrap, crossing, transfer
 from elib.learn.transferreport import COLUMNS, row_of, to_json, write_folder
-from elib.physics import Episodes, SensorView, World
-from elib.physics.worldwriter import written_scene
 from elib.robot.aio import Epuck
+from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, RobotProfile, Wheels, write
+from elib.simulator.physics import Episodes, SensorView, World
+from elib.simulator.physics.worldwriter import written_scene
 from elib.testing import world_of
 
 TASKS = """
-from elib.physics import Pose, Scene, Task
+from elib.simulator.physics import Pose, Scene, Task
 
 def speed(world, i):
     return (world.robots[i].left_speed + world.robots[i].right_speed) / 0.2

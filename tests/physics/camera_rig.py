@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from world_rig import Room
 
-from elib.physics import Scene
-from elib.physics.engine import EngineName
-from elib.physics.worldreading import SHOWN
+from elib.simulator.physics import Scene
+from elib.simulator.physics.engine import EngineName
+from elib.simulator.physics.worldreading import SHOWN
 
 Offsets = Sequence[float]
 Picture = NDArray[np.uint8]

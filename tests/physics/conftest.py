@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from world_rig import ENGINES, compile_episodes, compile_threads, compile_worlds
 
-from elib.physics.engine import _cache_folder, engine_named
+from elib.simulator.physics.engine import _cache_folder, engine_named
 
 shared: set[object] = set()
 """What the three sets compiled in this process."""

@@ -1,7 +1,7 @@
 """Random worlds, the same ones for each seed, and whether both engines compute the same in them.
 
 The worlds differ in everything that a scene can say. Robots often start close to walls, to obstacles and to each other,
-so that many of them touch something within a second. Only public names of ``elib.physics`` are used, and only
+so that many of them touch something within a second. Only public names of ``elib.simulator.physics`` are used, and only
 arithmetic that gives the same numbers on every machine.
 
 To compare the engines in many worlds:
@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
-from elib.physics import (
+from elib.simulator.physics import (
     Batch,
     Box,
     Checkers,

@@ -26,7 +26,7 @@ import numpy as np
 from random_worlds import random_world, window
 
 import elib
-from elib.physics import Colour, Lamps, Pose, Scene, World
+from elib.simulator.physics import Colour, Lamps, Pose, Scene, World
 
 COMMIT = "6e12bda"
 FILE = Path(__file__).with_name(f"laws-{COMMIT}.npz")

@@ -13,16 +13,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from elib.errors import ArgumentError, LinkNotFound, SimulationError
-from elib.fields import Choice, Flag, Number, Several, Text
-from elib.physics import Box, Cylinder, Scene, Wall, World
-from elib.physics.fittings import MOST_POINTS, CourseRule
-from elib.physics.geometry import ColourRule
-from elib.physics.placement import MOST_ROBOTS, _Ground, places
-from elib.physics.scene import MOST_THINGS
-from elib.physics.worldfile import gallery, parse
-from elib.physics.worldtables import TABLES, TOP
-from elib.tables import LARGEST_FILE, MOST_PARTS
+from elib.base.errors import ArgumentError, LinkNotFound, SimulationError
+from elib.base.fields import Choice, Flag, Number, Several, Text
+from elib.base.files import WORLDS
+from elib.base.tables import LARGEST_FILE, MOST_PARTS
+from elib.simulator.physics import Box, Cylinder, Scene, Wall, World
+from elib.simulator.physics.fittings import MOST_POINTS, CourseRule
+from elib.simulator.physics.geometry import ColourRule
+from elib.simulator.physics.placement import MOST_ROBOTS, _Ground, places
+from elib.simulator.physics.scene import MOST_THINGS
+from elib.simulator.physics.worldfile import gallery, parse
+from elib.simulator.physics.worldtables import TABLES, TOP
 from lanes import few_and_many
 
 ARENA = b"[arena]\nsize = [2, 1]\n"
@@ -380,7 +381,7 @@ def test_a_random_document_is_a_world_that_runs_or_is_refused(examples):
         assert min(counts.values()) >= examples / 10, counts
 
 
-TEXTS = [files("elib").joinpath("worlds", f"{name}.toml").read_bytes() for name in gallery()]
+TEXTS = [files("elib").joinpath(WORLDS, f"{name}.toml").read_bytes() for name in gallery()]
 SCRAPS = (b"[", b'"', b"\n", b"=", b"]]", b"-", b"1e9", b"'''", b"#")
 
 

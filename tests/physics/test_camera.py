@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from camera_rig import NOTHING, Cameras, showing, window
 
-from elib.errors import ArgumentError
-from elib.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
-from elib.physics.fittings import Checkers, Light, Patch, Stripe
-from elib.physics.geometry import WALL_HEIGHT
-from elib.physics.sensors.camera import ABOVE, FOCAL, FORWARD, LENSES
+from elib.base.errors import ArgumentError
+from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
+from elib.simulator.physics.fittings import Checkers, Light, Patch, Stripe
+from elib.simulator.physics.geometry import WALL_HEIGHT
+from elib.simulator.physics.sensors.camera import ABOVE, FOCAL, FORWARD, LENSES
 
 RED, BLUE, WHITE = Colour(255, 0, 0), Colour(0, 0, 255), Colour(255, 255, 255)
 CHIP = window(640, 480, 1)

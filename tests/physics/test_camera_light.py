@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from camera_rig import NOTHING, Cameras, showing, window
 
-from elib.physics import Box, Colour, Cylinder, Pose, Scene
-from elib.physics.fittings import Light
-from elib.physics.sensors.brightness import Lights, decay, exposure, lamp_light, led_light, room_light
-from elib.physics.sensors.camera import ABOVE, FOCAL, FORWARD
+from elib.simulator.physics import Box, Colour, Cylinder, Pose, Scene
+from elib.simulator.physics.fittings import Light
+from elib.simulator.physics.sensors.brightness import Lights, decay, exposure, lamp_light, led_light, room_light
+from elib.simulator.physics.sensors.camera import ABOVE, FOCAL, FORWARD
 
 CHIP = window(640, 480, 1)
 SMALL = window(40, 40, 8)

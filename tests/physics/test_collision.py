@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from world_rig import clearance, put
 
-from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
-from elib.physics.body import RADIUS
-from elib.physics.contacts import slide
-from elib.physics.records import Scratch
+from elib.simulator.physics import Box, Cylinder, Pose, Scene, Wall, World
+from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.contacts import slide
+from elib.simulator.physics.records import Scratch
 from lanes import few_and_many
 
 FULL_SPEED = 0.1288

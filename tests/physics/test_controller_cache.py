@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from elib.physics import engine
+from elib.simulator.physics import engine
 from shared import PATIENCE
 
 pytest.importorskip("numba")
@@ -24,7 +24,7 @@ from numpy import exp, float64
 import numba.core.event
 import numpy as np
 import settings
-from elib.physics.engine import engine_named, kernel
+from elib.simulator.physics.engine import engine_named, kernel
 
 compiled = []
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from world_rig import BUSY, ENGINES, PLAIN, everything, vehicle
 
-from elib.errors import ArgumentError, SimulationError
-from elib.physics import Batch, Box, Controller, Lamps, Light, Pose, Scene, Sound, World
-from elib.physics.records import SENSORS
+from elib.base.errors import ArgumentError, SimulationError
+from elib.simulator.physics import Batch, Box, Controller, Lamps, Light, Pose, Scene, Sound, World
+from elib.simulator.physics.records import SENSORS
 
 ROBOTS = 4
 

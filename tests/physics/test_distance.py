@@ -6,8 +6,8 @@ import statistics
 import pytest
 from world_rig import room_of
 
-from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
-from elib.physics.sensors.distance import CONE, PLACE
+from elib.simulator.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
+from elib.simulator.physics.sensors.distance import CONE, PLACE
 
 QUIET = EpuckModel(sensor_noise=0)
 # True m: read mm, relative standard deviation (e-puck.md, 10).

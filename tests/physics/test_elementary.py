@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from elib.physics.elementary import angle, arc_cosine, exponential
-from elib.physics.engine import engine_named
+from elib.simulator.physics.elementary import angle, arc_cosine, exponential
+from elib.simulator.physics.engine import engine_named
 
 COORDINATES = st.floats(-1e6, 1e6, allow_subnormal=False)
 POINTS = [(math.cos(k / 7), math.sin(k / 7)) for k in range(-22, 23)]

@@ -9,13 +9,13 @@ from dataclasses import replace
 import pytest
 from world_rig import BUSY, ENGINES, PLAIN, everything, segments, vehicle
 
-from elib.errors import ArgumentError, SimulationError
-from elib.extras import install
-from elib.physics import Batch, Controller, EpuckModel, Pose, Scene, Stripe, Wall, World, engine, state
-from elib.physics.engine import Compiled
-from elib.physics.episodes import sense_robots
-from elib.physics.noise import mix
-from elib.physics.senses import SENSORS, sensors_named
+from elib.base.errors import ArgumentError, SimulationError
+from elib.base.extras import install
+from elib.simulator.physics import Batch, Controller, EpuckModel, Pose, Scene, Stripe, Wall, World, engine, state
+from elib.simulator.physics.engine import Compiled
+from elib.simulator.physics.episodes import sense_robots
+from elib.simulator.physics.noise import mix
+from elib.simulator.physics.senses import SENSORS, sensors_named
 from lanes import few_and_many
 from shared import PATIENCE, run_python
 
@@ -318,8 +318,8 @@ def test_a_compilation_is_announced_and_code_that_is_found_is_not(tmp_path, monk
 def test_a_program_announces_a_compilation_and_the_next_one_finds_the_code(tmp_path):
     pytest.importorskip("numba")
     code = """
-from elib.physics.engine import engine_named
-from elib.physics.noise import mix
+from elib.simulator.physics.engine import engine_named
+from elib.simulator.physics.noise import mix
 print(engine_named("compiled").ready(mix)(12345) == mix(12345))
 """
     runs = [

@@ -10,11 +10,11 @@ import pytest
 from world_rig import COMPILED_LONG, everything, task
 
 from elib import ArgumentError, Controller, Scene, World
-from elib.body import METRES_PER_STEP, step_rate
-from elib.physics import Box, Cylinder, Episodes, EpuckModel, Light, Pose, Randomisation
-from elib.physics.episodes import START
-from elib.physics.noise import bits, seed_key
-from elib.physics.placement import places
+from elib.base.body import METRES_PER_STEP, step_rate
+from elib.simulator.physics import Box, Cylinder, Episodes, EpuckModel, Light, Pose, Randomisation
+from elib.simulator.physics.episodes import START
+from elib.simulator.physics.noise import bits, seed_key
+from elib.simulator.physics.placement import places
 from lanes import few_and_many
 
 BARE = Scene(0.8, 0.6, step=1 / 40)
@@ -76,7 +76,7 @@ def played(about, engine, *, threads=None):
 
 @pytest.mark.usefixtures("compiled_episodes")
 def test_both_engines_and_any_number_of_threads_step_the_same_episodes_to_the_last_bit(monkeypatch):
-    monkeypatch.setattr("elib.physics.episodes.SMALL", 0)
+    monkeypatch.setattr("elib.simulator.physics.episodes.SMALL", 0)
     about = task(PLAIN, BARE, robots=3, randomisation=DRAWN, seconds=0.5)
     told = stepped(about, "interpreted", count=4, seeds=SEEDS, steps=7)
     for threads in (1, 3):
@@ -86,7 +86,7 @@ def test_both_engines_and_any_number_of_threads_step_the_same_episodes_to_the_la
 @pytest.mark.long
 def test_both_engines_and_any_number_of_threads_play_the_same_episodes_to_the_last_bit(monkeypatch):
     pytest.importorskip("numba")
-    monkeypatch.setattr("elib.physics.episodes.SMALL", 0)
+    monkeypatch.setattr("elib.simulator.physics.episodes.SMALL", 0)
     about = task(FULL, BARE, robots=3, randomisation=DRAWN, sensors=("proximity", "ambient_light"))
     told = stepped(about, "interpreted", count=4, seeds=SEEDS, steps=24), played(about, "interpreted")
     for threads in (1, 3):

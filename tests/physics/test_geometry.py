@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from elib.errors import ArgumentError
-from elib.physics import Box, Colour, Cylinder, Pose, Wall
-from elib.physics.geometry import unit
+from elib.base.errors import ArgumentError
+from elib.simulator.physics import Box, Colour, Cylinder, Pose, Wall
+from elib.simulator.physics.geometry import unit
 
 
 @given(st.floats(-50, 50))

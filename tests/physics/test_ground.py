@@ -7,9 +7,9 @@ import pytest
 from PIL import Image
 from world_rig import room_of
 
-from elib.physics import Colour, EpuckModel, Pose, Scene
-from elib.physics.fittings import Checkers, Patch, Print, Stripe
-from elib.physics.sensors.ground import PLACE_X, PLACE_Y
+from elib.simulator.physics import Colour, EpuckModel, Pose, Scene
+from elib.simulator.physics.fittings import Checkers, Patch, Print, Stripe
+from elib.simulator.physics.sensors.ground import PLACE_X, PLACE_Y
 
 LEFT, CENTRE, RIGHT, CLIFF_LEFT, CLIFF_RIGHT = range(5)
 QUIET = EpuckModel(sensor_noise=0)

@@ -6,9 +6,9 @@ import statistics
 import pytest
 from world_rig import Room
 
-from elib.physics import EpuckModel, Pose, Scene
-from elib.physics.body import GRAVITY
-from elib.physics.sensors.acceleration import RANGE
+from elib.simulator.physics import EpuckModel, Pose, Scene
+from elib.simulator.physics.body import GRAVITY
+from elib.simulator.physics.sensors.acceleration import RANGE
 
 STEP = 1 / 64
 QUIET = EpuckModel(sensor_noise=0)

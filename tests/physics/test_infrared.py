@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from world_rig import put, set_tick
 
-from elib.errors import ArgumentError
-from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World
-from elib.physics.body import RADIUS, SENSOR_RADIUS
-from elib.physics.noise import PROXIMITY, bits, quantiles, robot_key, tick_key
-from elib.physics.profiles import PROFILES, profile
+from elib.base.errors import ArgumentError
+from elib.simulator.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World
+from elib.simulator.physics.body import RADIUS, SENSOR_RADIUS
+from elib.simulator.physics.noise import PROXIMITY, bits, quantiles, robot_key, tick_key
+from elib.simulator.physics.profiles import PROFILES, profile
 from lanes import few_and_many
 
 MIRROR = [7, 6, 5, 4, 3, 2, 1, 0]

@@ -5,10 +5,10 @@ import math
 import pytest
 from world_rig import heading_length
 
-from elib.errors import ArgumentError
-from elib.physics import EpuckModel, Pose, Scene, World
-from elib.physics.body import AXLE, WHEEL_DIAMETER
-from elib.physics.motion import MAX_TRAVEL
+from elib.base.errors import ArgumentError
+from elib.simulator.physics import EpuckModel, Pose, Scene, World
+from elib.simulator.physics.body import AXLE, WHEEL_DIAMETER
+from elib.simulator.physics.motion import MAX_TRAVEL
 
 METRES_PER_STEP = math.pi * WHEEL_DIAMETER / 1000
 

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from world_rig import room_of
 
-from elib.body import SENSOR_DIRECTIONS
-from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
-from elib.physics.fittings import Light
-from elib.physics.noise import AMBIENT
-from elib.physics.profiles import BEARINGS
+from elib.base.body import SENSOR_DIRECTIONS
+from elib.simulator.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
+from elib.simulator.physics.fittings import Light
+from elib.simulator.physics.noise import AMBIENT
+from elib.simulator.physics.profiles import BEARINGS
 from lanes import few_and_many
 
 QUIET = EpuckModel(sensor_noise=0, ambient=4000)

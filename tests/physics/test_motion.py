@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from elib.body import METRES_PER_STEP, step_rate
-from elib.emulator.motors import MicrostepMotor, PowerSavingMotor
-from elib.errors import ArgumentError
-from elib.physics import EpuckModel, Pose, Scene, World
-from elib.physics.motion import rim_speed
+from elib.base.body import METRES_PER_STEP, step_rate
+from elib.base.errors import ArgumentError
+from elib.simulator.emulator.motors import MicrostepMotor, PowerSavingMotor
+from elib.simulator.physics import EpuckModel, Pose, Scene, World
+from elib.simulator.physics.motion import rim_speed
 
 MOTORS = {1: PowerSavingMotor, 2: MicrostepMotor}
 

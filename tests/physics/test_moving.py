@@ -5,8 +5,8 @@ import math
 import pytest
 from world_rig import COMPILED_LONG, ray_lengths
 
-from elib.errors import ArgumentError
-from elib.physics import Box, Cylinder, Light, Pose, Scene, Sound, Wall, World
+from elib.base.errors import ArgumentError
+from elib.simulator.physics import Box, Cylinder, Light, Pose, Scene, Sound, Wall, World
 
 SCENE = Scene(
     1.0,

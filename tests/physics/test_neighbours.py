@@ -7,12 +7,12 @@ import random
 import pytest
 from world_rig import COMPILED_LONG, ENGINES, segments, vehicle
 
-from elib.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World, assembly
-from elib.physics.body import RADIUS
-from elib.physics.geometry import Colour
-from elib.physics.neighbours import EDGE, NEAR_WALLS, STRAY
-from elib.physics.profiles import Profile
-from elib.physics.pushing import TOLERANCE
+from elib.simulator.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World, assembly
+from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.geometry import Colour
+from elib.simulator.physics.neighbours import EDGE, NEAR_WALLS, STRAY
+from elib.simulator.physics.profiles import Profile
+from elib.simulator.physics.pushing import TOLERANCE
 from lanes import few_and_many
 
 CONTROLLER = vehicle()

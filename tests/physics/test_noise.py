@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from elib.physics import EpuckModel, Pose, Scene, World
-from elib.physics.noise import MASK, bits, gauss, mix, robot_key, tick_key, uniform
+from elib.simulator.physics import EpuckModel, Pose, Scene, World
+from elib.simulator.physics.noise import MASK, bits, gauss, mix, robot_key, tick_key, uniform
 
 
 def correlation(a, b):

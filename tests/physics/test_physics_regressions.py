@@ -11,12 +11,25 @@ import numpy as np
 import pytest
 from world_rig import COMPILED_LONG, vehicle
 
-from elib.errors import ArgumentError, SimulationError
-from elib.physics import Batch, Box, Controller, Cylinder, EpuckModel, Light, Pose, Scene, Stripe, Wall, World, contacts
-from elib.physics.assembly import MOST_ENTRIES, Grid, Solids
-from elib.physics.body import RADIUS
-from elib.physics.engine import digest_of
-from elib.physics.worldfile import parse
+from elib.base.errors import ArgumentError, SimulationError
+from elib.simulator.physics import (
+    Batch,
+    Box,
+    Controller,
+    Cylinder,
+    EpuckModel,
+    Light,
+    Pose,
+    Scene,
+    Stripe,
+    Wall,
+    World,
+    contacts,
+)
+from elib.simulator.physics.assembly import MOST_ENTRIES, Grid, Solids
+from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.engine import digest_of
+from elib.simulator.physics.worldfile import parse
 
 ONE = (Pose(0.5, 0.5),)
 

@@ -7,9 +7,9 @@ import statistics
 
 import pytest
 
-from elib.errors import ArgumentError
-from elib.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall, World
-from elib.physics.rangebearing import BEARING_DEVIATION, DISTANCE_DEVIATION, HEIGHT, PERIOD, REACH, loss
+from elib.base.errors import ArgumentError
+from elib.simulator.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall, World
+from elib.simulator.physics.rangebearing import BEARING_DEVIATION, DISTANCE_DEVIATION, HEIGHT, PERIOD, REACH, loss
 
 QUIET = EpuckModel(sensor_noise=0)
 STARTED = 8

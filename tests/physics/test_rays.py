@@ -9,9 +9,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from world_rig import ENGINES, put, ray_lengths
 
-from elib.physics import Cylinder, EpuckModel, Pose, Scene, Wall, World, profiles
-from elib.physics.body import RADIUS
-from elib.physics.sensors import distance
+from elib.simulator.physics import Cylinder, EpuckModel, Pose, Scene, Wall, World, profiles
+from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.sensors import distance
 from lanes import few_and_many
 
 NEAR = st.floats(-0.3, 0.3)

@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from elib.errors import ArgumentError
-from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
-from elib.physics.geometry import gap
-from elib.physics.moving import SLACK
-from elib.physics.worldfile import parse
-from elib.physics.worldwriter import written_scene
+from elib.base.errors import ArgumentError
+from elib.simulator.physics import Box, Cylinder, Pose, Scene, Wall, World
+from elib.simulator.physics.geometry import gap
+from elib.simulator.physics.moving import SLACK
+from elib.simulator.physics.worldfile import parse
+from elib.simulator.physics.worldwriter import written_scene
 
 
 def disc(x, y, radius=0.037):

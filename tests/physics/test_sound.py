@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from world_rig import room_of
 
-from elib.physics import EpuckModel, Pose, Scene
-from elib.physics.fittings import Sound
-from elib.physics.sensors.microphones import FLOOR, PLACE_X, PLACE_Y
+from elib.simulator.physics import EpuckModel, Pose, Scene
+from elib.simulator.physics.fittings import Sound
+from elib.simulator.physics.sensors.microphones import FLOOR, PLACE_X, PLACE_Y
 from lanes import few_and_many
 
 RIGHT, LEFT, REAR, FRONT = range(4)

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from elib.physics import Box, Cylinder, Pose, Scene, Wall, World
-from elib.physics.body import RADIUS
-from elib.physics.geometry import extent, gap
-from elib.physics.pushing import FASTEST, GRAVITY, GRIP
+from elib.simulator.physics import Box, Cylinder, Pose, Scene, Wall, World
+from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.geometry import extent, gap
+from elib.simulator.physics.pushing import FASTEST, GRAVITY, GRIP
 from lanes import few_and_many
 
 SPEED = 0.1

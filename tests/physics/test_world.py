@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from world_rig import clearance
 
-from elib.errors import ArgumentError, LinkNotFound, SimulationError
-from elib.physics import Batch, Box, Colour, EpuckModel, Lamps, Pose, Scene, World, simulation
-from elib.physics.body import RADIUS
-from elib.physics.controller import Controller
-from elib.physics.worldfile import gallery
+from elib.base.errors import ArgumentError, LinkNotFound, SimulationError
+from elib.simulator.physics import Batch, Box, Colour, EpuckModel, Lamps, Pose, Scene, World, simulation
+from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.controller import Controller
+from elib.simulator.physics.worldfile import gallery
 
 
 def wander(world, ticks):

@@ -8,13 +8,13 @@ import tomllib
 import pytest
 from PIL import Image
 
-from elib.errors import LinkNotFound, SimulationError
-from elib.fields import LARGEST_NUMBER, Degrees, Mistake, Number, Several, fields_of
-from elib.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
-from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
-from elib.physics.worldfile import gallery, load_file, parse, parse_file
-from elib.physics.worldtables import TABLES
-from elib.tables import line_of
+from elib.base.errors import LinkNotFound, SimulationError
+from elib.base.fields import LARGEST_NUMBER, Degrees, Mistake, Number, Several, fields_of
+from elib.base.tables import line_of
+from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
+from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
+from elib.simulator.physics.worldfile import gallery, load_file, parse, parse_file
+from elib.simulator.physics.worldtables import TABLES
 
 WHOLE = b"""about = "All there is."
 [arena]

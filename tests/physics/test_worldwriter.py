@@ -6,12 +6,12 @@ from dataclasses import replace
 import pytest
 from random_worlds import random_worlds
 
-from elib.errors import SimulationError
-from elib.physics import Box, Cylinder, Pose, Scene, World
-from elib.physics.fittings import Checkers, Patch, Print, Stripe
-from elib.physics.placement import cleared
-from elib.physics.worldfile import gallery, load_file, parse
-from elib.physics.worldwriter import written_scene
+from elib.base.errors import SimulationError
+from elib.simulator.physics import Box, Cylinder, Pose, Scene, World
+from elib.simulator.physics.fittings import Checkers, Patch, Print, Stripe
+from elib.simulator.physics.placement import cleared
+from elib.simulator.physics.worldfile import gallery, load_file, parse
+from elib.simulator.physics.worldwriter import written_scene
 
 PAINTS = [Checkers, Print, Patch, Stripe]
 """A file has what is painted in this order."""

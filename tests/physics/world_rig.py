@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from elib.physics import (
+from elib.simulator.physics import (
     Box,
     Controller,
     Cylinder,
@@ -30,15 +30,15 @@ from elib.physics import (
     assembly,
     profiles,
 )
-from elib.physics import records as kinds
-from elib.physics.engine import engine_named
-from elib.physics.floor import floor_of
-from elib.physics.raycast import cast
-from elib.physics.records import SENSORS
-from elib.physics.senses import Senses
-from elib.physics.sensors.proximity import look
-from elib.physics.simulation import braitenberg
-from elib.physics.state import State
+from elib.simulator.physics import records as kinds
+from elib.simulator.physics.engine import engine_named
+from elib.simulator.physics.floor import floor_of
+from elib.simulator.physics.raycast import cast
+from elib.simulator.physics.records import SENSORS
+from elib.simulator.physics.senses import Senses
+from elib.simulator.physics.sensors.proximity import look
+from elib.simulator.physics.simulation import braitenberg
+from elib.simulator.physics.state import State
 
 ENGINES = ("interpreted", "compiled")
 COMPILED_LONG = pytest.mark.parametrize("engine", ["interpreted", pytest.param("compiled", marks=pytest.mark.long)])

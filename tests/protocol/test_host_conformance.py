@@ -11,17 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elib.errors import Unsupported
-from elib.protocol import values as v
-from elib.protocol.commands import SPECS
-from elib.protocol.connection import Answer, HostConnection, State
-from elib.protocol.context import Context
-from elib.protocol.forms import prepare
-from elib.protocol.image import Image, Mounting
-from elib.protocol.profiles import PROFILES
-from elib.protocol.quantities import CameraMode
-from elib.protocol.replies import GUARD, Guarded, LinesReply
-from elib.protocol.table import Spec
+from elib.base.errors import Unsupported
+from elib.link.protocol import values as v
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.connection import Answer, HostConnection, State
+from elib.link.protocol.context import Context
+from elib.link.protocol.forms import prepare
+from elib.link.protocol.image import Image, Mounting
+from elib.link.protocol.profiles import PROFILES
+from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.replies import GUARD, Guarded, LinesReply
+from elib.link.protocol.table import Spec
 from elib.testing import EmulatedRobot
 
 GOLDEN = Path(__file__).parents[1] / "golden"

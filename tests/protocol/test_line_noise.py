@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from elib.errors import RemoteProtocolError
-from elib.protocol.commands import SPECS
-from elib.protocol.connection import HostConnection, Refusal
-from elib.protocol.context import Context
-from elib.protocol.profiles import PROFILES
+from elib.base.errors import RemoteProtocolError
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.connection import HostConnection, Refusal
+from elib.link.protocol.context import Context
+from elib.link.protocol.profiles import PROFILES
 
 
 @pytest.mark.parametrize("firmware", ["asercom-1.2.2", "epuck2"])

@@ -8,11 +8,11 @@ import statistics
 
 import pytest
 
-from elib.body import MICROPHONE_DIRECTIONS
-from elib.physics import EpuckModel, Scene, World
-from elib.physics.fittings import Sound
-from elib.pose import Pose
-from elib.protocol.values import Microphones, locate_sound
+from elib.base.body import MICROPHONE_DIRECTIONS
+from elib.base.pose import Pose
+from elib.link.protocol.values import Microphones, locate_sound
+from elib.simulator.physics import EpuckModel, Scene, World
+from elib.simulator.physics.fittings import Sound
 
 
 def volumes(bearing: float, count: int, *, volume: float = 100.0, contrast: float = 40.0) -> list[float]:

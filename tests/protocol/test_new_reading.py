@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from elib.calibration.comparison import compare_series
-from elib.calibration.scores import field_parts
-from elib.calibration.series import Series, series_of
 from elib.cli.board import Board, trend
 from elib.cli.decoded import worded
 from elib.cli.readings import to_json, to_text
-from elib.protocol import values as v
-from elib.recording import Entry
-from elib.recording.encoding import fields_of, numbers_in, reading_message
-from elib.recording.messages import readings_in
+from elib.link.protocol import values as v
+from elib.records.encoding import fields_of, numbers_in, reading_message
+from elib.records.messages import readings_in
+from elib.records.reader import Entry
 from elib.robot.snapshot import Snapshot
+from elib.studies.comparison import compare_series
+from elib.studies.scores import field_parts
+from elib.studies.series import Series, series_of
 
 PERCENT = {"info": v.FieldInfo(unit="%", span=5, form=".1f")}
 

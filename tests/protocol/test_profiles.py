@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.protocol.profiles import PROFILES, recognise
+from elib.link.protocol.profiles import PROFILES, recognise
 
 SOURCE = Path(elib.__file__).parent
 HOMES = (SOURCE / "protocol" / "profiles.py", SOURCE / "emulator" / "firmware")

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from elib.protocol.robot_connection import (
+from elib.link.protocol.robot_connection import (
     LINE_LIMIT,
     Opcode,
     RobotConnection,

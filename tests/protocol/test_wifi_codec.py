@@ -5,15 +5,15 @@ import struct
 
 import pytest
 
-from elib.errors import ArgumentError, RemoteProtocolError, Unsupported
-from elib.protocol import values as v
-from elib.protocol.commands import SPECS
-from elib.protocol.connection import Answer, Refusal, ResyncAnswer, State
-from elib.protocol.context import Context
-from elib.protocol.profiles import EPUCK2_WIFI, FIRMWARES
-from elib.protocol.table import Request
-from elib.protocol.wifi import ALL_SENSORS, memory_of, pair, sensors_of, stop_command
-from elib.protocol.wifi_connection import OutOfStep, Streamed, WifiConnection
+from elib.base.errors import ArgumentError, RemoteProtocolError, Unsupported
+from elib.link.protocol import values as v
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.connection import Answer, Refusal, ResyncAnswer, State
+from elib.link.protocol.context import Context
+from elib.link.protocol.profiles import EPUCK2_WIFI, FIRMWARES
+from elib.link.protocol.table import Request
+from elib.link.protocol.wifi import ALL_SENSORS, memory_of, pair, sensors_of, stop_command
+from elib.link.protocol.wifi_connection import OutOfStep, Streamed, WifiConnection
 
 STANDING = bytes.fromhex("80 02 00 00000000 00 000000 000000 000000 000000 00")
 

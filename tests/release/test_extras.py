@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from elib.extras import install
+from elib.base.extras import install
 
 REQUIRES = ["numpy>=2.2", 'matplotlib>=3.10; extra == "plot"', 'aiohttp>=3.14; extra == "web"']
 REQUIRES += ["msgspec>=0.20; sys_platform != \"none\" and extra == 'web'"]

@@ -30,9 +30,9 @@ def test_every_file_of_the_package_is_in_the_wheel(wheel: zipfile.ZipFile) -> No
     assert packed == guides | {name for name in files if "/__pycache__/" not in name}
     assert packed >= {
         "elib/py.typed",
-        "elib/worlds/arena.toml",
-        "elib/faults/flaky-bluetooth.toml",
-        "elib/web/static/index.html",
+        "elib/simulator/worlds/arena.toml",
+        "elib/simulator/faults/flaky-bluetooth.toml",
+        "elib/panel/static/index.html",
     }
 
 

@@ -9,10 +9,10 @@ import os
 import threading
 from collections.abc import AsyncIterator, Iterator
 
-from elib.emulator.control import Control
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.emulator.wifi import WifiEmulator
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
+from elib.simulator.emulator.wifi import WifiEmulator
 from shared import until, wait_until
 
 

@@ -3,9 +3,9 @@ import asyncio
 import pytest
 
 import elib
-from elib.errors import LinkClosed, ReplyTimeout, SimulationError, Unsupported
-from elib.protocol.profiles import PROFILES
-from elib.session import Wrote
+from elib.base.errors import LinkClosed, ReplyTimeout, SimulationError, Unsupported
+from elib.link.protocol.profiles import PROFILES
+from elib.link.session import Wrote
 from elib.testing import EmulatedRobot, emulator_of, link_of, simulated
 from shared import inside, run_python
 

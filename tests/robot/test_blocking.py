@@ -12,12 +12,12 @@ import pytest
 from turns import let_turn
 
 import elib
-from elib.errors import ArgumentError, LinkClosed, LinkNotFound, ReplyTimeout, Unsupported
-from elib.protocol.profiles import FIRMWARES, PROFILES
+from elib.base.errors import ArgumentError, LinkClosed, LinkNotFound, ReplyTimeout, Unsupported
+from elib.base.timebase import SimulatedLoop
+from elib.link.protocol.profiles import FIRMWARES, PROFILES
+from elib.link.session import Wrote
 from elib.robot.portal import MANY_READS
-from elib.session import Wrote
 from elib.testing import emulator_of, link_of
-from elib.timebase import SimulatedLoop
 from shared import PATIENCE, run_python
 
 SIM = "sim://square?speed=max&firmware=btcom-2.0"
@@ -536,7 +536,7 @@ def test_importing_elib_loads_nothing_heavy() -> None:
     done = run_python(
         """
         import sys, elib
-        heavy = {"numpy", "PIL", "serialx", "rich", "cyclopts", "elib.physics", "elib.emulator"}
+        heavy = {"numpy", "PIL", "serialx", "rich", "cyclopts", "elib.simulator.physics", "elib.simulator.emulator"}
         print(sorted(heavy & set(sys.modules)))
         """
     )
@@ -547,8 +547,8 @@ def test_connecting_loads_at_most_60_modules_of_elib_and_none_of_the_simulator()
     done = run_python("import sys, elib; elib.connect; print(*(name for name in sys.modules if name[:5] == 'elib.'))")
     modules = done.stdout.split()
     assert 30 < len(modules) <= 60, modules
-    packages = {name.split(".")[1] for name in modules}
-    assert not {"physics", "emulator", "recording", "behaviours", "web", "learn", "lab"} & packages
+    wings = {name.split(".")[1] for name in modules}
+    assert not {"simulator", "records", "behaviours", "panel", "learn", "lab"} & wings
 
 
 def test_the_tests_run_on_the_tree_they_stand_in() -> None:

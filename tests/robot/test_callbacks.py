@@ -11,10 +11,10 @@ import pytest
 from turns import let_turn
 
 import elib
-from elib.errors import ElibError, LinkClosed
+from elib.base.errors import ElibError, LinkClosed
+from elib.link.session import TraceEvent
 from elib.robot import callbacks
 from elib.robot.callbacks import CALLBACK_HOLDING_TIME, CALLBACK_THREADS, CallbackPool
-from elib.session import TraceEvent
 from elib.testing import emulator_of
 from shared import PATIENCE, wait_until
 

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 import elib
-from elib.errors import ArgumentError, LinkError, ReplyTimeout
+from elib.base.errors import ArgumentError, LinkError, ReplyTimeout
 from elib.robot.events import CAPACITY, Events, LateAnswer, LinkBack, LinkDown, RobotEvent, UnexpectedReset
 from elib.testing import link_of, simulated
 from shared import GREETING, inside

@@ -11,7 +11,7 @@ import pytest
 from served import served_from_a_thread
 
 import elib
-from elib.errors import LinkBusy
+from elib.base.errors import LinkBusy
 from elib.testing import emulator_of
 from shared import PATIENCE, until, wait_until
 

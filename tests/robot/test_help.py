@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 import elib
-from elib.protocol.commands import SPECS
-from elib.protocol.profiles import PROFILES, rule
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.profiles import PROFILES, rule
 from elib.robot.actions import Actions
-from elib.swarms.group import Group
+from elib.robot.swarms.group import Group
 from elib.testing import simulated
 
 SIM = "sim://square?speed=max"

@@ -20,7 +20,7 @@ if sys.platform != "linux":
 
 from served import is_suspended, served_from_a_thread
 
-from elib.protocol.profiles import PROFILES
+from elib.link.protocol.profiles import PROFILES
 from shared import PATIENCE, wait_until
 
 KILLS = int(os.environ.get("ELIB_KILLS", "14"))
@@ -82,7 +82,7 @@ PROGRAMS = {
         asyncio.run(main())
         """,
     "joystick": [
-        str(Path(__file__).parents[1] / "web" / "driving_panel.py"),
+        str(Path(__file__).parents[1] / "panel" / "driving_panel.py"),
         *("joystick", "--no-browser", "--port", "0", "URL"),
     ],
 }

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.plaintext import Html, html_bar, html_table
+from elib.base.plaintext import Html, html_bar, html_table
 
 FAST = "sim://red-boxes?speed=max"
 

@@ -12,14 +12,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import elib
-from elib.body import AXLE, METRES_PER_STEP
-from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
-from elib.pose import Pose
-from elib.protocol.profiles import PROFILES
+from elib.base.body import AXLE, METRES_PER_STEP
+from elib.base.errors import LinkLost, RemoteProtocolError, ReplyTimeout
+from elib.base.pose import Pose
+from elib.link.protocol.profiles import PROFILES
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 from elib.robot.reckoning import MOST_CHANGES, UNKNOWN, Change, Moment, Pair, Reckoning
-from elib.runner import run_on
+from elib.robot.runner import run_on
 from elib.testing import link_of, simulation_of, with_faults, world_of
 from lanes import few_and_many
 

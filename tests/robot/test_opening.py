@@ -9,11 +9,11 @@ from collections.abc import Callable
 import pytest
 
 import elib
-from elib.errors import ArgumentError, ElibError, LinkError, LinkNotFound
-from elib.protocol.profiles import PROFILES
+from elib.base.errors import ArgumentError, ElibError, LinkError, LinkNotFound
+from elib.link.protocol.profiles import PROFILES
+from elib.link.transport import open_transport
+from elib.link.transport.lease import lease
 from elib.testing import simulated
-from elib.transport import open_transport
-from elib.transport.lease import lease
 
 WRONG = [
     (5, ArgumentError, "a robot's URL is a str"),

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.errors import ArgumentError, LinkClosed, Unsupported
-from elib.extras import install
-from elib.runner import run_on
-from elib.view.drive import RobotReport, length
+from elib.base.errors import ArgumentError, LinkClosed, Unsupported
+from elib.base.extras import install
+from elib.robot.runner import run_on
+from elib.studies.drive import RobotReport, length
 
 pytest.importorskip("matplotlib")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.errors import ArgumentError, LinkClosed, LinkLost, Unsupported
+from elib.base.errors import ArgumentError, LinkClosed, LinkLost, Unsupported
 from elib.testing import simulated
 from elib.testing.inside import link_of, simulation_of, world_of
 

@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 import pytest
 
 import elib
-from elib.emulator.emulator import Emulator
-from elib.emulator.fixed_hardware import FixedHardware
-from elib.emulator.link import Link
-from elib.errors import ArgumentError, LinkClosed, LinkError, LinkLost, LinkNotFound, ReplyTimeout
-from elib.protocol.commands import SPECS
-from elib.protocol.table import Request
-from elib.protocol.values import Steps
+from elib.base.errors import ArgumentError, LinkClosed, LinkError, LinkLost, LinkNotFound, ReplyTimeout
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.table import Request
+from elib.link.protocol.values import Steps
+from elib.link.session import Disconnected, Ending, Reconnected, ResetNoticed, Session, TraceEvent
+from elib.link.transport.memory import MemoryTransport, memory_pair
 from elib.robot.reconnect import Policy, Reconnector
-from elib.session import Disconnected, Ending, Reconnected, ResetNoticed, Session, TraceEvent
+from elib.simulator.emulator.emulator import Emulator
+from elib.simulator.emulator.fixed_hardware import FixedHardware
+from elib.simulator.emulator.link import Link
 from elib.testing import simulated
-from elib.transport.memory import MemoryTransport, memory_pair
 from shared import inside
 
 

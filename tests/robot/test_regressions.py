@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import elib
-from elib.emulator.firmware.base import Firmware
-from elib.errors import ArgumentError, LinkClosed, LinkLost, ReplyTimeout
-from elib.session import Wrote
+from elib.base.errors import ArgumentError, LinkClosed, LinkLost, ReplyTimeout
+from elib.link.session import Wrote
+from elib.simulator.emulator.firmware.base import Firmware
 from elib.testing import emulator_of, link_of, simulated, simulation_of
 from shared import PATIENCE, inside
 

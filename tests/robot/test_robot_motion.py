@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.errors import ArgumentError, LinkLost, MotionBusy, MotionInterrupted, ReplyTimeout
-from elib.pose import Pose
-from elib.protocol.profiles import PROFILES
+from elib.base.errors import ArgumentError, LinkLost, MotionBusy, MotionInterrupted, ReplyTimeout
+from elib.base.pose import Pose
+from elib.base.timebase import new_loop
+from elib.link.protocol.profiles import PROFILES
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
-from elib.runner import run_on
+from elib.robot.runner import run_on
 from elib.testing import link_of, simulation_of, with_faults
-from elib.timebase import new_loop
 from shared import inside
 
 FIELD = "sim://arena?speed=max"

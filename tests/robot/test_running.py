@@ -6,8 +6,8 @@ from collections.abc import Awaitable, Callable
 import pytest
 
 import elib
+from elib.base.errors import ArgumentError, ReplyTimeout
 from elib.behaviours import find, play
-from elib.errors import ArgumentError, ReplyTimeout
 from elib.robot.running import run_coroutine
 from shared import run_python
 

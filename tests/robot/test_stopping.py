@@ -10,10 +10,10 @@ from itertools import product
 import pytest
 
 import elib
-from elib.emulator.simulation import VirtualRobot
-from elib.errors import ElibError, LinkLost, ReplyTimeout
-from elib.protocol.profiles import PROFILES
+from elib.base.errors import ElibError, LinkLost, ReplyTimeout
+from elib.link.protocol.profiles import PROFILES
 from elib.robot.polling import polls, sensor_polls
+from elib.simulator.emulator.simulation import VirtualRobot
 from elib.testing import simulated
 from elib.testing.inside import transport_of
 from shared import inside

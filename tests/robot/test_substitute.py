@@ -9,10 +9,10 @@ from collections.abc import Callable
 import pytest
 
 import elib
-from elib.errors import ArgumentError, LinkNotFound
+from elib.base.errors import ArgumentError, LinkNotFound
+from elib.base.timebase import new_loop
 from elib.robot.aio import on_open
 from elib.robot.substitute import choose_robot, substituted
-from elib.timebase import new_loop
 from shared import PATIENCE
 
 FAST = "sim://square?speed=max"

@@ -7,16 +7,16 @@ from pathlib import Path
 import pytest
 
 import elib
-from elib.emulator.control import Control
-from elib.emulator.server import serve
-from elib.emulator.settings import SimulationSettings
-from elib.errors import ArgumentError, LinkBusy, LinkClosed, LinkLost, LinkNotFound, ReplyTimeout, Unsupported
-from elib.protocol.table import Request
-from elib.session import Called, Wrote
-from elib.swarms.swarm import OPENING_AT_ONCE, default_names
+from elib.base.errors import ArgumentError, LinkBusy, LinkClosed, LinkLost, LinkNotFound, ReplyTimeout, Unsupported
+from elib.link.protocol.table import Request
+from elib.link.session import Called, Wrote
+from elib.link.transport import parse_url
+from elib.robot.swarms.swarm import OPENING_AT_ONCE, default_names
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
 from elib.testing import faults_of, simulated
 from elib.testing.inside import transport_of
-from elib.transport import parse_url
 from shared import inside, now, run_python, until
 
 THREE = "sim://square?speed=max&robots=3"

@@ -10,14 +10,14 @@ from collections import Counter
 import pytest
 
 import elib
-from elib.errors import ArgumentError, ElibError, LinkClosed, LinkError, LinkLost, ReplyTimeout, Unsupported
-from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.profiles import PROFILES
+from elib.base.errors import ArgumentError, ElibError, LinkClosed, LinkError, LinkLost, ReplyTimeout, Unsupported
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import Context
+from elib.link.protocol.profiles import PROFILES
+from elib.link.session import Ended, TraceEvent, Wrote
 from elib.robot.polling import polls
 from elib.robot.snapshot import WATCHABLE, Readings, Snapshot
 from elib.robot.telemetry import FIRST_TIME, Watch
-from elib.session import Ended, TraceEvent, Wrote
 from elib.testing import link_of, simulated
 from shared import inside
 

@@ -12,7 +12,7 @@ import pytest
 from turns import let_turn
 
 import elib
-from elib.errors import LinkClosed
+from elib.base.errors import LinkClosed
 from elib.testing import link_of
 from shared import PATIENCE
 

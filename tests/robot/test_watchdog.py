@@ -11,8 +11,8 @@ import pytest
 from served import served
 
 import elib
-from elib.errors import Unsupported
-from elib.protocol.profiles import PROFILES
+from elib.base.errors import Unsupported
+from elib.link.protocol.profiles import PROFILES
 from elib.robot import watchdog
 from elib.robot.emergency import OPEN_STOPS
 from elib.robot.signals import SIGNALS

@@ -13,14 +13,14 @@ import pytest
 from served import is_suspended, served
 
 import elib
-from elib.errors import ArgumentError, LinkLost, NotAnEpuck, ReplyTimeout, RobotSilent, Unsupported
-from elib.protocol.profiles import EPUCK2_WIFI
+from elib.base.errors import ArgumentError, LinkLost, NotAnEpuck, ReplyTimeout, RobotSilent, Unsupported
+from elib.link.protocol.profiles import EPUCK2_WIFI
+from elib.link.transport.base import Transport
+from elib.link.transport.memory import MemoryTransport
 from elib.robot import link as robot_link
 from elib.robot.link import stop_bytes
 from elib.robot.snapshot import SENSORS
 from elib.testing import simulated, simulation_of
-from elib.transport.base import Transport
-from elib.transport.memory import MemoryTransport
 from shared import inside, until
 from wifi_robot import Air, Fault, WifiRobot, wifi_pair
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from elib.errors import LinkError, ReplyTimeout
-from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.table import Request
-from elib.session import Session
-from elib.transport.memory import MemoryTransport, memory_pair
+from elib.base.errors import LinkError, ReplyTimeout
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import Context
+from elib.link.protocol.table import Request
+from elib.link.session import Session
+from elib.link.transport.memory import MemoryTransport, memory_pair
 
 VERSIONS = {
     "btcom-1.1.3": b"v,Version 1.1.3 September 2006\r\n",

@@ -6,24 +6,24 @@ import math
 from collections.abc import AsyncIterator, Iterable
 from dataclasses import dataclass, field
 
-from elib.emulator.emulator import Emulator
-from elib.emulator.faults import Fault
-from elib.emulator.fixed_hardware import FixedHardware
-from elib.emulator.hardware import Lights
-from elib.emulator.link import Link
-from elib.errors import ElibError, LocalProtocolError, ReplyTimeout
-from elib.protocol.camera import CameraWindow
-from elib.protocol.commands import SPECS
-from elib.protocol.image import Image
-from elib.protocol.table import Request
-from elib.protocol.values import AmbientLight, CameraSettings, Distance, Microphones, Steps, Wheels
-from elib.session import GRACE, LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Session
-from elib.timebase import SimulatedLoop
-from elib.transport import open_transport
-from elib.transport.base import Transport
-from elib.transport.buffered import BufferedTransport
-from elib.transport.memory import memory_pair
-from elib.transport.pty import PtyTransport
+from elib.base.errors import ElibError, LocalProtocolError, ReplyTimeout
+from elib.base.timebase import SimulatedLoop
+from elib.link.protocol.camera import CameraWindow
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.image import Image
+from elib.link.protocol.table import Request
+from elib.link.protocol.values import AmbientLight, CameraSettings, Distance, Microphones, Steps, Wheels
+from elib.link.session import GRACE, LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Session
+from elib.link.transport import open_transport
+from elib.link.transport.base import Transport
+from elib.link.transport.buffered import BufferedTransport
+from elib.link.transport.memory import memory_pair
+from elib.link.transport.pty import PtyTransport
+from elib.simulator.emulator.emulator import Emulator
+from elib.simulator.emulator.faults import Fault
+from elib.simulator.emulator.fixed_hardware import FixedHardware
+from elib.simulator.emulator.hardware import Lights
+from elib.simulator.emulator.link import Link
 
 
 def block(seconds: float) -> None:

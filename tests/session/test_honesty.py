@@ -9,9 +9,9 @@ from honest_rig import Call, HonestRig, honest_rig
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from elib.emulator.faults import Fault
-from elib.errors import LinkError, LinkLost, ReplyTimeout
-from elib.protocol.profiles import PROFILES
+from elib.base.errors import LinkError, LinkLost, ReplyTimeout
+from elib.link.protocol.profiles import PROFILES
+from elib.simulator.emulator.faults import Fault
 from elib.testing import simulated
 from shared import inside
 

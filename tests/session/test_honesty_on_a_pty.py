@@ -7,10 +7,10 @@ import sys
 import pytest
 from honest_rig import honest_rig
 
-from elib.emulator.faults import Fault
-from elib.errors import LinkLost
-from elib.protocol.profiles import PROFILES
-from elib.timebase import ScaledLoop
+from elib.base.errors import LinkLost
+from elib.base.timebase import ScaledLoop
+from elib.link.protocol.profiles import PROFILES
+from elib.simulator.emulator.faults import Fault
 from shared import PATIENCE
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no ptys")

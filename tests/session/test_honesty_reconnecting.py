@@ -8,15 +8,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_honesty import calls, play, text_faults, text_rows
 
-from elib.emulator.emulator import Emulator
-from elib.emulator.faults import Fault
-from elib.emulator.link import Link
-from elib.errors import LinkNotFound
-from elib.protocol.profiles import PROFILES
+from elib.base.errors import LinkNotFound
+from elib.link.protocol.profiles import PROFILES
+from elib.link.session import Session
+from elib.link.transport.memory import MemoryTransport, memory_pair
 from elib.robot.reconnect import Policy, Reconnector
-from elib.session import Session
+from elib.simulator.emulator.emulator import Emulator
+from elib.simulator.emulator.faults import Fault
+from elib.simulator.emulator.link import Link
 from elib.testing import simulated
-from elib.transport.memory import MemoryTransport, memory_pair
 
 SCHEDULES = int(os.environ.get("ELIB_SCHEDULES", "100"))
 breaks = st.lists(

@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_honesty import LEAST_SILENCE, gaps, timeouts
 
-from elib.errors import LinkError, LinkLost, LinkNotFound, ReplyTimeout
+from elib.base.errors import LinkError, LinkLost, LinkNotFound, ReplyTimeout
+from elib.link.session import Session
 from elib.robot.reconnect import Policy, Reconnector
-from elib.session import Session
 from elib.testing import simulated
 from shared import inside
 from wifi_robot import Air, Fault, WifiRig, WifiRobot, wifi_pair, wifi_rig

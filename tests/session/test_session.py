@@ -6,8 +6,7 @@ import pytest
 from fake_robot import ANSWERS, VERSIONS, FakeRobot, Rig, rig
 from honest_rig import HonestRig, block, honest_rig
 
-from elib.emulator.faults import Fault
-from elib.errors import (
+from elib.base.errors import (
     CommandRejected,
     LinkClosed,
     LinkLost,
@@ -16,11 +15,12 @@ from elib.errors import (
     ReplyTimeout,
     RobotSilent,
 )
-from elib.protocol.values import Proximity, Steps
-from elib.session import GRACE, Call, Called, Ended, Greeted, Resynced, Session
+from elib.link.protocol.values import Proximity, Steps
+from elib.link.session import GRACE, Call, Called, Ended, Greeted, Resynced, Session
+from elib.link.transport import Transport
+from elib.link.transport.memory import memory_pair
+from elib.simulator.emulator.faults import Fault
 from elib.testing import simulated
-from elib.transport import Transport
-from elib.transport.memory import memory_pair
 from shared import inside
 
 NEAR = Proximity(1, 2, 3, 4, 5, 6, 7, 8)

@@ -4,11 +4,11 @@ import asyncio
 
 import pytest
 
-from elib.errors import LinkLost, ReplyTimeout
-from elib.protocol.commands import SPECS
-from elib.protocol.image import Image
-from elib.protocol.values import Steps
-from elib.session import Received, Resynced, Wrote
+from elib.base.errors import LinkLost, ReplyTimeout
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.image import Image
+from elib.link.protocol.values import Steps
+from elib.link.session import Received, Resynced, Wrote
 from shared import inside
 from wifi_robot import WifiRig, wifi_rig
 

@@ -27,11 +27,11 @@ from pathlib import Path
 
 from story_rig import SAMPLE, Change, Run, anywhere, run
 
+from elib.base.errors import ElibError, LinkError, Unsupported
+from elib.base.pose import Pose
 from elib.behaviours import BehaviourStyle, behaviours, find
-from elib.errors import ElibError, LinkError, Unsupported
-from elib.physics import Stripe, World
-from elib.pose import Pose
-from elib.protocol.profiles import PROFILES
+from elib.link.protocol.profiles import PROFILES
+from elib.simulator.physics import Stripe, World
 
 FIRMWARES = tuple(PROFILES)
 FAULTS = ("loss", "late", "cut", "reset")

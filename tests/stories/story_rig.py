@@ -10,13 +10,13 @@ from itertools import pairwise
 
 import pytest
 
+from elib.base.errors import ArgumentError
+from elib.base.pose import Pose
 from elib.behaviours import RunContext, RunResult, find, play
-from elib.emulator.simulation import Simulation
-from elib.errors import ArgumentError
-from elib.physics import World
-from elib.physics.body import RADIUS
-from elib.pose import Pose
 from elib.robot.aio import Epuck
+from elib.simulator.emulator.simulation import Simulation
+from elib.simulator.physics import World
+from elib.simulator.physics.body import RADIUS
 from elib.testing.inside import transport_of
 
 SAMPLE = 0.25

@@ -11,8 +11,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent.parent / "cli"))
 from elib_process import started
 
+from elib.base.pose import Pose
 from elib.behaviours import RunContext, RunResult, find, play
-from elib.pose import Pose
 from elib.robot.aio import Epuck
 
 SIMULATED = "sim://square?speed=max&latency=0.01"

@@ -16,9 +16,9 @@ from statistics import mean, median
 import pytest
 from story_rig import Change, anywhere, clearance, drawn, drawn_quick, from_segment, run
 
-from elib.errors import ArgumentError
-from elib.physics import Sound, Stripe, World
-from elib.pose import Pose
+from elib.base.errors import ArgumentError
+from elib.base.pose import Pose
+from elib.simulator.physics import Sound, Stripe, World
 
 
 def bearing(world: World, x: float, y: float) -> float:

@@ -12,13 +12,14 @@ from pathlib import Path
 import pytest
 from story_rig import drawn
 
+from elib.base.files import WORLDS as FOLDER
+from elib.base.pose import Pose
 from elib.behaviours import RunContext, RunResult, find, play
-from elib.emulator.faultplayer import Counts
-from elib.emulator.simulation import Simulation
-from elib.physics.geometry import Box
-from elib.physics.world import World
-from elib.pose import Pose
 from elib.robot.aio import Epuck
+from elib.simulator.emulator.faultplayer import Counts
+from elib.simulator.emulator.simulation import Simulation
+from elib.simulator.physics.geometry import Box
+from elib.simulator.physics.world import World
 from elib.testing.inside import transport_of
 
 STARTS = drawn(10, "starts")
@@ -33,7 +34,7 @@ MOVED = 0.002
 
 def without(name: str, *things: str) -> str:
     """Return a world of the gallery as a file, less the things whose tables contain one of these words."""
-    head, *tables = (files("elib") / "worlds" / f"{name}.toml").read_text(encoding="utf-8").split("\n[[")
+    head, *tables = (files("elib") / FOLDER / f"{name}.toml").read_text(encoding="utf-8").split("\n[[")
     return "\n[[".join([head, *(table for table in tables if not any(thing in table for thing in things))])
 
 

@@ -13,8 +13,8 @@ from collections import Counter
 import pytest
 
 import elib
-from elib.emulator.faultplayer import Counts
-from elib.session import Called, Ended, TraceEvent, Wrote
+from elib.link.session import Called, Ended, TraceEvent, Wrote
+from elib.simulator.emulator.faultplayer import Counts
 from elib.testing import faults_of, with_faults
 
 DURATION = float(os.environ.get("ELIB_SOAK", "600"))

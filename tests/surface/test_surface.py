@@ -8,9 +8,9 @@ import sys
 import pytest
 
 import elib
-from elib import errors
-from elib.protocol.commands import SPECS, Commands
-from elib.protocol.profiles import PROFILES
+from elib.base import errors
+from elib.link.protocol.commands import SPECS, Commands
+from elib.link.protocol.profiles import PROFILES
 from elib.robot.actions import Actions
 
 COMMANDS = """

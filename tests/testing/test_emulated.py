@@ -2,8 +2,8 @@
 
 import pytest
 
-from elib.emulator.firmware import FIRMWARES
-from elib.errors import ArgumentError, SimulationStalled
+from elib.base.errors import ArgumentError, SimulationStalled
+from elib.simulator.emulator.firmware import FIRMWARES
 from elib.testing import EmulatedRobot, emulated
 
 BYTE = 10 / 115_200

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 import elib
+from elib.link.transport import parse_url
 from elib.testing import fault_scripts, faults_of, simulated, with_faults
-from elib.transport import parse_url
 
 DURATION = 70.0
 """s of robot time; the faults of every shipped script have happened by then."""

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 import elib
+from elib.link.transport.memory import memory_pair
 from elib.testing import emulator_of, faults_of, link_of, simulated, simulation_of, world_of
-from elib.transport.memory import memory_pair
 
 
 @simulated

@@ -4,12 +4,12 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from elib.transport import Transport, parse_url
-from elib.transport.memory import memory_pair
-from elib.transport.pty import PtyTransport
-from elib.transport.serial import SerialTransport, open_serial
-from elib.transport.stream import StreamTransport
-from elib.transport.tcp import open_tcp
+from elib.link.transport import Transport, parse_url
+from elib.link.transport.memory import memory_pair
+from elib.link.transport.pty import PtyTransport
+from elib.link.transport.serial import SerialTransport, open_serial
+from elib.link.transport.stream import StreamTransport
+from elib.link.transport.tcp import open_tcp
 from shared import until
 
 Pair = tuple[Transport, Transport]

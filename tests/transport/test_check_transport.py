@@ -4,11 +4,11 @@ from collections.abc import Awaitable, Callable
 import pytest
 from pairs import Pair, in_memory_pair, serial_pair, tcp_pair
 
+from elib.base.timebase import SimulatedLoop
+from elib.link.transport import stream
+from elib.link.transport.memory import MemoryTransport, memory_pair
 from elib.testing import transports
 from elib.testing.transports import check_transport
-from elib.timebase import SimulatedLoop
-from elib.transport import stream
-from elib.transport.memory import MemoryTransport, memory_pair
 from shared import PATIENCE
 
 

@@ -2,10 +2,10 @@ import asyncio
 
 import pytest
 
-from elib.errors import LinkClosed, LinkError, LinkLost
+from elib.base.errors import LinkClosed, LinkError, LinkLost
+from elib.link.transport.buffered import BUFFER_LIMIT, SLICE
+from elib.link.transport.memory import memory_pair
 from elib.testing import simulated
-from elib.transport.buffered import BUFFER_LIMIT, SLICE
-from elib.transport.memory import memory_pair
 from shared import now
 
 

@@ -7,7 +7,7 @@ import termios
 
 import pytest
 
-from elib.transport.pty import PtyTransport
+from elib.link.transport.pty import PtyTransport
 from shared import PATIENCE, until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells when a client leaves")

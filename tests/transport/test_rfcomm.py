@@ -4,8 +4,8 @@ import socket
 
 import pytest
 
-from elib.errors import LinkBusy, LinkDenied, LinkError, LinkNotFound, Unsupported
-from elib.transport import open_transport, parse_url, rfcomm
+from elib.base.errors import LinkBusy, LinkDenied, LinkError, LinkNotFound, Unsupported
+from elib.link.transport import open_transport, parse_url, rfcomm
 
 URL = "rfcomm://10:00:E8:AA:BB:CC?channel=2"
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 import serialx
 
-from elib.errors import LinkBusy, LinkDenied, LinkError, LinkLost, LinkNotFound, SimulationError
-from elib.timebase import SimulatedLoop
-from elib.transport import Transport, open_transport, parse_url, ports, serial
-from elib.transport.ports import holders, list_ports
-from elib.transport.pty import PtyTransport
-from elib.transport.serial import open_serial
+from elib.base.errors import LinkBusy, LinkDenied, LinkError, LinkLost, LinkNotFound, SimulationError
+from elib.base.timebase import SimulatedLoop
+from elib.link.transport import Transport, open_transport, parse_url, ports, serial
+from elib.link.transport.ports import holders, list_ports
+from elib.link.transport.pty import PtyTransport
+from elib.link.transport.serial import open_serial
 from shared import held, until
 
 

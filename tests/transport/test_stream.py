@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from elib.errors import LinkClosed, LinkLost
+from elib.base.errors import LinkClosed, LinkLost
+from elib.link.transport.buffered import BUFFER_LIMIT
+from elib.link.transport.stream import CLOSE_GRACE, StreamTransport
 from elib.testing import simulated
-from elib.transport.buffered import BUFFER_LIMIT
-from elib.transport.stream import CLOSE_GRACE, StreamTransport
 from shared import now
 
 

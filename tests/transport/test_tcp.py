@@ -4,11 +4,11 @@ import socket
 import pytest
 from pairs import listening, tcp_pair
 
-from elib.errors import LinkError, LinkNotFound, SimulationError
-from elib.timebase import SimulatedLoop
-from elib.transport import open_transport, parse_url, tcp
-from elib.transport.tcp import open_tcp
-from elib.transport.wifi import open_wifi
+from elib.base.errors import LinkError, LinkNotFound, SimulationError
+from elib.base.timebase import SimulatedLoop
+from elib.link.transport import open_transport, parse_url, tcp
+from elib.link.transport.tcp import open_tcp
+from elib.link.transport.wifi import open_wifi
 
 
 async def test_a_server_is_reached_without_waiting_for_full_packets() -> None:

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from elib.emulator.settings import SimulationSettings, settings_of
-from elib.errors import ArgumentError, Unsupported
-from elib.transport import Scheme, Url, open_transport, parse_url, speed_of
-from elib.transport import url as urls
-from elib.transport.rfcomm import bluetooth_address
-from elib.transport.tcp import host_and_port
+from elib.base.errors import ArgumentError, Unsupported
+from elib.link.transport import Scheme, Url, open_transport, parse_url, speed_of
+from elib.link.transport import url as urls
+from elib.link.transport.rfcomm import bluetooth_address
+from elib.link.transport.tcp import host_and_port
+from elib.simulator.emulator.settings import SimulationSettings, settings_of
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_an_entry_point_that_is_not_a_scheme_is_named(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: [Entry()])
     urls.scheme_named.cache_clear()
-    with pytest.raises(Unsupported, match=r"ble\.link:open_ble of ble:// is not an elib\.transport\.Scheme"):
+    with pytest.raises(Unsupported, match=r"ble\.link:open_ble of ble:// is not an elib\.link\.transport\.Scheme"):
         parse_url("ble://robot")
     urls.scheme_named.cache_clear()
 
@@ -177,10 +177,11 @@ def test_an_entry_point_that_cannot_be_loaded_is_named_with_its_package(monkeypa
 
 async def test_only_the_module_of_the_scheme_is_imported() -> None:
     script = (
-        "import asyncio, sys, elib.transport as t, elib.errors as e\n"
+        "import asyncio, sys, elib.link.transport as t, elib.base.errors as e\n"
         "try: asyncio.run(t.open_transport(sys.argv[1]))\n"
         "except e.LinkError: pass\n"
-        "print(sorted(m for m in sys.modules if m in ('serialx', 'elib.emulator.sim_transport', 'elib.transport.tcp')))"
+        "its = {'serialx', 'elib.simulator.emulator.sim_transport', 'elib.link.transport.tcp'}\n"
+        "print(sorted(its & sys.modules.keys()))"
     )
     with socket.socket() as closed:
         closed.bind(("127.0.0.1", 0))
@@ -189,4 +190,4 @@ async def test_only_the_module_of_the_scheme_is_imported() -> None:
             sys.executable, "-c", script, url, stdout=asyncio.subprocess.PIPE
         )
         output, _ = await process.communicate()
-    assert output.decode().strip() == "['elib.transport.tcp']"
+    assert output.decode().strip() == "['elib.link.transport.tcp']"

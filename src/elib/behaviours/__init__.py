@@ -1,6 +1,7 @@
-"""Behaviours: how to write and run your own, and the samples that come with elib, one file each.
+"""Programs: the sample behaviours that come with elib, one file each, and what runs them and yours.
 
-A module of this package with a function decorated with :func:`behaviour` is a sample; ``elib run`` finds it by itself.
+It stands on ``robot``. Begin with ``avoid.py``, then ``_run/behaviour.py``. A module of this package with a function
+decorated with :func:`behaviour` is a sample; ``elib run`` finds it by itself. ``samples`` are programs to start from.
 """
 
 from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle, behaviour, behaviours, find
@@ -8,7 +9,7 @@ from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.behaviours._run.loop import react, react_blocking
 from elib.behaviours._run.play import RunResult, play, run_behaviour, run_behaviour_blocking
 from elib.behaviours._vision import Redness, measure_redness
-from elib.protocol.quantities import Quantity
+from elib.link.protocol.quantities import Quantity
 
 __all__ = [
     "Behaviour",

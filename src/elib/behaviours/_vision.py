@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from elib.errors import ArgumentError
+from elib.base.errors import ArgumentError
 
 if TYPE_CHECKING:
     import numpy

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.tours import TIMEOUT, Timeout, TourStep, run_steps
-from elib.protocol.quantities import CameraMode, LedAction
+from elib.link.protocol.quantities import CameraMode, LedAction
 from elib.robot.blocking import BlockingEpuck
 
 ALL_LEDS = 8

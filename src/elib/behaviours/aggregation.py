@@ -12,10 +12,10 @@ from typing import Annotated
 from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours._run.loop import SETUP_TIMEOUT
 from elib.behaviours._vision import measure_redness
-from elib.protocol.quantities import CameraMode, LedAction
-from elib.protocol.values import Wheels
+from elib.link.protocol.quantities import CameraMode, LedAction
+from elib.link.protocol.values import Wheels
 from elib.robot.aio import Epuck
-from elib.swarms.swarm import Swarm
+from elib.robot.swarms.swarm import Swarm
 
 Pace = Annotated[float, Quantity("pace", "rev/s", 0.1, 1.0, scale=1000)]
 

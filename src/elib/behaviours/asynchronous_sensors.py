@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from elib.base.errors import LinkError
 from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.tours import TIMEOUT, Timeout, TourStep, begin_step, no_outcome
 from elib.behaviours.sensors_tour import STEPS
-from elib.errors import LinkError
+from elib.link.session import GRACE
 from elib.robot.blocking import BlockingEpuck
-from elib.session import GRACE
 
 SHARES = {
     "help_text": 1,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from elib.behaviours import Quantity, RunContext, behaviour, react
-from elib.protocol.values import Proximity, Wheels
+from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
 
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 1.0, scale=1000)]

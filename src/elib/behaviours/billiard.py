@@ -14,9 +14,9 @@ import math
 from collections.abc import Sequence
 from typing import Annotated
 
+from elib.base.body import SENSOR_DIRECTIONS
 from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
-from elib.body import SENSOR_DIRECTIONS
-from elib.protocol.values import Proximity
+from elib.link.protocol.values import Proximity
 from elib.robot.blocking import BlockingEpuck
 
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.6, scale=1000)]

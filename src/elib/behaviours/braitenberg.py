@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 
 from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING, avoid
-from elib.protocol.values import AmbientLight, Proximity, Wheels
+from elib.link.protocol.values import AmbientLight, Proximity, Wheels
 from elib.robot.aio import Epuck
 
 

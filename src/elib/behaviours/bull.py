@@ -14,13 +14,13 @@ import math
 from collections.abc import Callable
 from typing import Annotated
 
+from elib.base.body import SENSOR_DIRECTIONS
+from elib.base.errors import ElibError
 from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
 from elib.behaviours._vision import Redness, measure_redness
 from elib.behaviours.avoid import STANDING
-from elib.body import SENSOR_DIRECTIONS
-from elib.errors import ElibError
-from elib.protocol.quantities import CameraMode
-from elib.protocol.values import Proximity, Wheels
+from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.blocking import BlockingEpuck
 
 Speed = Annotated[float, Quantity("speed", "rev/s", 0.1, 0.8, scale=1000)]

@@ -11,8 +11,8 @@ import asyncio
 import contextlib
 from typing import Annotated
 
+from elib.base.errors import RemoteProtocolError, ReplyTimeout
 from elib.behaviours import Quantity, RunContext, behaviour, react
-from elib.errors import RemoteProtocolError, ReplyTimeout
 from elib.robot.aio import Epuck
 
 Duration = Annotated[float, Quantity("duration", "s", 20.0, 3600.0, scale=1000)]

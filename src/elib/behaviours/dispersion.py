@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Annotated
 
+from elib.base.body import SENSOR_DIRECTIONS
 from elib.behaviours import Quantity, RunContext, behaviour, react
-from elib.body import SENSOR_DIRECTIONS
-from elib.protocol.values import Wheels
+from elib.link.protocol.values import Wheels
 from elib.robot.aio import Epuck
-from elib.swarms.swarm import Swarm
+from elib.robot.swarms.swarm import Swarm
 
 Pace = Annotated[float, Quantity("pace", "rev/s", 0.1, 1.0, scale=1000)]
 

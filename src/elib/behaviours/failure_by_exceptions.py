@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
+from elib.base.errors import RemoteProtocolError, ReplyTimeout
 from elib.behaviours import RunContext, behaviour
-from elib.errors import RemoteProtocolError, ReplyTimeout
-from elib.protocol.styles import Pending
+from elib.link.protocol.styles import Pending
 from elib.robot.blocking import BlockingEpuck
 
 HOPELESS, SHORT = 0.001, 0.01

@@ -15,12 +15,12 @@ import math
 from collections.abc import Sequence
 from typing import Annotated
 
+from elib.base.body import SENSOR_DIRECTIONS
 from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours.dispersion import disperse
-from elib.body import SENSOR_DIRECTIONS
-from elib.protocol.values import MagneticField, Neighbour
+from elib.link.protocol.values import MagneticField, Neighbour
 from elib.robot.aio import Epuck
-from elib.swarms.swarm import Swarm
+from elib.robot.swarms.swarm import Swarm
 
 Pace = Annotated[float, Quantity("pace", "rev/s", 0.1, 1.0, scale=1000)]
 Spacing = Annotated[float, Quantity("spacing", "m", 0.1, 0.5)]

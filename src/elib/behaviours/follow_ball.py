@@ -6,13 +6,13 @@ import enum
 import math
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
+from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
 from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours._run.loop import SETUP_TIMEOUT
 from elib.behaviours.avoid import STANDING, avoid
 from elib.behaviours.braitenberg import add_avoidance
-from elib.body import AXLE, WHEEL_CIRCUMFERENCE
-from elib.protocol.quantities import CameraMode
-from elib.protocol.values import Proximity, Wheels
+from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
 
 if TYPE_CHECKING:

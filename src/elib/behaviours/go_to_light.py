@@ -20,11 +20,11 @@ import math
 from collections.abc import Callable
 from typing import Annotated
 
+from elib.base.pose import Pose
 from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
 from elib.behaviours.avoid import BLOCKED, STANDING, avoid
-from elib.pose import Pose
-from elib.protocol.styles import Pending
-from elib.protocol.values import AmbientLight, Proximity, Wheels
+from elib.link.protocol.styles import Pending
+from elib.link.protocol.values import AmbientLight, Proximity, Wheels
 from elib.robot.blocking import BlockingEpuck
 
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.8, scale=1000)]

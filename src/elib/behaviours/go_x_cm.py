@@ -12,10 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
+from elib.base.body import METRES_PER_STEP, STEPS_PER_REVOLUTION
+from elib.base.errors import ElibError
 from elib.behaviours import Quantity, RunContext, behaviour
-from elib.body import METRES_PER_STEP, STEPS_PER_REVOLUTION
-from elib.errors import ElibError
-from elib.protocol.values import Steps
+from elib.link.protocol.values import Steps
 from elib.robot.blocking import BlockingEpuck
 from elib.robot.motion import FIRST_TRIP, PERIOD, pace
 

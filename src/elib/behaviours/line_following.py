@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
+from elib.base.errors import Unsupported
 from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING, avoid
-from elib.body import AXLE, WHEEL_CIRCUMFERENCE
-from elib.errors import Unsupported
-from elib.protocol.values import Ground, Wheels
+from elib.link.protocol.values import Ground, Wheels
 from elib.robot.aio import Epuck
 
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.6, scale=1000)]

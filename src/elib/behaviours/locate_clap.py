@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from elib.behaviours import Quantity, RunContext, behaviour, react
-from elib.protocol.values import locate_sound
+from elib.link.protocol.values import locate_sound
 from elib.robot.aio import Epuck
 
 Threshold = Annotated[int, Quantity("threshold", "counts", 15, 2000)]

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
+from elib.base.errors import ArgumentError
 from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.tours import run_steps
 from elib.behaviours.sensors_tour import STEPS
-from elib.errors import ArgumentError
 from elib.robot.blocking import BlockingEpuck
 
 FILE = "elib.log"

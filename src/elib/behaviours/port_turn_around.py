@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Iterator
 
 from elib.behaviours import RunContext, behaviour
-from elib.transport import Transport
+from elib.link.transport import Transport
 
 TURN, STAND = b"d,-100,100\r", b"d,0,0\r"
 """The commands that make the robot turn left on the spot at a tenth of its speed, and stand: the letter, the speeds of

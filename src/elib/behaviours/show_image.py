@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.pictures import image_of, retry, show
-from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
+from elib.link.protocol.image import Image
+from elib.link.protocol.quantities import CameraMode
 from elib.robot.blocking import BlockingEpuck
 
 FILE = "elib-image.png"

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.pictures import image_of, retry, show
 from elib.behaviours._vision import measure_redness, red_mask
-from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
+from elib.link.protocol.image import Image
+from elib.link.protocol.quantities import CameraMode
 from elib.robot.blocking import BlockingEpuck
 
 if TYPE_CHECKING:

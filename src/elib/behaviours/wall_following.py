@@ -6,10 +6,10 @@ import enum
 import math
 from typing import Annotated
 
+from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
 from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING
-from elib.body import AXLE, WHEEL_CIRCUMFERENCE
-from elib.protocol.values import Proximity, Wheels
+from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
 
 

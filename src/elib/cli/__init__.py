@@ -12,7 +12,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from elib.exits import exit_code
+from elib.base.exits import exit_code
 
 
 def main(argv: Sequence[str] | None = None) -> int:

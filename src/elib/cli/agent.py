@@ -8,12 +8,12 @@ from typing import Annotated, TextIO
 
 from cyclopts import Parameter as Cli
 
-from elib.emulator.loopback import bind
-from elib.errors import ArgumentError, Unsupported
-from elib.extras import check_web, install
-from elib.files import guide
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import check_web, install
+from elib.base.files import guide
+from elib.link.transport import parse_url, speed_of
 from elib.robot.running import run_coroutine
-from elib.transport import parse_url, speed_of
+from elib.simulator.emulator.loopback import bind
 
 WORLD = "sim://red-boxes"
 """The virtual robot that an agent gets where no URL is named: there are boxes of several colours to look for."""

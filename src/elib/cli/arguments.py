@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.errors import ArgumentError
+from elib.base.errors import ArgumentError
 
 FAST_SIMULATION = "sim://?speed=max"
 """The robot if none is given and no person has to watch: a virtual one, as fast as the processor allows."""

@@ -11,9 +11,9 @@ from cyclopts import Parameter as Cli
 
 from elib.behaviours import Behaviour
 from elib.behaviours._run.context import DEFAULT_SEED
-from elib.protocol.profiles import rule
-from elib.protocol.quantities import number_from
-from elib.protocol.table import Parameter
+from elib.link.protocol.profiles import rule
+from elib.link.protocol.quantities import number_from
+from elib.link.protocol.table import Parameter
 
 Seed = Annotated[
     int, Cli(name="--seed", metavar="N", help="Seed of the behaviour's random numbers: same seed, same run.")

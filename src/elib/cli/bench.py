@@ -12,16 +12,16 @@ from typing import Annotated, TypeVar
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
+from elib.base.quantiles import quantile
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.readings import Json, print_json
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import LiveLine, columns
-from elib.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
-from elib.protocol.quantities import CameraMode
-from elib.protocol.values import Steps
-from elib.quantiles import quantile
+from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.values import Steps
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.robot.runner import run_on
 
 COUNT = 20
 """Calls of each command by default: about 20 s over Bluetooth."""

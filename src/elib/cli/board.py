@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections import deque
 
+from elib.base.errors import ReplyTimeout
 from elib.cli.readings import in_best_unit, in_digits
 from elib.cli.terminal import BLOCKS, BOLD, DIM, YELLOW
-from elib.errors import ReplyTimeout
-from elib.protocol import values as v
-from elib.protocol.image import Image
-from elib.protocol.values import FieldInfo
+from elib.link.protocol import values as v
+from elib.link.protocol.image import Image
+from elib.link.protocol.values import FieldInfo
+from elib.link.session.statistics import LinkStats
 from elib.robot.snapshot import Snapshot
-from elib.session.statistics import LinkStats
 
 NAME, VALUE, UNIT, AGE, TREND = 13, 39, 6, 9, 8
 """Columns of the table; with the spaces between them they are 79."""

@@ -10,16 +10,16 @@ from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from html import escape
 
-from elib.emulator.control import Control
-from elib.emulator.loopback import LOOPBACK, joined
-from elib.emulator.server import Served, serve
-from elib.emulator.settings import SimulationSettings
-from elib.errors import ArgumentError
-from elib.et.table import Header, Table, aligned
-from elib.protocol.profiles import EPUCK2_WIFI
+from elib.base.errors import ArgumentError
+from elib.link.protocol.profiles import EPUCK2_WIFI
+from elib.panel.listening import listen
+from elib.panel.server import closed_view_of
+from elib.records.et.table import Header, Table, aligned
 from elib.robot.substitute import VARIABLE
-from elib.web.listening import listen
-from elib.web.server import closed_view_of
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.loopback import LOOPBACK, joined
+from elib.simulator.emulator.server import Served, serve
+from elib.simulator.emulator.settings import SimulationSettings
 
 FIRST_ROBOT, FIRST_PAGE = 4001, 8601
 """The ports of student 1; those of the next ones count up, so that the number of a student is at their end."""

@@ -10,19 +10,19 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.calibration import comparison
-from elib.calibration.comparison import NONE, Comparison, PathComparison, Run, run_of
-from elib.calibration.scores import MOST_CHANCE, Parity, parity
+from elib.base.errors import ArgumentError
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, LiveLine, columns
-from elib.emulator.robotprofile import load as load_profile
-from elib.errors import ArgumentError
-from elib.physics import Scene, Snapshot, World
-from elib.physics.worldfile import parse
-from elib.recording import Recording, read_recording
-from elib.view.compared import draw_comparison
-from elib.view.report import check_report
+from elib.records.reader import Recording, read_recording
+from elib.simulator.emulator.robotprofile import load as load_profile
+from elib.simulator.physics import Scene, Snapshot, World
+from elib.simulator.physics.worldfile import parse
+from elib.studies import comparison
+from elib.studies.compared import draw_comparison
+from elib.studies.comparison import NONE, Comparison, PathComparison, Run, run_of
+from elib.studies.report import check_report
+from elib.studies.scores import MOST_CHANCE, Parity, parity
 
 SHARES = (0.5, 0.95, 0.99)
 """Shares of the calls whose latencies are shown."""

@@ -14,16 +14,16 @@ from typing import Annotated, cast
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError
 from elib.cli.arguments import check_duration
 from elib.cli.decoded import PAUSE, to_json, to_text
 from elib.cli.readings import json_line
 from elib.cli.terminal import has_colour, say
-from elib.decoding import ASSUMED, FAULTS, AnyDecoder, Direction, Line, WifiDecoder, decoder_of, is_wifi
-from elib.decoding.captures import FORMS, Piece, direction_of, form_of
-from elib.errors import ArgumentError
-from elib.protocol.profiles import FIRMWARES, profile_named, recognise
+from elib.link.protocol.profiles import FIRMWARES, profile_named, recognise
+from elib.link.transport import open_transport, parse_url, speed_of
+from elib.records.decoding import ASSUMED, FAULTS, AnyDecoder, Direction, Line, WifiDecoder, decoder_of, is_wifi
+from elib.records.decoding.captures import FORMS, Piece, direction_of, form_of
 from elib.robot.running import run_coroutine
-from elib.transport import open_transport, parse_url, speed_of
 
 LOOK_AHEAD = 1 << 20
 """Bytes of a file that are searched for the version of the robot before anything is shown."""

@@ -8,10 +8,10 @@ from typing import cast
 
 from elib.cli import readings
 from elib.cli.terminal import CYAN, DIM, YELLOW, paint
-from elib.decoding import FAULTS, Kind, Line
-from elib.decoding.text import is_text
-from elib.protocol import values as v
-from elib.protocol.image import Image
+from elib.link.protocol import values as v
+from elib.link.protocol.image import Image
+from elib.records.decoding import FAULTS, Kind, Line
+from elib.records.decoding.text import is_text
 
 PAUSE = 0.3
 """s of silence after which half an answer is shown; within an answer a link pauses less (wire-protocol.md, trap 27)."""

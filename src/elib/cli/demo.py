@@ -13,6 +13,7 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError
 from elib.behaviours import find, run_behaviour
 from elib.cli.arguments import FAST_SIMULATION, RobotUrl, check_duration
 from elib.cli.live import Watcher, beside, period_of
@@ -20,14 +21,13 @@ from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.track import Track
-from elib.errors import ArgumentError
-from elib.physics import Pose, Snapshot
+from elib.link.transport import parse_url, speed_of
 from elib.robot.aio import Epuck
+from elib.robot.runner import run_on
 from elib.robot.watchdog import is_supported
-from elib.runner import run_on
-from elib.transport import parse_url, speed_of
-from elib.view import draw_png
-from elib.view.drive import length, simulation_of
+from elib.simulator.drawing import draw_png
+from elib.simulator.physics import Pose, Snapshot
+from elib.studies.drive import length, simulation_of
 
 PICTURE = Path("elib-demo.png")
 BEHAVIOUR = "avoid"

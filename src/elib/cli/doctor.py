@@ -10,14 +10,14 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib import __version__
+from elib.base.errors import ArgumentError
+from elib.base.plaintext import plain
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
-from elib.diagnosis import CHECKS, OFFER, Diagnosis, DiagnosisStep, diagnose
-from elib.errors import ArgumentError
-from elib.plaintext import plain
+from elib.link.transport import parse_url, speed_of
 from elib.robot.running import run_coroutine
-from elib.transport import parse_url, speed_of
+from elib.tools.diagnosis import CHECKS, OFFER, Diagnosis, DiagnosisStep, diagnose
 
 WIDTH = 80
 """Columns of the page: it is made to be attached to an issue."""

@@ -8,13 +8,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from elib.errors import ArgumentError
-from elib.et.formats import Writer, writing
-from elib.et.table import Header, Table
-from elib.files import reason_of
-from elib.recording.reader import Entry, Health, Recording
-from elib.recording.tables import FIXED, Tabulator, topics_of
-from elib.recording.topics import PICTURES, READINGS
+from elib.base.errors import ArgumentError
+from elib.base.files import reason_of
+from elib.records.et.formats import Writer, writing
+from elib.records.et.table import Header, Table
+from elib.records.reader import Entry, Health, Recording
+from elib.records.tables import FIXED, Tabulator, topics_of
+from elib.records.topics import PICTURES, READINGS
 
 NO_FOLDERS = (".csv", ".parquet", ".txt", ".tsv", ".json", ".jsonl", ".xlsx", ".mcap", ".log")
 """Endings that no folder has: such a name is a mistake, unless it ends as the format does."""

@@ -7,14 +7,14 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.base.fields import Number
+from elib.base.plaintext import plain
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import columns, say, table
-from elib.discovery import LOCAL, TIMEOUT, Found, Survey, survey
-from elib.fields import Number
-from elib.plaintext import plain
-from elib.protocol.quantities import SECONDS
+from elib.link.protocol.quantities import SECONDS
 from elib.robot.running import run_coroutine
+from elib.tools.discovery import LOCAL, TIMEOUT, Found, Survey, survey
 
 NOTHING = "No port, paired robot or running simulation was found."
 

@@ -8,14 +8,14 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.body import AXLE
-from elib.calibration import Fitted, fit_robot
+from elib.base.body import AXLE
+from elib.base.errors import ArgumentError
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, LiveLine, columns, say, table
-from elib.emulator.robotprofile import NOMINAL_RADIUS, write
-from elib.errors import ArgumentError
-from elib.recording import read_recording
+from elib.records.reader import read_recording
+from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, write
+from elib.studies import Fitted, fit_robot
 
 Recorded = Annotated[Path, Cli(name="FILE", help="A recording of a drive, .mcap.")]
 Output = Annotated[

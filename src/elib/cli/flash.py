@@ -11,17 +11,17 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.plaintext import plain
 from elib.cli.arguments import FAST_SIMULATION
 from elib.cli.terminal import is_live, say, table
-from elib.errors import ArgumentError, Unsupported
-from elib.flash import Image, Uploader, read_image
-from elib.flash.image import BOOTLOADER, END, EPUCK2_HINT, LARGEST_NUMBER, NUMBER_AT, ROW, START_AT, spans
-from elib.flash.uploader import NOT_THIS_ROBOT
-from elib.plaintext import plain
-from elib.protocol.values import Version
+from elib.link.protocol.values import Version
+from elib.link.transport import open_transport, parse_url, speed_of
+from elib.link.transport.base import codec_of
 from elib.robot.running import run_coroutine
-from elib.transport import open_transport, parse_url, speed_of
-from elib.transport.base import codec_of
+from elib.tools.flash import Image, Uploader, read_image
+from elib.tools.flash.image import BOOTLOADER, END, EPUCK2_HINT, LARGEST_NUMBER, NUMBER_AT, ROW, START_AT, spans
+from elib.tools.flash.uploader import NOT_THIS_ROBOT
 
 File = Annotated[Path, Cli(name="FILE.hex", help="The program, an Intel HEX file.")]
 Target = Annotated[str | None, Cli(help="The robot: serial:///dev/rfcomm0, rfcomm://..., tcp://HOST:PORT, ...")]

@@ -12,15 +12,15 @@ from urllib.parse import quote
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import check_web, install
+from elib.base.files import write_file
 from elib.cli.joystick import TOKEN_BYTES, Host, port_number
-from elib.emulator.loopback import LOOPBACK, joined, reachable
-from elib.errors import ArgumentError, Unsupported
-from elib.extras import check_web, install
-from elib.files import write_file
 from elib.robot.running import run_coroutine
+from elib.simulator.emulator.loopback import LOOPBACK, joined, reachable
 
 if TYPE_CHECKING:
-    from elib.web.listening import Address
+    from elib.panel.listening import Address
 
 PORT = 8765
 """The port that the Foxglove app proposes; the next ones follow."""
@@ -71,7 +71,7 @@ def foxglove(
         ) from None
     from elib.doors.foxglove.relay import ORIGINS
     from elib.doors.robots import hold_open
-    from elib.web.listening import listen
+    from elib.panel.listening import listen
 
     with contextlib.ExitStack() as stack:
         address = listen(host, port_number(port), first=PORT)

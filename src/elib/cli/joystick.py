@@ -11,11 +11,11 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.emulator.loopback import LOOPBACK
-from elib.errors import ArgumentError
-from elib.extras import check_web
+from elib.base.errors import ArgumentError
+from elib.base.extras import check_web
+from elib.panel.listening import PORT, listen
 from elib.robot.running import run_coroutine
-from elib.web.listening import PORT, listen
+from elib.simulator.emulator.loopback import LOOPBACK
 
 TOKEN_BYTES = 16
 """128 bits of randomness, too many to guess the token."""
@@ -51,7 +51,7 @@ def joystick(
     this computer can open the page, unless --host names another address.
     """
     check_web()
-    from elib.web.server import serve
+    from elib.panel.server import serve
 
     address = listen(host, port_number(port))
     token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None

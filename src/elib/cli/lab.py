@@ -11,19 +11,19 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError
+from elib.base.exits import FAILED
+from elib.base.fields import Number, nearest
+from elib.base.files import reason_of, write_file
+from elib.base.plaintext import plain
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import GREEN, RED, paint, say, table
-from elib.errors import ArgumentError
-from elib.exits import FAILED
-from elib.fields import Number, nearest
-from elib.files import reason_of, write_file
 from elib.lab import Lab, VariantResult, find_lab, load_lab, run_variant
 from elib.lab.labfile import shipped_labs
 from elib.lab.mistakes import is_mistake, wrong_claim
 from elib.lab.picture import PICTURE, draw_lab
 from elib.lab.running import WALL, PlainProgram
-from elib.plaintext import plain
 
 TEACHER = "teacher"
 

@@ -13,12 +13,13 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from elib.base.errors import ArgumentError
+from elib.base.exits import FAILED
+from elib.base.files import write_file
+from elib.base.plaintext import plain
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, LiveLine, say
-from elib.errors import ArgumentError
-from elib.exits import FAILED
-from elib.files import write_file
 from elib.lab import Lab, find_lab, load_lab
 from elib.lab.marking import Mark, mark_all
 from elib.lab.marksheet import to_csv, to_html, to_json, to_rows
@@ -26,7 +27,6 @@ from elib.lab.mistakes import is_mistake, wrong_claim
 from elib.lab.sandbox import check_walls
 from elib.lab.similar import similar
 from elib.lab.submissions import Submission, find_submissions
-from elib.plaintext import plain
 
 Folder = Annotated[
     Path,

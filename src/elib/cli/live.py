@@ -13,18 +13,18 @@ from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Sequen
 from functools import partial
 from typing import TYPE_CHECKING
 
-from elib.body import STEPS_PER_REVOLUTION
+from elib.base.body import STEPS_PER_REVOLUTION
+from elib.base.errors import ElibError
+from elib.base.timebase import LoopMaker, LoopSpeed, Paced
 from elib.cli.terminal import BLOCKS, BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, say
-from elib.errors import ElibError
-from elib.protocol.values import Proximity
+from elib.link.protocol.values import Proximity
+from elib.link.session import Ended, TraceEvent
+from elib.link.session.statistics import LinkStats
 from elib.robot.aio import Epuck
-from elib.session import Ended, TraceEvent
-from elib.session.statistics import LinkStats
-from elib.timebase import LoopMaker, LoopSpeed, Paced
 
 if TYPE_CHECKING:
     from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
-    from elib.view.drive import RobotReport
+    from elib.studies.drive import RobotReport
 
 FRAME = 0.1
 """s of real time between two frames of the live line."""

@@ -10,11 +10,11 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError
+from elib.base.fields import nearest
+from elib.base.files import create_file
 from elib.behaviours import behaviours
 from elib.cli.terminal import table
-from elib.errors import ArgumentError
-from elib.fields import nearest
-from elib.files import create_file
 
 Sample = Annotated[str | None, Cli(help="Name of the sample; --list shows them.")]
 Target = Annotated[Path | None, Cli(help="The file to write: NAME.py unless given.")]
@@ -48,7 +48,9 @@ def samples() -> dict[str, str]:
 
     A behaviour whose name a program has is left out: the program is its shorter form.
     """
-    programs = [each for each in files("elib.samples").iterdir() if each.name.endswith(".py") and each.name[0] != "_"]
+    programs = [
+        each for each in files("elib.behaviours.samples").iterdir() if each.name.endswith(".py") and each.name[0] != "_"
+    ]
     texts = {
         each.name.removesuffix(".py"): each.read_text("utf-8") for each in sorted(programs, key=lambda each: each.name)
     }

@@ -7,8 +7,8 @@ from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from elib.pose import Pose
-from elib.recording.timeline import Moment
+from elib.base.pose import Pose
+from elib.records.timeline import Moment
 
 SLOWEST, FASTEST = 1 / 64, 64.0
 """Slowest and fastest speed, as factors on real time."""

@@ -15,8 +15,8 @@ from cyclopts import App, CycloptsError, MissingArgumentError, UnknownCommandErr
 from cyclopts import Parameter as Cli
 
 from elib import __version__
+from elib.base.errors import ArgumentError
 from elib.cli.terminal import WIDEST, table
-from elib.errors import ArgumentError
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpEntry, HelpPanel
@@ -56,7 +56,7 @@ COMMANDS = {
 """The commands in the order of the help page. Each is a function in the module of its name, in elib.cli."""
 
 APPS = {name: f"elib.cli.{name}:app" for name in ("run", "send", "record", "world", "lab")} | {
-    "et": "elib.et.subcommand:app"
+    "et": "elib.records.et.subcommand:app"
 }
 """The commands that have sub-commands, or help pages of their own: where their parsers are."""
 
@@ -275,7 +275,7 @@ def _unknown(app: App, error: UnknownCommandError) -> ArgumentError:
 
 
 def _is_motion(name: str) -> bool:
-    from elib.protocol.styles import Action
+    from elib.link.protocol.styles import Action
     from elib.robot.motion import Motions
 
     return isinstance(vars(Motions).get(name), Action)

@@ -9,10 +9,10 @@ import textwrap
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, TypeAlias, cast
 
-from elib.protocol import values as v
-from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
-from elib.protocol.values import FieldInfo, Role, describe, items, physical_of
+from elib.link.protocol import values as v
+from elib.link.protocol.image import Image
+from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.values import FieldInfo, Role, describe, items, physical_of
 
 if TYPE_CHECKING:
     import numpy

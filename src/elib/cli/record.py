@@ -11,6 +11,8 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError
+from elib.base.plaintext import plain
 from elib.cli.arguments import AsJson, RobotUrl, Seconds, check_duration
 from elib.cli.export import export
 from elib.cli.live import ENTER, Watcher, beside, period_of
@@ -18,18 +20,16 @@ from elib.cli.readings import Json, print_json
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
 from elib.cli.watch import RATE, Names, Rate, chosen
-from elib.errors import ArgumentError
-from elib.et.formats import format_of
-from elib.plaintext import plain
-from elib.protocol.values import Proximity
-from elib.recording import Recorder, Summary, read_recording, summary_of
-from elib.recording.recorder import check_new
-from elib.recording.repair import repair
-from elib.recording.tables import FIXED
+from elib.link.protocol.values import Proximity
+from elib.link.transport import speed_of
+from elib.records.et.formats import format_of
+from elib.records.reader import Summary, read_recording, summary_of
+from elib.records.recorder import Recorder, check_new
+from elib.records.repair import repair
+from elib.records.tables import FIXED
 from elib.robot.aio import Epuck
+from elib.robot.runner import run_on, unwritable
 from elib.robot.substitute import DEFAULT_URL
-from elib.runner import run_on, unwritable
-from elib.transport import speed_of
 
 SHOWN_NOTES = 20
 """Number of notes that are shown; --json has all."""

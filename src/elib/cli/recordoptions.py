@@ -7,8 +7,8 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.recording.log import Vocabulary
-from elib.runner import Records
+from elib.records.log import Vocabulary
+from elib.robot.runner import Records
 
 LogFile = Annotated[
     str | None, Cli(name="--log", metavar="FILE", help="Append a line for each call and its outcome to this file.")

@@ -15,26 +15,26 @@ from urllib.parse import quote
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError
+from elib.base.plaintext import plain
+from elib.base.pose import Pose
+from elib.base.timebase import parse_speed
 from elib.behaviours import find
 from elib.cli.arguments import Seconds, check_duration
 from elib.cli.live import SHOWN, bars
 from elib.cli.player import Player, keys_of
 from elib.cli.readings import Json, json_line
 from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, is_live, paint, say
-from elib.emulator.sim_transport import SimTransport
-from elib.errors import ArgumentError
-from elib.physics import Snapshot, World
-from elib.physics.worldfile import parse
-from elib.plaintext import plain
-from elib.pose import Pose
-from elib.recording import Health, Recording
-from elib.recording.timeline import KINDS, Moment, timeline
+from elib.records.reader import Health, Recording
+from elib.records.timeline import KINDS, Moment, timeline
 from elib.robot.aio import Epuck
+from elib.robot.runner import run_on
 from elib.robot.running import run_coroutine
-from elib.runner import run_on
-from elib.timebase import parse_speed
-from elib.view.drive import SENSES, charts_of, floor_around
-from elib.view.report import check_report, draw_report
+from elib.simulator.emulator.sim_transport import SimTransport
+from elib.simulator.physics import Snapshot, World
+from elib.simulator.physics.worldfile import parse
+from elib.studies.drive import SENSES, charts_of, floor_around
+from elib.studies.report import check_report, draw_report
 
 FRAME = 0.05
 """s between two frames of the player."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from elib.session.statistics import LinkStats
-from elib.view.drive import RobotReport
+from elib.link.session.statistics import LinkStats
+from elib.studies.drive import RobotReport
 
 ENDINGS = {
     "done": "ended by itself",

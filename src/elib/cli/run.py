@@ -8,6 +8,7 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError
 from elib.behaviours import behaviours, find
 from elib.cli.arguments import RobotUrl, Seconds, check_duration
 from elib.cli.behaviouroptions import with_options
@@ -15,7 +16,6 @@ from elib.cli.program import is_program
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.script import play_behaviour, run_program
 from elib.cli.terminal import say, table
-from elib.errors import ArgumentError
 
 Plot = Annotated[
     str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings to a .png, .svg or .pdf.")

@@ -20,8 +20,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from elib.base.errors import ArgumentError, ElibError
+from elib.base.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE
+from elib.base.extras import check_web
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, RunMessage, StateChanged, behaviours, play
 from elib.behaviours._run.context import DEFAULT_SEED
+from elib.behaviours._run.program import is_own, loops_at, own_traceback, run_file
 from elib.cli.arguments import check_duration
 from elib.cli.behaviouroptions import with_options
 from elib.cli.live import RunDisplay
@@ -29,24 +33,20 @@ from elib.cli.program import execute_own, is_package
 from elib.cli.readings import print_json
 from elib.cli.report import ENDINGS, drive_rows, link_rows, state_rows, time_in_states
 from elib.cli.terminal import say, table
-from elib.errors import ArgumentError, ElibError
-from elib.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE
-from elib.extras import check_web
-from elib.program import is_own, loops_at, own_traceback, run_file
-from elib.recording.log import Log
-from elib.recording.recorder import Recorder
+from elib.link.session import Disconnected, Reconnected, TraceEvent
+from elib.link.session.statistics import LinkStats, merged
+from elib.link.transport import speed_of
+from elib.records.log import Log
+from elib.records.recorder import Recorder
 from elib.robot.aio import Epuck, on_open
 from elib.robot.emergency import stop_at_once
 from elib.robot.link import Record
+from elib.robot.runner import NOTHING, Records
 from elib.robot.signals import SHUTDOWN_TIME, SIGNALS
 from elib.robot.substitute import choose_robots, substituted, viewed
 from elib.robot.watchdog import is_supported
-from elib.runner import NOTHING, Records
-from elib.session import Disconnected, Reconnected, TraceEvent
-from elib.session.statistics import LinkStats, merged
-from elib.transport import speed_of
-from elib.view.drive import RobotReport, draw_drive
-from elib.view.report import check_report
+from elib.studies.drive import RobotReport, draw_drive
+from elib.studies.report import check_report
 
 MOST_INTERRUPTS = 3
 """Interrupts after which a program whose time is over, and which goes on, is ended by force."""

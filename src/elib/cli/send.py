@@ -13,21 +13,21 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.fields import Number
+from elib.base.plaintext import plain, summary
 from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import columns, has_colour, say
-from elib.errors import ArgumentError, Unsupported
-from elib.fields import Number
-from elib.plaintext import plain, summary
-from elib.protocol import values
-from elib.protocol.context import Context
-from elib.protocol.image import Image
-from elib.protocol.profiles import FIRMWARES, rule
-from elib.protocol.quantities import SECONDS, number_from
+from elib.link.protocol import values
+from elib.link.protocol.context import Context
+from elib.link.protocol.image import Image
+from elib.link.protocol.profiles import FIRMWARES, rule
+from elib.link.protocol.quantities import SECONDS, number_from
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
-from elib.runner import run_on
+from elib.robot.runner import run_on
 
 OVERVIEW = """Send one command and print its answer.
 

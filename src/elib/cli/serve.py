@@ -9,12 +9,12 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError
+from elib.base.extras import check_web
 from elib.cli.joystick import TOKEN_BYTES, Port, Robots, port_number
-from elib.emulator.loopback import LOOPBACK
-from elib.errors import ArgumentError
-from elib.extras import check_web
+from elib.panel.listening import listen
 from elib.robot.running import run_coroutine
-from elib.web.listening import listen
+from elib.simulator.emulator.loopback import LOOPBACK
 
 Host = Annotated[
     str,

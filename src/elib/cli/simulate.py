@@ -15,20 +15,20 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError
+from elib.base.extras import check_web
+from elib.base.fields import Number, rule_of
+from elib.base.files import write_file
 from elib.cli.terminal import say
-from elib.emulator.control import Control
-from elib.emulator.faultscript import gallery as scripts
-from elib.emulator.loopback import EVERYWHERE, LOOPBACK
-from elib.emulator.registry import registered
-from elib.emulator.server import serve
-from elib.emulator.settings import DEFAULT_WORLD, SimulationSettings
-from elib.errors import ArgumentError
-from elib.extras import check_web
-from elib.fields import Number, rule_of
-from elib.files import write_file
-from elib.physics.worldfile import gallery
-from elib.protocol.profiles import EPUCK2_WIFI, FIRMWARES
+from elib.link.protocol.profiles import EPUCK2_WIFI, FIRMWARES
 from elib.robot.running import ending, run_coroutine
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.faultscript import gallery as scripts
+from elib.simulator.emulator.loopback import EVERYWHERE, LOOPBACK
+from elib.simulator.emulator.registry import registered
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import DEFAULT_WORLD, SimulationSettings
+from elib.simulator.physics.worldfile import gallery
 
 ANY_FREE = ""
 """The value of ``--pty`` without one: a port with the name that the system gives. That of ``--wifi`` without one: free
@@ -201,11 +201,11 @@ def simulate(
             opened: list[tuple[str, str]] = []
             if view is not None:
                 check_web()
-                from elib.web.server import view_of  # without a view a simulation starts faster
+                from elib.panel.server import view_of  # without a view a simulation starts faster
 
                 opened.append(("view", await stack.enter_async_context(view_of(controls[0], view))))
             if control is not None:
-                from elib.emulator.control_server import serve_control
+                from elib.simulator.emulator.control_server import serve_control
 
                 opened.append(("control", await stack.enter_async_context(serve_control(controls[0], control))))
             stack.enter_context(registered([(robot.name, robot.url) for robot in robots], settings))

@@ -8,11 +8,11 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import install
 from elib.cli.arguments import AsJson, Cluster, Workers, check_duration
 from elib.cli.readings import print_json
 from elib.cli.terminal import say
-from elib.errors import ArgumentError, Unsupported
-from elib.extras import install
 
 Target = Annotated[
     str, Cli(help="A behaviour, FILE.py or FILE.py:NAME with one of yours, or the best.toml of a study.")

@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TextIO
 
-from elib.plaintext import plain
+from elib.base.plaintext import plain
 
 WIDEST = 100
 """Columns at which text is wrapped in a wider terminal too: longer lines are hard to read."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 import math
 
-from elib.emulator.simulation import Simulation
-from elib.errors import ReplyTimeout
-from elib.physics import Pose, Snapshot
-from elib.physics.body import RADIUS
-from elib.physics.geometry import Solid
+from elib.base.errors import ReplyTimeout
 from elib.robot.aio import Epuck
-from elib.view.drive import floor_around
+from elib.simulator.emulator.simulation import Simulation
+from elib.simulator.physics import Pose, Snapshot
+from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.geometry import Solid
+from elib.studies.drive import floor_around
 
 
 class Track:

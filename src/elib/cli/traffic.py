@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from elib.cli.decoded import PAUSE, to_text
 from elib.cli.terminal import say
-from elib.decoding import AnyDecoder, Direction, Line, decoder_of
+from elib.records.decoding import AnyDecoder, Direction, Line, decoder_of
 
 
 class TrafficLog:

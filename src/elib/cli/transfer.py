@@ -11,17 +11,17 @@ from cyclopts import Parameter as Cli
 from rich.console import Console
 from rich.table import Table
 
+from elib.base.errors import ArgumentError
+from elib.base.extras import install
 from elib.cli.arguments import AsJson, Cluster, Workers
 from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, LiveLine, columns, say
-from elib.errors import ArgumentError
-from elib.extras import install
 from elib.learn.champion import load_champion
 from elib.learn.executor import open_executor
 from elib.learn.transfer import TransferPlan, TransferReport
 from elib.learn.transfer import transfer as run_transfer
 from elib.learn.transferreport import COLUMNS, check_folder, row_of, to_json, write_folder
-from elib.transport import parse_url
+from elib.link.transport import parse_url
 
 PLAN = TransferPlan()
 

@@ -15,13 +15,13 @@ from elib.cli.board import Board
 from elib.cli.live import beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import DIM, has_colour, is_live
+from elib.link.transport import speed_of
 from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
+from elib.robot.runner import run_on
 from elib.robot.snapshot import Snapshot
 from elib.robot.substitute import DEFAULT_URL
 from elib.robot.telemetry import Watch
-from elib.runner import run_on
-from elib.transport import speed_of
 
 if TYPE_CHECKING:
     from rich.text import Text

@@ -12,19 +12,19 @@ from typing import Annotated
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError, SimulationError
+from elib.base.fields import Choice, nearest
+from elib.base.files import create_file
+from elib.base.tables import Source
 from elib.cli.arguments import AsJson
 from elib.cli.readings import json_line, print_json
 from elib.cli.terminal import say, table
-from elib.errors import ArgumentError, SimulationError
-from elib.fields import Choice, nearest
-from elib.files import create_file
-from elib.physics import Box, Cylinder, EpuckModel, Scene, Wall, World
-from elib.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
-from elib.physics.geometry import WALL_COLOUR, Solid, extent, gap
-from elib.physics.worldfile import WorldFile, gallery, load_file, source_of
-from elib.protocol.profiles import FIRMWARES
-from elib.tables import Source
-from elib.view import draw_png
+from elib.link.protocol.profiles import FIRMWARES
+from elib.simulator.drawing import draw_png
+from elib.simulator.physics import Box, Cylinder, EpuckModel, Scene, Wall, World
+from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
+from elib.simulator.physics.geometry import WALL_COLOUR, Solid, extent, gap
+from elib.simulator.physics.worldfile import WorldFile, gallery, load_file, source_of
 
 MOST_COMPARED = 2000
 """Largest number of things that are checked for overlaps: all pairs of more would take too long."""

@@ -6,11 +6,11 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Sequence
 
-from elib.errors import LinkClosed
+from elib.base.errors import LinkClosed
+from elib.panel.listening import Address
+from elib.panel.panel import Panel, check_standing
+from elib.panel.server import Door, Server, served
 from elib.robot.running import ending
-from elib.web.listening import Address
-from elib.web.panel import Panel, check_standing
-from elib.web.server import Door, Server, served
 
 
 @contextlib.asynccontextmanager

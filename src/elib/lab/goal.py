@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 
-from elib.fields import Degrees, Mistake, Number, Rule, Several, Text, Whole, nearest
-from elib.physics import Pose, Scene, Snapshot
-from elib.view.top import Zone as MarkedZone
+from elib.base.fields import Degrees, Mistake, Number, Rule, Several, Text, Whole, nearest
+from elib.simulator.drawing.top import Zone as MarkedZone
+from elib.simulator.physics import Pose, Scene, Snapshot
 
 MOST_NAMES = 50
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import Annotated
 
-from elib.fields import Degrees, Mistake, Number, Text, Whole, nearest
+from elib.base.fields import Degrees, Mistake, Number, Text, Whole, nearest
 from elib.lab.goal import (
     Count,
     Finding,
@@ -25,9 +25,9 @@ from elib.lab.goal import (
     ZoneName,
     ZoneNames,
 )
-from elib.physics import Box, Cylinder, Pose, Scene, Snapshot, Stripe
-from elib.physics.geometry import segment_distance
-from elib.protocol.commands import SPECS
+from elib.link.protocol.commands import SPECS
+from elib.simulator.physics import Box, Cylinder, Pose, Scene, Snapshot, Stripe
+from elib.simulator.physics.geometry import segment_distance
 
 
 def _nearest(run: Run, robot: int, zone: Zone) -> str:

@@ -36,21 +36,20 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, cast
 
-from elib.emulator.faultscript import load as load_script
-from elib.emulator.settings import SimulationSettings
-from elib.errors import ArgumentError, ElibError, SimulationError
-from elib.fields import Choice, Delay, Mistake, Number, Probability, Text, Whole, nearest
-from elib.files import read_file
+from elib.base.errors import ArgumentError, ElibError, SimulationError
+from elib.base.fields import Choice, Delay, Mistake, Number, Probability, Text, Whole, nearest
+from elib.base.files import LABS, read_file
+from elib.base.tables import LARGEST_FILE, Key, Pair, Source, Table, keys_of, read_toml
 from elib.lab.goal import Goal, Name, Zone
 from elib.lab.goals import KINDS, EndsAt
-from elib.physics import Scene
-from elib.physics.geometry import Place
-from elib.protocol.profiles import FIRMWARES
-from elib.tables import LARGEST_FILE, Key, Pair, Source, Table, keys_of, read_toml
+from elib.link.protocol.profiles import FIRMWARES
+from elib.simulator.emulator.faultscript import load as load_script
+from elib.simulator.emulator.settings import SimulationSettings
+from elib.simulator.physics import Scene
+from elib.simulator.physics.geometry import Place
 
 FILE = "lab.toml"
 HIDDEN = "teacher/hidden.toml"
-FOLDER = "labs"
 LONGEST_TIME = 600
 """s. The most robot time of a run: half a minute of computing, and longer than anybody waits for a mark."""
 
@@ -234,7 +233,7 @@ def load_lab(folder: str | Path, *, hidden: bool = False) -> Lab:
     """
     path = Path(folder)
     if not path.is_dir() and str(folder) in shipped_labs():
-        path = Path(str(files("elib").joinpath(FOLDER, str(folder))))
+        path = Path(str(files("elib").joinpath(LABS, str(folder))))
     if not path.exists():
         raise ArgumentError(
             f"there is no lab {str(folder)!r}",
@@ -299,7 +298,7 @@ def find_lab(program: str | Path) -> Path:
 
 def shipped_labs() -> list[str]:
     """Return the names of the labs that come with elib, in the order of a course."""
-    folder = files("elib").joinpath(FOLDER)
+    folder = files("elib").joinpath(LABS)
     labs = [each for each in folder.iterdir() if each.joinpath(FILE).is_file()] if folder.is_dir() else []
     numbers = {each.name: tomllib.loads(each.joinpath(FILE).read_text(encoding="utf-8"))["number"] for each in labs}
     return sorted(numbers, key=numbers.__getitem__)

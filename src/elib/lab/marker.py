@@ -1,6 +1,6 @@
 """The marker's end of a lock-step link: it owns the world, keeps the time, and believes nothing that comes.
 
-docs/decisions/0023-the-marker-owns-the-simulator.md describes the frames; elib.emulator.lockstep is the other end.
+docs/decisions/0023-the-marker-owns-the-simulator.md describes the frames; elib.lab.lockstep is the other end.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ import time
 from collections import Counter
 from collections.abc import Callable
 
-from elib.decoding.lines import Kind
-from elib.decoding.wifi import AnyDecoder, decoder_of
-from elib.emulator.lockstep import (
+from elib.base.errors import ArgumentError, LinkNotFound
+from elib.lab.lockstep import (
     CLOSE,
     GO,
     GREETING,
@@ -35,10 +34,11 @@ from elib.emulator.lockstep import (
     VERSION,
     WRITE,
 )
-from elib.emulator.simulation import Simulation, VirtualRobot
-from elib.errors import ArgumentError, LinkNotFound
-from elib.protocol.profiles import profile_named
-from elib.transport.memory import MemoryTransport
+from elib.link.protocol.profiles import profile_named
+from elib.link.transport.memory import MemoryTransport
+from elib.records.decoding.lines import Kind
+from elib.records.decoding.wifi import AnyDecoder, decoder_of
+from elib.simulator.emulator.simulation import Simulation, VirtualRobot
 
 LOOK = 0.1
 """s of the wall clock between two looks at whether a silent program still runs."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from elib.errors import ElibError
+from elib.base.errors import ElibError
 from elib.lab import Lab, Variant, VariantResult, load_lab, run_variant
 from elib.lab.sandbox import LIMITS, Child, Limits, start
 from elib.lab.submissions import Submission

@@ -7,9 +7,9 @@ import io
 from collections.abc import Sequence
 from html import escape
 
+from elib.base.plaintext import plain
 from elib.lab import Lab
 from elib.lab.marking import Mark, Run
-from elib.plaintext import plain
 
 Marked = Sequence[tuple[Lab, Sequence[Mark]]]
 """Labs, each with the marks of its submissions."""

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from elib.fields import nearest
+from elib.base.fields import nearest
 from elib.lab.labfile import Lab
 from elib.lab.running import MISSED
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from elib.lab.labfile import Lab
-from elib.physics import World
-from elib.view import draw_svg
+from elib.simulator.drawing import draw_svg
+from elib.simulator.physics import World
 
 PICTURE = "world.svg"
 """In the folder of the lab; its README.md shows it."""

@@ -7,9 +7,9 @@ import random
 import sys
 from pathlib import Path
 
-from elib.emulator.lockstep import MarkersTime, link_of
-from elib.errors import LinkError
-from elib.program import loops_at, own_traceback, run_file
+from elib.base.errors import LinkError
+from elib.behaviours._run.program import loops_at, own_traceback, run_file
+from elib.lab.lockstep import MarkersTime, link_of
 from elib.robot.substitute import substituted
 
 

@@ -16,15 +16,15 @@ from os import PathLike
 from pathlib import Path
 from typing import Literal, Protocol
 
-from elib.emulator.simulation import Simulation
-from elib.errors import ElibError, Unsupported
+from elib.base.errors import ElibError, Unsupported
+from elib.base.timebase import SimulatedLoop
 from elib.lab.goal import Goal, Run, Zone
 from elib.lab.goals import Lit, Requests, stripes_of
 from elib.lab.labfile import Lab, Variant, settings_of
 from elib.lab.marker import BrokenRule, Marker, ProgramEnded, TimeOver, WallOver
-from elib.physics import Colour, Pose, Snapshot
-from elib.timebase import SimulatedLoop
-from elib.view import draw
+from elib.simulator.drawing import draw
+from elib.simulator.emulator.simulation import Simulation
+from elib.simulator.physics import Colour, Pose, Snapshot
 
 WALL = 60.0
 """s of the wall clock for one variant."""

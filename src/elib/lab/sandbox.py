@@ -21,8 +21,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import elib
-from elib.errors import Unsupported
+from elib.base.errors import Unsupported
+from elib.base.files import LABS, PACKAGE
 from elib.lab.syscalls import call_filter
 
 CONFINED = Path(__file__).with_name("confined.py")
@@ -325,7 +325,7 @@ def _python() -> tuple[list[str], list[str], list[str]]:
 
     Its own start-up files (``.pth``, ``sitecustomize``) are passed over: the path is given, not found.
     """
-    package = os.path.dirname(elib.__file__)
+    package = str(PACKAGE)
     installed = [entry for entry in sys.path if os.path.basename(entry) in ("site-packages", "dist-packages")]
     path = [
         entry
@@ -363,7 +363,7 @@ def _walls(own: Sequence[str], hidden: Iterable[Path], limits: Limits, is_root: 
             # Made by hand, its parent can be entered by every user.
             walls += ["--dir", os.path.dirname(folder), "--ro-bind", folder, folder]
     gone: list[str] = []
-    for place in (os.path.join(os.path.dirname(elib.__file__), "labs"), *map(str, hidden)):
+    for place in (str(PACKAGE / LABS), *map(str, hidden)):
         is_seen = any(_within(place, folder) for folder in ("/usr", *own))
         if os.path.isdir(place) and is_seen and not any(_within(place, folder) for folder in gone):
             gone.append(place)

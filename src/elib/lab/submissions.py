@@ -7,8 +7,8 @@ import stat
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from elib.errors import ArgumentError
-from elib.files import open_file, reason_of
+from elib.base.errors import ArgumentError
+from elib.base.files import open_file, reason_of
 
 MOST_FILES, LARGEST = 200, 16 << 20
 """Files of a submission, and bytes of them together, at most."""

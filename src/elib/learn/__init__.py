@@ -1,6 +1,6 @@
 """Experiments: tasks to learn, controllers that are evolved or trained, and what of it holds on a robot.
 
-The tasks and their episodes come from :mod:`elib.physics`, and run compiled with the extra ``learn``.
+The tasks and their episodes come from :mod:`elib.simulator.physics`, and run compiled with the extra ``learn``.
 """
 
 import importlib.util
@@ -10,8 +10,8 @@ from elib.learn.champion import Champion, load_champion
 from elib.learn.networks import Law, Network, find_controller
 from elib.learn.registration import register
 from elib.learn.study import read_study
-from elib.physics.episodes import Episodes, Scores
-from elib.physics.task import Randomisation, Task
+from elib.simulator.physics.episodes import Episodes, Scores
+from elib.simulator.physics.task import Randomisation, Task
 
 __all__ = [
     "Champion",

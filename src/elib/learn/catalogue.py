@@ -14,9 +14,9 @@ from pathlib import Path
 from types import ModuleType
 
 import elib.learn.tasks as shipped
-from elib.errors import ArgumentError, ElibError
-from elib.fields import nearest
-from elib.physics.task import Task
+from elib.base.errors import ArgumentError, ElibError
+from elib.base.fields import nearest
+from elib.simulator.physics.task import Task
 
 
 @cache

@@ -30,24 +30,24 @@ from pathlib import Path
 from typing import Annotated, Any, Final
 
 from elib import __version__
+from elib.base.body import STEPS_PER_REVOLUTION
+from elib.base.errors import Unsupported
+from elib.base.fields import Mistake, Number, Rule, Text, Whole, check
+from elib.base.files import read_file, write_file
+from elib.base.tables import LARGEST_FILE, Table, keys_of, read_toml
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, react
-from elib.body import STEPS_PER_REVOLUTION
-from elib.errors import Unsupported
-from elib.fields import Mistake, Number, Rule, Text, Whole, check
-from elib.files import read_file, write_file
 from elib.learn.catalogue import find_task
 from elib.learn.networks import Law, Network, find_controller
-from elib.physics.body import GRAVITY
-from elib.physics.controller import MOST_MEMORY
-from elib.physics.elementary import interpolated
-from elib.physics.records import SENSORS, SensorView
-from elib.physics.sensors.distance import CALIBRATION
-from elib.physics.task import FASTEST, Task
 from elib.robot.aio import Epuck
 from elib.robot.polling import polls
-from elib.swarms.fanout import in_parallel, raise_first
-from elib.swarms.swarm import Swarm
-from elib.tables import LARGEST_FILE, Table, keys_of, read_toml
+from elib.robot.swarms.fanout import in_parallel, raise_first
+from elib.robot.swarms.swarm import Swarm
+from elib.simulator.physics.body import GRAVITY
+from elib.simulator.physics.controller import MOST_MEMORY
+from elib.simulator.physics.elementary import interpolated
+from elib.simulator.physics.records import SENSORS, SensorView
+from elib.simulator.physics.sensors.distance import CALIBRATION
+from elib.simulator.physics.task import FASTEST, Task
 
 COMMANDS: Final = {sensor: sensor for sensor in SENSORS} | {"acceleration": "accelerometer", "rotation": "gyroscope"}
 """The command that reads each sensor."""

@@ -8,13 +8,13 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elib.errors import ArgumentError, Unsupported
-from elib.extras import install
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import install
 from elib.learn.catalogue import find_task
 from elib.learn.liveview import LiveView, picture
 from elib.learn.sensors import Channel, channels_of
-from elib.physics import Episodes, Task
-from elib.physics.engine import EngineName
+from elib.simulator.physics import Episodes, Task
+from elib.simulator.physics.engine import EngineName
 
 try:
     import gymnasium

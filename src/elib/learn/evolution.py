@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from elib.errors import ElibError
+from elib.base.errors import ElibError
 from elib.learn.champion import Champion
 from elib.learn.executor import Executor
 from elib.learn.progress import Best
 from elib.learn.study import BEST, Evaluation, Generation, Settings, Study, check_fitness, digest_of, evaluate
-from elib.physics.episodes import Scores
+from elib.simulator.physics.episodes import Scores
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

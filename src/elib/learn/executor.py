@@ -30,10 +30,10 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import elib
-from elib.errors import ArgumentError, ElibError, LinkError, LinkLost, LinkNotFound, Unsupported, about
-from elib.extras import install
-from elib.fields import Whole
-from elib.plaintext import plain
+from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost, LinkNotFound, Unsupported, about
+from elib.base.extras import install
+from elib.base.fields import Whole
+from elib.base.plaintext import plain
 
 LOOPBACK = "127.0.0.1"
 PORT = 8786

@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any, Self
 
-from elib.errors import ElibError
-from elib.files import parse_json, reason_of
+from elib.base.errors import ElibError
+from elib.base.files import parse_json, reason_of
 
 
 class Journal:

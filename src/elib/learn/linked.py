@@ -11,23 +11,23 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
+from elib.base.body import METRES_PER_STEP, step_rate
+from elib.base.errors import ArgumentError, ElibError, Unsupported
+from elib.base.files import write_file
 from elib.behaviours import Behaviour, RunContext
-from elib.body import METRES_PER_STEP, step_rate
-from elib.emulator.sim_transport import SimTransport, robots_of
-from elib.errors import ArgumentError, ElibError, Unsupported
-from elib.files import write_file
 from elib.learn.champion import Champion
-from elib.physics import Records, SensorView, Task, World
-from elib.physics.records import Robot, Setting
-from elib.physics.worldwriter import written_scene
+from elib.link.transport.url import Url
 from elib.robot.aio import Epuck
 from elib.robot.link import Link, LinkSettings
+from elib.robot.runner import run_on
 from elib.robot.running import run_coroutine
+from elib.robot.swarms.swarm import Swarm
 from elib.robot.watchdog import is_supported
-from elib.runner import run_on
-from elib.swarms.swarm import Swarm
+from elib.simulator.emulator.sim_transport import SimTransport, robots_of
+from elib.simulator.physics import Records, SensorView, Task, World
+from elib.simulator.physics.records import Robot, Setting
+from elib.simulator.physics.worldwriter import written_scene
 from elib.testing import world_of
-from elib.transport.url import Url
 
 GRACE = 10.0
 """s that a robot whose answers are lost may take longer to begin an episode, or to end it."""
@@ -194,7 +194,7 @@ class RewardCounter:
 
     @property
     def fitness(self) -> float:
-        """The fitness of the episode so far, as :meth:`~elib.physics.Episodes.play` counts it."""
+        """The fitness of the episode so far, as :meth:`~elib.simulator.physics.Episodes.play` counts it."""
         scale = 1 / self._task.ticks if self._task.fitness == "mean" else 1.0
         return self._earned * scale / self._task.robots
 

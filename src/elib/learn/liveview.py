@@ -11,17 +11,17 @@ import webbrowser
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NoReturn, cast
 
-from elib.emulator.control import Control
-from elib.emulator.watched import BROWSER, has_display
-from elib.errors import SimulationError
-from elib.extras import check_web
-from elib.physics import Snapshot, World
+from elib.base.errors import SimulationError
+from elib.base.extras import check_web
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.watched import BROWSER, has_display
+from elib.simulator.physics import Snapshot, World
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from elib.emulator.simulation import Simulation
+    from elib.simulator.emulator.simulation import Simulation
 
 SIZE = 480
 """Pixels of the arena's longer side: a picture takes 30 ms."""
@@ -31,8 +31,8 @@ def picture(world: World) -> NDArray[np.uint8]:
     """Return the world seen from above, with the rays of the infrared sensors, (rows, columns, 3)."""
     import numpy as np
 
-    from elib.view.png import render
-    from elib.view.top import top_view
+    from elib.simulator.drawing.png import render
+    from elib.simulator.drawing.top import top_view
 
     return np.array(render(top_view(world.snapshot(beams=True), (), None, SIZE)), dtype=np.uint8)
 
@@ -137,8 +137,8 @@ class LiveView:
             asyncio.run_coroutine_threadsafe(self._put(self._look, world, is_new), self._loop).result()
 
     def _open(self, look: _Look) -> None:
-        from elib.web.inthread import in_thread
-        from elib.web.server import closed_view_of, own_address
+        from elib.panel.inthread import in_thread
+        from elib.panel.server import closed_view_of, own_address
 
         url, self._loop = self._page.enter_context(in_thread(lambda: closed_view_of(look, own_address(""), None)))
         self._look = look

@@ -1,6 +1,6 @@
 """Controllers with free parameters: networks from readings to wheel speeds, and laws of your own.
 
-Each is a control function (:class:`~elib.physics.Controller`) and a number of parameters, which an optimiser chooses.
+Each is a control function (``Controller``) and a number of parameters, which an optimiser chooses.
 The same function runs compiled, interpreted, and on a real robot.
 """
 
@@ -13,14 +13,14 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
 
-from elib.body import METRES_PER_STEP
-from elib.errors import ArgumentError
-from elib.fields import Choice, Number, Whole, nearest, shown
+from elib.base.body import METRES_PER_STEP
+from elib.base.errors import ArgumentError
+from elib.base.fields import Choice, Number, Whole, nearest, shown
 from elib.learn.catalogue import variable_of
 from elib.learn.sensors import channels_of
-from elib.physics.controller import MOST_MEMORY, Controller
-from elib.physics.records import SENSORS, SensorView
-from elib.physics.task import FASTEST
+from elib.simulator.physics.controller import MOST_MEMORY, Controller
+from elib.simulator.physics.records import SENSORS, SensorView
+from elib.simulator.physics.task import FASTEST
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -79,7 +79,7 @@ INPUTS: Final = {
     "acceleration": _input("acceleration", lambda robot, s: robot.acceleration[s]),
     "rotation": _input("rotation", lambda robot, s: robot.rotation),
 }
-"""The inputs that each sensor gives, in the order of :class:`~elib.physics.SensorView`.
+"""The inputs that each sensor gives, in the order of :class:`~elib.simulator.physics.SensorView`.
 
 They are 0 to 1 over the range of the sensor (:func:`~elib.learn.sensors.channels_of`), and -1 to 1 for acceleration and
 rotation, which are signed. A higher input means nearer, brighter or louder.
@@ -144,7 +144,7 @@ class Network(_Learned):
 
     Attributes:
         kind: ``braitenberg``, ``feedforward`` or ``recurrent``.
-        sensors: The sensors that it sees, names of :class:`~elib.physics.SensorView`.
+        sensors: The sensors that it sees, names of :class:`~elib.simulator.physics.SensorView`.
         hidden: Number of hidden neurons, 0..100; a Braitenberg vehicle has none.
         top_speed: The fastest that it turns a wheel, m/s.
     """
@@ -202,10 +202,10 @@ class Law(_Learned):
 
     Attributes:
         law: The function. It takes (robot, parameters, memory) and sets ``robot.left`` and ``robot.right``, steps/s;
-            what :class:`~elib.physics.Controller` says of it holds.
+            what :class:`~elib.simulator.physics.Controller` says of it holds.
         size: How many parameters it has.
         memory: How many floats it keeps for each robot, 0 at first.
-        sensors: The sensors that it reads, names of :class:`~elib.physics.SensorView`; empty for those of the task.
+        sensors: The sensors that it reads, names of ``SensorView``; empty for those of the task.
         top_speed: The fastest that it turns a wheel, m/s; what it sets beyond is cut off.
     """
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from elib.errors import ArgumentError, Unsupported
-from elib.extras import install
-from elib.fields import nearest
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import install
+from elib.base.fields import nearest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

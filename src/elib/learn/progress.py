@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from elib.physics.controller import Controller
-from elib.physics.task import Task
+from elib.simulator.physics.controller import Controller
+from elib.simulator.physics.task import Task
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

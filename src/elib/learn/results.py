@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from elib.errors import Unsupported
-from elib.et.formats import write_table
-from elib.et.table import Cell, Header, Table
-from elib.extras import install
+from elib.base.errors import Unsupported
+from elib.base.extras import install
+from elib.base.quantiles import quantile
 from elib.learn.evolution import replay
 from elib.learn.study import GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT, Generation, Settings
-from elib.quantiles import quantile
-from elib.view.report import COLOURS, GRID, INK, PAPER, save, trim
+from elib.records.et.formats import write_table
+from elib.records.et.table import Cell, Header, Table
+from elib.studies.report import COLOURS, GRID, INK, PAPER, save, trim
 
 
 def write_results(folder: Path, settings: Settings, generations: Sequence[Generation], size: int) -> None:

@@ -6,9 +6,9 @@ import math
 import random
 from dataclasses import replace
 
-from elib.physics import Box, Cylinder, Pose, Scene
-from elib.physics.geometry import Solid
-from elib.physics.task import Randomisation
+from elib.simulator.physics import Box, Cylinder, Pose, Scene
+from elib.simulator.physics.geometry import Solid
+from elib.simulator.physics.task import Randomisation
 
 STEP = 1 / 40
 """s. Four ticks make the period of 0.1 s in which the controllers of all tasks decide."""

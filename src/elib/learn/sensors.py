@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from elib.errors import ArgumentError
-from elib.physics.sensors.acceleration import RANGE
-from elib.protocol.values import AmbientLight, Distance, Ground, Microphones, Proximity, Reading, Role, describe
+from elib.base.errors import ArgumentError
+from elib.link.protocol.values import AmbientLight, Distance, Ground, Microphones, Proximity, Reading, Role, describe
+from elib.simulator.physics.sensors.acceleration import RANGE
 
 FASTEST_TURN = 5.0
 """rad/s. A little more than an e-puck reaches on the spot, 4.86 rad/s at 1000 steps/s."""

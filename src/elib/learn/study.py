@@ -13,17 +13,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
 from elib import __version__
-from elib.errors import ArgumentError, ElibError
-from elib.fields import Number, Text, Whole, check
-from elib.files import read_file, write_file
+from elib.base.errors import ArgumentError, ElibError
+from elib.base.fields import Number, Text, Whole, check
+from elib.base.files import read_file, write_file
 from elib.learn.catalogue import find_task
 from elib.learn.executor import versions_of
 from elib.learn.journal import Journal, read_lines
 from elib.learn.networks import Law, Network, find_controller
 from elib.learn.optimisers import Optimiser, optimiser
-from elib.physics.engine import EngineName
-from elib.physics.episodes import Episodes, Scores
-from elib.physics.task import Task
+from elib.simulator.physics.engine import EngineName
+from elib.simulator.physics.episodes import Episodes, Scores
+from elib.simulator.physics.task import Task
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,15 +7,15 @@ import contextlib
 import math
 from collections.abc import AsyncIterator, Iterator, Sequence
 
-from elib.emulator.control import Control
-from elib.emulator.settings import SimulationSettings
-from elib.emulator.simulation import Simulation
 from elib.learn.progress import Best, Progress
-from elib.physics.controller import Controller
-from elib.physics.task import Task
-from elib.web.inthread import in_thread
-from elib.web.panel import Panel
-from elib.web.server import own_address, shown
+from elib.panel.inthread import in_thread
+from elib.panel.panel import Panel
+from elib.panel.server import own_address, shown
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.settings import SimulationSettings
+from elib.simulator.emulator.simulation import Simulation
+from elib.simulator.physics.controller import Controller
+from elib.simulator.physics.task import Task
 
 LOOK = 0.1
 """s between two looks for a better controller, and for the end of the one that drives."""

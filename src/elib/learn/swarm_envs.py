@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from elib.errors import ArgumentError, Unsupported
-from elib.extras import install
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import install
 from elib.learn.envs import HUMAN, RGB_ARRAY, Floats32, Worlds, check_render_mode, ending, require_shape, space_of
 from elib.learn.liveview import LiveView, picture
-from elib.physics import Task
-from elib.physics.engine import EngineName
+from elib.simulator.physics import Task
+from elib.simulator.physics.engine import EngineName
 
 try:
     from gymnasium import Space

@@ -23,26 +23,26 @@ from types import ModuleType
 from typing import Any, Literal
 
 from elib import __version__
+from elib.base.errors import ArgumentError, ElibError
+from elib.base.fields import Whole, nearest
+from elib.base.files import parse_json, read_file, write_file
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, find, play
-from elib.emulator import faultscript
-from elib.emulator.settings import DEFAULT_WORLD, settings_of
-from elib.errors import ArgumentError, ElibError
-from elib.et.formats import write_table
-from elib.et.table import Header, Table
-from elib.fields import Whole, nearest
-from elib.files import parse_json, read_file, write_file
 from elib.learn.catalogue import importing
 from elib.learn.champion import Champion, load_champion
 from elib.learn.executor import Executor, versions_of
 from elib.learn.journal import Journal
 from elib.learn.study import Evaluation, evaluate
-from elib.physics.scene import Scene
-from elib.physics.task import Randomisation
-from elib.protocol.quantities import number_from
+from elib.link.protocol.quantities import number_from
+from elib.link.session.statistics import merged
+from elib.link.transport import Url, parse_url
+from elib.records.et.formats import write_table
+from elib.records.et.table import Header, Table
 from elib.robot.aio import Epuck, on_open
-from elib.session.statistics import merged
-from elib.transport import Url, parse_url
-from elib.view.drive import RobotReport
+from elib.simulator.emulator import faultscript
+from elib.simulator.emulator.settings import DEFAULT_WORLD, settings_of
+from elib.simulator.physics.scene import Scene
+from elib.simulator.physics.task import Randomisation
+from elib.studies.drive import RobotReport
 
 SETTINGS, RUNS, TABLE, PLOT = "sweep.json", "runs.jsonl", "runs.parquet", "sweep.svg"
 CHAMPION = ".toml"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from elib.learn.sweep import Row, Sweep, Value, check_metric, kind_of
-from elib.view.report import COLOURS, INK, PAPER, save
+from elib.studies.report import COLOURS, INK, PAPER, save
 
 BINS = 8
 """Parts into which a parameter with more values than :data:`MOST_TICKS` is divided for the line of a plot."""

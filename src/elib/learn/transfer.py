@@ -22,17 +22,17 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from elib.emulator.firmware import FIRMWARES, WIFI_FIRMWARES
-from elib.emulator.robotprofile import load as load_profile
-from elib.emulator.settings import SimulationSettings
-from elib.errors import ArgumentError, ElibError, Unsupported
-from elib.fields import SEED, Whole
+from elib.base.errors import ArgumentError, ElibError, Unsupported
+from elib.base.fields import SEED, Whole
 from elib.learn.champion import Champion
 from elib.learn.executor import Executor, open_executor
 from elib.learn.linked import can_be_measured, play_on_robot, play_on_wire
-from elib.physics import Episodes, EpuckModel, Randomisation, Task
-from elib.physics.profiles import PROFILES
-from elib.physics.worldwriter import written_scene
+from elib.simulator.emulator.firmware import FIRMWARES, WIFI_FIRMWARES
+from elib.simulator.emulator.robotprofile import load as load_profile
+from elib.simulator.emulator.settings import SimulationSettings
+from elib.simulator.physics import Episodes, EpuckModel, Randomisation, Task
+from elib.simulator.physics.profiles import PROFILES
+from elib.simulator.physics.worldwriter import written_scene
 
 BROKEN = 0.8
 """A trouble breaks a controller where its mean fitness falls below this part of that in physics."""
@@ -55,7 +55,7 @@ class Trouble(NamedTuple):
         name: Its name.
         unit: The unit of its values.
         where: Whether it is tried in physics alone, or on the wire.
-        key: The field of :class:`~elib.physics.EpuckModel`, or the key of ``sim://``, that sets it.
+        key: The field of :class:`~elib.simulator.physics.EpuckModel`, or the key of ``sim://``, that sets it.
         usual: How much of it a real robot has.
         values: What is tried, rising, up to the highest value that makes sense.
     """

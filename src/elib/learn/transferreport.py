@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from elib import __version__
-from elib.errors import ArgumentError
-from elib.et.formats import write_table
-from elib.et.table import Cell, Header, Table
-from elib.files import write_file
+from elib.base.errors import ArgumentError
+from elib.base.files import write_file
 from elib.learn.transfer import BROKEN, StageResult, TransferReport
-from elib.view.report import COLOURS, GRID, INK, PAPER, check_report, save, trim
+from elib.records.et.formats import write_table
+from elib.records.et.table import Cell, Header, Table
+from elib.studies.report import COLOURS, GRID, INK, PAPER, check_report, save, trim
 
 COLUMNS = ("stage", "runs", "fitness", "95 %", "success", "ratio", "95 %")
 RUNS = (

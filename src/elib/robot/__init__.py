@@ -1,1 +1,6 @@
-"""One robot: its API styles, motion, telemetry, events and reconnecting, and what stops it in an emergency."""
+"""One robot, or many: the API styles, motion, telemetry, events, reconnecting, and what stops a robot in an emergency.
+
+It stands on ``link`` and ``records`` and knows no simulator: a virtual robot is a URL, as a real one. Begin with
+``aio.py`` (the async robot, which the other styles share), then ``motion.py``. ``swarms`` are several robots as one,
+and ``runner.py`` is ``elib.run()``.
+"""

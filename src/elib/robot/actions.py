@@ -9,18 +9,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from elib.errors import Unsupported, about
-from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.profiles import FIRMWARES
-from elib.protocol.quantities import Quantity, Seconds
-from elib.protocol.raw import text_request
-from elib.protocol.styles import action
-from elib.protocol.table import WheelEffect, without_example
-from elib.protocol.values import Neighbour, Sensors
+from elib.base.errors import Unsupported, about
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import Context
+from elib.link.protocol.profiles import FIRMWARES
+from elib.link.protocol.quantities import Quantity, Seconds
+from elib.link.protocol.raw import text_request
+from elib.link.protocol.styles import action
+from elib.link.protocol.table import WheelEffect, without_example
+from elib.link.protocol.values import Neighbour, Sensors
+from elib.link.session import Robot, check_timeout
 from elib.robot.motion import Motions
 from elib.robot.polling import sensor_polls
-from elib.session import Robot, check_timeout
 
 ASKING_TIME = 0.002
 """s that a question about neighbours takes, like a short command on the line. Without it, simulated time would stand
@@ -143,7 +143,7 @@ class CatalogueEntry:
         doc: Its docstring, without the example.
         signature: Its signature, without ``self``.
         parameters: Name, rule and default of each argument; the rule is None if any text is allowed.
-        wheels: What it does to the wheels; see :class:`~elib.protocol.table.Spec`.
+        wheels: What it does to the wheels; see :class:`~elib.link.protocol.table.Spec`.
     """
 
     name: str

@@ -11,12 +11,13 @@ import os
 from collections.abc import Callable, Coroutine, Generator, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
-from elib.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
-from elib.pose import Pose
-from elib.protocol.context import Context
-from elib.protocol.image import Mounting
-from elib.protocol.styles import Action, AsyncStyle
-from elib.protocol.table import Command, Request
+from elib.base.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
+from elib.base.pose import Pose
+from elib.link.protocol.context import Context
+from elib.link.protocol.image import Mounting
+from elib.link.protocol.styles import Action, AsyncStyle
+from elib.link.protocol.table import Command, Request
+from elib.link.session import Channel, check_timeout
 from elib.robot.actions import Actions
 from elib.robot.events import Events
 from elib.robot.link import Link, Linked, LinkSettings, Plot, Record, stop_bytes
@@ -25,12 +26,11 @@ from elib.robot.signals import TerminationHandler
 from elib.robot.snapshot import period_of, watched_names
 from elib.robot.substitute import link_to
 from elib.robot.telemetry import RATE, Watch
-from elib.session import Channel, check_timeout
 
 if TYPE_CHECKING:  # loaded when a log or a recording begins: most programs have none
-    from elib.recording.log import Log, Vocabulary
-    from elib.recording.recorder import Recorder
-    from elib.recording.writer import Target
+    from elib.records.log import Log, Vocabulary
+    from elib.records.recorder import Recorder
+    from elib.records.writer import Target
 
 T = TypeVar("T")
 
@@ -318,7 +318,7 @@ class Epuck(Linked, Actions, AsyncStyle):
             OSError: The file cannot be opened.
         """
         self._check_open()
-        from elib.recording.log import Log
+        from elib.records.log import Log
 
         log = Log(self, target, names=names)
         self._close_at_end(log)
@@ -358,7 +358,7 @@ class Epuck(Linked, Actions, AsyncStyle):
             OSError: The file cannot be opened.
         """
         self._check_open()
-        from elib.recording.recorder import Recorder
+        from elib.records.recorder import Recorder
 
         recorder = Recorder(self, path, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
         self._close_at_end(recorder)

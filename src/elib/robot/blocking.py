@@ -9,10 +9,11 @@ import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Self
 
-from elib.errors import ElibError, LinkClosed
-from elib.protocol.image import Mounting
-from elib.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle, Pending, V_contra
-from elib.protocol.table import Command
+from elib.base.errors import ElibError, LinkClosed
+from elib.link.protocol.image import Mounting
+from elib.link.protocol.styles import Action, BeginStyle, BlockingStyle, CallbackStyle, Pending, V_contra
+from elib.link.protocol.table import Command
+from elib.link.transport import speed_of
 from elib.robot.actions import Actions
 from elib.robot.aio import Epuck
 from elib.robot.aio import open as open_async
@@ -20,12 +21,11 @@ from elib.robot.events import BlockingEvents
 from elib.robot.link import Linked, Plot
 from elib.robot.portal import KeepAlive, Portal
 from elib.robot.telemetry import RATE, BlockingWatch
-from elib.transport import speed_of
 
 if TYPE_CHECKING:  # loaded when a log or a recording begins: most programs have none
-    from elib.recording.log import Log, Vocabulary
-    from elib.recording.recorder import Recorder
-    from elib.recording.writer import Target
+    from elib.records.log import Log, Vocabulary
+    from elib.records.recorder import Recorder
+    from elib.records.writer import Target
 
 AnyOperation = Command[Any, Any] | Action[Any, Any]
 

@@ -9,10 +9,10 @@ import signal
 import socket
 from collections.abc import Callable
 
-from elib.errors import Unsupported
+from elib.base.errors import Unsupported
+from elib.link.session import Channel, Ending, Received, SessionOpened, TraceEvent
 from elib.robot.watchdog import BEAT_EVERY, WATCHDOG, is_supported
 from elib.robot.watchdog_process import SILENCE, end_streams, write_now
-from elib.session import Channel, Ending, Received, SessionOpened, TraceEvent
 
 ESTABLISHED = 1
 """The state of an open connection, first byte of ``TCP_INFO`` (Linux: tcp(7))."""

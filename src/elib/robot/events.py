@@ -9,9 +9,20 @@ from collections import deque
 from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass
 
-from elib.errors import ElibError, LinkClosed, ReplyTimeout
+from elib.base.errors import ElibError, LinkClosed, ReplyTimeout
+from elib.link.session import (
+    Channel,
+    Ended,
+    Ending,
+    Greeted,
+    Received,
+    Resynced,
+    TraceEvent,
+    Wrote,
+    check_timeout,
+    trace,
+)
 from elib.robot.portal import KeepAlive, Portal
-from elib.session import Channel, Ended, Ending, Greeted, Received, Resynced, TraceEvent, Wrote, check_timeout, trace
 
 CAPACITY = 256
 """Number of events that are kept; beyond it the oldest one is dropped."""

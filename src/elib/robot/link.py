@@ -10,12 +10,15 @@ import weakref
 from dataclasses import dataclass
 from typing import Protocol, Self
 
-from elib.errors import ElibError, LinkClosed
-from elib.protocol.context import Context
-from elib.protocol.image import Mounting, check_mounting
-from elib.protocol.profiles import profile_named
-from elib.protocol.values import Ground
-from elib.protocol.wifi import stop_command
+from elib.base.errors import ElibError, LinkClosed
+from elib.link.protocol.context import Context
+from elib.link.protocol.image import Mounting, check_mounting
+from elib.link.protocol.profiles import profile_named
+from elib.link.protocol.values import Ground
+from elib.link.protocol.wifi import stop_command
+from elib.link.session import Channel, Ended, LinkCounter, LinkStats, Session, TraceEvent, TraceHook
+from elib.link.transport import open_transport, parse_url
+from elib.link.transport.lease import lease
 from elib.robot.actions import Actions
 from elib.robot.events import Events
 from elib.robot.motion import Motion
@@ -24,9 +27,6 @@ from elib.robot.signals import TerminationHandler
 from elib.robot.sleeping import SleepNotice
 from elib.robot.telemetry import Telemetry
 from elib.robot.watchdog import check_supported
-from elib.session import Channel, Ended, LinkCounter, LinkStats, Session, TraceEvent, TraceHook
-from elib.transport import open_transport, parse_url
-from elib.transport.lease import lease
 
 log = logging.getLogger("elib")
 

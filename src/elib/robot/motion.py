@@ -18,8 +18,8 @@ import weakref
 from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Annotated, Any, Concatenate, ParamSpec, Protocol, TypeVar, get_args
 
-from elib.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
-from elib.errors import (
+from elib.base.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
+from elib.base.errors import (
     ArgumentError,
     CommandRejected,
     ElibError,
@@ -29,14 +29,14 @@ from elib.errors import (
     RemoteProtocolError,
     ReplyTimeout,
 )
-from elib.pose import Pose
-from elib.protocol.commands import SPECS, Commands
-from elib.protocol.quantities import Quantity
-from elib.protocol.styles import action
-from elib.protocol.table import Request
-from elib.protocol.values import Steps
+from elib.base.pose import Pose
+from elib.link.protocol.commands import SPECS, Commands
+from elib.link.protocol.quantities import Quantity
+from elib.link.protocol.styles import action
+from elib.link.protocol.table import Request
+from elib.link.protocol.values import Steps
+from elib.link.session import Called, Channel, Ended, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
 from elib.robot.odometry import Odometry
-from elib.session import Called, Channel, Ended, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import math
 
-from elib.body import step_rate, wrapped
-from elib.errors import CommandRejected, LinkError
-from elib.pose import Pose
-from elib.protocol.context import Profile
-from elib.protocol.table import Request
-from elib.protocol.values import Sensors, Steps
+from elib.base.body import step_rate, wrapped
+from elib.base.errors import CommandRejected, LinkError
+from elib.base.pose import Pose
+from elib.link.protocol.context import Profile
+from elib.link.protocol.table import Request
+from elib.link.protocol.values import Sensors, Steps
+from elib.link.session import (
+    Called,
+    Channel,
+    Ended,
+    Ending,
+    Greeted,
+    Pushed,
+    Resynced,
+    SessionOpened,
+    TraceEvent,
+    Wrote,
+)
 from elib.robot.reckoning import FASTEST, STILL, UNKNOWN, Change, Moment, Pair, Reckoning
-from elib.session import Called, Channel, Ended, Ending, Greeted, Pushed, Resynced, SessionOpened, TraceEvent, Wrote
 
 SLACK = 100
 """Steps by which the counters may differ from the model without a restart being suspected."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from elib.protocol import shapes, wifi
-from elib.protocol.commands import SPECS
-from elib.protocol.context import Context, Reply
-from elib.protocol.forms import opcode
-from elib.protocol.replies import GUARD, Guarded, Several
-from elib.protocol.table import Request
-from elib.protocol.values import Reading
+from elib.link.protocol import shapes, wifi
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import Context, Reply
+from elib.link.protocol.forms import opcode
+from elib.link.protocol.replies import GUARD, Guarded, Several
+from elib.link.protocol.table import Request
+from elib.link.protocol.values import Reading
 from elib.robot.snapshot import SENSORS
 
 Found = dict[str, object]

@@ -19,10 +19,10 @@ import weakref
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
-from elib.errors import ElibError, LinkClosed, LinkError, LinkLost, SimulationStalled
+from elib.base.errors import ElibError, LinkClosed, LinkError, LinkLost, SimulationStalled
+from elib.base.timebase import LoopSpeed, SimulatedLoop, new_loop, running_loop
 from elib.robot.callbacks import CallbackPool
 from elib.robot.signals import SIGNALS
-from elib.timebase import LoopSpeed, SimulatedLoop, new_loop, running_loop
 
 T = TypeVar("T")
 

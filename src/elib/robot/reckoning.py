@@ -16,8 +16,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from elib.body import AXLE, FASTEST_2, METRES_PER_STEP, wrapped
-from elib.pose import Pose, advanced
+from elib.base.body import AXLE, FASTEST_2, METRES_PER_STEP, wrapped
+from elib.base.pose import Pose, advanced
 
 FASTEST = 1.1 * FASTEST_2
 """steps/s that no wheel exceeds (e-puck.md, 1)."""

@@ -9,8 +9,8 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Literal, TypeVar
 
-from elib.body import STEPS_PER_REVOLUTION, wrapped
-from elib.errors import (
+from elib.base.body import STEPS_PER_REVOLUTION, wrapped
+from elib.base.errors import (
     ElibError,
     LinkClosed,
     LinkError,
@@ -20,14 +20,13 @@ from elib.errors import (
     ReplyTimeout,
     about,
 )
-from elib.protocol.actuators import restoring_calls
-from elib.protocol.commands import SPECS
-from elib.protocol.context import LastSet
-from elib.protocol.table import Request
-from elib.protocol.values import Steps
-from elib.protocol.wifi_connection import Wanted
-from elib.robot.odometry import fell_back, fell_back_over_gap, steps_in
-from elib.session import (
+from elib.link.protocol.actuators import restoring_calls
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import LastSet
+from elib.link.protocol.table import Request
+from elib.link.protocol.values import Steps
+from elib.link.protocol.wifi_connection import Wanted
+from elib.link.session import (
     Call,
     Disconnected,
     Ended,
@@ -42,6 +41,7 @@ from elib.session import (
     TraceHook,
     call_hooks,
 )
+from elib.robot.odometry import fell_back, fell_back_over_gap, steps_in
 
 T = TypeVar("T")
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any, Literal
 
-from elib.errors import ArgumentError, LinkClosed
-from elib.protocol.image import Mounting
+from elib.base.errors import ArgumentError, LinkClosed
+from elib.link.protocol.image import Mounting
+from elib.link.session import check_timeout
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck, connect_robot
 from elib.robot.link import LinkSettings
 from elib.robot.reconnect import Policy
 from elib.robot.substitute import link_to
-from elib.session import check_timeout
 
 
 class Reconnecting:
@@ -70,7 +70,7 @@ def reconnecting(
     done for a robot that restarts unasked, which its greeting shows, or step counters that fell back to about 0.
     ``robot.events`` says what happened.
 
-    A call that was under way when the link broke ends in :class:`~elib.errors.LinkLost`, because whether the robot did
+    A call that was under way when the link broke ends in :class:`~elib.LinkLost`, because whether the robot did
     it is unknown. A call that only reads is sent again, and so is ``stop``.
 
     Args:

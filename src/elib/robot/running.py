@@ -10,8 +10,8 @@ import threading
 from collections.abc import Callable, Coroutine, Iterator
 from typing import Any, Generic, TypeVar
 
+from elib.base.timebase import LoopSpeed, new_loop, running_loop
 from elib.robot.signals import SHUTDOWN_TIME, SIGNALS, error_of
-from elib.timebase import LoopSpeed, new_loop, running_loop
 
 T = TypeVar("T")
 

@@ -20,9 +20,9 @@ from collections.abc import AsyncGenerator, Awaitable, Callable
 from types import FrameType
 from typing import Any
 
+from elib.base.timebase import running_loop
+from elib.link.session import Channel
 from elib.robot.emergency import OPEN_STOPS, EmergencyStop, stop_at_once
-from elib.session import Channel
-from elib.timebase import running_loop
 
 SHUTDOWN_TIME = 2.0
 """s after a signal in which more signals change nothing: robots are being stopped, and that must not be cut short."""

@@ -9,7 +9,7 @@ import sys
 import time
 from types import CodeType, FrameType
 
-from elib.timebase import PacedLoop, SimulatedLoop
+from elib.base.timebase import PacedLoop, SimulatedLoop
 
 LEAST_PAUSE = 0.04
 """s without a turn of the loop from which on the program is looked at: its shortest sleeps are of 0.05 s."""

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
-from elib.errors import ArgumentError, ElibError, Unsupported
-from elib.plaintext import Html, html_table
-from elib.protocol import values as v
-from elib.protocol.context import Profile
-from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode, Quantity
-from elib.protocol.values import in_words
+from elib.base.errors import ArgumentError, ElibError, Unsupported
+from elib.link.protocol import values as v
+from elib.link.protocol.context import Profile
+from elib.link.protocol.image import Image
+from elib.link.protocol.quantities import CameraMode, Quantity
+from elib.link.protocol.values import in_words
 
 IMAGE = "image"
 SENSORS = tuple(v.READING_TYPES)
@@ -120,6 +119,8 @@ class Snapshot(Readings):
 
     def _repr_html_(self) -> str:
         """Show the snapshot in a notebook."""
+        from elib.base.plaintext import html_table  # here: only notebooks need it
+
         rows = [
             (in_words(name), _cell(reading), f"{self.age(name):.2f} s old" + " (stale)" * self.is_stale(name))
             for name, reading in self.readings.items()
@@ -129,6 +130,8 @@ class Snapshot(Readings):
 
 def _cell(reading: v.Reading | Image) -> str:
     """Return a reading as the cell of a table."""
+    from elib.base.plaintext import Html
+
     if isinstance(reading, Image) and reading.mode != CameraMode.YUV:
         picture = base64.b64encode(reading._repr_png_()).decode()
         return Html(f"<img src='data:image/png;base64,{picture}' alt='picture'>")

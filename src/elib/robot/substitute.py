@@ -9,9 +9,9 @@ import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from elib.errors import ArgumentError, about
+from elib.base.errors import ArgumentError, about
+from elib.link.transport import parse_url
 from elib.robot.link import Link, LinkSettings, open_urls
-from elib.transport import parse_url
 
 VARIABLE = "ELIB_ROBOT"
 """The environment variable with the URL of the robot, or several with spaces between them."""

@@ -17,15 +17,15 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Self
 
-from elib.errors import ElibError, LinkClosed, LinkError, ReplyTimeout
-from elib.protocol.commands import SPECS
-from elib.protocol.context import Context
-from elib.protocol.image import Image
-from elib.protocol.values import Reading, Sensors
+from elib.base.errors import ElibError, LinkClosed, LinkError, ReplyTimeout
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import Context
+from elib.link.protocol.image import Image
+from elib.link.protocol.values import Reading, Sensors
+from elib.link.session import Ending, Pushed, Robot, TraceEvent
 from elib.robot.polling import Poll, polls
 from elib.robot.portal import KeepAlive, Portal
 from elib.robot.snapshot import IMAGE, SENSORS, Snapshot
-from elib.session import Ending, Pushed, Robot, TraceEvent
 
 RATE = 20.0
 """Hz, the default: all sensors of an e-puck1 take 12 ms of line, and Bluetooth adds some 20 ms."""

@@ -8,10 +8,10 @@ import contextlib
 from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar, cast
 
-from elib.errors import ArgumentError, LinkClosed
-from elib.protocol.styles import Pending
+from elib.base.errors import ArgumentError, LinkClosed
+from elib.link.protocol.styles import Pending
+from elib.link.session import check_timeout
 from elib.robot.portal import CLOSING_TIME, HOLDING_TIME, Portal
-from elib.session import check_timeout
 
 P = TypeVar("P", bound=Pending[Any])
 

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 
-from elib.errors import Unsupported
+from elib.base.errors import Unsupported
 from elib.robot import watchdog_process
 from elib.robot.watchdog_process import BEAT, GUARD, GUARD_DEATH, MESSAGE, RELEASE, SILENCE
 

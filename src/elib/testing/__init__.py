@@ -1,4 +1,8 @@
-"""Helpers for tests of programs that drive e-pucks."""
+"""Helpers for tests of programs that drive e-pucks: virtual robots, simulated time, faults of the link.
+
+It stands on ``robot`` and ``simulator``. Begin with ``simulated_time.py`` and ``faults.py``; ``plugin.py`` gives them
+to pytest as fixtures.
+"""
 
 from __future__ import annotations
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from elib.emulator.emulator import Emulator
-from elib.emulator.firmware import WIFI_FIRMWARES
-from elib.emulator.fixed_hardware import FixedHardware
-from elib.emulator.timing import LINE_ONLY, Timing
-from elib.emulator.wifi import NETWORK_START, WifiEmulator
-from elib.errors import SimulationStalled
+from elib.base.errors import SimulationStalled
+from elib.simulator.emulator.emulator import Emulator
+from elib.simulator.emulator.firmware import WIFI_FIRMWARES
+from elib.simulator.emulator.fixed_hardware import FixedHardware
+from elib.simulator.emulator.timing import LINE_ONLY, Timing
+from elib.simulator.emulator.wifi import NETWORK_START, WifiEmulator
 
 LISTENS = NETWORK_START + 1.0
 """Simulated s after which a robot with Wi-Fi has joined its network and waits for a client."""

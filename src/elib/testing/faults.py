@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from elib.emulator.faultplayer import Counts, FaultPlayer
-from elib.emulator.faultscript import FaultScript, gallery, load
-from elib.errors import ArgumentError
+from elib.base.errors import ArgumentError
+from elib.link.transport.url import Url, parse_url
+from elib.simulator.emulator.faultplayer import Counts, FaultPlayer
+from elib.simulator.emulator.faultscript import FaultScript, gallery, load
 from elib.testing.inside import AnyEpuck, transport_of
-from elib.transport.url import Url, parse_url
 
 __all__ = ["Counts", "FaultPlayer", "FaultScript", "fault_scripts", "faults_of", "with_faults"]
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from elib.emulator.emulator import Emulator
-from elib.emulator.link import Link
-from elib.emulator.sim_transport import SimTransport
-from elib.emulator.simulated_hardware import SimulatedHardware
-from elib.emulator.simulation import Simulation
-from elib.errors import ArgumentError
-from elib.physics import World
+from elib.base.errors import ArgumentError
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
+from elib.simulator.emulator.emulator import Emulator
+from elib.simulator.emulator.link import Link
+from elib.simulator.emulator.sim_transport import SimTransport
+from elib.simulator.emulator.simulated_hardware import SimulatedHardware
+from elib.simulator.emulator.simulation import Simulation
+from elib.simulator.physics import World
 
 AnyEpuck = Epuck | BlockingEpuck
 """A robot of :func:`elib.open`, :func:`elib.connect`, :func:`elib.reconnecting`, or a member of a swarm."""

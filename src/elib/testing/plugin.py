@@ -27,7 +27,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Run a test with the fixture ``elib_link_faults`` once under each fault script, unless it names its own."""
     chosen = [marker.args[0] for marker in metafunc.definition.iter_markers("parametrize") if marker.args]
     if LINK_FAULTS in metafunc.fixturenames and not any(LINK_FAULTS in names for names in chosen):
-        from elib.emulator.faultscript import gallery
+        from elib.simulator.emulator.faultscript import gallery
 
         metafunc.parametrize(LINK_FAULTS, gallery(), indirect=True)
 

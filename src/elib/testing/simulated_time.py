@@ -7,7 +7,7 @@ import functools
 from collections.abc import Callable, Coroutine
 from typing import ParamSpec, TypeVar
 
-from elib.timebase import SimulatedLoop
+from elib.base.timebase import SimulatedLoop
 
 P = ParamSpec("P")
 T = TypeVar("T")

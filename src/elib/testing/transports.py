@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 
-from elib.errors import LinkClosed, LinkLost
-from elib.transport.base import Transport
+from elib.base.errors import LinkClosed, LinkLost
+from elib.link.transport.base import Transport
 
 Factory = Callable[[], Awaitable[tuple[Transport, Transport]]]
 """Returns a new, connected pair: the transport under test and the other end of its cable."""
@@ -18,7 +18,7 @@ SETTLE = 0.02  # s; time for sent bytes to reach this process
 
 
 async def check_transport(factory: Factory) -> None:
-    """Check every rule of :class:`~elib.transport.base.Transport` on new pairs.
+    """Check every rule of :class:`~elib.link.transport.base.Transport` on new pairs.
 
     Args:
         factory: Called once for each rule.

@@ -11,14 +11,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
 
+from elib.base.errors import ArgumentError
 from elib.behaviours._run.context import RunContext
-from elib.errors import ArgumentError
-from elib.protocol.quantities import Quantity
-from elib.protocol.table import Parameter
+from elib.link.protocol.quantities import Quantity
+from elib.link.protocol.table import Parameter
+from elib.link.transport import Transport, Url, parse_url
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
-from elib.swarms.swarm import Swarm
-from elib.transport import Transport, Url, parse_url
+from elib.robot.swarms.swarm import Swarm
 
 Function = Callable[..., object]
 
@@ -118,7 +118,7 @@ def behaviour(
     """Make a function a behaviour: ``@behaviour`` or ``@behaviour(world="light")``.
 
     The type of the first parameter says what is opened: an :class:`~elib.Epuck` or a :class:`~elib.Swarm` for
-    coroutine functions, a :class:`~elib.BlockingEpuck` for plain functions, or a :class:`~elib.transport.Transport`
+    coroutine functions, a ``BlockingEpuck`` for plain functions, or a ``Transport``
     for raw bytes. The second parameter may be a :class:`RunContext`. The others are options: keyword-only, with a
     default, and annotated with a :class:`Quantity`. The docstring's text before the first section is the help.
 
@@ -171,6 +171,8 @@ def behaviours() -> dict[str, Behaviour]:
     package = importlib.import_module("elib.behaviours")
     found = {}
     for module in pkgutil.iter_modules(package.__path__, "elib.behaviours."):
+        if module.ispkg:
+            continue
         for value in vars(importlib.import_module(module.name)).values():
             if isinstance(value, Behaviour):
                 found[value.name] = value

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from elib.protocol.styles import Pending
+from elib.link.protocol.styles import Pending
 from elib.robot.events import RobotEvent
 
 T = TypeVar("T")

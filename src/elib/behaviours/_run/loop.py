@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Awaitable, Callable
 
+from elib.base.errors import CommandRejected, LinkLost, NotAnEpuck, RemoteProtocolError, ReplyTimeout
 from elib.behaviours._run.context import RunContext
-from elib.errors import CommandRejected, LinkLost, NotAnEpuck, RemoteProtocolError, ReplyTimeout
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 

@@ -9,10 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO, TypeVar
 
+from elib.base.errors import LinkLost, RemoteProtocolError, ReplyTimeout
 from elib.behaviours._run.context import RunContext
-from elib.errors import LinkLost, RemoteProtocolError, ReplyTimeout
-from elib.protocol.image import Image
-from elib.protocol.styles import Pending
+from elib.link.protocol.image import Image
+from elib.link.protocol.styles import Pending
 
 if TYPE_CHECKING:
     import numpy

@@ -10,18 +10,18 @@ from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import cast
 
+from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost
 from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle, find
 from elib.behaviours._run.context import DEFAULT_SEED, RunContext
-from elib.errors import ArgumentError, ElibError, LinkError, LinkLost
+from elib.link.session.statistics import LinkStats, merged
+from elib.link.transport import Transport, open_transport, parse_url, speed_of
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck, connect_robot
 from elib.robot.link import Link, LinkSettings
 from elib.robot.reconnect import Policy
 from elib.robot.running import run_coroutine
 from elib.robot.substitute import choose_robot, choose_robots
-from elib.session.statistics import LinkStats, merged
-from elib.swarms.swarm import Swarm
-from elib.transport import Transport, open_transport, parse_url, speed_of
+from elib.robot.swarms.swarm import Swarm
 
 log = logging.getLogger("elib")
 

@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Annotated
 
+from elib.base.errors import ElibError, LinkError, Unsupported
 from elib.behaviours._run.context import RunContext
-from elib.errors import ElibError, LinkError, Unsupported
-from elib.protocol.commands import SPECS
-from elib.protocol.image import Image
-from elib.protocol.quantities import Quantity
-from elib.protocol.values import Numbers, Selector, Version
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.image import Image
+from elib.link.protocol.quantities import Quantity
+from elib.link.protocol.values import Numbers, Selector, Version
+from elib.link.session import GRACE, LONGEST_SILENCE_WAIT
 from elib.robot.blocking import BlockingEpuck, CallbackEpuck
-from elib.session import GRACE, LONGEST_SILENCE_WAIT
 
 Timeout = Annotated[float, Quantity("timeout", "s", 0.0, 60.0, scale=1)]
 

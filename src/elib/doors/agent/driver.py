@@ -7,14 +7,14 @@ import math
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 
-from elib.body import AXLE, METRES_PER_STEP
+from elib.base.body import AXLE, METRES_PER_STEP
+from elib.base.errors import ArgumentError, ElibError, MotionInterrupted
+from elib.base.pose import Pose
 from elib.doors.agent.limits import REACTION, Budget, Guard, Limits
-from elib.errors import ArgumentError, ElibError, MotionInterrupted
-from elib.pose import Pose
-from elib.protocol.values import Proximity
-from elib.web.behaviours import RunPhase
-from elib.web.interlock import Interlock, ProxiedRobot
-from elib.web.slot import Phase, Slot
+from elib.link.protocol.values import Proximity
+from elib.panel.behaviours import RunPhase
+from elib.panel.interlock import Interlock, ProxiedRobot
+from elib.panel.slot import Phase, Slot
 
 NAME = "agent"
 """The name of the agent in the panel."""

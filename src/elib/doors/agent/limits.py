@@ -9,13 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from elib.body import FASTEST_2, METRES_PER_STEP, STEPS_PER_REVOLUTION, step_rate
-from elib.errors import ArgumentError, ElibError, MotionInterrupted
-from elib.pose import Pose
-from elib.protocol.commands import SPECS
-from elib.protocol.table import Request
+from elib.base.body import FASTEST_2, METRES_PER_STEP, STEPS_PER_REVOLUTION, step_rate
+from elib.base.errors import ArgumentError, ElibError, MotionInterrupted
+from elib.base.pose import Pose
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.table import Request
+from elib.link.session import Called, Channel, Ended, ForwardingChannel, TraceEvent, TraceHook
 from elib.robot.motion import FASTEST
-from elib.session import Called, Channel, Ended, ForwardingChannel, TraceEvent, TraceHook
 
 T = TypeVar("T")
 

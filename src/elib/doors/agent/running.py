@@ -15,7 +15,7 @@ from elib.doors.agent.pipes import Complaints
 from elib.doors.agent.server import Door, Journal, quiet, serve_pipes
 from elib.doors.agent.tools import Tools
 from elib.doors.robots import connected
-from elib.web.listening import listen
+from elib.panel.listening import listen
 
 
 async def run(

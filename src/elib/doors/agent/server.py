@@ -15,10 +15,10 @@ from mcp.server.lowlevel.server import Server
 from mcp.server.stdio import stdio_server
 
 from elib import __version__
+from elib.base.errors import ArgumentError
 from elib.doors.agent.pipes import LAST_WORDS, Complaints, Lines, Output
 from elib.doors.agent.tool import Result, Tool
 from elib.doors.agent.tools import Tools, wrong
-from elib.errors import ArgumentError
 
 LONGEST_LOGGED = 300
 """Characters of arguments and results that a line of the log keeps."""

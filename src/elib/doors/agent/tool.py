@@ -6,8 +6,8 @@ from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from elib.errors import ArgumentError
-from elib.fields import is_number, nearest, shown
+from elib.base.errors import ArgumentError
+from elib.base.fields import is_number, nearest, shown
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 

@@ -9,20 +9,20 @@ import io
 import math
 from collections.abc import Mapping
 
-from elib.body import AXLE
+from elib.base.body import AXLE
+from elib.base.errors import ArgumentError, ElibError
 from elib.doors.agent.driver import FRONT, OBSTACLE, REAR, SLACK, Driver, Outcome, Refused, approach, is_near
 from elib.doors.agent.limits import Budget, Limits
 from elib.doors.agent.tool import Json, Parameter, Result, Tool
-from elib.errors import ArgumentError, ElibError
-from elib.physics.optics import FOCAL, SENSOR
-from elib.protocol import values as v
-from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
+from elib.link.protocol import values as v
+from elib.link.protocol.image import Image
+from elib.link.protocol.quantities import CameraMode
+from elib.panel.behaviours import catalogue
+from elib.panel.panel import Panel
+from elib.panel.slot import Slot
+from elib.panel.watching import virtual
 from elib.robot.motion import TURN_RATE
-from elib.web.behaviours import catalogue
-from elib.web.panel import Panel
-from elib.web.slot import Slot
-from elib.web.watching import virtual
+from elib.simulator.physics.optics import FOCAL, SENSOR
 
 PICTURE = (40, 40)
 """Columns and rows of a picture: 3,200 bytes, 0.3 s at 115,200 baud."""

@@ -10,10 +10,10 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
-from elib.body import AXLE, WHEEL_CIRCUMFERENCE
-from elib.errors import ArgumentError, ElibError
-from elib.protocol.actuators import ALL
-from elib.web.slot import Slot
+from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
+from elib.base.errors import ArgumentError, ElibError
+from elib.link.protocol.actuators import ALL
+from elib.panel.slot import Slot
 
 DRIVE, LEDS, STOP = "/drive", "/leds", "/stop"
 CLIENT_TOPICS = (DRIVE, LEDS, STOP)

@@ -21,14 +21,14 @@ from foxglove.websocket import (
     WebSocketServer,
 )
 
+from elib.base.errors import ElibError
 from elib.doors.foxglove.commands import CLIENT_TOPICS, DRIVE, LONGEST, Commands
 from elib.doors.foxglove.parameters import Parameters, Value
 from elib.doors.foxglove.relay import ORIGINS, SECRET, SECRET_CHANNEL, Relay, free_target
 from elib.doors.foxglove.topics import Topics
-from elib.errors import ElibError
-from elib.web.listening import Address
-from elib.web.panel import Panel
-from elib.web.slot import Phase, Slot
+from elib.panel.listening import Address
+from elib.panel.panel import Panel
+from elib.panel.slot import Phase, Slot
 
 PERIOD = 0.1
 """s between two looks at what changed: links, parameters, lines of the event log, who looks at the camera."""

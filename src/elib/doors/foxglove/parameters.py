@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from elib.body import WHEEL_CIRCUMFERENCE
-from elib.errors import ArgumentError
-from elib.web.slot import LIVE, Slot
-from elib.web.watching import FAST, QUICKEST, SLOW, SLOWEST
+from elib.base.body import WHEEL_CIRCUMFERENCE
+from elib.base.errors import ArgumentError
+from elib.panel.slot import LIVE, Slot
+from elib.panel.watching import FAST, QUICKEST, SLOW, SLOWEST
 
 Value = bool | int | float | str
 

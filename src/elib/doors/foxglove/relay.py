@@ -16,8 +16,8 @@ import struct
 from collections.abc import Callable, Collection
 from hmac import compare_digest
 
-from elib.emulator.control_server import Bucket
-from elib.web.listening import Address
+from elib.panel.listening import Address
+from elib.simulator.emulator.control_server import Bucket
 
 ORIGINS = ("https://app.foxglove.dev", "file://")
 """Pages that may connect unless others are named: the app in the browser, and the app on the desktop."""

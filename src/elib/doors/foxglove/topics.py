@@ -10,10 +10,12 @@ from collections.abc import Mapping
 
 from foxglove import Channel, Context, Schema
 
-from elib.pose import Pose
-from elib.protocol.image import Image
-from elib.protocol.values import Reading
-from elib.recording.messages import (
+from elib.base.pose import Pose
+from elib.link.protocol.image import Image
+from elib.link.protocol.values import Reading
+from elib.panel.playback import Playback
+from elib.panel.slot import Slot
+from elib.records.messages import (
     ERROR,
     INFORMATION,
     Event,
@@ -25,12 +27,10 @@ from elib.recording.messages import (
     json_of,
     reading_messages,
 )
-from elib.recording.reader import Entry
-from elib.recording.recorder import Tap
-from elib.recording.topics import MEASURED, ODOMETRY, PICTURES, READINGS, TOPICS, TRANSFORM
+from elib.records.reader import Entry
+from elib.records.recorder import Tap
+from elib.records.topics import MEASURED, ODOMETRY, PICTURES, READINGS, TOPICS, TRANSFORM
 from elib.robot.aio import Epuck
-from elib.web.playback import Playback
-from elib.web.slot import Slot
 
 WORLD_FRAME = "world"
 """The frame that robots share."""

@@ -11,15 +11,15 @@ from collections.abc import AsyncIterator, Callable, Sequence
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
+from elib.base.errors import ArgumentError
 from elib.doors.robots import connected, hold_open
 from elib.doors.serve.client import PROTOCOL, Client
 from elib.doors.serve.messages import LONGEST, decode
 from elib.doors.serve.watching import Broadcasts
-from elib.emulator.control_server import Bucket, time_factor
-from elib.errors import ArgumentError
-from elib.web.access import Access
-from elib.web.listening import Address
-from elib.web.server import CLOSING_TIME, Server, web_socket
+from elib.panel.access import Access
+from elib.panel.listening import Address
+from elib.panel.server import CLOSING_TIME, Server, web_socket
+from elib.simulator.emulator.control_server import Bucket, time_factor
 
 PATH = f"/v{PROTOCOL}"
 MOST_PROGRAMS = 32

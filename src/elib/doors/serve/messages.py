@@ -15,9 +15,9 @@ import msgspec
 from msgspec import Meta, Struct
 from msgspec.json import Decoder
 
-from elib.errors import ArgumentError
-from elib.protocol.profiles import FIRMWARES, rule
-from elib.protocol.quantities import Quantity
+from elib.base.errors import ArgumentError
+from elib.link.protocol.profiles import FIRMWARES, rule
+from elib.link.protocol.quantities import Quantity
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.snapshot import WATCHABLE
 

@@ -9,10 +9,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from elib.errors import ElibError
-from elib.protocol.image import Image
-from elib.protocol.quantities import CameraMode
-from elib.protocol.values import READING_TYPES, Reading, Role, Sensors, describe
+from elib.base.errors import ElibError
+from elib.link.protocol.image import Image
+from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.values import READING_TYPES, Reading, Role, Sensors, describe
 
 Json = Any
 ROLES = (Role.NUMBER, Role.CONVERTED, Role.PHYSICAL)

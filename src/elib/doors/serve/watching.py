@@ -8,15 +8,15 @@ from typing import Protocol
 
 import msgspec
 
+from elib.base.errors import ElibError, LinkClosed
 from elib.doors.serve.answers import Readings
 from elib.doors.serve.values import all_plain
-from elib.emulator.control_server import time_factor
-from elib.errors import ElibError, LinkClosed
-from elib.protocol.image import Image
-from elib.protocol.values import Reading
+from elib.link.protocol.image import Image
+from elib.link.protocol.values import Reading
+from elib.panel.panel import Panel
+from elib.panel.slot import Phase, Slot
 from elib.robot.snapshot import WATCHABLE
-from elib.web.panel import Panel
-from elib.web.slot import Phase, Slot
+from elib.simulator.emulator.control_server import time_factor
 
 AGAIN = 0.2
 """s until a robot is asked again whose link was down, or whose answers did not come."""

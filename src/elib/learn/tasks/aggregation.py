@@ -12,9 +12,9 @@ from math import sqrt
 from typing import Final
 
 from elib.learn.rooms import ROBOTS, STEP
-from elib.physics import Box, EpuckModel, Scene
-from elib.physics.records import Records
-from elib.physics.task import Task
+from elib.simulator.physics import Box, EpuckModel, Scene
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.task import Task
 
 COUNT = 8
 

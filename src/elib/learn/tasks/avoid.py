@@ -13,9 +13,9 @@ from math import sqrt
 from typing import Final
 
 from elib.learn.rooms import ROBOTS, gallery, room
-from elib.physics import Box, Scene, Wall
-from elib.physics.records import Records
-from elib.physics.task import Task
+from elib.simulator.physics import Box, Scene, Wall
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.task import Task
 
 TOP_SPEED: Final = 0.1
 """m/s. Of a Khepera in the paper: 0.08 m/s."""

@@ -12,10 +12,10 @@ from math import sqrt
 from typing import Final
 
 from elib.learn.rooms import ROBOTS, STEP
-from elib.physics import Box, Light, Pose, Scene
-from elib.physics.geometry import unit
-from elib.physics.records import Records
-from elib.physics.task import Task
+from elib.simulator.physics import Box, Light, Pose, Scene
+from elib.simulator.physics.geometry import unit
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.task import Task
 
 COUNT = 4
 

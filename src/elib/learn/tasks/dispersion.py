@@ -12,8 +12,8 @@ from math import sqrt
 from typing import Final
 
 from elib.learn.rooms import ROBOTS, cluster, room
-from elib.physics.records import Records
-from elib.physics.task import Task
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.task import Task
 
 COUNT = 9
 

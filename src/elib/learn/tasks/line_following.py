@@ -13,10 +13,10 @@ from dataclasses import replace
 from typing import Final
 
 from elib.learn.rooms import ROBOTS, STEP, gallery
-from elib.physics import Pose, Scene, Stripe
-from elib.physics.geometry import unit
-from elib.physics.records import Records
-from elib.physics.task import Task
+from elib.simulator.physics import Pose, Scene, Stripe
+from elib.simulator.physics.geometry import unit
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.task import Task
 
 TOP_SPEED: Final = 0.1
 

@@ -14,9 +14,9 @@ from math import sqrt
 from typing import Final
 
 from elib.learn.rooms import ROBOTS, gallery
-from elib.physics import Patch, Pose, Scene, Sound, Wall
-from elib.physics.records import Records
-from elib.physics.task import Task
+from elib.simulator.physics import Patch, Pose, Scene, Sound, Wall
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.task import Task
 
 CELLS: Final = 7
 """Cells along each side of the maze."""

@@ -15,9 +15,9 @@ from dataclasses import replace
 from typing import Final
 
 from elib.learn.rooms import ROBOTS, room
-from elib.physics import Cylinder, Light, Pose, Scene
-from elib.physics.records import Records
-from elib.physics.task import Task
+from elib.simulator.physics import Cylinder, Light, Pose, Scene
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.task import Task
 
 DARK: Final = 3750.0
 """What a sensor reads in a normal room without a lamp, counts (docs/reference/e-puck.md, 4)."""

@@ -12,9 +12,9 @@ from math import sqrt
 from typing import Final
 
 from elib.learn.rooms import ROBOTS, gallery
-from elib.physics import Light, Pose, Scene
-from elib.physics.records import Records
-from elib.physics.task import Task
+from elib.simulator.physics import Light, Pose, Scene
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.task import Task
 
 COUNT = 2
 

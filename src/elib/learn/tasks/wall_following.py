@@ -11,9 +11,9 @@ from dataclasses import replace
 from typing import Final
 
 from elib.learn.rooms import ROBOTS, room
-from elib.physics import Box, Scene, Wall
-from elib.physics.records import Records
-from elib.physics.task import Task
+from elib.simulator.physics import Box, Scene, Wall
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.task import Task
 
 TOP_SPEED: Final = 0.1
 

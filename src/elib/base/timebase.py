@@ -1,0 +1,394 @@
+"""Event loops with a time of their own: simulated, k times real time, or real; :func:`new_loop` makes them.
+
+User code uses plain ``asyncio.sleep`` and ``asyncio.timeout``; the loop decides how long a second is.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import select
+import selectors
+import sys
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Literal, Self, TypeVar, TypeVarTuple
+
+from elib.base.errors import ArgumentError, SimulationError, SimulationStalled
+
+
+@dataclass(frozen=True, slots=True)
+class Paced:
+    """The speed of simulated time that waits for the wall clock.
+
+    Attributes:
+        factor: Seconds of loop time in one second of real time.
+    """
+
+    factor: float = 1.0
+
+
+class LoopMaker(ABC):
+    """A time of another kind, for which a URL's scheme brings the event loops itself."""
+
+    @abstractmethod
+    def make(self) -> asyncio.AbstractEventLoop:
+        """Return a new event loop that keeps this time."""
+
+
+Speed = Literal["real", "max"] | float
+"""How fast time runs: with the wall clock, as fast as the processor allows, or this many times real time."""
+LoopSpeed = Speed | Paced | LoopMaker
+"""The speed for which a loop is made."""
+
+# Beyond 1000, one scheduling delay of the system (0.1 ms) would be 0.1 s of robot time.
+SLOWEST, FASTEST = 0.001, 1000.0
+
+_T = TypeVar("_T")
+_Ts = TypeVarTuple("_Ts")
+
+
+def new_loop(speed: LoopSpeed) -> asyncio.AbstractEventLoop:
+    """Make an event loop whose time runs at *speed*; the caller runs and closes it.
+
+    Args:
+        speed: ``"real"``, ``"max"`` (simulated time that jumps), a factor from 0.001 to 1000, ``Paced(factor)``, or
+            what makes the loop.
+
+    Raises:
+        ArgumentError: *speed* is none of these.
+    """
+    match speed:
+        case "max":
+            return SimulatedLoop()
+        case "real" if sys.platform == "win32":
+            return asyncio.new_event_loop()  # serial ports work on its Proactor loop only
+        case "real":
+            return asyncio.SelectorEventLoop(_PreciseSelector())
+        case Paced(factor):
+            return PacedLoop(check_factor(factor))
+        case LoopMaker():
+            return speed.make()
+        case _:
+            return ScaledLoop(check_factor(speed))
+
+
+def running_loop() -> asyncio.AbstractEventLoop | None:
+    """Return the event loop that runs in this thread, or None."""
+    try:
+        return asyncio.get_running_loop()
+    except RuntimeError:
+        return None
+
+
+def require_speed(speed: LoopSpeed) -> None:
+    """Check that the running event loop runs at *speed*; ``"real"`` means as the loop does.
+
+    Raises:
+        SimulationError: The running loop has another speed.
+    """
+    loop = asyncio.get_running_loop()
+    if isinstance(speed, Paced):
+        if isinstance(loop, PacedLoop) and loop.factor == speed.factor:
+            return
+        speed = "real" if speed.factor == 1.0 else speed.factor
+    if speed == "real" or (speed == "max" and isinstance(loop, SimulatedLoop)):
+        return
+    if isinstance(loop, ScaledLoop) and loop.factor == speed:
+        return
+    runs = "simulated time" if isinstance(loop, SimulatedLoop) else "real time"
+    if isinstance(loop, ScaledLoop):
+        runs = f"{loop.factor:g} times real time"
+    raise SimulationError(
+        f"speed={speed} needs an event loop made for it, but this one runs in {runs}",
+        hint="let elib.connect(), elib.run() or the command elib run FILE.py --robot URL make it, or leave speed out",
+    )
+
+
+def require_real_time(what: str) -> None:
+    """Refuse *what* on a loop whose time jumps: it would time out before anything outside could answer.
+
+    Raises:
+        SimulationError: The running loop is a :class:`SimulatedLoop`.
+    """
+    if isinstance(asyncio.get_running_loop(), SimulatedLoop):
+        raise SimulationError(
+            f"{what} works in real time, but this event loop simulates time and never waits for anything outside",
+            hint="use speed=real, or let elib.run() or elib.connect() choose the loop",
+        )
+
+
+class Hold:
+    """Forbids a :class:`SimulatedLoop` to jump while a thread outside the loop works.
+
+    A thread acquires it before it works, and releases it while it waits. Code that hands a result to a waiting thread
+    acquires the hold for it *first*, on the loop's thread, or time could jump before the thread wakes up. Both methods
+    may be called from any thread, and twice.
+    """
+
+    __slots__ = ("_is_held", "_loop")
+
+    def __init__(self, loop: SimulatedLoop) -> None:
+        self._loop = loop
+        self._is_held = False
+
+    def acquire(self) -> None:
+        """Let no time pass from now on."""
+        with self._loop._lock:
+            self._loop._holds += not self._is_held
+            self._is_held = True
+
+    def release(self) -> None:
+        """Let time pass again, unless another hold is acquired."""
+        with self._loop._lock:
+            self._loop._holds -= self._is_held
+            self._is_held = False
+        with contextlib.suppress(RuntimeError):  # a closed loop needs no waking
+            self._loop.call_soon_threadsafe(_wake_up)
+
+    def __enter__(self) -> Self:
+        self.acquire()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+
+def _wake_up() -> None:
+    """Do nothing: being called ends the loop's wait."""
+
+
+class SimulatedLoop(asyncio.SelectorEventLoop):
+    """An event loop in simulated time: when nothing is ready it jumps exactly to the next timer.
+
+    Time starts at 0.0 s and stands still while code runs, so a slow program gives the same result as a fast
+    one. It does not jump while an executor job runs (``asyncio.to_thread``), while a :class:`Hold` is
+    acquired, or while :attr:`may_jump` returns False; then the loop waits until it is woken. When every task
+    waits, no timer is set and nothing outside can wake it, running the loop raises
+    :class:`~elib.SimulationStalled`.
+
+    Attributes:
+        may_jump: Called before each jump, if set. When its answer becomes True again, the loop must be woken with
+            ``call_soon_threadsafe``.
+        turned: When it last began a turn, s of the wall clock.
+    """
+
+    _scheduled: list[asyncio.TimerHandle]  # asyncio's own heap of timers
+    _clock_resolution: float
+
+    def __init__(self) -> None:
+        self.may_jump: Callable[[], bool] | None = None
+        self.turned = time.monotonic()
+        self._now = 0.0
+        self._holds = 0
+        self._jobs = 0
+        self._lock = threading.Lock()
+        self._files = _JumpingSelector(self)
+        super().__init__(self._files)
+        self._own_files = len(self._files.get_map())
+        self._set_time(0.0)
+
+    def time(self) -> float:
+        """Return the simulated time, s since the loop was made."""
+        return self._now
+
+    def hold(self) -> Hold:
+        """Return a new hold, not yet acquired; ``with loop.hold():`` acquires it."""
+        return Hold(self)
+
+    def run_in_executor(self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts) -> asyncio.Future[_T]:
+        """Run *func* in a thread; no time passes until its result was delivered."""
+        job = super().run_in_executor(executor, func, *args)
+        self._jobs += 1
+        job.add_done_callback(self._job_is_done)
+        return job
+
+    async def shutdown_default_executor(self, timeout: float | None = None) -> None:
+        """Wait for the threads of the default executor, as long as they take.
+
+        Args:
+            timeout: Ignored: it could never expire, because no simulated time passes here.
+        """
+        with self.hold():
+            await super().shutdown_default_executor()
+
+    def _job_is_done(self, _: asyncio.Future[_T]) -> None:
+        self._jobs -= 1
+
+    def _set_time(self, now: float) -> None:
+        self._now = now
+        # asyncio runs timers before `now + resolution`; one unit in the last place makes that exactly `now`.
+        self._clock_resolution = math.ulp(now)
+
+    def _is_held(self) -> bool:
+        return self._holds > 0 or self._jobs > 0 or (self.may_jump is not None and not self.may_jump())
+
+    def _wait(self) -> float:
+        """Return how long to wait for events from outside before the next jump, s of the wall clock."""
+        return 0.0
+
+    def _jump(self) -> bool:
+        """Go to the next timer; return False if there is none but a file may still wake the loop."""
+        if self._scheduled:
+            self._set_time(self._scheduled[0].when())
+            return True
+        if len(self._files.get_map()) > self._own_files:
+            return False
+        raise SimulationStalled(
+            f"simulated time stands still at {self._now:.6g} s: every task waits and no timer is set\n"
+            + _waiting(self),
+            hint="put a timeout around what may never happen; real threads and sockets need speed=real",
+        )
+
+
+class PacedLoop(SimulatedLoop):
+    """A :class:`SimulatedLoop` that jumps to a timer only when the wall clock has reached it.
+
+    Programs on it take as long as in real time, and yet give the same result each time: neither computing nor a system
+    that is late takes any of its time.
+
+    Args:
+        factor: Seconds of loop time in one second of the wall clock, 0.001 to 1000.
+    """
+
+    def __init__(self, factor: float = 1.0) -> None:
+        self.factor = factor
+        super().__init__()
+        self._due = self._wall
+
+    @property
+    def _wall(self) -> float:
+        return asyncio.SelectorEventLoop.time(self)
+
+    def _wait(self) -> float:
+        if not self._scheduled:
+            return 0.0
+        return self._due + (self._scheduled[0].when() - self._now) / self.factor - self._wall
+
+    def _jump(self) -> bool:
+        before = self._now
+        is_done = super()._jump()
+        self._due = max(self._due + (self._now - before) / self.factor, self._wall - CATCHING_UP)
+        return is_done
+
+
+class ScaledLoop(asyncio.SelectorEventLoop):
+    """An event loop whose time runs *factor* times real time; files and sockets work as usual.
+
+    Args:
+        factor: Seconds of loop time in one second of the wall clock, 0.001 to 1000.
+    """
+
+    def __init__(self, factor: float) -> None:
+        self.factor = factor
+        super().__init__(_PreciseSelector(self.factor))
+        self._start = super().time()
+
+    def time(self) -> float:
+        """Return the scaled time, s since the loop was made."""
+        return (super().time() - self._start) * self.factor
+
+
+def parse_speed(speed: str | float) -> Speed:
+    """Return *speed* as ``"real"``, ``"max"`` or a factor.
+
+    Raises:
+        ArgumentError: *speed* is none of these, or the factor is not from 0.001 to 1000.
+    """
+    if speed == "real":
+        return "real"
+    if speed == "max":
+        return "max"
+    return check_factor(speed)
+
+
+def check_factor(factor: str | float) -> float:
+    """Return *factor* as a number of times real time.
+
+    Raises:
+        ArgumentError: *factor* is not a number from 0.001 to 1000.
+    """
+    try:
+        number = float(factor)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not SLOWEST <= number <= FASTEST:
+        raise ArgumentError(
+            f"speed is {factor!r}; it must be 'real', 'max' or a factor from {SLOWEST:g} to {FASTEST:g}",
+            hint="speed=max is as fast as this computer can",
+        )
+    return number
+
+
+SELECTABLE = 1024
+"""``select`` can wait only for files below this number."""
+COARSE = 0.02
+"""s. A longer wait may end a millisecond late, and takes one system call less."""
+CATCHING_UP = 0.1
+"""s that a :class:`PacedLoop` that is late can catch up. A longer delay, as in a debugger, is not caught up."""
+
+
+class _PreciseSelector(selectors.DefaultSelector):
+    """A selector whose waits are exact to the microsecond.
+
+    ``epoll`` rounds a wait up to whole milliseconds: 12 bytes of the robot's line, or 0.1 s of a loop that runs 100
+    times faster. ``select`` on the poller's own descriptor does not.
+    """
+
+    def __init__(self, factor: float = 1.0) -> None:
+        super().__init__()
+        self._factor = factor
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        if timeout is not None and timeout > 0:
+            timeout /= self._factor
+            if (timeout < COARSE or self._factor > 1) and hasattr(self, "fileno") and self.fileno() < SELECTABLE:
+                select.select([self.fileno()], [], [], timeout)
+                timeout = 0
+        return super().select(timeout)
+
+
+class _JumpingSelector(_PreciseSelector):
+    """A selector that makes the time of its loop jump to the next timer instead of waiting for it."""
+
+    def __init__(self, loop: SimulatedLoop) -> None:
+        super().__init__()
+        self._loop = loop
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        try:
+            ready = super().select(0)
+            if ready or (timeout is not None and timeout <= 0):
+                return ready
+            if self._loop._is_held():
+                return super().select(None)
+            # A thread that released its hold after the first select may have handed something in before: take that
+            # first.
+            ready = super().select(max(0.0, self._loop._wait()))
+            if not ready and not self._loop._jump():
+                return super().select(None)
+            return ready
+        finally:
+            self._loop.turned = time.monotonic()
+
+
+def _waiting(loop: asyncio.AbstractEventLoop) -> str:
+    """Name the waiting tasks and where each one waits, a line each."""
+    tasks = sorted(asyncio.all_tasks(loop), key=lambda task: task.get_name())
+    return "\n".join(f"  {task.get_name()} waits in {_place(task)}" for task in tasks) or "  there is no task"
+
+
+def _place(task: asyncio.Task[object]) -> str:
+    """Follow the chain of awaits: the caller's own function first, what it waits for last."""
+    awaited: object = task.get_coro()
+    places: list[str] = []
+    while (frame := getattr(awaited, "cr_frame", None)) is not None:
+        file = frame.f_code.co_filename.replace("\\", "/").rpartition("/")[2]
+        places.append(f"{frame.f_code.co_qualname} ({file}:{frame.f_lineno})")
+        awaited = getattr(awaited, "cr_await", None)
+    return " > ".join(places) or "unknown"

@@ -1,0 +1,149 @@
+"""Run a program of the user as Python does, also where it only defines what drives a robot, and show its errors."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import io
+import os
+import re
+import runpy
+import sys
+import sysconfig
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from traceback import StackSummary, TracebackException
+from types import ModuleType
+
+from elib.base.errors import ArgumentError
+from elib.base.files import PACKAGE
+from elib.base.timebase import LoopSpeed, new_loop
+from elib.behaviours import Behaviour, play
+from elib.robot import runner
+
+_LIBRARY = sysconfig.get_path("stdlib") + os.sep
+OURS = (
+    str(PACKAGE) + os.sep,
+    "<frozen ",
+    "<string>",  # what dataclasses make
+    *(_LIBRARY + name for name in ("asyncio", "concurrent", "contextlib", "runpy", "threading")),
+)
+"""Beginnings of the paths of files that a traceback leaves out: those of elib, and what it calls the program by."""
+
+
+def run_file(
+    path: Path,
+    arguments: Sequence[str] = (),
+    *,
+    has_driven: Callable[[], bool],
+    play: Callable[[Behaviour, Sequence[str]], object] = lambda behaviour, _: play(behaviour),
+) -> None:
+    """Run a program as ``python PATH ARGUMENTS`` does. A file that only defines what drives a robot is run too.
+
+    Args:
+        path: The file, or the folder of a package, which is run as ``python -m`` does.
+        arguments: Its command line.
+        has_driven: Return whether the program has opened a robot.
+        play: Run the behaviour that the file defines, with the command line.
+
+    Raises:
+        ArgumentError: The file defines several behaviours and runs none.
+    """
+    before = sys.argv[:], sys.path[:], sys.modules["__main__"]
+    is_package = path.is_dir()
+    sys.argv = [str(path), *arguments]
+    sys.path[0:1] = [str(path.resolve().parent if is_package else path.parent.absolute())]
+    try:
+        if is_package:
+            found: Mapping[str, object] = runpy.run_module(path.resolve().name, run_name="__main__", alter_sys=True)
+        else:
+            main = sys.modules["__main__"] = ModuleType("__main__")
+            main.__file__ = str(path.absolute())
+            exec(compile(path.read_bytes(), str(path), "exec", dont_inherit=True), vars(main))
+            found = vars(main)
+        if not has_driven():
+            _run_defined(found, arguments, play)
+        for thread in threading.enumerate():  # as Python does at its end
+            if thread is not threading.current_thread() and not thread.daemon:
+                thread.join()
+    finally:
+        sys.argv, sys.path[:], sys.modules["__main__"] = before
+
+
+def _run_defined(
+    found: Mapping[str, object], arguments: Sequence[str], play: Callable[[Behaviour, Sequence[str]], object]
+) -> None:
+    """Run the behaviour that a file defines, or else its ``async def main(robot)``."""
+    own = [each for each in found.values() if isinstance(each, Behaviour) and each.function.__module__ == "__main__"]
+    main = found.get("main")
+    if len(own) == 1:
+        play(own[0], arguments)
+    elif own:
+        names = ", ".join(each.name for each in own)
+        raise ArgumentError(
+            f"the file defines {len(own)} behaviours, {names}, and runs none",
+            hint="end it with the line: elib.play(NAME)",
+        )
+    elif inspect.iscoroutinefunction(main) and len(inspect.signature(main).parameters) == 1:
+        runner.run(main, argv=arguments)
+
+
+def own_traceback(error: BaseException) -> str:
+    """Return the traceback of a program, without the frames of elib and of Python."""
+    shown = TracebackException.from_exception(error, compact=True)
+    if sys.version_info < (3, 12):
+        _add_suggestions(shown, error)
+    _keep_own_frames(shown)
+    return "".join(shown.format()).rstrip()
+
+
+def _add_suggestions(shown: TracebackException, error: BaseException) -> None:
+    """Add "Did you mean: 'proximity'?", which in Python 3.11 only the interpreter's own printing has."""
+    if isinstance(error, AttributeError | NameError):
+        with contextlib.redirect_stderr(io.StringIO()) as printed:
+            sys.__excepthook__(type(error), error, error.__traceback__)
+        found = re.findall(r"\. Did you mean: '.*'\?$", printed.getvalue().rstrip())
+        shown._str += "".join(found)  # type: ignore[attr-defined]  # noqa: SLF001  # there is no public way
+    for each, inner in zip(shown.exceptions or (), getattr(error, "exceptions", ()), strict=False):
+        _add_suggestions(each, inner)
+
+
+def is_own(error: BaseException) -> bool:
+    """Return whether *error* is one of the program: a line of it is in the traceback, or cannot be read."""
+    return isinstance(error, SyntaxError) or _keep_own_frames(TracebackException.from_exception(error, compact=True))
+
+
+def _keep_own_frames(shown: TracebackException) -> bool:
+    """Leave the frames of the program in a traceback, and return whether there are any."""
+    own = [frame for frame in shown.stack if not frame.filename.startswith(OURS)]
+    shown.stack = StackSummary.from_list(own)
+    for name in ("__cause__", "__context__"):
+        other = getattr(shown, name)
+        if other is not None and not _keep_own_frames(other):
+            setattr(shown, name, None)
+    for other in shown.exceptions or ():
+        _keep_own_frames(other)
+    return bool(own)
+
+
+@contextlib.contextmanager
+def loops_at(speed: LoopSpeed) -> Iterator[None]:
+    """Let ``asyncio.run`` make event loops at the speed of a robot, while the block lasts, in the whole process."""
+    before = asyncio.get_event_loop_policy()
+    if speed != "real":
+        asyncio.set_event_loop_policy(_Policy(speed))
+    try:
+        yield
+    finally:
+        asyncio.set_event_loop_policy(before)
+
+
+class _Policy(asyncio.DefaultEventLoopPolicy):
+    def __init__(self, speed: LoopSpeed) -> None:
+        super().__init__()
+        self._speed = speed
+
+    def new_event_loop(self) -> asyncio.AbstractEventLoop:
+        return new_loop(self._speed)

@@ -1,0 +1,117 @@
+"""Pictures of the camera: the bytes of the chip as upright pixels."""
+
+from __future__ import annotations
+
+import enum
+import io
+import math
+import os
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from elib.base.errors import ArgumentError, Unsupported
+from elib.link.protocol.quantities import CameraMode
+
+if TYPE_CHECKING:
+    import numpy
+    import PIL.Image
+    from numpy.typing import NDArray
+
+
+class Mounting(enum.Enum):
+    """How the camera chip sits in the robot: the quarter turns counter-clockwise that make its picture upright."""
+
+    UPRIGHT = 0
+    QUARTER_LEFT = 1
+    """Turn it a quarter counter-clockwise: (row r, column c) goes to x = r, y = width - 1 - c."""
+    HALF = 2
+    """Turn it half around."""
+    QUARTER_RIGHT = 3
+    """Turn it a quarter clockwise."""
+
+    @property
+    def swaps(self) -> bool:
+        """Whether the chip's columns are the upright picture's rows."""
+        return self in (Mounting.QUARTER_LEFT, Mounting.QUARTER_RIGHT)
+
+
+def check_mounting(mounting: object) -> Mounting | None:
+    """Return *mounting*, which may be None for the usual one of the firmware.
+
+    Raises:
+        ArgumentError: *mounting* is neither a Mounting nor None.
+    """
+    if mounting is None or isinstance(mounting, Mounting):
+        return mounting
+    choices = ", ".join(f"elib.Mounting.{each.name}" for each in Mounting)
+    raise ArgumentError(f"mounting is {mounting!r}; it must be an elib.Mounting", hint=f"choose one of {choices}")
+
+
+@dataclass(frozen=True, slots=True)
+class Image:
+    """A picture from the robot's camera.
+
+    Attributes:
+        mode: Pixel format on the wire.
+        width: Columns of the upright picture.
+        height: Rows of the upright picture.
+        raw: The pixels as the chip sent them, row by row in the orientation of the chip, without the header.
+        mounting: How the chip sits in the robot.
+        time: When the picture was complete, s on the clock of the robot's event loop.
+        origin: ``robot``, ``simulator`` or ``replay``.
+    """
+
+    mode: CameraMode
+    width: int
+    height: int
+    raw: bytes = field(repr=False)
+    mounting: Mounting = field(default=Mounting.UPRIGHT, repr=False)
+    time: float = field(default=math.nan, compare=False, repr=False)
+    origin: str = field(default="", compare=False, repr=False)
+
+    @property
+    def pixels(self) -> NDArray[numpy.uint8]:
+        """The upright picture, uint8: shape (height, width) when grey, else (height, width, 3) in red, green, blue.
+
+        Five- and six-bit channels are stretched to 0..255 by repeating their high bits.
+
+        Raises:
+            Unsupported: The picture is in YUV, which elib does not decode.
+        """
+        import numpy as np
+
+        columns, rows = (self.height, self.width) if self.mounting.swaps else (self.width, self.height)
+        if self.mode == CameraMode.GREY:
+            chip = np.frombuffer(self.raw, np.uint8).reshape(rows, columns)
+        elif self.mode == CameraMode.COLOUR:
+            words = np.frombuffer(self.raw, ">u2").astype(np.uint16).reshape(rows, columns)
+            red, green, blue = words >> 11, words >> 5 & 63, words & 31
+            chip = np.stack((red << 3 | red >> 2, green << 2 | green >> 4, blue << 3 | blue >> 2), axis=2).astype(
+                np.uint8
+            )
+        else:
+            raise Unsupported(
+                f"a picture in mode {self.mode.name} cannot be decoded",
+                hint="its bytes are in .raw; ask for GREY or COLOUR",
+            )
+        return np.ascontiguousarray(np.rot90(chip, self.mounting.value))
+
+    def save(self, path: str | os.PathLike[str], *, scale: int = 1) -> None:
+        """Write the upright picture to *path* in the format its ending names, each pixel *scale* times as large."""
+        from elib.base.files import replacing  # here: only saving needs it
+
+        picture = self._enlarged(scale)
+        with replacing(os.fspath(path)) as file:
+            picture.save(file)
+
+    def _repr_png_(self) -> bytes:
+        """Show the picture in a notebook."""
+        stream = io.BytesIO()
+        self._enlarged(6).save(stream, "PNG")
+        return stream.getvalue()
+
+    def _enlarged(self, scale: int) -> PIL.Image.Image:
+        import PIL.Image
+
+        size = self.width * scale, self.height * scale
+        return PIL.Image.fromarray(self.pixels).resize(size, PIL.Image.Resampling.NEAREST)

@@ -1,0 +1,29 @@
+"""The session: calls on one link, in order and with deadlines; and the events of the link that hooks get."""
+
+from elib.link.protocol.quantities import check_timeout as check_timeout
+from elib.link.session.calls import Call as Call
+from elib.link.session.channel import Channel as Channel
+from elib.link.session.channel import ForwardingChannel as ForwardingChannel
+from elib.link.session.channel import Robot as Robot
+from elib.link.session.core import GRACE as GRACE
+from elib.link.session.core import Session as Session
+from elib.link.session.resync import LONGEST_SILENCE_WAIT as LONGEST_SILENCE_WAIT
+from elib.link.session.resync import PICTURE_SILENCE as PICTURE_SILENCE
+from elib.link.session.statistics import LinkCounter as LinkCounter
+from elib.link.session.statistics import LinkStats as LinkStats
+from elib.link.session.trace import Called as Called
+from elib.link.session.trace import Disconnected as Disconnected
+from elib.link.session.trace import Ended as Ended
+from elib.link.session.trace import Ending as Ending
+from elib.link.session.trace import Greeted as Greeted
+from elib.link.session.trace import Pushed as Pushed
+from elib.link.session.trace import Received as Received
+from elib.link.session.trace import Reconnected as Reconnected
+from elib.link.session.trace import ResetNoticed as ResetNoticed
+from elib.link.session.trace import Resynced as Resynced
+from elib.link.session.trace import SessionOpened as SessionOpened
+from elib.link.session.trace import TraceEvent as TraceEvent
+from elib.link.session.trace import TraceHook as TraceHook
+from elib.link.session.trace import Transcript as Transcript
+from elib.link.session.trace import Wrote as Wrote
+from elib.link.session.trace import call_hooks as call_hooks

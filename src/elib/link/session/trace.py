@@ -1,0 +1,167 @@
+"""The events of a link that trace hooks get, as frozen values."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from elib.base.errors import ElibError
+from elib.link.protocol.image import Image
+from elib.link.protocol.table import Request
+from elib.link.protocol.values import Sensors, Steps
+
+
+@dataclass(frozen=True, slots=True)
+class Called:
+    """A call entered the queue."""
+
+    request: Request[object]
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A call ended: with a value, or with an error.
+
+    Attributes:
+        request: What was asked.
+        value: The answer; None for a bare acknowledgement and where there is an error.
+        error: Why there is no answer, or None.
+        waited: Time from the call to its end, s.
+        round_trip: Time from sending to the end, s; nan if it was never sent.
+        is_replaced: Whether a newer call was sent in its place, and it shares that one's outcome.
+    """
+
+    request: Request[object]
+    value: object
+    error: BaseException | None
+    waited: float
+    round_trip: float
+    is_replaced: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Wrote:
+    """Bytes were written to the line."""
+
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """Bytes were received."""
+
+    data: bytes
+
+
+Transcript = tuple[tuple[float, Wrote | Received], ...]
+"""The bytes on the line before a session began, each piece with its time, s on the loop's clock."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resynced:
+    """The line was out of sync and is in sync again.
+
+    Attributes:
+        duration: How long the resync took, s.
+        dropped: Bytes received while the line was out of sync, without the answer to the probe.
+    """
+
+    duration: float
+    dropped: int
+
+
+@dataclass(frozen=True, slots=True)
+class Pushed:
+    """A robot that streams sent readings or a picture without being asked for them.
+
+    Attributes:
+        value: All its readings, or the picture.
+    """
+
+    value: Sensors | Image
+
+
+@dataclass(frozen=True, slots=True)
+class Greeted:
+    """The robot sent its greeting unasked: it was switched on, or it restarted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """The session ended, for this reason."""
+
+    error: ElibError
+
+
+@dataclass(frozen=True, slots=True)
+class ResetNoticed:
+    """The robot restarted unasked; what was set is being restored.
+
+    Attributes:
+        sign: What showed it: ``greeting`` or ``encoders``.
+    """
+
+    sign: str
+
+
+@dataclass(frozen=True, slots=True)
+class Disconnected:
+    """The link of a reconnecting robot is down; it is being opened again."""
+
+    error: ElibError
+
+
+@dataclass(frozen=True, slots=True)
+class Reconnected:
+    """The link of a reconnecting robot is up again, and what was set is restored.
+
+    Attributes:
+        gap: Time without a link, s.
+        attempts: How often opening it was tried.
+    """
+
+    gap: float
+    attempts: int
+
+
+@dataclass(frozen=True, slots=True)
+class SessionOpened:
+    """A session was opened: the robot was asked for its version.
+
+    Attributes:
+        opening: What was written and received for that.
+        counters: The step counters as they were read last in it, if the answer came.
+    """
+
+    opening: Transcript
+    counters: Steps | None = None
+
+
+TraceEvent = (
+    Called
+    | Ended
+    | Wrote
+    | Received
+    | Resynced
+    | Pushed
+    | Greeted
+    | Ending
+    | ResetNoticed
+    | Disconnected
+    | Reconnected
+    | SessionOpened
+)
+TraceHook = Callable[[float, TraceEvent], None]
+"""Called as ``hook(time, event)`` in the event loop; the time is in s on its clock."""
+
+
+def call_hooks(hooks: list[TraceHook], time: float, event: TraceEvent) -> None:
+    """Call every hook; remove one that raises, and report it to the running event loop."""
+    for hook in tuple(hooks):
+        try:
+            hook(time, event)
+        except Exception as error:
+            hooks.remove(hook)
+            message = f"a trace hook of elib raised; removed: {hook!r}"
+            asyncio.get_running_loop().call_exception_handler({"message": message, "exception": error})

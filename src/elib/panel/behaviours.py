@@ -1,0 +1,424 @@
+"""Behaviours on a robot of the panel: started, paused, continued and ended.
+
+When a person drives, the behaviour pauses until it is continued. A stop ends it, from any page, and so does the closing
+of the last page: no behaviour drives a robot that no one watches.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import enum
+import inspect
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Protocol, TypeAlias
+
+from elib.base.errors import ArgumentError, ElibError
+from elib.behaviours import (
+    Behaviour,
+    BehaviourStyle,
+    RunContext,
+    RunMessage,
+    RunResult,
+    StateChanged,
+    behaviours,
+    find,
+    run_behaviour,
+    run_behaviour_blocking,
+)
+from elib.link.session import Channel
+from elib.panel.drivelock import DriveLock
+from elib.panel.interlock import Bridge, Interlock, ProxiedRobot
+from elib.robot.aio import Epuck
+from elib.robot.blocking import BlockingEpuck
+
+Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
+
+KEPT = 500
+"""Lines of a behaviour's own log that are kept."""
+LONGEST_NAME = 80
+"""Characters of a behaviour's name."""
+ENDING_TIME = 10.0
+"""s that a behaviour may take to end: three stops that are not confirmed take 7.5 s. It cannot drive meanwhile."""
+GROUPS = {"vehicles": 0, "samples of 2011": 1, "swarm": 2, "tools": 3}
+"""The order of the groups; others come first, because they are the user's own."""
+ELSEWHERE: Mapping[BehaviourStyle, str] = {
+    BehaviourStyle.SWARM: "it needs several robots",
+    BehaviourStyle.BYTES: "it opens the line itself, without the library",
+}
+"""Why a behaviour cannot run on a robot of the panel."""
+
+
+class Host(Protocol):
+    """What a behaviour needs of the place that it runs in: who drives the robot, the robot, and its event log."""
+
+    drive: DriveLock
+
+    @property
+    def robot(self) -> Epuck:
+        """The robot."""
+
+    def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
+        """Add a line to the event log."""
+
+
+class RunPhase(enum.Enum):
+    """Where a behaviour is in its life."""
+
+    IDLE = "none has run"
+    RUNNING = "running"
+    PAUSED = "paused"
+    ENDED = "came to its end"
+    STOPPED = "stopped"
+    FAILED = "failed"
+
+
+class BehaviourRunner:
+    """Behaviours on one robot, one at a time.
+
+    Args:
+        slot: The robot's place.
+
+    Attributes:
+        name: The name of the behaviour that runs, or ran last; empty before the first.
+        phase: Where it is in its life.
+        state: What it is doing in its own words, like ``turning``; empty where it does not say.
+        error: Why it failed; empty if it did not.
+        reason: Why it pauses; empty if it does not.
+        lines: What it said: the time since its start, s, and the text.
+        line_count: How many lines there ever were.
+    """
+
+    def __init__(self, slot: Host) -> None:
+        self.name = self.state = self.error = self.reason = ""
+        self.phase = RunPhase.IDLE
+        self.lines: deque[tuple[float, str]] = deque(maxlen=KEPT)
+        self.line_count = 0
+        self._slot = slot
+        self._pages: set[str] = set()
+        self._loop = asyncio.get_running_loop()
+        self._task: asyncio.Task[None] | None = None
+        self._going_on: asyncio.Task[None] | None = None
+        self._interlock: Interlock | None = None
+        self._context: RunContext | None = None
+        self._release: Callable[[], object] | None = None
+        self._ended = 0.0
+        slot.drive.on_hand = self._on_hand
+
+    @property
+    def is_active(self) -> bool:
+        """Whether a behaviour runs or pauses."""
+        return self.phase in (RunPhase.RUNNING, RunPhase.PAUSED)
+
+    @property
+    def time(self) -> float:
+        """How long it has been running, or ran, s."""
+        return 0.0 if self._context is None else self._ended if not self.is_active else self._context.time
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether a page shows the panel."""
+        return bool(self._pages)
+
+    # -- what a page does --
+
+    def start(self, name: str, options: Mapping[str, object] | None = None, *, channel: Channel | None = None) -> None:
+        """Start a behaviour with some of its options.
+
+        Args:
+            name: Name of the behaviour.
+            options: Its options that have other values than their defaults.
+            channel: A channel in front of the robot's own that limits what the behaviour may do; None for no limits.
+
+        Raises:
+            ArgumentError: There is no such behaviour or option, it cannot run here, or a behaviour or a person drives.
+            LinkClosed: The robot is not connected.
+        """
+        what = find(_checked(name))
+        if what.style in ELSEWHERE:
+            raise ArgumentError(
+                f"{what.name} cannot run in the panel: {ELSEWHERE[what.style]}", hint=f"elib run {what.name}"
+            )
+        chosen = what.check({} if options is None else dict(options))
+        if self.is_active or self._task is not None:
+            raise ArgumentError(f"{self.name} is still {self.phase.value}", hint="stop it first")
+        if self._slot.drive.has_hand:
+            raise ArgumentError(f"{what.name} was not started: a person drives", hint="let go of the stick")
+        robot = self._slot.robot
+        self._slot.drive.relieve()
+        interlock = self._interlock = Interlock(robot.session if channel is None else channel, self._slot.drive)
+        context = self._context = RunContext(self._loop.time)
+        self.name, self.state, self.error, self.reason = what.name, "", "", ""
+        self.phase = RunPhase.RUNNING
+        self.lines.clear()
+        self.line_count = 0
+        self._slot.note(f"{what.name} begins", kind="state")
+        self._task = self._loop.create_task(
+            self._run(what, ProxiedRobot(robot, interlock), interlock, context, chosen),
+            name=f"elib behaviour {what.name}",
+        )
+
+    def pause(self, reason: str = "paused") -> None:
+        """Stop the robot, and let the behaviour wait until :meth:`resume`. Safe to repeat."""
+        if self._going_on is not None:
+            self._going_on.cancel()
+        if self.phase is RunPhase.RUNNING and self._interlock is not None:
+            self._interlock.shut()
+            self.phase, self.reason = RunPhase.PAUSED, reason
+            self._slot.drive.still()
+            self._slot.note(f"{self.name}: {reason}", kind="state")
+
+    def resume(self) -> None:
+        """Continue the behaviour: the wheels turn again as before, as soon as the stop is confirmed.
+
+        Raises:
+            ArgumentError: A person drives.
+        """
+        if self._release is not None:
+            release, self._release = self._release, None
+            self.phase, self.reason = RunPhase.IDLE, ""
+            self._slot.note(f"{self.name} may drive again", kind="state")
+            release()
+            return
+        if self.phase is not RunPhase.PAUSED or self._interlock is None or self._going_on is not None:
+            return
+        if self._slot.drive.has_hand:
+            raise ArgumentError(f"{self.name} cannot continue: a person drives", hint="let go of the stick")
+        self._slot.drive.relieve()
+        self._going_on = self._loop.create_task(self._go_on(self._interlock), name="elib behaviour goes on")
+
+    def hold(self, name: str, reason: str, release: Callable[[], object]) -> None:
+        """Show a program that a person has stopped as paused, until a person continues it; no behaviour starts before.
+
+        Args:
+            name: Name of the program.
+            reason: Why it pauses.
+            release: Called when a person continues it.
+        """
+        self.halt()
+        self.name, self.state, self.error, self.reason = name, "", "", reason
+        self.phase, self._release = RunPhase.PAUSED, release
+        self._slot.note(f"{name}: {reason}", kind="state")
+
+    def halt(self, reason: str = "stopped") -> None:
+        """End the behaviour and stop the robot, without waiting: no command of it reaches the robot any more."""
+        if not self.is_active or self._interlock is None or self._context is None or self._release is not None:
+            return
+        self._ended = self._context.time
+        self.phase, self.reason = RunPhase.STOPPED, ""
+        self._interlock.end()
+        self._context.finish("stopped")
+        self._slot.drive.still()
+        self._slot.note(f"{self.name}: {reason}", kind="state")
+
+    async def stop(self) -> None:
+        """End the behaviour, and wait for its end for at most 10 s. Safe to repeat."""
+        self.halt()
+        await self.finished(ENDING_TIME)
+
+    async def finished(self, timeout: float) -> bool:
+        """Wait for the behaviour's end for so many seconds; return whether it has ended."""
+        task = self._task
+        if task is not None:
+            await asyncio.wait([task], timeout=timeout)
+        return self._task is None
+
+    def join(self, page: str) -> None:
+        """Record that a page shows the panel."""
+        self._pages.add(page)
+
+    def leave(self, page: str) -> None:
+        """Record that a page was closed; with the last one the behaviour ends."""
+        self._pages.discard(page)
+        if not self._pages:
+            self.halt("ended, because the last page was closed")
+
+    # -- how --
+
+    def _on_hand(self, what: str) -> None:
+        if what == "stop":
+            self.halt()
+        else:
+            self.pause("paused, because a person drives")
+
+    async def _run(
+        self,
+        what: Behaviour,
+        robot: ProxiedRobot,
+        interlock: Interlock,
+        context: RunContext,
+        options: Mapping[str, object],
+    ) -> None:
+        context.listeners.append(lambda event: self._loop.call_soon_threadsafe(self._heard, event))
+        failure: BaseException | None = None
+        try:
+            await self._slot.drive.settle()
+            if what.style is BehaviourStyle.BLOCKING:
+                await self._in_thread(what, robot, context, options)
+            else:
+                await run_behaviour(what, robot, options=options, run=context)
+        except asyncio.CancelledError:
+            self.halt()
+            raise
+        except Exception as error:
+            failure = error
+        finally:
+            interlock.end()
+            if self._going_on is not None:
+                self._going_on.cancel()
+            with contextlib.suppress(ElibError):
+                await robot.close()
+            self._task = None
+        self._finish(context, failure)
+
+    def _finish(self, context: RunContext, failure: BaseException | None) -> None:
+        if self.phase is RunPhase.STOPPED or self._release is not None:
+            return  # what went wrong with its end is the drive's business
+        self._ended = context.time
+        self.reason = ""
+        self.phase = RunPhase.ENDED if failure is None else RunPhase.FAILED
+        if failure is None:
+            self._slot.note(f"{self.name} came to its end", kind="state")
+            return
+        self.error = str(failure) if isinstance(failure, ElibError) else f"{type(failure).__name__}: {failure}"
+        self._slot.note(f"{self.name} failed: {self.error.partition(chr(10))[0]}", kind="state", is_bad=True)
+        if self._slot.drive.may_move:
+            self._slot.drive.still()
+
+    async def _in_thread(
+        self, what: Behaviour, robot: ProxiedRobot, context: RunContext, options: Mapping[str, object]
+    ) -> None:
+        """Run a behaviour in the blocking style, in a thread of its own."""
+        bridge = Bridge(self._loop)
+        bridge.before_close = robot.close
+        done: asyncio.Future[RunResult] = self._loop.create_future()
+        hold = bridge.hold()
+
+        def work() -> None:
+            try:
+                outcome = run_behaviour_blocking(what, BlockingEpuck(robot, bridge), options=options, run=context)
+            except BaseException as error:
+                self._deliver(done, partial(done.set_exception, error))
+            else:
+                self._deliver(done, partial(done.set_result, outcome))
+
+        threading.Thread(target=lambda: bridge.run(work, hold), name=f"elib behaviour {what.name}", daemon=True).start()
+        try:
+            await done
+        finally:
+            bridge.close()
+
+    def _deliver(self, done: asyncio.Future[RunResult], put: Callable[[], None]) -> None:
+        def deliver() -> None:
+            if not done.done():
+                put()
+
+        with contextlib.suppress(RuntimeError):  # the panel has closed meanwhile
+            self._loop.call_soon_threadsafe(deliver)
+
+    async def _go_on(self, interlock: Interlock) -> None:
+        try:
+            await self._slot.drive.settle()
+            await interlock.reopen()
+        except ElibError as error:
+            self._slot.drive.still()
+            self._slot.note(f"{self.name} cannot continue: {error.message}", kind="state", is_bad=True)
+        else:
+            if self.phase is RunPhase.PAUSED:
+                self.phase, self.reason = RunPhase.RUNNING, ""
+                self._slot.note(f"{self.name} continues", kind="state")
+        finally:
+            self._going_on = None
+
+    def _heard(self, event: StateChanged | RunMessage) -> None:
+        if isinstance(event, StateChanged):
+            self.state = event.state
+            self._slot.note(f"{self.name}: {event.state}", kind="state")
+        else:
+            self.lines.append((event.time, event.text))
+            self.line_count += 1
+            self._slot.note(event.text)
+
+
+def runner_state(runner: BehaviourRunner, seen: int = 0) -> dict[str, Json]:
+    """Return where a behaviour is in its life, as JSON for the page.
+
+    ``{"name", "phase": "idle", "running", "paused", "ended", "stopped" or "failed", "phase_text", "state", "reason",
+    "error", "time": s, "count": lines that there ever were, "lines": [[s, "text"], ...]}``
+
+    *seen* says how many lines the page has; only later ones are returned.
+    """
+    new = min(len(runner.lines), max(0, runner.line_count - seen) if seen <= runner.line_count else KEPT)
+    lines: list[Json] = [[round(time, 3), text] for time, text in list(runner.lines)[len(runner.lines) - new :]]
+    return {
+        "name": runner.name,
+        "phase": runner.phase.name.lower(),
+        "phase_text": runner.phase.value,
+        "state": runner.state,
+        "reason": runner.reason,
+        "error": runner.error,
+        "time": round(runner.time, 3),
+        "count": runner.line_count,
+        "lines": lines,
+    }
+
+
+def catalogue() -> list[dict[str, Json]]:
+    """Return all behaviours, for the page to choose from: as JSON.
+
+    ``[{"name", "group", "summary", "world": the world it is made for, "elsewhere": why it cannot run here,
+    "options": [{"name", "unit", "low", "high", "default", "whole": only whole numbers, "rule"}]}]``
+    """
+    return [
+        {
+            "name": each.name,
+            "group": each.group,
+            "summary": each.summary,
+            "world": each.world,
+            "elsewhere": ELSEWHERE.get(each.style, ""),
+            "options": [
+                {
+                    "name": option.name,
+                    "unit": option.quantity.unit,
+                    "low": option.quantity.low,
+                    "high": option.quantity.high,
+                    "default": option.default if isinstance(option.default, int | float | str) else None,
+                    "whole": not option.quantity.scale,
+                    "rule": option.quantity.rule,
+                }
+                for option in each.options
+            ],
+        }
+        for each in sorted(behaviours().values(), key=lambda each: (GROUPS.get(each.group, -1), each.name))
+    ]
+
+
+def source_of(name: str) -> str:
+    """Return the text of the file that a behaviour is written in.
+
+    Raises:
+        ArgumentError: There is no such behaviour, or its file is not installed.
+    """
+    what = find(_checked(name))
+    try:
+        return inspect.getsource(sys.modules[what.function.__module__])
+    except (OSError, TypeError):
+        raise ArgumentError(f"the source of {what.name} is not installed") from None
+
+
+def _checked(name: object) -> str:
+    """Return the name of a behaviour as a page sent it.
+
+    Raises:
+        ArgumentError: It is not a text, or too long.
+    """
+    if not isinstance(name, str) or len(name) > LONGEST_NAME:
+        raise ArgumentError("a behaviour is named by a short text")
+    return name
+
+
+__all__ = ["BehaviourRunner", "RunPhase", "catalogue", "runner_state", "source_of"]

@@ -1,0 +1,77 @@
+"""The event log of one robot: what happened, in lines that a person reads and filters."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from elib.link.session import Disconnected, Ended, Greeted, Reconnected, ResetNoticed, Resynced, TraceEvent
+
+KEPT = 500
+"""Lines of the event log."""
+CHATTER = 1.0
+"""s in which one line stands for all speeds that were set: a stick sets ten a second."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of the event log: s on the panel's clock, a kind as the page filters by, and what happened."""
+
+    time: float
+    kind: str
+    text: str
+    is_bad: bool = False
+
+
+class EventLog:
+    """The newest lines.
+
+    Attributes:
+        lines: The newest ones, oldest first.
+        count: How many there ever were.
+    """
+
+    def __init__(self) -> None:
+        self.lines: deque[Line] = deque(maxlen=KEPT)
+        self.count = 0
+        self._loop = asyncio.get_running_loop()
+        self._spoken = -math.inf
+
+    def note(self, kind: str, text: str, *, is_bad: bool = False) -> None:
+        """Add a line."""
+        self.lines.append(Line(self._loop.time(), kind, text, is_bad))
+        self.count += 1
+
+    def see(self, time: float, event: TraceEvent) -> None:
+        """Add a line for what happened on the link, where it is worth one."""
+        match event:
+            case Ended(request=request, error=error) if not isinstance(error, asyncio.CancelledError):
+                is_reading = request.spec is None or request.spec.is_reading
+                if error is None and (is_reading or self._is_chatter(time, request.name)):
+                    return
+                text = "ok" if error is None else str(error).partition("\n")[0]
+                self.note("call", f"{request.text}: {text}", is_bad=error is not None)
+            case Disconnected(error=error):
+                self.note("link", f"the link is down: {error.message}", is_bad=True)
+            case Reconnected(gap=gap):
+                self.note("link", f"the link is back after {gap:.1f} s")
+            case ResetNoticed() | Greeted():
+                self.note("robot", "the robot has restarted", is_bad=True)
+            case Resynced(dropped=dropped):
+                self.note("link", f"the line was out of sync; {dropped} bytes were dropped")
+            case _:
+                pass
+
+    def _is_chatter(self, time: float, name: str) -> bool:
+        """Return whether a command needs no line: a speed soon after another."""
+        if name != "set_speed":
+            return False
+        if time - self._spoken < CHATTER:
+            return True
+        self._spoken = time
+        return False
+
+
+__all__ = ["EventLog", "Line"]

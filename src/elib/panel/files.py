@@ -1,0 +1,116 @@
+"""Names of files that a page asks for: they lie in one folder, and no name leads out of it."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+
+from elib.base.errors import ArgumentError
+
+LOG, RECORDING, WORLD = ".log", ".mcap", ".toml"
+LONGEST = 80
+"""Characters of a name; file systems take 255 bytes, and four bytes make a character at most."""
+DEVICES = frozenset(
+    ("con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in "0123456789"))
+)
+"""Names that mean devices on Windows, with any ending."""
+FORBIDDEN = frozenset('/\\:*?"<>|%$~`')
+"""Characters that separate folders on some system, name drives or streams, or mean something to a shell."""
+
+
+class Folder:
+    """The one folder that a page may name files in.
+
+    Args:
+        path: The folder; it must exist.
+
+    Raises:
+        ArgumentError: The path is not a folder.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path).resolve()
+        if not self.path.is_dir():
+            raise ArgumentError(f"{str(path)!r} is not a folder", hint="make it first, or name another")
+
+    def log(self, name: object) -> Path:
+        """Return the path of a log, which may exist; it raises what :meth:`file` raises."""
+        return self.file(name, LOG)
+
+    def recording(self, name: object) -> Path:
+        """Return the path of a recording, which must not exist yet; it raises what :meth:`file` raises."""
+        return self._new(name, RECORDING)
+
+    def world(self, name: object) -> Path:
+        """Return the path of a world file, which must not exist yet; it raises what :meth:`file` raises."""
+        return self._new(name, WORLD)
+
+    def file(self, name: object, suffix: str) -> Path:
+        """Return the path of a file of this folder.
+
+        Args:
+            name: As typed; the ending may be left out.
+            suffix: The ending it must have, like ``.log``.
+
+        Raises:
+            ArgumentError: It is not a plain name, it has another ending, or a link or a folder has that name.
+        """
+        path = self.path / plain_name(name, suffix)
+        # A link could lead anywhere; a pipe or a device would never take the bytes.
+        if path.is_symlink() or (path.exists() and not path.is_file()):
+            raise ArgumentError(f"{path.name!r} is not a plain file there", hint="take another name")
+        return path
+
+    def free(self, stem: str, suffix: str) -> str:
+        """Return a name that no file has: ``run.log``, ``run-2.log`` and so on.
+
+        Args:
+            stem: How it begins, any text; characters that a name cannot have become dashes.
+            suffix: Its ending.
+        """
+        kept = "".join(letter if letter.isalnum() or letter in "_-" else "-" for letter in stem)
+        clean = re.sub("-+", "-", kept).strip("-")[: LONGEST - 20] or "run"
+        clean = f"{clean}-1" if clean.lower() in DEVICES else clean
+        for number in itertools.count(1):
+            name = f"{clean}{suffix}" if number == 1 else f"{clean}-{number}{suffix}"
+            if not (self.path / name).exists():
+                return name
+        raise AssertionError("numbers never end")
+
+    def _new(self, name: object, suffix: str) -> Path:
+        path = self.file(name, suffix)
+        if path.exists():
+            raise ArgumentError(f"{path.name!r} exists", hint=f"{self.free(path.stem, suffix)!r} is free")
+        return path
+
+
+def plain_name(name: object, suffix: str) -> str:
+    """Return *name* with its ending.
+
+    Raises:
+        ArgumentError: It is not the plain name of a file, or it has another ending.
+    """
+    if not isinstance(name, str):
+        raise ArgumentError("the name of a file must be a text")
+    text = name.strip()
+    if not text:
+        raise ArgumentError("the file has no name", hint=f"like run{suffix}")
+    if len(text) > LONGEST:
+        raise ArgumentError(f"the name of the file has {len(text)} characters; it may have {LONGEST}")
+    if not text.isprintable() or FORBIDDEN & set(text) or text.startswith((".", "-")) or text.endswith("."):
+        raise ArgumentError(
+            f"{text!r} is not a name for a file here",
+            hint=f"it must not have {' '.join(sorted(FORBIDDEN))}, nor begin with a dot or a dash",
+        )
+    stem, dot, ending = text.rpartition(".")
+    if not dot:
+        stem, text = text, text + suffix
+    elif f".{ending}".lower() != suffix:
+        raise ArgumentError(f"{text!r} must end in {suffix}")
+    if stem.partition(".")[0].strip().lower() in DEVICES:
+        raise ArgumentError(f"{text!r} is the name of a device on Windows", hint="take another name")
+    return text
+
+
+__all__ = ["LOG", "LONGEST", "RECORDING", "Folder", "plain_name"]

@@ -1,0 +1,114 @@
+"""The names, units and ranges of a robot's readings, as a person sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import cast
+
+from elib.link.protocol import values as v
+from elib.link.protocol.context import Profile
+from elib.robot.snapshot import SENSORS
+
+
+@dataclass(frozen=True, slots=True)
+class Instrument:
+    """One reading, as a person sees it.
+
+    Attributes:
+        name: Name of the reading.
+        title: Title for a person.
+        labels: Names of its values, in order.
+        units: Units of its values, in order.
+        low: Value of an empty gauge, or None where there is no natural one.
+        high: Value of a full gauge, or None.
+        physical_unit: Unit of :func:`physical`; empty where the readings have no such values.
+    """
+
+    name: str
+    title: str
+    labels: tuple[str, ...]
+    units: tuple[str, ...]
+    low: float | None = None
+    high: float | None = None
+    physical_unit: str = ""
+
+
+def words(instrument: Instrument, reading: object) -> tuple[tuple[str, str, str], ...]:
+    """Return label, number and unit of each value of a reading; ``?`` for a number that is not known."""
+    found = numbers(reading) if isinstance(reading, v.Reading) else [None] * len(instrument.labels)
+    return tuple(
+        (label, _number(number), unit)
+        for label, number, unit in zip(instrument.labels, found, instrument.units, strict=False)
+    )
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "?"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return str(value) if isinstance(value, int) else f"{value:.4g}"
+
+
+def instruments(profile: Profile | None) -> tuple[Instrument, ...]:
+    """Return all readings but the picture, in the order of :class:`elib.Sensors`.
+
+    Args:
+        profile: Profile of the firmware, which decides the ranges; None before it is known.
+    """
+    name = "" if profile is None else profile.name
+    known = _KNOWN.get(name)
+    if known is None:
+        known = _KNOWN[name] = tuple(_instrument(reading, profile) for reading in SENSORS)
+    return known
+
+
+_KNOWN: dict[str, tuple[Instrument, ...]] = {}
+
+
+def _instrument(name: str, profile: Profile | None) -> Instrument:
+    kind = v.READING_TYPES[name]
+    title = next(info.words for info in v.describe(v.Sensors) if info.name == name)
+    title = "Tilt" if kind is v.Attitude else title[:1].upper() + title[1:]
+    if kind is v.Battery:
+        return Instrument(name, title, ("raw", "voltage", "charge"), ("counts", "V", "%"))
+    fields = v.describe(kind, v.Role.NUMBER)
+    labels = tuple(label for info in fields for label in (map(v.in_words, info.names) if info.names else (info.words,)))
+    units = tuple(info.unit for info in fields for _ in info.names or (info.name,))
+    low, high = _range(name, fields[0], profile)
+    converted = v.physical_of(kind)
+    return Instrument(name, title, labels, units, low, high, "" if converted is None else converted.unit)
+
+
+def _range(name: str, info: v.FieldInfo, profile: Profile | None) -> tuple[float | None, float | None]:
+    """Return the ends of a gauge; some firmwares have a wider range than others."""
+    match name:
+        case "speed":
+            return (-1.0, 1.0) if profile is None else profile.ranges.get("wheel_speed", (-1.0, 1.0))
+        case "accelerometer":  # the chips of the e-puck measure up to about 2 g either way
+            zero, per_g = (2048.0, 768.0) if profile is None else (profile.acceleration_zero, profile.counts_per_g)
+            return zero - 2 * per_g, zero + 2 * per_g
+        case "gyroscope":  # the chips are set to measure up to 250 degrees/s
+            span = 250 * (131.0 if profile is None else profile.gyroscope_counts_per_degree)
+            return -span, span
+    return info.low, info.high
+
+
+def numbers(reading: v.Reading) -> Sequence[float | None]:
+    """Return the values of a reading; None where one is unknown."""
+    match reading:
+        case v.Counts():  # a packet has -1 for a ground module that is not plugged in
+            return [None if count < 0 else count for count in reading.counts]
+        case v.Battery():
+            return reading.raw, reading.volts, None if reading.fraction is None else 100 * reading.fraction
+    return [cast("float | None", number) for _, _, number in v.items(reading, v.Role.NUMBER)]
+
+
+def physical(reading: v.Reading) -> Sequence[float]:
+    """Return the same values in a physical unit; none for a reading that does not have it."""
+    info = v.physical_of(type(reading))
+    return () if info is None else cast("Sequence[float]", getattr(reading, info.name))
+
+
+__all__ = ["Instrument", "instruments", "numbers", "physical", "words"]

@@ -1,0 +1,298 @@
+"""The interlock between a behaviour and the panel's robot: a person can close it, and the behaviour then waits.
+
+While the interlock is closed, no command of the behaviour reaches the robot, and the behaviour's own pauses last longer
+by that time. The behaviour does not see what the panel tells the robot meanwhile, so a motion that it measures by the
+step counters goes on where it was.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import concurrent.futures
+import contextlib
+import threading
+from collections.abc import Callable, Coroutine
+from typing import Any, TypeVar
+
+from elib.base.errors import ElibError, LinkClosed
+from elib.base.timebase import Hold, SimulatedLoop
+from elib.link.protocol.styles import Action
+from elib.link.protocol.table import Command, Request
+from elib.link.session import Called, Channel, Ended, ForwardingChannel, TraceEvent, TraceHook, check_timeout
+from elib.panel.drivelock import DriveLock
+from elib.robot.aio import Epuck
+from elib.robot.callbacks import CallbackPool
+from elib.robot.link import Link, LinkSettings
+from elib.robot.portal import Portal
+from elib.robot.reconnect import Policy
+
+T = TypeVar("T")
+
+WHEELS = ("set_speed", "stop")
+RESUMING_TIME = 1.0
+"""s within which the robot has to confirm the speed that it had before a pause."""
+
+
+class Interlock(ForwardingChannel):
+    """The channel to the robot that a behaviour uses.
+
+    Args:
+        channel: The panel's own channel.
+        drive: The drive lock, which is told when the behaviour moves the wheels.
+
+    Attributes:
+        is_closed: Whether the commands of the behaviour wait.
+    """
+
+    def __init__(self, channel: Channel, drive: DriveLock) -> None:
+        self.hooks: list[TraceHook] = []
+        self.is_closed = False
+        self._session = channel
+        self._helm = drive
+        self._over: LinkClosed | None = None
+        self._speed: Request[Any] | None = None
+        self._free, self._shut = asyncio.Event(), asyncio.Event()
+        self._free.set()
+        channel.hooks.append(self._see)
+
+    # -- the interlock --
+
+    def shut(self) -> None:
+        """Close the interlock: only ``stop`` passes."""
+        self.is_closed = True
+        self._free.clear()
+        self._shut.set()
+
+    async def reopen(self) -> None:
+        """Set the wheels as before the pause, then let all commands pass.
+
+        Raises:
+            ElibError: The robot did not confirm the speed; the interlock stays closed.
+        """
+        if self._speed is not None:
+            self._helm.driven(is_moving=True)
+            await self._session.execute(self._speed, RESUMING_TIME)
+        if self._over is None:
+            self.is_closed = False
+            self._shut.clear()
+            self._free.set()
+
+    def end(self) -> None:
+        """Let only ``stop`` pass from now on: calls that wait end in LinkClosed. Safe to repeat."""
+        if self._over is None:
+            self._over = LinkClosed("the behaviour was ended")
+            self._free.set()
+            self._shut.set()
+            with contextlib.suppress(ValueError):
+                self._session.hooks.remove(self._see)
+
+    async def sleep(self, seconds: float) -> None:
+        """Wait so many seconds, not counting the time for which the interlock is closed."""
+        loop = asyncio.get_running_loop()
+        left = check_timeout(seconds)
+        await self._wait()
+        while left > 0:
+            began = loop.time()
+            try:
+                async with asyncio.timeout(left):
+                    await self._shut.wait()
+            except TimeoutError:
+                left = 0.0
+            else:
+                left -= loop.time() - began
+            await self._wait()
+
+    async def _wait(self) -> None:
+        while self._over is None and self.is_closed:
+            await self._free.wait()
+        if self._over is not None:
+            raise LinkClosed(self._over.message)
+
+    def _see(self, time: float, event: TraceEvent) -> None:
+        if self.is_closed and isinstance(event, Called | Ended) and event.request.name in WHEELS:
+            return
+        for hook in tuple(self.hooks):
+            hook(time, event)
+
+    # -- the channel --
+
+    @property
+    def error(self) -> ElibError | None:
+        """Why the channel ended for good, or None."""
+        return self._over or self._session.error
+
+    @property
+    def is_restoring(self) -> bool:
+        """Whether what was set is being set again now."""
+        return self._session.is_restoring
+
+    def forget_speed(self) -> None:
+        """Do nothing: the panel's own robot restores no speed after the link was lost."""
+
+    async def execute(self, request: Request[T], timeout: float) -> T:
+        """Send *request* when the interlock is open, and return its answer. ``stop`` always passes."""
+        if request.name == "stop":
+            return await self._stop(request, timeout)
+        await self._wait()
+        is_moving = request.name == "text" or (request.name == "set_speed" and any(request.numbers))
+        if is_moving:
+            self._helm.driven(is_moving=True)
+        if request.name == "set_speed":
+            self._speed = request if is_moving else None
+        answer = await self._session.execute(request, timeout)
+        if request.name == "set_speed" and not is_moving and not self.is_closed:
+            self._helm.driven(is_moving=False)
+        return answer
+
+    async def _stop(self, request: Request[T], timeout: float) -> T:
+        self._speed = None
+        answer = await self._session.execute(request, timeout)
+        # While the interlock was closed or ended, others may have driven.
+        if not self.is_closed and not self._helm.driver:
+            self._helm.driven(is_moving=False)
+        return answer
+
+    async def execute_last(self, request: Request[T], timeout: float) -> T:
+        """Send *request* and end the interlock; the panel's link stays open."""
+        self.end()
+        return await self._session.execute(request, timeout)
+
+    async def close(self) -> None:
+        """End the interlock; the panel's link stays open."""
+        self.end()
+
+    def send_unqueued(self, data: bytes) -> bool:
+        """Send nothing: the panel stops the robot itself."""
+        return False
+
+
+class ProxiedRobot(Epuck):
+    """The robot that a behaviour gets: the panel's robot with its own odometry, events and records."""
+
+    def __init__(self, robot: Epuck, interlock: Interlock) -> None:
+        link = Link(robot.url, robot.name, LinkSettings(keep_moving=True, policy=Policy()))
+        link.session, link.loop = interlock, asyncio.get_running_loop()
+        link.counter = robot._link.counter  # noqa: SLF001  # calls of both count on the same link
+        link.motion.follow(interlock)
+        super().__init__(link)
+        self._interlock = interlock
+
+    def _call(
+        self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
+    ) -> Any:
+        if operation.name == "sleep":
+            return self._interlock.sleep(*args, **kwargs)
+        return super()._call(operation, args, kwargs)
+
+
+class Bridge(Portal):
+    """A portal into the panel's running event loop, for a behaviour in the blocking style.
+
+    In simulated time, which tests use, the clock stands still while a thread of the behaviour works.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        # The base class would make and run a loop and take signals: here the panel's program does all that.
+        self.loop = loop
+        self.is_closed = False
+        self.before_close = None
+        self._pool = CallbackPool(lambda: None)
+        self._thread_ident = threading.get_ident()
+        self._local = threading.local()
+
+    def hold(self) -> Hold | None:
+        """Return a hold on simulated time, acquired; None in real time."""
+        if not isinstance(self.loop, SimulatedLoop):
+            return None
+        hold = self.loop.hold()
+        hold.acquire()
+        return hold
+
+    def run(self, function: Callable[[], None], hold: Hold | None) -> None:
+        """Run *function* on this thread, which owns *hold* and releases it at the end."""
+        self._local.hold = hold
+        try:
+            function()
+        finally:
+            self._local.hold = None
+            if hold is not None:
+                hold.release()
+
+    def call(self, coroutine: Coroutine[Any, Any, T], *, in_order: bool = False) -> T:
+        """Run *coroutine* in the loop and return its result."""
+        return self.wait(self.start(coroutine))
+
+    def start(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
+        """Let *coroutine* run in the loop and return its future at once."""
+        if self.is_closed:
+            coroutine.close()
+            raise LinkClosed("the behaviour was ended")
+        return asyncio.run_coroutine_threadsafe(coroutine, self.loop)
+
+    begin = start
+
+    def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
+        """Wait for *future* and return its result.
+
+        Args:
+            future: A future of :meth:`start`.
+            timeout: Seconds of the loop's time; None waits as long as the call takes.
+
+        Raises:
+            TimeoutError: The time is over; the call goes on.
+        """
+        if threading.get_ident() == self._thread_ident:
+            raise RuntimeError("a blocking call in the panel's own event loop would wait for ever")
+        expiry = None if timeout is None else self.start(asyncio.sleep(timeout))
+        hold: Hold | None = getattr(self._local, "hold", None)
+        lock, is_waiting = threading.Lock(), True
+
+        awaited: set[concurrent.futures.Future[Any]] = {future} if expiry is None else {future, expiry}
+
+        def wake(_: object) -> None:
+            # On the loop's thread, before the waiting thread wakes up: the time must not advance in between.
+            with lock:
+                if is_waiting and hold is not None:
+                    hold.acquire()
+
+        if hold is not None:
+            for each in awaited:
+                each.add_done_callback(wake)
+            with lock:
+                if not any(each.done() for each in awaited):
+                    hold.release()
+        concurrent.futures.wait(awaited, return_when=concurrent.futures.FIRST_COMPLETED)
+        with lock:
+            is_waiting = False
+            if hold is not None:
+                hold.acquire()
+        if expiry is not None:
+            expiry.cancel()
+        if not future.done():
+            raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
+        try:
+            return future.result()
+        except concurrent.futures.CancelledError:
+            raise LinkClosed("the call was cancelled") from None
+
+    def later(self, function: Callable[[], None], name: str) -> None:
+        """Run *function* on another thread; it may block or raise without harm to the link."""
+        hold = self.hold()
+        self._pool.put(lambda: self.run(function, hold), name)
+
+    def leave(self, patience: float | None = None) -> None:
+        """Let the behaviour close its robot, then take no more calls."""
+        if not self.is_closed:
+            try:
+                if self.before_close is not None:
+                    self.call(self.before_close())
+            finally:
+                self.close()
+
+    def close(self) -> None:
+        """Take no more calls."""
+        self.is_closed = True
+        self._pool.close()
+
+
+__all__ = ["Bridge", "Interlock", "ProxiedRobot"]

@@ -1,0 +1,310 @@
+"""One open page: it carries out what the page asks for, and sends it ten times a second what has changed."""
+
+from __future__ import annotations
+
+import asyncio
+import inspect
+import logging
+import math
+import secrets
+from collections.abc import Awaitable, Callable
+from functools import partial
+from typing import TYPE_CHECKING, ClassVar, Protocol
+
+import msgspec
+from aiohttp import WSCloseCode, web
+
+from elib.base.body import SENSOR_DIRECTIONS
+from elib.base.errors import ArgumentError, ElibError
+from elib.panel.behaviours import catalogue, runner_state
+from elib.panel.instruments import Cursor, scheme, summary, tick
+from elib.panel.pictures import world_list
+from elib.panel.world import WorldUpdates
+from elib.simulator.drawing.robot import LED_ANGLES
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.control_server import time_factor
+
+if TYPE_CHECKING:
+    from elib.panel.panel import Panel, Study
+    from elib.panel.slot import Slot
+
+PERIOD = 0.1
+"""s of the wall clock between two updates."""
+OVERVIEW_EVERY = 2
+"""Updates for one of the overview, whose robots are many."""
+AHEAD = 3
+"""Updates on their way to a page that has not drawn them yet, at most: a slow page gets fewer."""
+MOST_TASKS = 32
+"""Requests of one page that wait for an answer at the same time, and answers that it has not read yet."""
+OVERVIEW, START = "overview", "start"
+
+Json = dict[str, object]
+
+
+class Request(Protocol):
+    """One message of a page: ``elib.panel.messages`` has them all."""
+
+    id: int
+    is_of_world: ClassVar[bool]
+
+    def carry_out(self, page: Page) -> Awaitable[object] | object:
+        """Do it, and return the result, or an awaitable of it."""
+
+
+log = logging.getLogger("elib.panel")
+
+
+class Page:
+    """One browser page, from the opening of its WebSocket to its end.
+
+    Args:
+        panel: The robots.
+        ws: The page's WebSocket.
+        decode: Makes a request of a text, or raises what msgspec raises of one that is not a request.
+
+    Attributes:
+        panel: As given.
+        name: The page's name at the drive locks. A page acts under its own name alone: no message carries one.
+        place: The key of the robot that it shows, or ``overview``, or ``start``.
+        world_of: The key of the robot whose world it shows where it shows all robots; empty for the first world.
+        wants_rays: Whether it shows the rays of the infrared sensors.
+        world_updates: Sends it the world.
+        watched: The robot of the world whose readings it shows, by its index; None for none.
+    """
+
+    def __init__(self, panel: Panel, ws: web.WebSocketResponse, decode: Callable[[str], Request]) -> None:
+        self.panel = panel
+        self.name = f"page-{secrets.token_hex(8)}"
+        self.place = START
+        self.wants_rays = False
+        self.world_of = ""
+        self.watched: int | None = None
+        self._ws, self._decode = ws, decode
+        self._loop = asyncio.get_running_loop()
+        self._joined: set[Slot] = set()
+        self._cursor = Cursor()
+        self._scheme: tuple[str, int] = ("", -1)
+        self._listed: object = None
+        self._behaviour_lines = 0
+        self._generations = 0
+        self._study: Json = {}
+        self._number = self._drawn = 0
+        self._tasks: set[asyncio.Future[object]] = set()
+        self._unsent = 0
+        self.world_updates = WorldUpdates(self)
+        slots = list(panel.slots)
+        self.show(OVERVIEW if len(slots) != 1 and (slots or panel.is_of_world) else slots[0] if slots else START)
+        for work in (self._send_updates(), self.world_updates.send()):
+            self._begin(work).add_done_callback(self._broke)
+
+    # -- what the page says --
+
+    def hear(self, text: str) -> str:
+        """Carry out one message; return why the page is to be closed, or an empty string."""
+        try:
+            message = self._decode(text)
+        except (msgspec.DecodeError, RecursionError):
+            return "not a message of the page"
+        if self._unsent >= MOST_TASKS:
+            return "the page does not read its answers"
+        try:
+            if self.panel.is_closed and not message.is_of_world:
+                raise ArgumentError("this page shows a world, and nothing else of the computer that simulates it")
+            result = message.carry_out(self)
+            if inspect.iscoroutine(result) and len(self._tasks) >= MOST_TASKS:
+                result.close()
+                raise ArgumentError("too many requests wait for an answer", hint="wait a moment")
+        except Exception as error:
+            self._answer(message.id, error)
+            return ""
+        if inspect.isawaitable(result):
+            self._begin(result).add_done_callback(partial(self._finish, message.id))
+        else:
+            self._answer(message.id, result)
+        return ""
+
+    def _finish(self, number: int, task: asyncio.Future[object]) -> None:
+        if not task.cancelled():
+            self._answer(number, task.exception() or task.result())
+
+    def _answer(self, number: int, result: object) -> None:
+        """Send what came of a request: a result, or an error."""
+        answer: Json = {"type": "answer", "id": number}
+        try:
+            if isinstance(result, BaseException):
+                raise result
+            text = msgspec.json.encode(answer | {"ok": True, "result": result})
+        except ElibError as error:
+            text = msgspec.json.encode(answer | {"ok": False, "error": error.message, "hint": error.hint})
+        except Exception as error:
+            log.error("a request of a page failed", exc_info=error)
+            answer |= {"ok": False, "error": "the program made a mistake", "hint": "its terminal says more"}
+            text = msgspec.json.encode(answer)
+        if number:
+            self._unsent += 1
+            self._begin(self.send_text(text.decode())).add_done_callback(self._sent)
+
+    def _sent(self, task: asyncio.Future[object]) -> None:
+        self._unsent -= 1
+        if not task.cancelled():
+            task.exception()  # the page is gone
+
+    def show(self, place: str) -> None:
+        """Show a robot by its key, or ``overview``, or ``start``; what it drove stops."""
+        for slot in self._joined:
+            slot.drive.leave(self.name)
+            slot.look_away(self.name)
+        if place not in (OVERVIEW, START):
+            self.panel.slot(place)
+        self.place = place
+        self._cursor, self._scheme, self._behaviour_lines = Cursor(), ("", -1), 0
+
+    def drawn(self, number: int) -> None:
+        """Note how far the page has come."""
+        self._drawn = min(max(self._drawn, number), self._number)
+
+    @property
+    def control(self) -> Control:
+        """The control of the world that the page shows.
+
+        Raises:
+            ArgumentError: It shows none.
+        """
+        found = self.world
+        if found is None:
+            raise ArgumentError("there is no virtual world here", hint="a real robot has its own")
+        return found
+
+    @property
+    def world(self) -> Control | None:
+        """The control of the world that the page shows, or None."""
+        if self.place in self.panel.slots:
+            return self.panel.slots[self.place].control
+        if self.place == START:
+            return None
+        if self.world_of in self.panel.slots and (chosen := self.panel.slots[self.world_of].control) is not None:
+            return chosen
+        return self.panel.control or next((s.control for s in self.panel.slots.values() if s.control is not None), None)
+
+    @property
+    def own(self) -> int | None:
+        """The index of the robot that the page shows in that world; None where it shows all."""
+        return self.panel.slots[self.place].index if self.place in self.panel.slots else None
+
+    # -- what the page is told --
+
+    async def _send_updates(self) -> None:
+        await self._send(self._hello())
+        due, period = self._loop.time(), PERIOD * time_factor()
+        while True:
+            if self._number - self._drawn < AHEAD:
+                await self._send(self._update())
+            due = max(due + period, self._loop.time())
+            await asyncio.sleep(due - self._loop.time())
+
+    def _hello(self) -> Json:
+        panel = self.panel
+        return {
+            "type": "hello",
+            "page": self.name,
+            "place": self.place,
+            "folder": "" if panel.is_shared else str(panel.folder.path),
+            "worlds": world_list(),
+            "behaviours": catalogue(),
+            "ring": {"sensors": SENSOR_DIRECTIONS, "leds": [math.radians(angle) for angle in LED_ANGLES]},
+            "simulation": panel.is_of_world,
+            "study": None if panel.study is None else panel.study.about(),
+        }
+
+    def _update(self) -> Json:
+        """Return what has changed since the last update."""
+        self._join()
+        if self.place not in (OVERVIEW, START, *self.panel.slots):
+            self.show(OVERVIEW if self.panel.slots else START)
+        self._number += 1
+        update: Json = {"type": "update", "number": self._number, "place": self.place}
+        listed = self.panel.labels()
+        if listed != self._listed:
+            self._listed = listed
+            update["robots"] = listed
+        if self.place in self.panel.slots:
+            update["robot"] = self._robot(self.panel.slots[self.place])
+        elif self.place == OVERVIEW and self._number % OVERVIEW_EVERY == 1:
+            update["overview"] = {key: summary(slot) for key, slot in self.panel.slots.items()}
+            update["worlds"] = self._worlds()
+        if self.panel.study is not None:
+            self._tell_study(self.panel.study, update)
+        return update
+
+    def _tell_study(self, study: Study, update: Json) -> None:
+        first, state = self._generations, study.state()
+        if (generations := study.generations(first)) or state != self._study:
+            update["study"] = {"first": first, "generations": generations, **state}
+            self._generations, self._study = first + len(generations), state
+
+    def _worlds(self) -> list[tuple[str, str]]:
+        """Return the worlds of the robots: the key of a robot in it, and its name."""
+        found: dict[int, tuple[str, str]] = {}
+        for key, slot in self.panel.slots.items():
+            if (control := slot.control) is not None:
+                found.setdefault(id(control.simulation), (key, control.world.scene.name))
+        return list(found.values())
+
+    def _robot(self, slot: Slot) -> Json:
+        slot.look(self.name)
+        told: Json = {"tick": tick(slot, self._cursor)}
+        if self._scheme != (self.place, slot.edition):
+            self._scheme = self.place, slot.edition
+            told["scheme"] = scheme(slot)
+        told["behaviour"] = runner_state(slot.runner, self._behaviour_lines)
+        self._behaviour_lines = slot.runner.line_count
+        return told
+
+    def _join(self) -> None:
+        """Look at every robot, also those of other tabs: what was started there goes on."""
+        there = set(self.panel.slots.values())
+        for slot in there - self._joined:
+            slot.join(self.name)
+        self._joined = there
+
+    async def _send(self, message: Json) -> None:
+        await self.send_text(msgspec.json.encode(message).decode())
+
+    async def send_text(self, text: str) -> None:
+        """Send a message; a page that is gone gets none."""
+        if not self._ws.closed:
+            await self._ws.send_str(text)
+
+    async def send_bytes(self, data: bytes) -> None:
+        """Send a frame of the world; a page that is gone gets none."""
+        if not self._ws.closed:
+            await self._ws.send_bytes(data)
+
+    # -- the end --
+
+    def _begin(self, work: Awaitable[object]) -> asyncio.Future[object]:
+        task = asyncio.ensure_future(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+    def _broke(self, task: asyncio.Future[object]) -> None:
+        """End the page when it is told nothing more, so that the browser opens it again."""
+        error = None if task.cancelled() else task.exception()
+        if error is not None and not isinstance(error, ConnectionError):
+            log.error("a page failed", exc_info=error)
+            self._begin(self._ws.close(code=WSCloseCode.INTERNAL_ERROR, message=b"the program made a mistake"))
+
+    async def close(self) -> None:
+        """Leave all robots: what the page drove stops now."""
+        for slot in self._joined:
+            slot.leave(self.name)
+        self._joined.clear()
+        tasks = tuple(self._tasks)
+        for task in tasks:
+            task.cancel()
+        if tasks:
+            await asyncio.wait(tasks)
+
+
+__all__ = ["OVERVIEW", "START", "Page"]

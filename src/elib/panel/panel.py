@@ -1,0 +1,324 @@
+"""The panel: its robots, the files and the world that belong to it. It lives on the server's event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Protocol
+
+from elib.base.errors import ArgumentError, ElibError, LinkLost
+from elib.link.transport import robots_of
+from elib.link.transport.url import parse_url
+from elib.panel.files import LOG, RECORDING, Folder
+from elib.panel.recents import Recents
+from elib.panel.slot import Slot
+from elib.simulator.emulator.control import Control
+from elib.simulator.physics.worldfile import gallery
+
+MOST_ROBOTS = 64
+"""Robots that the panel has room for: two classes full."""
+LONGEST_URL = 500
+LONGEST_NAME = 80
+LONGEST_LABEL = 28
+"""Characters of a name that fit on a tab."""
+MOST_FILES = 50
+"""Recordings that are offered."""
+PARTING = 3.0
+"""s that a robot may take to confirm its last stop when the panel ends."""
+
+
+class Study(Protocol):
+    """A study whose evolution the pages show; what they show in the world is one of its controllers."""
+
+    def about(self) -> dict[str, object]:
+        """Return what does not change, for ``static/study.js``."""
+
+    def generations(self, first: int) -> Sequence[Sequence[float]]:
+        """Return the fitness of each generation from *first* on, counted from 0."""
+
+    def state(self) -> dict[str, object]:
+        """Return how far it is."""
+
+    def choose(self, number: int | None) -> None:
+        """Let one of the best controllers drive, counted from 0; None for the newest at any time."""
+
+
+class Panel:
+    """The robots of one panel.
+
+    Args:
+        is_shared: Whether other computers reach it. Then a page may not name files of this computer.
+        is_closed: Whether its pages show the world of *control* and nothing else: no robot or file can be opened.
+        control: Control of a simulation that is shown with the robots; None shows the worlds of the robots alone.
+        study: The study to which the pages belong, if they belong to one.
+        folder: Where logs, recordings and pictures go; the current folder if None.
+        recents: The robots that were used before; those of this user if None.
+
+    Attributes:
+        is_shared: As given.
+        is_closed: As given.
+        control: As given; it may change.
+        study: As given.
+        folder: As given.
+        recents: As given.
+        on_empty: Called when the last page was closed.
+        on_visit: Called when a page was opened.
+    """
+
+    def __init__(
+        self,
+        *,
+        is_shared: bool = False,
+        is_closed: bool = False,
+        control: Control | None = None,
+        study: Study | None = None,
+        folder: Path | None = None,
+        recents: Recents | None = None,
+    ) -> None:
+        self.is_shared = is_shared
+        self.is_closed = is_closed
+        self.control = control
+        self.study = study
+        self.folder = Folder(Path.cwd() if folder is None else folder)
+        self.recents = Recents() if recents is None else recents
+        self.on_empty: Callable[[], object] = lambda: None
+        self.on_visit: Callable[[], object] = lambda: None
+        self._slots: dict[str, Slot] = {}
+        self._asked: dict[str, str] = {}
+        self._parting: set[Slot] = set()
+        self._number = 0
+        self._tasks: set[asyncio.Task[object]] = set()
+
+    @property
+    def is_of_world(self) -> bool:
+        """Whether its pages belong to a simulation or a study, and not to robots."""
+        return self.control is not None or self.study is not None
+
+    @property
+    def slots(self) -> Mapping[str, Slot]:
+        """The robots by key, in the order they came; read only."""
+        return MappingProxyType(self._slots)
+
+    def slot(self, key: object) -> Slot:
+        """Return the robot with a key.
+
+        Raises:
+            ArgumentError: There is no such robot, or it was taken out.
+        """
+        found = self._slots.get(key) if isinstance(key, str) else None
+        if found is None:
+            raise ArgumentError("there is no such robot in the panel", hint="it may have been taken out meanwhile")
+        return found
+
+    def add(self, url: object, name: object = "", *, is_trusted: bool = False) -> str:
+        """Make a place for a robot, not yet connected, and return its key.
+
+        Args:
+            url: What will be opened.
+            name: Its name; its URL if empty.
+            is_trusted: Whether it comes from the command line, not from a page.
+
+        Raises:
+            ArgumentError: The URL or the name is wrong, or the panel is full.
+        """
+        if len(self._slots) >= MOST_ROBOTS:
+            raise ArgumentError(f"the panel has {MOST_ROBOTS} robots, and room for no more")
+        slot = Slot(self._url(url, is_trusted), name=_line("the name", name, LONGEST_NAME))
+        self._number += 1
+        key = str(self._number)
+        self._slots[key] = slot
+        return key
+
+    def add_all(self, url: object, *, is_trusted: bool = False) -> list[str]:
+        """Make a place for each robot of a URL, as :meth:`add` does for one: a URL of a world may have several robots.
+
+        Raises:
+            ArgumentError: The URL is wrong, or the panel is full.
+            LinkNotFound: There is no such world.
+        """
+        text = self._url(url, is_trusted)
+        urls = [text] if parse_url(text).scheme != "sim" else [str(each) for each in robots_of(text)]
+        if len(self._slots) + len(urls) > MOST_ROBOTS:
+            raise ArgumentError(f"{text} has {len(urls)} robots; the panel has room for {MOST_ROBOTS} in all")
+        keys = [self.add(text if len(urls) == 1 else each, is_trusted=is_trusted) for each in urls]
+        self._asked |= dict.fromkeys(keys, text)
+        return keys
+
+    def _url(self, url: object, is_trusted: bool) -> str:
+        text = _line("the URL", url, LONGEST_URL)
+        if self.is_shared and not is_trusted:
+            _refuse_files(text)
+        return text
+
+    def add_recording(self, name: object) -> str:
+        """Make a place for a recording of the folder, and return its key.
+
+        Raises:
+            ArgumentError: There is no such recording.
+        """
+        path = self.folder.file(name, RECORDING)
+        if not path.exists():
+            raise ArgumentError(f"there is no recording {path.name!r} in the folder")
+        return self.add(f"replay://{path}", path.name, is_trusted=True)
+
+    def remove(self, key: object) -> asyncio.Task[object]:
+        """Take a robot out of the panel; the returned task stops and disconnects it.
+
+        Raises:
+            ArgumentError: There is no robot with that key.
+        """
+        slot = self.slot(key)
+        assert isinstance(key, str)
+        del self._slots[key]
+        self._parting.add(slot)
+        task = self.begin(_part(slot))
+        task.add_done_callback(lambda _: self._parting.discard(slot))
+        return task
+
+    def connect(self, key: object) -> None:
+        """Begin to connect a robot; :attr:`Slot.phase` says how far it is.
+
+        Raises:
+            ArgumentError: There is no robot with that key.
+        """
+        self.begin(self._connect(self.slot(key), self._asked.get(str(key), "")))
+
+    async def _connect(self, slot: Slot, asked: str) -> None:
+        """Connect a robot; what was asked for is remembered as soon as one of its robots answers."""
+        if await slot.connect() and slot.is_connected:
+            self.recents.add(asked or slot.url)
+
+    def labels(self) -> list[dict[str, str]]:
+        """Return key, label and URL of every robot, in order; no label stands twice."""
+        found: list[str] = []
+        for slot in self._slots.values():
+            name = short(slot.url) if slot.name == slot.url else slot.name
+            name = name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}…"
+            same = sum(each == name or each.startswith(f"{name} (") for each in found)
+            found.append(f"{name} ({same + 1})" if same else name)
+        slots = zip(self._slots.items(), found, strict=True)
+        return [{"key": key, "label": label, "url": slot.url} for (key, slot), label in slots]
+
+    def files(self) -> dict[str, object]:
+        """Return the recordings of the folder, the newest first, and free names for a new log and recording.
+
+        A recording is its name, when it was last written (s, as Unix counts), and its bytes.
+        """
+        found = [
+            (path.name, (stat := path.stat()).st_mtime, stat.st_size) for path in self.folder.path.glob(f"*{RECORDING}")
+        ]
+        return {
+            "recordings": sorted(found, key=lambda each: -each[1])[:MOST_FILES],
+            "log": self.folder.free("run", LOG),
+            "recording": self.folder.free("run", RECORDING),
+        }
+
+    def stop_all(self) -> None:
+        """Stop every robot, past all that waits."""
+        for slot in self._slots.values():
+            if slot.is_connected:
+                slot.stop()
+
+    def begin(self, work: object) -> asyncio.Task[object]:
+        """Run a coroutine for the panel, also after the page that asked for it was closed."""
+        task: asyncio.Task[object] = asyncio.get_running_loop().create_task(work, name="elib panel")  # type: ignore[arg-type]
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+    async def close(self) -> list[str]:
+        """Stop and disconnect every robot at once, within a bound.
+
+        Returns:
+            The names of those that did not confirm that they stand.
+        """
+        slots = [*self._slots.values(), *self._parting]
+        for slot in slots:
+            if slot.control is not None:
+                slot.control.resume()  # in a paused world no robot could confirm anything
+        self.stop_all()
+        for task in tuple(self._tasks):
+            task.cancel()
+        if self._tasks:
+            await asyncio.wait(self._tasks)
+        await asyncio.gather(*map(_part, slots))
+        self._slots.clear()
+        return [slot.name for slot in slots if slot.drive.may_move]
+
+
+@lru_cache(256)
+def short(url: str) -> str:
+    """Return a robot's URL in short: ``rfcomm0``, ``192.168.1.20:1000``; a virtual robot by its name in its world.
+
+    The only robot of a world has the world's name beside its own: ``epuck-1 (arena)``.
+    """
+    try:
+        found = parse_url(url)
+    except ElibError:
+        return url
+    last = found.target.rstrip("/").rpartition("/")[2]
+    if found.scheme != "sim":
+        return last or found.scheme
+    return f"epuck-{found.keys['robot']}" if "robot" in found.keys else f"epuck-1 ({last or 'arena'})"
+
+
+def check_standing(moving: Sequence[str]) -> None:
+    """Complain of the robots that did not confirm their last stop, by their names, if there are any.
+
+    Raises:
+        LinkLost: There are.
+    """
+    if moving:
+        raise LinkLost(
+            f"{', '.join(moving)} did not confirm that it stands: it may still be moving",
+            hint="switch it off, or hold it",
+        )
+
+
+async def _part(slot: Slot) -> None:
+    """Stop a robot, disconnect it, and end what drove it."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(PARTING):
+            await slot.disconnect()
+    await slot.drive.close()
+
+
+def _line(what: str, text: object, longest: int) -> str:
+    """Return a line of text that a page sent.
+
+    Raises:
+        ArgumentError: It is not a short line of text.
+    """
+    if not isinstance(text, str):
+        raise ArgumentError(f"{what} is not a text")
+    text = text.strip()
+    if len(text) > longest:
+        raise ArgumentError(f"{what} has {len(text)} characters; it may have {longest}")
+    if not text.isprintable():
+        raise ArgumentError(f"{what} has characters that cannot be shown")
+    return text
+
+
+def _refuse_files(text: str) -> None:
+    """Refuse a URL by which a page on another computer would read files of this one.
+
+    Raises:
+        ArgumentError: The URL names a file.
+    """
+    url = parse_url(text)
+    names_file = url.scheme == "replay" or (url.scheme == "sim" and url.target not in ("", *gallery()))
+    names_file = names_file or any(url.keys.get(key) for key in ("hardware", "profile"))
+    fault = url.keys.get("fault", "")
+    if names_file or os.sep in fault or "/" in fault or fault.endswith(".toml"):
+        raise ArgumentError(
+            "a page of a shared panel may not open files of the computer it runs on",
+            hint="name the file on the command line: elib joystick URL",
+        )
+
+
+__all__ = ["LONGEST_NAME", "LONGEST_URL", "MOST_ROBOTS", "Panel", "check_standing"]

@@ -1,0 +1,38 @@
+"""Small pictures of the worlds that come with elib, for the start page."""
+
+from __future__ import annotations
+
+import asyncio
+from functools import cache
+
+from elib.simulator.drawing.png import png_of
+from elib.simulator.physics import World
+from elib.simulator.physics.worldfile import gallery, load_file
+
+SIZE = 320
+"""Pixels of the longer side."""
+
+
+async def world_picture(name: str) -> bytes | None:
+    """Return the picture of a world as PNG; None if there is no such world."""
+    return await asyncio.to_thread(_draw, name) if name in gallery() else None
+
+
+@cache
+def _draw(name: str) -> bytes:
+    return png_of(World(load_file(name).scene).snapshot(), caption="", size=SIZE)
+
+
+@cache
+def world_list() -> list[dict[str, object]]:
+    """Return the worlds that come with elib: name, a sentence about it, number of robots, and their firmwares."""
+    found = []
+    for name in gallery():
+        file = load_file(name)
+        firmwares = sorted({each for each in file.scene.firmware if each})
+        robots = max(1, len(file.scene.starts))  # a whole world takes long to build
+        found.append({"name": name, "about": file.about, "robots": robots, "firmware": ", ".join(firmwares)})
+    return found
+
+
+__all__ = ["world_list", "world_picture"]

@@ -1,0 +1,128 @@
+"""The robots that were connected before, remembered from one run to the next."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+from elib.base.errors import ArgumentError, ElibError
+from elib.link.transport import parse_url
+
+MOST = 12
+"""Robots that are remembered."""
+LONGEST = 500
+"""Characters of a URL."""
+MOST_BYTES = 64_000
+"""Bytes of the file that are read; ours has some thousand at most."""
+FILE = "recent-robots.json"
+
+
+def state_folder() -> Path:
+    """Return elib's own folder among those where programs of this system keep their state; it may not exist."""
+    home = Path.home()
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or os.environ.get("APPDATA") or home / "AppData/Local") / "elib"
+    if sys.platform == "darwin":
+        return home / "Library/Application Support/elib"
+    chosen = os.environ.get("XDG_STATE_HOME", "")
+    # A relative path is to be ignored (XDG base directory specification).
+    return (Path(chosen) if os.path.isabs(chosen) else home / ".local/state") / "elib"
+
+
+class Recents:
+    """The URLs of robots, the newest first. Nothing here fails: a file that cannot be read or written is empty.
+
+    Args:
+        path: The file; in the user's state folder if None.
+
+    Attributes:
+        path: As given.
+    """
+
+    def __init__(self, path: str | Path | None = None) -> None:
+        if path is None:
+            try:
+                path = state_folder() / FILE
+            except RuntimeError:  # a user without a home
+                path = Path(tempfile.gettempdir()) / FILE
+        self.path = Path(path)
+
+    @property
+    def urls(self) -> list[str]:
+        """The URLs, the newest first; none if the file is missing or damaged."""
+        return self._read()[0]
+
+    def add(self, url: str) -> bool:
+        """Remember a robot as the newest; return whether that could be written.
+
+        Raises:
+            ArgumentError: It is not a URL.
+        """
+        _check(url)
+        urls, is_damaged = self._read()
+        return self._write([url, *(each for each in urls if each != url)][:MOST], is_damaged)
+
+    def remove(self, url: str) -> bool:
+        """Forget a robot; return whether that could be written."""
+        urls, is_damaged = self._read()
+        return self._write([each for each in urls if each != url], is_damaged)
+
+    def _read(self) -> tuple[list[str], bool]:
+        """Return the URLs, and whether the file holds something else."""
+        try:
+            with open(self.path, "rb") as file:
+                data = file.read(MOST_BYTES + 1)
+        except FileNotFoundError:
+            return [], False
+        except OSError:
+            return [], True
+        try:
+            found = json.loads(data[:MOST_BYTES])["robots"]
+        except (ValueError, TypeError, KeyError, RecursionError):
+            return [], True
+        if not isinstance(found, list):
+            return [], True
+        urls: list[str] = []
+        for each in found:
+            with contextlib.suppress(ElibError):
+                _check(each)
+                if each not in urls:
+                    urls.append(each)
+        return urls[:MOST], False
+
+    def _write(self, urls: list[str], is_damaged: bool) -> bool:
+        """Replace the file in one step, so that another program never reads half of it."""
+        text = json.dumps({"robots": urls}, indent=1, ensure_ascii=False)
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            if is_damaged:  # a person may want to see what it was
+                os.replace(self.path, self.path.with_suffix(".damaged"))
+            handle, name = tempfile.mkstemp(dir=self.path.parent, prefix=self.path.stem)
+            try:
+                with open(handle, "w", encoding="utf-8") as file:
+                    file.write(text)
+                os.replace(name, self.path)
+            except BaseException:
+                os.unlink(name)
+                raise
+        except (OSError, UnicodeError):
+            return False
+        return True
+
+
+def _check(url: object) -> None:
+    """Refuse what is not the URL of a robot.
+
+    Raises:
+        ArgumentError: It is not a URL.
+    """
+    if not isinstance(url, str) or not url.strip() or len(url) > LONGEST or not url.isprintable():
+        raise ArgumentError(f"a robot's URL is one line of 1 to {LONGEST} characters")
+    parse_url(url)
+
+
+__all__ = ["MOST", "Recents", "state_folder"]

@@ -1,0 +1,592 @@
+"""The web server on the program's own event loop: the files of the page, the login, one WebSocket for each page."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import hashlib
+import logging
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from functools import partial
+from importlib.resources import files
+from typing import Protocol
+from urllib.parse import parse_qs
+
+from aiohttp import WSCloseCode, WSMsgType, web
+
+from elib.panel.access import Access, is_same
+from elib.panel.listening import Address
+from elib.panel.messages import LONGEST, decode
+from elib.panel.page import Page
+from elib.panel.panel import Panel, check_standing
+from elib.panel.pictures import world_picture
+from elib.robot.running import ending
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.control_server import Bucket, time_factor
+from elib.simulator.emulator.loopback import bind
+
+VIEW_PORT = 8600
+"""The first port of the view of a simulation to try where none is named; the next ones follow."""
+MOST_CONNECTIONS, MOST_OF_ONE = 192, 96
+"""Connections at a time, and those from one address: a page opens six and one more."""
+REQUEST_TIME = 10.0
+"""s that the first request of a connection, or the next one, may take to come."""
+READING_TIME = 10.0
+"""s that a browser may leave unread what was sent to it, beyond what the buffers hold."""
+LONGEST_LINE = 4096
+"""Bytes of the first line of a request."""
+LONGEST_HEADER = 16 * 1024
+"""Bytes of a header: all programs on the ports of this computer set their cookies for the same name."""
+LONGEST_FORM = 512
+"""Bytes of a login form."""
+FORM_TIME = 5.0
+"""s that a login form may take to come."""
+MOST_PAGES = 64
+MESSAGES, MESSAGES_AT_ONCE = 100.0, 200.0
+"""Messages of one page per second for long, and at once. A hand that drags sends 60 a second, one that drives 10."""
+BYTES, BYTES_AT_ONCE = 64 * 1024.0, 256 * 1024.0
+"""Bytes that one connection may send, per second for long and at once: a hand that drags sends a fifth of that."""
+CLOSING_TIME = 1.0
+"""s that pages get to close when the server ends, and requests to be answered."""
+HEARTBEAT = 20.0
+"""s between two pings, which find pages that went away without a word."""
+
+KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+HEADERS: Mapping[str, str] = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "same-origin",  # with no-referrer the login form would come without its origin
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
+}
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+    "connect-src 'self' ws://{host}; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+"""Scripts, styles and pictures come from this server; no other site may show the page in a frame."""
+NOTE = b"<!-- note -->"
+"""Stands in the login page where it says why it is shown again."""
+
+
+class Door(Protocol):
+    """One more address of the server, for programs: it checks itself from which site a request comes, and the token.
+
+    Attributes:
+        path: The path of its address.
+    """
+
+    path: str
+
+    def refusal(self, request: web.Request, access: Access) -> tuple[int, str] | None:
+        """Return status and text for a request that is refused; None if it may go on."""
+
+    async def answer(self, request: web.Request, server: Server) -> web.StreamResponse:
+        """Answer a request."""
+
+    async def close(self) -> None:
+        """End all connections, because the server ends."""
+
+
+log = logging.getLogger("elib.panel")
+SILENT = logging.Logger("elib.panel.http", logging.CRITICAL + 1)
+"""Drops what aiohttp says of damaged requests: strangers send them, and should not be able to fill the terminal."""
+
+
+async def serve(
+    address: Address,
+    urls: Sequence[str],
+    *,
+    token: str | None = None,
+    close_after: float | None = None,
+    on_ready: Callable[[str], object] = print,
+) -> None:
+    """Serve the panel until Ctrl-C, SIGTERM or SIGHUP; then stop and disconnect every robot.
+
+    Args:
+        address: A bound port.
+        urls: URLs of the robots that are in the panel from the beginning.
+        token: What a browser is asked for before it sees anything; None asks for nothing.
+        close_after: s without any open page, after the first one, until the panel ends by itself; None never ends it.
+        on_ready: Called with the URL of the page when it can be opened.
+
+    Raises:
+        ArgumentError: A URL of a robot is wrong.
+        LinkLost: At the end, a robot did not confirm that it stands.
+    """
+    panel = Panel(is_shared=token is not None)
+    keys = [key for url in urls for key in panel.add_all(url, is_trusted=True)]
+    stop = asyncio.Event()
+    if close_after is not None:
+        _end_when_empty(panel, close_after, stop)
+    # Until all is over: a second Ctrl-C must not keep the robots from being stopped, which takes some seconds at most.
+    with ending(stop):
+        async with served(panel, address, token) as server:
+            try:
+                for key in keys:
+                    panel.connect(key)
+                on_ready(address.url)
+                await stop.wait()
+            finally:
+                server.is_ending = True  # before the robots are stopped: no page drives them again
+                moving = await panel.close()
+    check_standing(moving)
+
+
+def _end_when_empty(panel: Panel, seconds: float, stop: asyncio.Event) -> None:
+    """Set *stop* when no page was open for so many seconds after the first one."""
+    loop = asyncio.get_running_loop()
+    expiry: list[asyncio.TimerHandle] = []
+
+    def visit() -> None:
+        while expiry:
+            expiry.pop().cancel()
+
+    def leave() -> None:
+        expiry.append(loop.call_later(seconds, stop.set))
+
+    panel.on_visit, panel.on_empty = visit, leave
+
+
+@contextlib.asynccontextmanager
+async def view_of(control: Control, place: str = "") -> AsyncIterator[str]:
+    """Serve the page of a simulation until the block is left.
+
+    Args:
+        control: Control of the simulation.
+        place: ``HOST:PORT`` or ``PORT`` on this computer; empty for the first free port from :data:`VIEW_PORT` on,
+            port 0 for any.
+
+    Yields:
+        The page's URL.
+
+    Raises:
+        ArgumentError: *place* is not an address, or other computers could reach it.
+        LinkBusy: The port is taken, or all that were tried are.
+        LinkDenied: This user may not use the port.
+        SimulationError: There is no world to be seen.
+    """
+    address = own_address(place)
+    async with shown(Panel(control=control), address) as url:
+        yield url
+
+
+def own_address(place: str) -> Address:
+    """Take a port that this computer alone reaches: ``HOST:PORT``, ``PORT``, or "" for the first free one.
+
+    Raises:
+        ArgumentError: *place* is not an address, or other computers could reach it.
+        LinkBusy: The port is taken, or all that were tried are.
+        LinkDenied: This user may not use the port.
+    """
+    sock = bind(place, VIEW_PORT)
+    return Address(sock, sock.getsockname()[0], is_shared=False)
+
+
+@contextlib.asynccontextmanager
+async def closed_view_of(control: Control, address: Address, token: str | None) -> AsyncIterator[str]:
+    """Serve the page of a simulation to somebody who may use this world and nothing else of this computer.
+
+    Args:
+        control: Control of the simulation.
+        address: A bound port.
+        token: What a browser is asked for before it sees anything; None asks for nothing.
+
+    Yields:
+        The page's URL.
+
+    Raises:
+        SimulationError: There is no world to be seen.
+    """
+    panel = Panel(is_shared=True, is_closed=True, control=control)
+    async with shown(panel, address, token) as url:
+        yield url
+
+
+@contextlib.asynccontextmanager
+async def shown(panel: Panel, address: Address, token: str | None = None) -> AsyncIterator[str]:
+    """Serve the page of a panel until the block is left.
+
+    Args:
+        panel: The panel, with the control of a simulation or a study.
+        address: A bound port; it is closed at the end.
+        token: What a browser is asked for before it sees anything; None asks for nothing.
+
+    Yields:
+        The page's URL.
+
+    Raises:
+        SimulationError: There is no world to be seen.
+    """
+    with contextlib.closing(address.socket):
+        if panel.control is not None:
+            panel.control.snapshot()
+        async with served(panel, address, token) as server:
+            try:
+                yield address.url
+            finally:
+                server.is_ending = True
+                await panel.close()
+
+
+@contextlib.asynccontextmanager
+async def served(
+    panel: Panel, address: Address, token: str | None = None, door: Door | None = None
+) -> AsyncIterator[Server]:
+    """Serve the page until the block is left.
+
+    Args:
+        panel: The robots.
+        address: A bound port.
+        token: What a browser is asked for before it sees anything; None asks for nothing.
+        door: One more address for programs.
+    """
+    server = Server(panel, Access(address.host, address.port, token), door)
+    runner = web.AppRunner(server.application(), shutdown_timeout=CLOSING_TIME)
+    await runner.setup()
+    assert runner.server is not None
+    http = partial(
+        _Http,
+        runner.server,
+        loop=asyncio.get_running_loop(),
+        access_log=None,  # type: ignore[arg-type]  # as its own runner takes it
+        logger=SILENT,
+        keepalive_timeout=REQUEST_TIME * time_factor(),
+        lingering_time=0.0,  # do not wait for the rest of a body after the answer
+        max_line_size=LONGEST_LINE,
+        max_field_size=LONGEST_HEADER,
+    )
+    connections = _Connections(http)
+    listener = await asyncio.get_running_loop().create_server(connections.protocol, sock=address.socket)
+    try:
+        yield server
+    finally:
+        listener.close()
+        await server.close()
+        connections.close()
+        await runner.cleanup()
+
+
+def web_socket(longest: int, writer_limit: int = 1 << 18) -> web.WebSocketResponse:
+    """Return the answer to a request for a WebSocket.
+
+    Args:
+        longest: Bytes of a message that may come.
+        writer_limit: Bytes that may be written before writing waits for a reader; as many as in aiohttp unless given.
+    """
+    return web.WebSocketResponse(
+        max_msg_size=longest,
+        compress=False,
+        autoping=False,  # so that pings count like messages
+        heartbeat=HEARTBEAT * time_factor(),
+        timeout=CLOSING_TIME * time_factor(),
+        writer_limit=writer_limit,
+    )
+
+
+class Server:
+    """Answers the requests of browsers.
+
+    Args:
+        panel: The robots.
+        access: Who may use the page.
+        door: One more address for programs.
+
+    Attributes:
+        panel: As given.
+        access: As given.
+        is_ending: Whether the program ends. Then pages are still told what happens, but what they ask for is not done.
+    """
+
+    def __init__(self, panel: Panel, access: Access, door: Door | None = None) -> None:
+        self.is_ending = False
+        self.panel, self.access, self._door = panel, access, door
+        self._files = _static_files()
+        self._sockets: set[web.WebSocketResponse] = set()
+
+    @property
+    def pages(self) -> int:
+        """The number of open pages."""
+        return len(self._sockets)
+
+    def application(self) -> web.Application:
+        """Build the aiohttp application."""
+        application = web.Application(middlewares=[self._guard], client_max_size=LONGEST_FORM)
+        application.on_response_prepare.append(self._add_headers)
+        application.router.add_get("/ws", self._socket)
+        if self._door is not None:
+            application.router.add_get(self._door.path, partial(self._door.answer, server=self), allow_head=False)
+        application.router.add_get("/worlds/{name}.png", self._picture)
+        application.router.add_post("/login", self._login)
+        application.router.add_get("/{path:.*}", self._file)
+        return application
+
+    async def close(self) -> None:
+        """Close all pages, and the door."""
+        self.is_ending = True
+        if self._door is not None:
+            await self._door.close()
+        closing = [ws.close(code=WSCloseCode.GOING_AWAY, message=b"the program has ended") for ws in self._sockets]
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(CLOSING_TIME * time_factor()):
+                await asyncio.gather(*closing, return_exceptions=True)
+
+    # -- before every request --
+
+    @web.middleware
+    async def _guard(self, request: web.Request, handler: Callable[[web.Request], object]) -> web.StreamResponse:
+        refusal = self._refusal(request)
+        if refusal is not None:
+            return web.Response(status=refusal[0], text=refusal[1])
+        is_open = request.path in ("/login", "/login.css") or self._is_for_door(request)
+        if not is_open and not self.access.is_let_in(request):
+            return self._login_page(401)
+        try:
+            return await handler(request)  # type: ignore[misc,no-any-return]
+        except web.HTTPException as error:  # aiohttp's own, such as 404 and 405
+            return web.Response(status=error.status, text=error.reason)
+        except ConnectionError:  # the browser is gone
+            raise
+        except Exception as error:
+            log.error("a request failed", exc_info=error)
+            return web.Response(status=500, text="The program made a mistake. Its terminal says more.")
+
+    def _refusal(self, request: web.Request) -> tuple[int, str] | None:
+        """Return status and text for a request that is refused; None if it may go on."""
+        if self.access.host_of(request) is None:
+            return 403, "This page answers to its own address alone."
+        try:
+            "".join((request.raw_path, *request.headers.values())).encode()
+        except UnicodeEncodeError:  # answers that repeat such bytes cannot be written
+            return 400, "That request holds bytes that are not text."
+        if not request.raw_path.startswith("/"):  # a request to a proxy
+            return 400, "That is not the address of a page."
+        if request.method not in ("GET", "HEAD", "POST"):
+            return 405, "Pages can only be looked at."
+        if self._door is not None and self._is_for_door(request):
+            if (refusal := self._door.refusal(request, self.access)) is not None:
+                return refusal
+        elif not self.access.is_own(request):
+            return 403, "Another site may not use this page."
+        if request.method != "POST" and request.body_exists:
+            return 400, "A request for a page has no body."
+        return None
+
+    def _is_for_door(self, request: web.Request) -> bool:
+        return self._door is not None and request.path == self._door.path
+
+    async def _add_headers(self, request: web.Request, response: web.StreamResponse) -> None:
+        host = self.access.host_of(request)
+        response.headers.update(HEADERS)
+        response.headers["Content-Security-Policy"] = POLICY.format(host=host or "invalid.invalid")
+        response.headers.setdefault("Cache-Control", "no-store")
+        response.headers.pop("Server", None)
+
+    # -- requests --
+
+    async def _file(self, request: web.Request) -> web.StreamResponse:
+        path = "/index.html" if request.path == "/" else request.path
+        if path == "/login" and self.access.token is not None:
+            return self._login_page(200)
+        if path not in self._files or path == "/login.html":
+            return web.Response(status=404, text="There is no such page.")
+        body, tag = self._files[path]
+        if request.headers.get("If-None-Match") == tag:
+            return web.Response(status=304)
+        kind = KINDS[path[path.rindex(".") :]]
+        caching = {"Cache-Control": "no-cache", "ETag": tag}
+        return web.Response(body=body, content_type=kind, charset="utf-8", headers=caching)
+
+    def _login_page(self, status: int, note: str = "") -> web.Response:
+        body = self._files["/login.html"][0].replace(NOTE, note.encode())
+        return web.Response(status=status, body=body, content_type="text/html", charset="utf-8")
+
+    async def _picture(self, request: web.Request) -> web.StreamResponse:
+        body = await world_picture(request.match_info["name"])
+        if body is None:
+            return web.Response(status=404, text="There is no such world.")
+        return web.Response(body=body, content_type="image/png", headers={"Cache-Control": "max-age=3600"})
+
+    async def _login(self, request: web.Request) -> web.StreamResponse:
+        token, address = self.access.token, request.remote or ""
+        if token is None:
+            return web.Response(status=404, text="There is no such page.")
+        if not self.access.may_try(address):
+            return self._login_page(429, "Too many wrong tokens. Wait ten seconds, then try again.")
+        try:
+            async with asyncio.timeout(FORM_TIME * time_factor()):
+                form = parse_qs((await request.read()).decode("ascii"), max_num_fields=4)
+        except (ValueError, TimeoutError):
+            return web.Response(status=400, text="That is not a login.")
+        shown = form.get("token", [""])
+        if len(shown) != 1 or not is_same(shown[0].strip(), token):
+            return self._login_page(403, "That is not the token.")
+        response = web.Response(status=303, headers={"Location": "/"})
+        response.set_cookie(self.access.cookie, self.access.session, path="/", httponly=True, samesite="Strict")
+        return response
+
+    async def _socket(self, request: web.Request) -> web.StreamResponse:
+        if "Origin" not in request.headers:  # browsers name it for every WebSocket
+            return web.Response(status=403, text="Only the page itself may connect.")
+        if self.is_ending:
+            return web.Response(status=503, text="The program ends.")
+        if len(self._sockets) >= MOST_PAGES:
+            return web.Response(status=503, text=f"{MOST_PAGES} pages are open. Close some, and try again.")
+        ws = web_socket(LONGEST)
+        if "Sec-WebSocket-Protocol" in request.headers or not ws.can_prepare(request):
+            return web.Response(status=400, text="This address is for WebSockets.")
+        self._sockets.add(ws)
+        try:
+            await ws.prepare(request)
+            self.panel.on_visit()
+            await self._converse(ws)
+        finally:
+            self._sockets.discard(ws)
+            if not self._sockets:
+                self.panel.on_empty()
+        return ws
+
+    async def _converse(self, ws: web.WebSocketResponse) -> None:
+        """Hear a page until it leaves, or says what no page says."""
+        messages = Bucket(MESSAGES, MESSAGES_AT_ONCE)
+        page = Page(self.panel, ws, decode)
+        code, reason = WSCloseCode.POLICY_VIOLATION, ""
+        try:
+            async for message in ws:
+                if not messages.take():
+                    reason = "too many messages"
+                elif message.type is WSMsgType.PING:
+                    await ws.pong(message.data)
+                elif message.type is WSMsgType.BINARY:
+                    code, reason = WSCloseCode.UNSUPPORTED_DATA, "only text is understood"
+                elif message.type is WSMsgType.TEXT and not self.is_ending:
+                    reason = page.hear(message.data)
+                if reason:
+                    break
+                await asyncio.sleep(0)  # answers leave before the next message is heard
+        finally:
+            await page.close()  # before the browser is told, which may take its time
+        await ws.close(code=code, message=reason.encode())
+
+
+class _Http(web.RequestHandler):
+    """aiohttp's end of a connection. It answers by itself what it cannot read as a request."""
+
+    def handle_error(
+        self,
+        request: web.BaseRequest,
+        status: int = 500,
+        exc: BaseException | None = None,
+        message: str | None = None,
+    ) -> web.StreamResponse:
+        """Answer like everywhere, and repeat nothing of what came."""
+        response = super().handle_error(request, status, exc, "That is not a request.")
+        response.headers.update(HEADERS)
+        response.headers["Content-Security-Policy"] = "default-src 'none'; frame-ancestors 'none'"
+        response.headers["Cache-Control"] = "no-store"
+        response.headers["Server"] = "elib"  # no application removes aiohttp's own
+        return response
+
+
+class _Connections:
+    """The connections of a server, whose number is bounded.
+
+    Args:
+        make: Makes a protocol that answers requests.
+    """
+
+    def __init__(self, make: Callable[[], asyncio.Protocol]) -> None:
+        self.make = make
+        self._open: dict[asyncio.Transport, str] = {}
+
+    def protocol(self) -> asyncio.Protocol:
+        """Return the protocol of a new connection."""
+        return _Connection(self)
+
+    def admit(self, transport: asyncio.Transport) -> bool:
+        """Count a new connection; return False if there are too many."""
+        address = str((transport.get_extra_info("peername") or ("",))[0])
+        same = sum(each == address for each in self._open.values())
+        if len(self._open) >= MOST_CONNECTIONS or same >= MOST_OF_ONE:
+            return False
+        self._open[transport] = address
+        return True
+
+    def dismiss(self, transport: asyncio.Transport) -> None:
+        """Note that a connection has ended."""
+        self._open.pop(transport, None)
+
+    def close(self) -> None:
+        """End all connections at once."""
+        for transport in tuple(self._open):
+            transport.abort()
+
+
+class _Connection(asyncio.Protocol):
+    """One connection: it passes on what comes to aiohttp, and ends what sends too much or does not read.
+
+    Args:
+        connections: All of them.
+    """
+
+    def __init__(self, connections: _Connections) -> None:
+        self._connections = connections
+        self._loop = asyncio.get_running_loop()
+        self._factor = time_factor()
+        self._bytes = Bucket(BYTES, BYTES_AT_ONCE)
+        self._http: asyncio.Protocol | None = None
+        self._unread: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        if not self._connections.admit(transport):
+            transport.abort()
+            return
+        self._http = self._connections.make()
+        self._http.connection_made(transport)
+
+    def data_received(self, data: bytes) -> None:
+        if self._http is None or not self._bytes.take(len(data)):
+            self._transport.abort()
+            return
+        try:
+            self._http.data_received(data)
+        except ValueError:  # what no parser has thought of
+            self._transport.abort()
+
+    def eof_received(self) -> bool | None:
+        return None if self._http is None else self._http.eof_received()
+
+    def pause_writing(self) -> None:
+        if self._http is not None:
+            self._unread = self._loop.call_later(READING_TIME * self._factor, self._transport.abort)
+            self._http.pause_writing()
+
+    def resume_writing(self) -> None:
+        if self._http is not None:
+            self._end_timer()
+            self._http.resume_writing()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._end_timer()
+        self._connections.dismiss(self._transport)
+        if self._http is not None:
+            self._http.connection_lost(exc)
+
+    def _end_timer(self) -> None:
+        if self._unread is not None:
+            self._unread.cancel()
+            self._unread = None
+
+
+def _static_files() -> dict[str, tuple[bytes, str]]:
+    """Return every file that can be asked for with its tag, by its path; nothing else is ever read."""
+    found = {}
+    for file in files("elib.panel").joinpath("static").iterdir():
+        if file.name.endswith(tuple(KINDS)):
+            body = file.read_bytes()
+            found[f"/{file.name}"] = body, f'"{hashlib.sha256(body).hexdigest()[:16]}"'
+    return found
+
+
+__all__ = ["Door", "Server", "closed_view_of", "own_address", "serve", "served", "shown", "view_of"]

@@ -1,0 +1,537 @@
+"""One robot of the panel: its connection, its newest readings, and the commands that it gets. It needs no page.
+
+Everything runs on the panel's event loop. Every request of a page ends in a value or an error after a bounded time.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import copy
+import enum
+
+from elib.base.errors import ArgumentError, ElibError, LinkClosed
+from elib.link.protocol.actuators import ALL, restoring_calls
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import Context
+from elib.link.protocol.image import Image
+from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.values import Reading
+from elib.link.session import Disconnected, Greeted, Reconnected, ResetNoticed, TraceEvent
+from elib.link.session.statistics import LinkStats
+from elib.link.transport import parse_url
+from elib.link.transport.url import Url
+from elib.panel import lifecycle
+from elib.panel.behaviours import BehaviourRunner
+from elib.panel.drivelock import DriveLock
+from elib.panel.events import EventLog, Line
+from elib.panel.playback import Playback
+from elib.panel.records import Records
+from elib.panel.watching import ReadingsWatcher, virtual
+from elib.robot.actions import catalogue
+from elib.robot.aio import Epuck
+from elib.robot.link import Link, LinkSettings
+from elib.robot.reconnect import Policy
+from elib.robot.snapshot import IMAGE
+from elib.robot.watchdog import is_supported
+from elib.simulator.emulator.control import Control
+from elib.tools.diagnosis.doctor import diagnose
+from elib.tools.diagnosis.report import Diagnosis
+
+LIVE = 0.5
+"""s between two pictures of a virtual robot that a page shows. Each takes the line for 0.1 s at most, so they leave it
+four fifths of the time."""
+BLINKS, BLINK_TIME = 3, 0.3
+"""How often the LEDs blink when a person looks for a robot, and s for which they are on, and off, each time."""
+OPENING_TIME = 25.0
+"""s that connecting may take, whatever the link does."""
+LONGEST_TEXT = 200
+"""Characters of a raw command: the robots' own line buffers are shorter."""
+
+
+class Phase(enum.Enum):
+    """How a robot is connected."""
+
+    DISCONNECTED = "disconnected"
+    CONNECTING = "connecting"
+    CONNECTED = "connected"
+    GAP = "connection lost, trying again"
+    PLAYING = "playing a recording"
+    FAILED = "not connected"
+
+
+class Slot:
+    """A robot's place in the panel. It outlives its connections.
+
+    Args:
+        url: URL that will be opened.
+        name: Name of the robot; the URL unless given.
+
+    Attributes:
+        url: As given.
+        name: As given.
+        phase: How the robot is connected.
+        error: Why it is not connected, after a failure.
+        diagnosis: What the doctor found after a failure, or None.
+        drive: The drive lock: who drives, and how.
+        edition: A number that changes when firmware, lamps, instruments or world may have changed.
+        runner: Runs behaviours on this robot.
+        log: The event log.
+        watcher: The newest readings, and where the robot was.
+    """
+
+    def __init__(self, url: str, *, name: str = "") -> None:
+        parse_url(url)
+        self.url = url
+        self.name = name or url
+        self.phase = Phase.DISCONNECTED
+        self.error: ElibError | None = None
+        self.diagnosis: Diagnosis | None = None
+        self.edition = 0
+        self._loop = asyncio.get_running_loop()
+        self.log = EventLog()
+        self.records = Records(lambda text, is_bad: self.note(text, kind="panel", is_bad=is_bad))
+        self.watcher = ReadingsWatcher(lambda text: self.log.note("link", text, is_bad=True), self._lost)
+        self._parting: asyncio.Task[None] | None = None
+        self.drive = DriveLock(lambda *speeds: lifecycle.drive(self.robot, *speeds), lambda: lifecycle.stop(self.robot))
+        self.drive.detach()
+        self.runner = BehaviourRunner(self)
+        self._robot: Epuck | None = None
+        self._playback: Playback | None = None
+        self._tasks: set[asyncio.Task[object]] = set()
+        self._doctor: asyncio.Task[object] | None = None
+        self._opening: asyncio.Task[bool] | None = None
+        self._viewers: set[str] = set()
+        self._has_live_camera = False
+        self._was_live_chosen = False
+
+    # -- the link --
+
+    @property
+    def robot(self) -> Epuck:
+        """The robot.
+
+        Raises:
+            LinkClosed: The robot is not connected.
+        """
+        if self._playback is not None:
+            raise LinkClosed(
+                f"{self.name} is a recording: it can be watched, and told nothing",
+                hint="replay://FILE?fork=SECONDS goes on from any moment in the simulator",
+            )
+        if self._robot is None:
+            raise LinkClosed(f"{self.name} is not connected", hint="press Connect")
+        return self._robot
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether there is a robot; also while its lost link is opened again."""
+        return self._robot is not None
+
+    @property
+    def now(self) -> float:
+        """The panel's clock, s."""
+        return self._loop.time()
+
+    @property
+    def firmware(self) -> str:
+        """Name of the firmware; empty without a robot."""
+        return "" if self.context is None else self.context.profile.name
+
+    @property
+    def context(self) -> Context | None:
+        """Firmware of the robot and what was set on it; None without a robot."""
+        if self._playback is not None:
+            return self._playback.context
+        return None if self._robot is None else self._robot.context
+
+    @property
+    def statistics(self) -> LinkStats | None:
+        """Statistics of the link; None without a link."""
+        return None if self._robot is None else self._robot.statistics
+
+    @property
+    def control(self) -> Control | None:
+        """The control of the robot's world; None unless the robot is simulated in this program."""
+        transport = virtual(self._robot)
+        if transport is None or transport.simulation.world is None:
+            return None
+        return Control(transport.simulation)
+
+    @property
+    def index(self) -> int:
+        """The robot's index in that world."""
+        transport = virtual(self._robot)
+        return 0 if transport is None else transport.robot.index
+
+    async def connect(self) -> bool:
+        """Open the link, stop the robot, set its camera and switch its lamps off; then watch its sensors.
+
+        A recording is played from its beginning instead; at its end it is disconnected.
+
+        Returns:
+            Whether the robot is connected, or the recording is played. If not, :attr:`error` says why, and the doctor
+            looks for the cause.
+        """
+        if self.phase in (Phase.CONNECTING, Phase.CONNECTED, Phase.GAP, Phase.PLAYING):
+            return self.is_connected or self.phase is Phase.PLAYING
+        self.phase, self.error, self.diagnosis = Phase.CONNECTING, None, None
+        opening = self._opening = self._loop.create_task(self._open(), name="elib panel opens")
+        try:
+            return await opening
+        except asyncio.CancelledError:
+            me = asyncio.current_task()
+            if me is not None and me.cancelling():
+                opening.cancel()
+                await asyncio.wait([opening])
+                raise
+            return False  # disconnected meanwhile
+        finally:
+            self._opening = None
+
+    async def _open(self) -> bool:
+        if self._doctor is not None:  # it may hold the port
+            self._doctor.cancel()
+            await asyncio.wait([self._doctor])
+        url = parse_url(self.url)
+        if url.scheme == "replay" and "fork" not in url.keys:
+            return self._play(url)
+        settings = LinkSettings(policy=Policy(during_gap="fail"), watchdog=is_supported())
+        robot = Epuck(Link(self.url, self.name, settings))
+        try:
+            async with asyncio.timeout(OPENING_TIME):
+                await robot.__aenter__()
+                self._robot = robot
+                self.records.begin(robot)
+                line, profile = virtual(robot), robot.context.profile
+                camera = None if line is None else lifecycle.live_camera(line.simulation.settings.baud, profile.zooms)
+                self._has_live_camera = camera is not None or profile.codec == "wifi"
+                self.drive.attach(await lifecycle.prepare(robot, camera or lifecycle.CAMERA))
+        except (ElibError, OSError, TimeoutError) as error:
+            await self._give_up(robot, error)
+            return False
+        except BaseException:
+            self._robot = None
+            self.phase = Phase.DISCONNECTED
+            await robot.close()
+            self.records.break_off()
+            raise
+        self.phase = Phase.CONNECTED
+        self.edition += 1
+        robot.trace(self._see)
+        self.log.note("link", f"connected to {self.name} ({robot.firmware})")
+        self.watcher.begin(robot)
+        self._follow_viewers()
+        return True
+
+    def _play(self, url: Url) -> bool:
+        """Begin to play a recording; return whether it can be played."""
+        try:
+            playback = Playback(url)
+        except ElibError as error:
+            self._fail(error)
+            return False
+        playback.on_reading = self.readings.__setitem__
+        playback.on_pose = self.watcher.put
+        playback.on_line = lambda kind, text, is_bad: self.log.note(kind, text, is_bad=is_bad)
+        self._playback = playback
+        self.watcher.forget()
+        self.phase = Phase.PLAYING
+        self.edition += 1
+        self.log.note("panel", f"playing {playback.recording.name} ({self.firmware})")
+        self._begin(self._follow(playback))
+        return True
+
+    async def _follow(self, playback: Playback) -> None:
+        """Play a recording to its end."""
+        try:
+            await playback.play()
+            self.log.note("panel", f"{playback.recording.name} is over")
+        except ElibError as error:
+            self._fail(error)
+        else:
+            self.phase = Phase.DISCONNECTED
+        self._playback = None
+        self.edition += 1
+
+    def disconnect(self) -> asyncio.Future[None]:
+        """Stop the robot and free its port; also while it is being connected. Safe to repeat.
+
+        It goes on when the task that waits for the returned future is cancelled, as when a page was closed.
+        """
+        if self._parting is None or self._parting.done():
+            self._parting = self._loop.create_task(self._disconnect(), name="elib panel disconnects")
+        return asyncio.shield(self._parting)
+
+    async def _disconnect(self) -> None:
+        if self._opening is not None:
+            self._opening.cancel()
+            await asyncio.wait([self._opening])
+        robot, self._robot = self._robot, None
+        may_move = self.drive.may_move
+        self.runner.halt()
+        self.drive.detach()
+        await self.watcher.end()
+        for task in tuple(self._tasks):
+            task.cancel()
+        if self._tasks:
+            await asyncio.wait(self._tasks)
+        self._playback = None
+        if robot is not None:
+            error = await robot.stop_and_close()
+            may_move = may_move and error is not None
+            if error is not None:
+                self.log.note("link", error.message, is_bad=True)
+        await self.runner.stop()
+        self.records.stop()
+        if robot is not None:
+            self.log.note("link", f"disconnected from {self.name}")
+            if may_move:
+                warning = f"{self.name} did not confirm that it stands: it may still be moving"
+                self.log.note("link", warning, is_bad=True)
+        if self.phase is not Phase.FAILED:
+            self.phase = Phase.DISCONNECTED
+        self.drive.may_move = may_move
+        self.readings.clear()
+        self.edition += 1
+
+    async def _give_up(self, robot: Epuck, error: Exception) -> None:
+        self._robot = None
+        with contextlib.suppress(ElibError):
+            await robot.close()
+        self.records.break_off()
+        if isinstance(error, TimeoutError) and not isinstance(error, ElibError):
+            error = LinkClosed(f"{self.name} took longer than {OPENING_TIME:g} s to open")
+        self._fail(error if isinstance(error, ElibError) else LinkClosed(f"{self.name}: {error}"))
+
+    def _fail(self, error: ElibError) -> None:
+        self.error = error
+        self.phase = Phase.FAILED
+        self.log.note("link", self.error.message, is_bad=True)
+        self._doctor = self._begin(self._ask_doctor())
+
+    async def _ask_doctor(self) -> None:
+        with contextlib.suppress(ElibError, OSError):
+            self.diagnosis = await diagnose(self.url)
+
+    # -- what it says --
+
+    @property
+    def readings(self) -> dict[str, Reading | Image]:
+        """The newest reading of each kind, by name, with its own time."""
+        return self.watcher.readings
+
+    def is_stale(self, name: str) -> bool:
+        """Return whether a reading is too old to be trusted."""
+        return self.phase not in (Phase.CONNECTED, Phase.PLAYING) or self.watcher.is_stale(name)
+
+    def watch_camera(self, seconds: float | None) -> None:
+        """Take a picture every so many seconds, 0.4 to 60; None ends that.
+
+        Raises:
+            ArgumentError: The time is not a number from 0.4 to 60.
+        """
+        self.watcher.watch_camera(seconds)
+        self._was_live_chosen = True
+
+    async def take_picture(self) -> Image:
+        """Take one picture.
+
+        Raises:
+            ElibError: The picture did not arrive.
+        """
+        picture = await self.robot.within(SPECS[IMAGE].timeout).image()
+        self.readings[IMAGE] = picture
+        return picture
+
+    def _lost(self, error: ElibError) -> None:
+        self.error = error
+        self.phase = Phase.FAILED
+        robot, self._robot = self._robot, None
+        self.runner.halt()
+        self.drive.detach()
+        self.log.note("link", error.message, is_bad=True)
+        if robot is not None:
+            self._begin(robot.close())
+        self.edition += 1
+
+    # -- what it is told --
+
+    async def command(self, name: str, *arguments: object, page: str = "") -> object:
+        """Send one command of the table and return its answer.
+
+        A command that may move the robot has the same dead man's switch as the stick: *page* drives from then on, and
+        has to call ``drive.beat(page)`` every tenth of a second.
+
+        Args:
+            name: Name of the command.
+            arguments: Arguments of the command.
+            page: The page that sends it.
+
+        Raises:
+            ArgumentError: There is no such command, an argument is wrong, or another page drives; nothing was sent.
+            ElibError: The robot did not carry it out, or did not confirm it.
+        """
+        robot = self.robot
+        if name not in catalogue():
+            raise ArgumentError(f"there is no command {name!r}")
+        catalogue()[name].check(robot.context, *arguments)
+        if name == "text" and len(str(arguments[0])) > LONGEST_TEXT:
+            raise ArgumentError(f"a raw command is one line of 1 to {LONGEST_TEXT} characters")
+        if name == "stop":
+            self.drive.stop()
+        if may_drive(name, arguments) and not self.drive.watch_over(page):
+            raise ArgumentError(f"{name} was not sent: another page drives", hint="take over first")
+        patient = robot.within(max(lifecycle.patience(robot), SPECS[name].timeout if name in SPECS else 0.0))
+        value: object = await getattr(patient, name)(*arguments)
+        if name == "set_speed":
+            self.drive.driven(is_moving=any(arguments))
+        elif name == "reset":
+            self.drive.forget()
+        return value
+
+    async def set_camera(self, width: int, height: int, zoom: int, mode: CameraMode) -> None:
+        """Set the camera, then light the lamps again that an e-puck1 switches off with it.
+
+        Raises:
+            ElibError: An argument is wrong, or the robot did not confirm a command.
+        """
+        memory = self.robot.context.last_set
+        before = copy.deepcopy(memory)
+        await self.command("set_camera", width, height, zoom, mode)
+        if memory.lamps != before.lamps:
+            before.camera = None  # the new settings stay
+            for name, arguments in restoring_calls(before):
+                await self.command(name, *arguments)
+
+    async def blink(self) -> None:
+        """Let all LEDs blink for about two seconds, then show what they showed before.
+
+        It goes on when the task that waits here is cancelled, as when a page was closed.
+
+        Raises:
+            ElibError: The robot did not confirm a command, or was disconnected meanwhile.
+        """
+        blinking = self._begin(self._blink())
+        # A page that was closed meanwhile does not ask any more how it ended.
+        blinking.add_done_callback(lambda task: task.cancelled() or task.exception())
+        await asyncio.wait([blinking])
+        if blinking.cancelled():
+            raise LinkClosed(f"{self.name} was disconnected while it was to blink")
+        blinking.result()
+
+    async def _blink(self) -> None:
+        before = copy.deepcopy(self.robot.context.last_set)
+        before.camera = None
+        for _ in range(BLINKS):
+            for action in (1, 0):
+                await self.command("set_led", ALL, action)
+                await asyncio.sleep(BLINK_TIME)
+        for name, arguments in restoring_calls(before):
+            await self.command(name, *arguments)
+
+    def start_log(self, path: str) -> None:
+        """Append a line for each call to a file; without a robot, from the moment when it is connected.
+
+        Raises:
+            ElibError: The file cannot be written.
+        """
+        self.records.start_log(self._robot, path)
+
+    def start_recorder(self, path: str) -> None:
+        """Record everything into a new file; without a robot, from the moment when it is connected.
+
+        Raises:
+            ElibError: The file cannot be written.
+        """
+        self.records.start_recorder(self._robot, path)
+
+    @property
+    def playback(self) -> Playback:
+        """The recording that is played.
+
+        Raises:
+            ArgumentError: No recording is played.
+        """
+        if self._playback is None:
+            raise ArgumentError(f"{self.name} is not a recording that is being played", hint="press Play")
+        return self._playback
+
+    @property
+    def is_playing(self) -> bool:
+        """Whether a recording is played."""
+        return self._playback is not None
+
+    def stop(self) -> None:
+        """Stop the robot, past all commands that wait, and the behaviour that drives it."""
+        self.drive.stop()
+
+    # -- pages --
+
+    def join(self, page: str) -> None:
+        """Note that a page is open that may show the robot."""
+        self.runner.join(page)
+        self.watcher.wake()
+
+    def look(self, page: str) -> None:
+        """Note that a page shows the robot's camera: a virtual robot's is live, unless a person chose otherwise."""
+        self._viewers.add(page)
+        self._follow_viewers()
+
+    def look_away(self, page: str) -> None:
+        """Note that a page no longer shows the robot's camera."""
+        self._viewers.discard(page)
+        self._follow_viewers()
+
+    def _follow_viewers(self) -> None:
+        wanted = LIVE if self._viewers and self._has_live_camera else None
+        if not self._was_live_chosen and wanted != self.watcher.pictures:
+            self.watcher.watch_camera(wanted)
+
+    def leave(self, page: str) -> None:
+        """Note that a page is closed: if it drove, the robot stops; with the last page the behaviour ends.
+
+        After the last page the robot's sensors are no longer read, unless a log or a recording is written. A page that
+        is only hidden calls ``drive.leave(page)`` instead.
+        """
+        self.drive.leave(page)
+        self.look_away(page)
+        self.runner.leave(page)
+        if not self.runner.is_watched and not self.records.is_writing:
+            self.watcher.rest()
+
+    # -- events --
+
+    def _see(self, time: float, event: TraceEvent) -> None:
+        self.log.see(time, event)
+        match event:
+            case Disconnected():
+                self.phase = Phase.GAP
+                self.drive.forget()
+            case Reconnected():
+                self.phase = Phase.CONNECTED
+                self.drive.may_move = False  # the reconnector stops the robot first of all
+            case ResetNoticed() | Greeted():
+                self.drive.forget()
+            case _:
+                pass
+
+    def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
+        """Add a line to the event log."""
+        self.log.note(kind, text, is_bad=is_bad)
+
+    def _begin(self, work: object) -> asyncio.Task[object]:
+        task: asyncio.Task[object] = self._loop.create_task(work, name="elib panel")  # type: ignore[arg-type]
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+
+def may_drive(name: str, arguments: tuple[object, ...]) -> bool:
+    """Return whether the robot may drive on by itself after a command."""
+    if name == "text":  # the e-puck2 reads small letters as capitals
+        return str(arguments[0]).lstrip().upper().startswith("D")
+    return catalogue()[name].wheels == "drive"
+
+
+__all__ = ["Line", "Phase", "Slot", "may_drive"]

@@ -1,0 +1,195 @@
+"""The newest readings and pictures of one robot of the panel, and where it was."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import deque
+from collections.abc import Callable
+
+from elib.base.errors import ArgumentError, ElibError
+from elib.base.pose import Pose
+from elib.link.protocol.image import Image
+from elib.link.protocol.values import Reading
+from elib.robot.aio import Epuck
+from elib.robot.snapshot import IMAGE
+from elib.simulator.emulator.sim_transport import SimTransport
+
+RATE = 10.0
+"""Snapshots of all sensors a second, unless a program asks for another rate."""
+SLOW, FAST = 1.0, 50.0
+"""Snapshots a second that a program may ask for."""
+STALE = 1.0
+"""s after which a value counts as old; three periods of its watch if that is longer."""
+PERIODS = 3
+"""Of a watch: a value is not old because one answer was lost."""
+QUICKEST, SLOWEST = 0.4, 60.0
+"""s between two live pictures."""
+KEPT = 5000
+"""Points of the trail."""
+AGAIN = 0.5
+"""s until a watch that failed begins again."""
+
+
+class ReadingsWatcher:
+    """The readings of one robot, over all its connections.
+
+    Args:
+        complain: Called with what went wrong while watching.
+        on_lost: Called with the reason when the link is gone for good.
+
+    Attributes:
+        readings: The newest reading of each kind, by name, with its own time.
+        trail: Where the robot was by its odometry, or in its world, oldest first.
+        trail_count: Number of points that the trail ever had.
+        trail_began: That number when the robot was last connected: earlier points are of another journey.
+    """
+
+    def __init__(self, complain: Callable[[str], object], on_lost: Callable[[ElibError], object]) -> None:
+        self.readings: dict[str, Reading | Image] = {}
+        self.trail: deque[Pose] = deque(maxlen=KEPT)
+        self.trail_count = self.trail_began = 0
+        self._complain, self._on_lost = complain, on_lost
+        self._loop = asyncio.get_running_loop()
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._rate = RATE
+        self._pictures: float | None = None
+        self._robot: Epuck | None = None
+        self._rests = False
+
+    @property
+    def pictures(self) -> float | None:
+        """Seconds between two live pictures; None if there are none."""
+        return self._pictures
+
+    @property
+    def rate(self) -> float:
+        """Snapshots of all sensors a second."""
+        return self._rate
+
+    def watch_sensors(self, rate: float) -> None:
+        """Read all sensors so many times a second, 1 to 50.
+
+        Raises:
+            ArgumentError: The rate is not a number from 1 to 50.
+        """
+        if not SLOW <= rate <= FAST:
+            raise ArgumentError(f"the rate of the sensors is {rate!r} a second; it must be from {SLOW:g} to {FAST:g}")
+        self._rate = float(rate)
+        old = self._tasks.pop("", None)
+        if old is not None:
+            old.cancel()
+        if self._robot is not None and not self._rests:
+            self._follow("", self._rate)
+
+    def age(self, name: str) -> float:
+        """Return how old a reading is, s; infinite before the first one."""
+        reading = self.readings.get(name)
+        return math.inf if reading is None else max(0.0, self._loop.time() - reading.time)
+
+    def is_stale(self, name: str) -> bool:
+        """Return whether a reading is too old to be believed. A picture that was asked for once is not."""
+        period = self._pictures if name == IMAGE else 1 / self._rate
+        return period is not None and self.age(name) > max(STALE, PERIODS * period)
+
+    def begin(self, robot: Epuck) -> None:
+        """Watch *robot*; its trail begins again."""
+        self._robot = robot
+        self.forget()
+        if not self._rests:
+            self._go_on()
+
+    def rest(self) -> None:
+        """Ask the robot for nothing until :meth:`wake`; what was read stays."""
+        self._rests = True
+        for task in self._tasks.values():
+            task.cancel()
+
+    def wake(self) -> None:
+        """Ask again. Safe to repeat."""
+        if self._rests:
+            self._rests = False
+            self._go_on()
+
+    def _go_on(self) -> None:
+        if self._robot is not None:
+            self._follow("", self._rate)
+            self.watch_camera(self._pictures)
+
+    def forget(self) -> None:
+        """Forget the readings and the trail."""
+        self.readings.clear()
+        self.trail.clear()
+        self.trail_began = self.trail_count
+
+    async def end(self) -> None:
+        """End watching; what was read stays."""
+        self._robot = None
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        if tasks:
+            await asyncio.wait(tasks)
+
+    def watch_camera(self, seconds: float | None) -> None:
+        """Take a picture every so many seconds, 0.4 to 60; None ends that.
+
+        Raises:
+            ArgumentError: The time is not a number from 0.4 to 60.
+        """
+        is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
+        if seconds is not None and not (is_number and QUICKEST <= seconds <= SLOWEST):
+            raise ArgumentError(
+                f"the time between two pictures is {seconds!r} s; it must be from {QUICKEST:g} to {SLOWEST:g}"
+            )
+        self._pictures = seconds
+        old = self._tasks.pop(IMAGE, None)
+        if old is not None:
+            old.cancel()
+        if seconds is not None and self._robot is not None and not self._rests:
+            self._follow(IMAGE, 1 / seconds)
+
+    def put(self, pose: Pose) -> None:
+        """Add a point to the trail if the robot has moved."""
+        if not self.trail or (pose.x, pose.y) != (self.trail[-1].x, self.trail[-1].y):
+            self.trail.append(pose)
+            self.trail_count += 1
+
+    def _follow(self, name: str, rate: float) -> None:
+        assert self._robot is not None
+        work = self._watch(self._robot, [name] if name else [], rate)
+        task = self._tasks[name] = self._loop.create_task(work, name=f"elib panel watches {name or 'all'}")
+        task.add_done_callback(lambda ended: self._tasks.pop(name) if self._tasks.get(name) is ended else None)
+
+    async def _watch(self, robot: Epuck, names: list[str], rate: float) -> None:
+        """Keep the newest readings, also after the link was lost and opened again."""
+        while True:
+            try:
+                async with robot.watch(*names, rate=rate) as snapshots:
+                    async for snapshot in snapshots:
+                        self.readings.update(snapshot.readings)
+                        self.put(_place(robot))
+                return
+            except ElibError as error:
+                if robot.session.error is not None:
+                    self._on_lost(robot.session.error)
+                    return
+                self._complain(f"watching: {error.message}")
+                await asyncio.sleep(AGAIN)
+
+
+def virtual(robot: Epuck | None) -> SimTransport | None:
+    """Return the transport of a robot that is simulated in this program; None for any other."""
+    transport = None if robot is None else robot.session.transport
+    return transport if isinstance(transport, SimTransport) else None
+
+
+def _place(robot: Epuck) -> Pose:
+    """Return where a robot is: in its world if it is simulated here, otherwise by its odometry."""
+    transport = virtual(robot)
+    if transport is not None and transport.simulation.world is not None:
+        return transport.simulation.world.pose(transport.robot.index)
+    return robot.odometry_pose
+
+
+__all__ = ["RATE", "STALE", "ReadingsWatcher", "virtual"]

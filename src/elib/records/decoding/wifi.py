@@ -1,0 +1,199 @@
+"""The decoder of a Wi-Fi link: commands and packets in, lines with their meaning out. No I/O, no clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from elib.base.errors import RemoteProtocolError
+from elib.link.protocol.actuators import BODY, FRONT
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import STANDING, Context
+from elib.link.protocol.profiles import EPUCK2_WIFI, profile_named
+from elib.link.protocol.wifi import (
+    CALIBRATE,
+    COMMAND,
+    EMPTY,
+    IMAGE,
+    PAYLOAD,
+    REQUEST,
+    SENSORS,
+    SET_STEPS,
+    SETTINGS,
+    SOUND,
+    SOUND_BITS,
+    START,
+    STREAM_IMAGES,
+    STREAM_SENSORS,
+    memory_of,
+    packet_value,
+)
+from elib.records.decoding.decoder import Decoder
+from elib.records.decoding.lines import Argument, Call, CaptureBuffer, Direction, Kind, Line
+from elib.records.decoding.opcodes import named
+
+_NAMES = {IMAGE: "image", SENSORS: "sensors", EMPTY: "marker"}
+
+
+class WifiDecoder:
+    """Turns the bytes of a Wi-Fi link into lines: one for each command and each packet.
+
+    Attributes:
+        firmware: The name of the firmware.
+        source: How the firmware is known.
+        is_two_sided: Whether bytes of both directions have come.
+    """
+
+    firmware = EPUCK2_WIFI.name
+
+    def __init__(self, source: str = "as told") -> None:
+        self.source = source
+        self.is_two_sided = False
+        self._context = Context(EPUCK2_WIFI, origin="replay")
+        self._commands, self._packets = CaptureBuffer("to robot"), CaptureBuffer("to host")
+        self._heard: set[Direction] = set()
+        self._command = STANDING
+        self._markers = 0
+        self._is_in_run = False
+        self._is_lost = False
+
+    @property
+    def unanswered(self) -> list[str]:
+        """The markers that were not taken yet."""
+        return ["marker"] * self._markers if self.is_two_sided else []
+
+    def feed(self, direction: Direction, time: float | None, data: bytes) -> list[Line]:
+        """Take bytes, and return the lines they complete; see :meth:`elib.records.decoding.Decoder.feed`."""
+        self._heard.add(direction)
+        self.is_two_sided = len(self._heard) == 2
+        if direction == "to robot":
+            self._commands.append(data, time)
+            return list(self._read_commands())
+        self._packets.append(data, time)
+        return list(self._read_packets())
+
+    def flush(self) -> list[Line]:
+        """Return lines for what is not complete."""
+        return [
+            buffer.cut(len(buffer.bytes), Kind.HALF, name=name)
+            for buffer, name in ((self._commands, "command"), (self._packets, "packet"))
+            if buffer.bytes
+        ]
+
+    def _read_commands(self) -> Iterable[Line]:
+        buffer = self._commands
+        while len(buffer.bytes) >= COMMAND.size:
+            if buffer.bytes[0] != START:
+                # The robot counts to 21 whatever comes; a person wants to see where the commands begin again.
+                end = buffer.bytes.find(bytes((START,)))
+                yield buffer.cut(end if end > 0 else len(buffer.bytes), Kind.UNKNOWN, problem="not a command")
+                continue
+            command = bytes(buffer.bytes[: COMMAND.size])
+            before, self._command = self._command, command
+            streams = command[REQUEST]
+            self._markers += not streams
+            yield buffer.cut(COMMAND.size, Kind.REQUEST, calls=(_asked(streams), *_changes(before, command)))
+
+    def _read_packets(self) -> Iterable[Line]:
+        buffer = self._packets
+        while buffer.bytes:
+            kind = buffer.bytes[0]
+            if kind not in PAYLOAD or (self._is_lost and kind != SENSORS):
+                self._is_lost = True
+                end = buffer.bytes.find(bytes((SENSORS,)), 1)
+                yield buffer.cut(end if end > 0 else len(buffer.bytes), Kind.UNKNOWN, problem="not a packet")
+                continue
+            size = 1 + PAYLOAD[kind]
+            if len(buffer.bytes) < size:
+                return
+            yield self._packet(kind, size)
+
+    def _packet(self, kind: int, size: int) -> Line:
+        buffer = self._packets
+        if kind == EMPTY:
+            if self._is_in_run:
+                return buffer.cut(size, Kind.FILLER, name="the marker again")
+            self._is_in_run = True
+            if self._markers or "to robot" not in self._heard:
+                self._markers = max(0, self._markers - 1)
+                return buffer.cut(size, Kind.ANSWER, name="marker")
+            return buffer.cut(size, Kind.SURPLUS, name="marker", problem="no command asked for nothing")
+        self._is_in_run = False
+        self._context.time = buffer.time if buffer.time is not None else self._context.time
+        try:
+            value = packet_value(kind, buffer.bytes, 1, self._context)
+        except RemoteProtocolError as error:
+            if self._is_lost:
+                return buffer.cut(1, Kind.UNKNOWN, problem="not a packet")
+            self._is_lost = True
+            return buffer.cut(size, Kind.MALFORMED, name=_NAMES[kind], problem=error.message)
+        self._is_lost = False
+        return buffer.cut(size, Kind.ANSWER, name=_NAMES[kind], value=value)
+
+
+def is_wifi(pieces: Iterable[tuple[float | None, Direction, bytes]]) -> bool:
+    """Return whether the bytes of a capture are those of a Wi-Fi link: no serial line begins so."""
+    heads: dict[Direction, bytes] = {}
+    for _, direction, data in pieces:
+        heads[direction] = heads.get(direction, b"") + data
+    commands, packets = heads.get("to robot", b""), heads.get("to host", b"")
+    if commands:
+        return len(commands) >= COMMAND.size and set(commands[:: COMMAND.size]) == {START}
+    decoder = WifiDecoder()
+    lines = decoder.feed("to host", None, packets[: 4 * (1 + PAYLOAD[SENSORS])])
+    return any(line.value is not None for line in lines) and all(line.kind is not Kind.UNKNOWN for line in lines)
+
+
+def _asked(streams: int) -> Call:
+    names = [name for bit, name in ((STREAM_IMAGES, "images"), (STREAM_SENSORS, "sensors")) if streams & bit]
+    return Call("stream", tuple(Argument(name, 1) for name in names)) if names else Call("marker")
+
+
+def _changes(before: bytes, command: bytes) -> Iterable[Call]:
+    """Yield the calls that explain how *command* differs from the one *before*."""
+    old, new = memory_of(before), memory_of(command)
+    sets_steps, set_steps = command[SETTINGS] & SET_STEPS, before[SETTINGS] & SET_STEPS
+    if sets_steps:
+        yield _call("set_encoders", *new.speed)
+    elif new.speed != old.speed and not set_steps:
+        yield _call("set_speed", *new.speed)
+    if new.avoidance != old.avoidance:
+        yield _call("set_obstacle_avoidance", int(new.avoidance))
+    if command[SETTINGS] & CALIBRATE:
+        yield _call("calibrate_proximity")
+    for lamp in (0, 2, 4, 6):
+        if new.lamps[lamp] != old.lamps[lamp]:
+            yield _call("set_led", lamp, new.lamps[lamp])
+    for lamp, name in ((BODY, "set_body_led"), (FRONT, "set_front_led")):
+        if new.lamps[lamp] != old.lamps[lamp]:
+            yield _call(name, new.lamps[lamp])
+    for index in range(4):
+        at = slice(3 * index, 3 * index + 3)
+        if new.rgb[at] != old.rgb[at]:
+            yield _call("set_rgb_led", 2 * index + 1, *new.rgb[at])
+    for number, bit in SOUND_BITS.items():
+        if command[SOUND] & bit and number:
+            yield _call("play_sound", number)
+
+
+def _call(name: str, *numbers: int) -> Call:
+    return Call(name, named(SPECS[name].parameters, numbers))
+
+
+AnyDecoder = Decoder | WifiDecoder
+"""What turns the bytes of a link into lines."""
+
+
+def decoder_of(firmware: str | None = None, *, assumed: str | None = None) -> AnyDecoder:
+    """Return the decoder for the links of a firmware.
+
+    Args:
+        firmware: The name of the robot's firmware; None to find it in what the robot says.
+        assumed: The firmware to assume until the robot says it; None for :data:`~elib.records.decoding.ASSUMED`.
+
+    Raises:
+        ArgumentError: *firmware* or *assumed* is not the name of a firmware.
+    """
+    name = firmware or assumed
+    if name is not None and profile_named(name).codec == "wifi":
+        return WifiDecoder("as told" if firmware else "assumed")
+    return Decoder(firmware, assumed=assumed)

@@ -1,0 +1,206 @@
+"""The command line of et: options anywhere, an action and its arguments, and the help."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from inspect import getdoc
+from typing import Annotated
+
+from elib.base.errors import ArgumentError
+from elib.base.fields import REQUIRED
+from elib.records.et.action import Action, Plotted
+from elib.records.et.actions import actions
+from elib.records.et.arguments import Argument, arguments_of, usage, values_of
+
+WIDTH = 80
+
+ABOUT = """Elib Tools: read the log of a robot's calls, and copy, count or describe its rows.
+
+A log has six columns with one space between, counted from 0: time (s), robot, call or ok or ko, command, calls not yet
+sent, calls not yet answered. Rows that begin with # are comments; they and empty lines are skipped."""
+
+SAMPLE = """\
+    # elib log 1, names: python
+    812.10250000 Ada call proximity 0 0
+    812.11310000 Ada call ambient_light 0 1
+    812.15120000 Ada ok proximity 0 1
+    #start of second round
+    812.19840000 Ada ok ambient_light 0 0"""
+
+EXAMPLES = (
+    ("et Latency -s run.log", "how long each command took"),
+    ("et -s run.log FromTo time 60 120 | et Avg 5", "the mean queue in the second minute"),
+    ("et Join -s run.log -d calls.csv", "calls with their latencies, for a spreadsheet"),
+)
+
+LONG = {"--source": "-s", "--destination": "-d", "--help": "-h"}
+
+
+def to_path(text: str) -> str | None:
+    """Return the path of a file; None for ``-``."""
+    if not text or "\0" in text:
+        raise ValueError("it must be the name of a file")
+    return None if text == "-" else text
+
+
+@dataclass(frozen=True, slots=True)
+class Help:
+    """A request for help: about *action*, or about all actions if it is None."""
+
+    action: type[Action] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """The request that a command line makes.
+
+    Attributes:
+        action: The action, with its arguments.
+        source: Path of the log, or None for standard input.
+        destination: Path of the output, or None for standard output.
+        format: Name of the output's format, if it was given.
+        plot: Path of the picture, if one is wanted.
+    """
+
+    action: Action
+    source: Annotated[
+        str | None, Argument("-s SOURCE", to_path, "The log; standard input by default, or if it is -.")
+    ] = None
+    destination: Annotated[
+        str | None, Argument("-d DEST", to_path, "Where results go; standard output by default, or if it is -.")
+    ] = None
+    format: Annotated[
+        str | None,
+        Argument("--format FORMAT", str, "text, csv, json, jsonl or parquet; by default the ending of DEST says it."),
+    ] = None
+    plot: Annotated[str | None, Argument("--plot FILE", to_path, "Also draw the results: a .png, .svg or .pdf.")] = None
+
+
+def parse(tokens: Sequence[str]) -> Request | Help:
+    """Parse a command line; of an option that is repeated the last one holds.
+
+    Raises:
+        ArgumentError: The command line is wrong.
+    """
+    words, options = _split(tokens)
+    kind = _action(words[0]) if words else None
+    if "-h" in options or not tokens:
+        return Help(kind)
+    if kind is None:
+        raise ArgumentError("et needs an action", hint=f"one of {', '.join(actions())}; et --help explains them")
+    known = [argument.option for argument in (*arguments_of(Request), *arguments_of(kind)) if argument.option]
+    for option in options:
+        if option not in known:
+            near = get_close_matches(option, known, 1, cutoff=0.6)
+            hint = (
+                f"did you mean {near[0]}?"
+                if near
+                else f"et {kind.__name__} --help; words that begin with - go after --"
+            )
+            raise ArgumentError(f"{kind.__name__} has no option {option!r}", hint=hint)
+    action = kind(**values_of(kind, options, words[1:], name=kind.__name__))
+    return Request(action, **values_of(Request, options))
+
+
+def _split(tokens: Sequence[str]) -> tuple[list[str], dict[str, str]]:
+    """Return words and options; every option but help has a value."""
+    words: list[str] = []
+    options: dict[str, str] = {}
+    rest = iter(tokens)
+    for token in rest:
+        name, equals, value = token.partition("=") if token.startswith("--") else (token, "", "")
+        name = LONG.get(name, name)
+        if token == "--":
+            words += rest
+        elif token == "-" or not token.startswith("-") or re.match(r"-\.?[0-9]", token):
+            words.append(token)
+        elif name == "-h":
+            options[name] = ""
+        elif equals:
+            options[name] = value
+        else:
+            given = next(rest, None)
+            if given is None:
+                labels = {argument.option: argument.label for argument in arguments_of(Request)}
+                raise ArgumentError(f"{name} needs a value: {labels.get(name, f'{name} VALUE')}", hint="et --help")
+            options[name] = given
+    return words, options
+
+
+def _action(word: str) -> type[Action]:
+    found = actions()
+    for name, kind in found.items():
+        if name.lower() == word.lower():
+            return kind
+    by_lower = {name.lower(): name for name in found}
+    near = get_close_matches(word.lower(), by_lower, 1, cutoff=0.5)
+    hint = f"did you mean {by_lower[near[0]]}?" if near else f"one of {', '.join(found)}"
+    raise ArgumentError(f"et has no action {word!r}", hint=hint)
+
+
+def summary(kind: type[Action]) -> str:
+    """Return the first line of an action's docstring."""
+    return (getdoc(kind) or "").partition("\n")[0]
+
+
+def page(kind: type[Action] | None, program: str = "et") -> str:
+    """Return the help about an action, or about all if *kind* is None."""
+    if kind is not None:
+        return _page_of(kind, program)
+    found = actions().values()
+    about = "\n\n".join(textwrap.fill(" ".join(part.split()), WIDTH) for part in ABOUT.split("\n\n"))
+    return "\n\n".join(
+        [
+            f"Usage: {program} [OPTIONS] ACTION [ARGUMENTS]",
+            about,
+            SAMPLE,
+            "Actions:\n" + _table([(usage(kind), summary(kind)) for kind in found]),
+            "Options, anywhere:\n"
+            + _table([*_rows(Request), ("-h", "This page; after an action, the page of the action.")]),
+            "Plots: " + ", ".join(kind.__name__ for kind in found if issubclass(kind, Plotted)) + ".",
+            "Examples:\n" + _table(EXAMPLES),
+        ]
+    )
+
+
+def _page_of(kind: type[Action], program: str) -> str:
+    about = [" ".join(part.split()) for part in (getdoc(kind) or "").split("\n\n")]
+    given = _rows(kind)
+    options = [row for row in _rows(Request) if issubclass(kind, Plotted) or not row[0].startswith("--plot")]
+    return "\n\n".join(
+        [
+            f"Usage: {program} {usage(kind)}",
+            *(textwrap.fill(part, WIDTH) for part in about),
+            *(["Arguments:\n" + _table(given)] if given else []),
+            "Other options, anywhere:\n" + _table(options),
+        ]
+    )
+
+
+def _rows(kind: type) -> list[tuple[str, str]]:
+    return [(argument.label, argument.help + _default(argument.default)) for argument in arguments_of(kind)]
+
+
+def _default(value: object) -> str:
+    if value is REQUIRED or value is None or value == ():
+        return ""
+    shown = ",".join(f"{each:g}" for each in value) if isinstance(value, tuple) else str(value)
+    return f" (default: {shown})"
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> str:
+    """Return two aligned columns; a long label gets a line of its own."""
+    edge = max((len(label) for label, _ in rows if len(label) <= 28), default=0)
+    lines = []
+    for label, text in rows:
+        wrapped = textwrap.wrap(text, WIDTH - edge - 4, break_on_hyphens=False)
+        if len(label) > edge:
+            lines.append(f"  {label}")
+            label = ""
+        lines.append(f"  {label:<{edge}}  {wrapped[0]}")
+        lines += [f"{'':{edge + 4}}{line}" for line in wrapped[1:]]
+    return "\n".join(lines)

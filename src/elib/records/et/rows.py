@@ -1,0 +1,145 @@
+"""Read the rows of a log, one block at a time: in constant memory, and fast enough for millions of rows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elib.base.errors import ArgumentError
+
+BLOCK = 1 << 20
+"""Bytes that are read at once: enough that the overhead of a block does not count, and few enough for the cache."""
+LONGEST_LINE = 16 * BLOCK
+"""Bytes of a row at most: a file without line ends is not a log, and must not fill the memory."""
+
+NAMES = {"time": 0, "robot": 1, "event": 2, "command": 3, "not_sent": 4, "not_answered": 5, "latency": 4}
+"""Columns by name; ``latency`` is the fifth column of the rows that ``Join`` writes."""
+
+NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+BYTES_OF_NUMBERS = b"0123456789+-.eE "
+BOM = b"\xef\xbb\xbf"
+"""The byte order mark that .NET writes in front of UTF-8."""
+
+
+class RowError(ArgumentError):
+    """A row is not what the action needs; the message names the file and the line."""
+
+
+class Block:
+    """Some lines of a log.
+
+    Attributes:
+        rows: The rows, without line ends; comments and empty lines are left out.
+        name: Name of the source.
+        line: Number of the first line, from 1.
+        count: How many lines there are, with comments and empty lines.
+        size: How many bytes were read.
+        is_whole: Whether its last line has a line end; without one it may have been cut off.
+    """
+
+    def __init__(self, data: bytes, name: str = "stdin", line: int = 1) -> None:
+        lines = data.replace(b"\r\n", b"\n").split(b"\n")
+        if not lines[-1]:
+            lines.pop()
+        self.rows = [each for each in lines if each and each[0] != 35]  # 35 is "#"
+        self.name = name
+        self.line = line
+        self.count = len(lines)
+        self.size = len(data)
+        self.is_whole = data.endswith(b"\n")
+        self._lines = lines
+
+    def words(self, column: int) -> list[bytes]:
+        """Return the words of a column; a negative one counts from the end of the row.
+
+        Raises:
+            RowError: A row does not have this column.
+        """
+        try:
+            if column < 0:
+                return [row.rsplit(b" ", -column)[column] for row in self.rows]
+            return [row.split(b" ", column + 1)[column] for row in self.rows]
+        except IndexError:
+            least = column + 1 if column >= 0 else -column
+            place = next(place for place, row in enumerate(self.rows) if row.count(b" ") + 1 < least)
+            raise self.error(place, _short(self.rows[place], column)) from None
+
+    def numbers(self, column: int) -> NDArray[np.float64]:
+        """Return the numbers of a column. A decimal comma, which logs of 2011 have in some countries, means a point.
+
+        Raises:
+            RowError: A row does not have this column, or it does not hold a finite number.
+        """
+        words = self.words(column)
+        joined = b" ".join(words)
+        if b"," in joined:
+            joined = joined.replace(b",", b".")
+            words = joined.split(b" ")
+        # Python's float() also accepts "nan", "1_0" and more; they have bytes that translate() leaves over here.
+        if not joined.translate(None, BYTES_OF_NUMBERS):
+            try:
+                values = np.fromiter(map(float, words), np.float64, len(words))
+            except ValueError:
+                pass
+            else:
+                if np.isfinite(values).all():
+                    return values
+        bad = next(place for place, word in enumerate(words) if not _is_finite(word))
+        raise self.error(bad, f"column {column} is {_shown(self.words(column)[bad])}, which is not a number")
+
+    def error(self, place: int, message: str) -> RowError:
+        """Return an error about the row with this index; its message names file and line."""
+        numbers = (number for number, line in enumerate(self._lines, self.line) if line and line[0] != 35)
+        return RowError(f"{self.name}:{next(islice(numbers, place, None))}: {message}")
+
+
+def blocks_of(read: Callable[[int], bytes | None], name: str = "stdin") -> Iterator[Block]:
+    """Yield the lines of a source in blocks of whole lines.
+
+    Args:
+        read: Function that returns the bytes that are there, at most so many; an empty result is the end.
+        name: Name of the source, for messages.
+
+    Raises:
+        RowError: A line is longer than 16 MiB.
+        OSError: The source cannot be read.
+    """
+    line = 1
+    rest: list[bytes] = []
+    held = 0
+    is_first = True
+    while data := read(BLOCK):
+        if is_first:
+            while len(data) < len(BOM) and (more := read(BLOCK)):
+                data += more
+            data, is_first = data.removeprefix(BOM), False
+        end = data.rfind(b"\n") + 1
+        if end:
+            block = Block(b"".join([*rest, data[:end]]), name, line)
+            yield block
+            line += block.count
+            rest, held = [], 0
+        rest.append(data[end:])
+        held += len(data) - end
+        if held > LONGEST_LINE:
+            raise RowError(f"{name}:{line}: the line is longer than {LONGEST_LINE >> 20} MiB; this is not a log")
+    if held:
+        yield Block(b"".join(rest), name, line)
+
+
+def _is_finite(word: bytes) -> bool:
+    return NUMBER.fullmatch(word) is not None and bool(np.isfinite(float(word)))
+
+
+def _short(row: bytes, column: int) -> str:
+    count = row.count(b" ") + 1
+    return f"there is no column {column}: the row has {count}, counted from 0: {_shown(row)}"
+
+
+def _shown(data: bytes) -> str:
+    text = data.decode("utf-8", "replace")
+    return repr(text if len(text) <= 60 else f"{text[:57]}...")

@@ -1,0 +1,328 @@
+"""Translates the events of a link into the messages of a recording."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from elib.base.errors import LinkClosed, Unsupported
+from elib.base.pose import Pose
+from elib.link.protocol.image import Image
+from elib.link.protocol.table import Request
+from elib.link.protocol.values import Distance, Proximity, Reading, Sensors
+from elib.link.session import (
+    Called,
+    Disconnected,
+    Ended,
+    Ending,
+    Greeted,
+    Pushed,
+    Received,
+    Reconnected,
+    ResetNoticed,
+    Resynced,
+    SessionOpened,
+    TraceEvent,
+    Wrote,
+)
+from elib.link.session.statistics import LinkStats
+from elib.records.encoding import (
+    bytes_message,
+    call_message,
+    encoded,
+    fields_of,
+    outcome_message,
+    picture_fields,
+    reading_message,
+)
+from elib.records.ranges import distance_cloud, infrared_cloud
+from elib.records.topics import (
+    AHEAD,
+    BYTES,
+    CALLS,
+    INFRARED,
+    LINK,
+    MEASURED,
+    NOTES,
+    ODOMETRY,
+    OUTCOMES,
+    PICTURES,
+    READINGS,
+    SCENE,
+    TRANSFORM,
+    WORLD,
+    Schema,
+    Topic,
+)
+
+INFORMATION, WARNING, ERROR = 2, 3, 4
+"""Levels of ``foxglove.Log``."""
+ROBOT = "robot"
+"""Name of the frame that moves with the robot: x forward, y to the left, on the floor between its wheels."""
+
+
+@dataclass(frozen=True, slots=True)
+class Noted:
+    """A line that a person or a program wrote into the recording.
+
+    Attributes:
+        text: The line.
+        kind: ``note``, ``state``, ``link``, ``robot`` or ``recorder``.
+        level: 2 information, 3 warning, 4 error.
+    """
+
+    text: str
+    kind: str = "note"
+    level: int = INFORMATION
+
+
+@dataclass(frozen=True, slots=True)
+class Located:
+    """A pose of the robot.
+
+    Attributes:
+        pose: The pose, with its time.
+        is_measured: Whether it was measured from outside; otherwise it comes from the step counters.
+        moves_frame: Whether the robot's own frame, in which its ranges are, goes with this pose.
+    """
+
+    pose: Pose
+    is_measured: bool
+    moves_frame: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class LinkChecked:
+    """The health of the link.
+
+    Attributes:
+        statistics: The statistics at that moment.
+    """
+
+    statistics: LinkStats
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """The state of a simulated world.
+
+    Attributes:
+        state: The message of ``/world``, without its time.
+        scene: The world as TOML if boxes or walls were added, moved or removed since the last one; otherwise empty.
+    """
+
+    state: Mapping[str, object]
+    scene: str = ""
+
+
+Event = TraceEvent | Noted | Located | LinkChecked | Observed
+
+
+class Message(NamedTuple):
+    """One message.
+
+    Attributes:
+        time: s on the robot's clock.
+        topic: Topic of the message.
+        data: The fields of the topic's schema, or the message as JSON already.
+        reading: Name of the reading after ``/readings/``; empty for other topics.
+        value: The reading; None for other topics.
+    """
+
+    time: float
+    topic: Topic
+    data: Mapping[str, object] | bytes
+    reading: str = ""
+    value: Reading | None = None
+
+
+def channel_of(message: Message) -> tuple[str, str, Schema]:
+    """Return the name of the topic, of its schema, and the schema, with which a message is announced."""
+    topic, reading, value = message.topic, message.reading, message.value
+    schema = topic.schema
+    if schema is None:
+        schema = schema_of({} if value is None else fields_of(value), reading)
+    return topic.name + reading, topic.schema_name + "".join(word.capitalize() for word in reading.split("_")), schema
+
+
+def json_of(message: Message, nanoseconds: int) -> bytes:
+    """Return the JSON of a message, with the time stamp of the file's own clock where the schema has one."""
+    data = message.data
+    if isinstance(data, bytes):
+        return data
+    if "timestamp" in _properties(message.topic.schema):
+        data = {"timestamp": {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}, **data}
+    return encoded(data)
+
+
+def schema_of(data: Mapping[str, object], title: str) -> Schema:
+    """Return the JSON schema of a reading; each of its fields may be null."""
+    kinds = {bool: "boolean", int: "integer", float: "number", str: "string", list: "array"}
+    properties: Schema = {
+        # A field with an int may hold a float in the next message: the schema says number for both.
+        name: {"type": [{"integer": "number"}.get(kind, kind), "null"]}
+        if (kind := kinds.get(type(value))) is not None
+        else {}
+        for name, value in data.items()
+    }
+    return {"type": "object", "title": title, "properties": properties}
+
+
+def _properties(schema: Schema | None) -> Mapping[str, object]:
+    found = {} if schema is None else schema.get("properties")
+    return found if isinstance(found, dict) else {}
+
+
+class Translator:
+    """Turns events into messages, and numbers the calls."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._open: dict[int, tuple[Request[object], deque[int]]] = {}
+        self._makers: dict[type, Callable[..., Iterable[Message]]] = {
+            Called: self._called,
+            Ended: self._ended,
+            Wrote: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=True)),),
+            Received: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=False)),),
+            Pushed: lambda time, event: reading_messages(time, "image", event.value),
+            SessionOpened: self._opened,
+            Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
+            Located: self._located,
+            LinkChecked: self._checked,
+            Observed: self._observed,
+            **dict.fromkeys((Resynced, Greeted, ResetNoticed, Disconnected, Reconnected, Ending), self._happened),
+        }
+
+    def messages(self, time: float, event: Event) -> Iterable[Message]:
+        """Return the messages that are written for an event."""
+        maker = self._makers.get(type(event))
+        return () if maker is None else maker(time, event)
+
+    def _called(self, time: float, event: Called) -> Iterable[Message]:
+        request = event.request
+        self._count += 1
+        # Calls without arguments share one request object. It is kept here, so that its id() is not given to another.
+        self._open.setdefault(id(request), (request, deque()))[1].append(self._count)
+        return (Message(time, CALLS, call_message(time, self._count, request)),)
+
+    def _ended(self, time: float, event: Ended) -> Iterable[Message]:
+        request = event.request
+        number = self._number_of(request)
+        found = [Message(time, OUTCOMES, outcome_message(time, number, event))]
+        if event.value is not None:
+            found += reading_messages(time, request.name, event.value)
+        return found
+
+    def _number_of(self, request: Request[object]) -> int:
+        """Return the number of a call that ended; 0 if the call was made before the recording began."""
+        if id(request) not in self._open:
+            return 0
+        _, numbers = self._open[id(request)]
+        number = numbers.popleft()
+        if not numbers:
+            del self._open[id(request)]
+        return number
+
+    def _opened(self, time: float, event: SessionOpened) -> Iterable[Message]:
+        for when, each in event.opening:
+            yield Message(when, BYTES, bytes_message(when, each.data, to_robot=isinstance(each, Wrote)))
+
+    def _observed(self, time: float, event: Observed) -> Iterable[Message]:
+        if event.scene:
+            yield Message(time, SCENE, {"time": time, "scene": event.scene})
+        yield Message(time, WORLD, {"time": time, **event.state})
+
+    def _located(self, time: float, event: Located) -> Iterable[Message]:
+        pose = event.pose
+        half = pose.heading / 2
+        position = {"x": pose.x, "y": pose.y, "z": 0.0}
+        orientation = {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)}
+        frame = "world" if event.is_measured else "start"
+        data = {
+            "frame_id": frame,
+            "pose": {"position": position, "orientation": orientation},
+            "time": pose.time,
+            "heading": pose.heading,
+        }
+        yield Message(time, MEASURED if event.is_measured else ODOMETRY, data)
+        if event.moves_frame:
+            moved = {"parent_frame_id": frame, "child_frame_id": ROBOT, "translation": position}
+            yield Message(time, TRANSFORM, {**moved, "rotation": orientation, "time": time})
+
+    def _checked(self, time: float, event: LinkChecked) -> Iterable[Message]:
+        data = dataclasses.asdict(event.statistics)
+        del data["age"]  # the time of /outcomes says it better
+        return (Message(time, LINK, {"time": time, **data}),)
+
+    def _happened(self, time: float, event: TraceEvent) -> Iterable[Message]:
+        match event:
+            case Resynced(duration=duration, dropped=dropped):
+                yield _note(
+                    time,
+                    f"the line was out of sync for {duration:.3f} s; {dropped} bytes were dropped",
+                    "link",
+                    "resynced",
+                )
+            case Greeted():
+                yield _note(time, "the robot greeted unasked: it has restarted", "robot", "greeted", WARNING)
+            case ResetNoticed(sign=sign):
+                yield _note(time, f"the robot has restarted; its {sign} showed it", "robot", "reset", WARNING)
+            case Disconnected(error=error):
+                yield _note(time, f"the link is down: {error.message}", "link", "down", WARNING)
+            case Reconnected(gap=gap, attempts=attempts):
+                yield _note(time, f"the link is back after {gap:.3f} s and {attempts} attempts", "link", "back")
+            case Ending(error=error):
+                happened = "closed" if isinstance(error, LinkClosed) else "lost"
+                yield _note(time, f"the session ended: {error.message}", "link", happened)
+            case _:
+                return
+
+
+def readings_in(name: str, value: object) -> Iterator[tuple[str, Reading | Image]]:
+    """Yield each reading in an answer with its name; one answer may hold the readings of several commands."""
+    if isinstance(value, Sensors):
+        for field in dataclasses.fields(value):
+            each = getattr(value, field.name)
+            if isinstance(each, Reading):
+                yield field.name, each
+    elif isinstance(value, dict):
+        for key, each in value.items():
+            yield from readings_in(str(key), each)
+    elif isinstance(value, Reading | Image):
+        yield name, value
+
+
+def reading_messages(time: float, name: str, value: object) -> list[Message]:
+    """Return the messages of each reading in an answer, or in a packet that came without being asked for."""
+    found: list[Message] = []
+    for each, reading in readings_in(name, value):
+        found += _picture(time, reading) if isinstance(reading, Image) else _reading(time, each, reading)
+    return found
+
+
+def _reading(time: float, name: str, value: Reading) -> Iterable[Message]:
+    if not math.isfinite(value.time):
+        value = dataclasses.replace(value, time=time)
+    yield Message(value.time, READINGS, reading_message(value), name, value)
+    if isinstance(value, Proximity):
+        yield Message(value.time, INFRARED, {"frame_id": ROBOT, **infrared_cloud(value.numbers), "time": value.time})
+    elif isinstance(value, Distance):
+        yield Message(value.time, AHEAD, {"frame_id": ROBOT, **distance_cloud(value.metres), "time": value.time})
+
+
+def _picture(time: float, picture: Image) -> Iterable[Message]:
+    if not math.isfinite(picture.time):
+        picture = dataclasses.replace(picture, time=time)
+    try:
+        return (Message(picture.time, PICTURES, picture_fields(picture)),)
+    except (Unsupported, ValueError):
+        return ()  # its bytes are in the recording
+
+
+def _note(time: float, text: str, kind: str, happened: str = "", level: int = INFORMATION) -> Message:
+    data = {"level": level, "message": text, "name": kind, "event": happened, "time": time}
+    return Message(time, NOTES, data)

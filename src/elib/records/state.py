@@ -1,0 +1,209 @@
+"""The state of a robot at one moment of its recording, from which a simulation can continue."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from bisect import insort
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from elib.base.errors import ArgumentError, ElibError
+from elib.base.pose import Pose, advanced
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.context import Context, LastSet
+from elib.link.protocol.profiles import profile_named
+from elib.link.protocol.table import Request, Spec
+from elib.records.reader import Entry, Recording
+from elib.records.topics import CALLS, MEASURED, ODOMETRY, OUTCOMES, READINGS, SCENE, WORLD
+
+TOPICS = (CALLS, OUTCOMES, READINGS, MEASURED, ODOMETRY, WORLD, SCENE)
+"""What tells of the state."""
+ROUNDING = 1e-9
+"""s. Times that differ by less are equal."""
+
+
+@dataclass(slots=True)
+class RobotState:
+    """A robot at one moment of a recording.
+
+    Attributes:
+        time: s on the robot's clock.
+        pose: Pose of the robot: in the world if it was measured, otherwise from where odometry began.
+        is_measured: Whether the pose was measured.
+        speed: Wheel speeds that the robot was told, steps/s.
+        steps: The step counters.
+        memory: The last settings of lamps and camera.
+        world: The last message of ``/world`` before the moment; None without a simulated world.
+        scene: The last message of ``/scene`` before the moment: the simulated world as TOML; empty if there is none.
+    """
+
+    time: float
+    pose: Pose
+    is_measured: bool
+    speed: tuple[int, int] = (0, 0)
+    steps: tuple[int, int] = (0, 0)
+    memory: LastSet = field(default_factory=LastSet)
+    world: Mapping[str, Any] | None = None
+    scene: str = ""
+
+
+def state_at(
+    recording: Recording, seconds: float, *, rate: Callable[[int], float] = lambda speed: float(speed)
+) -> RobotState:
+    """Return the robot's state at a moment of a recording.
+
+    Args:
+        recording: The recording.
+        seconds: The moment, s since the recording began, from its first message to its last message.
+        rate: Returns the speed at which the robot's firmware really turns a wheel for a wanted speed, both in steps/s.
+
+    Raises:
+        ArgumentError: The moment is outside the recording.
+    """
+    reader = _StateReader(recording, recording.began + seconds, rate)
+    first, last = math.inf, -math.inf
+    for entry in recording.entries(*(topic.name for topic in TOPICS)):
+        first, last = min(first, entry.time), max(last, entry.time)
+        reader.take(entry)
+    if not (first - recording.began - ROUNDING <= seconds <= last - recording.began + ROUNDING):
+        begin, end = max(0.0, first - recording.began), max(0.0, last - recording.began)
+        there = f"is {end:.3f} s long" if begin < 1 else f"has {begin:.3f} s to {end:.3f} s of its run"
+        raise ArgumentError(f"{recording.name} {there}; {seconds:g} s is not in it")
+    return reader.state()
+
+
+def request_again(spec: Spec[Any], numbers: Sequence[int], context: Context) -> Request[Any]:
+    """Return the request of a recorded call.
+
+    Args:
+        spec: Row of the command.
+        numbers: Arguments of the call, as whole numbers of the wire.
+        context: Context of the robot's firmware.
+
+    Raises:
+        ArgumentError: The number of arguments is wrong, or an argument is out of range.
+        Unsupported: This firmware does not have the command.
+    """
+    if len(numbers) != len(spec.parameters):
+        raise ArgumentError(f"{spec.name} takes {len(spec.parameters)} arguments, not {len(numbers)}")
+    scales = [parameter.quantity.scale for parameter in spec.parameters]
+    values = [number / scale if scale else number for number, scale in zip(numbers, scales, strict=True)]
+    return spec.request(context, **{each.name: value for each, value in zip(spec.parameters, values, strict=True)})
+
+
+class _StateReader:
+    """Follows the messages of a recording up to a moment."""
+
+    def __init__(self, recording: Recording, time: float, rate: Callable[[int], float]) -> None:
+        self._time = time
+        self._rate = rate
+        self._context = Context(profile_named(recording.about["firmware"]))
+        self._arguments: dict[int, tuple[int, ...]] = {}
+        self._told: list[tuple[float, int, tuple[int, int]]] = [(-math.inf, 0, (0, 0))]
+        self._steps: tuple[float, tuple[int, int]] = (recording.began, (0, 0))
+        self._poses: dict[str, list[Pose]] = {MEASURED.name: [], ODOMETRY.name: []}
+        self._world: Mapping[str, Any] | None = None
+        self._scene = ""
+        self._half = 0.0
+
+    def take(self, entry: Entry) -> None:
+        """Take a message. After the moment only wheel commands and the next pose matter."""
+        if entry.topic in self._poses:
+            # Only the last pose before the moment matters, and the first pose after it.
+            poses = self._poses[entry.topic]
+            if len(poses) > 1 and poses[-1].time <= self._time:
+                poses.pop(0)
+            if not poses or poses[-1].time <= self._time:
+                poses.append(entry.pose)
+        elif entry.topic == CALLS.name:
+            self._arguments[entry.data["call"]] = tuple(entry.data["arguments"])
+        elif entry.topic == OUTCOMES.name:
+            self._ended(entry)
+        elif entry.topic == f"{READINGS.name}encoders":
+            # The counters were read half-way between the question and the answer.
+            when = entry.time - self._half
+            if when <= self._time:
+                self._steps = when, (entry.data["left"], entry.data["right"])
+        elif entry.topic == WORLD.name and entry.time <= self._time:
+            self._world = entry.data
+        elif entry.topic == SCENE.name and entry.time <= self._time:
+            self._scene = entry.data["scene"]
+
+    def _ended(self, entry: Entry) -> None:
+        """Take the end of a call into account, at the time when the robot probably did it: before the answer came."""
+        data = entry.data
+        arguments = self._arguments.pop(data["call"], ())
+        trip = data["round_trip"]
+        self._half = (trip or 0.0) / 2
+        spec = SPECS.get(data["command"])
+        is_lost = not data["ok"] and str(data["error"]).startswith("ReplyTimeout") and trip is not None
+        if spec is None or not (data["ok"] or is_lost):
+            return
+        # The robot does a stop or a reset as soon as it arrives, however long the confirmation takes. If the answer was
+        # lost, the time of sending is all that is known.
+        began = entry.time - (trip or 0.0)
+        when = began if is_lost or spec.name in ("stop", "reset") else entry.time - self._half
+        if spec.name in ("set_speed", "stop", "reset"):  # also after the moment: needed up to the next pose
+            left, right = arguments if len(arguments) == 2 else (0, 0)
+            # A call that a newer one replaced before it was sent ends together with that one.
+            insort(self._told, (when, data["call"], (left, right)))
+        if when >= self._time:
+            return
+        if spec.remember is not None:
+            with contextlib.suppress(ElibError):  # what a damaged call has set is not known
+                request_again(spec, arguments, self._context).confirmed(self._context)
+        if spec.name in ("set_encoders", "reset"):
+            left, right = arguments if len(arguments) == 2 else (0, 0)
+            self._steps = when, (left, right)
+
+    def state(self) -> RobotState:
+        """Return the state at the moment."""
+        is_measured = bool(self._poses[MEASURED.name])
+        since, (left, right) = self._steps
+        more = self._turned(since, self._time)
+        speed = next(speed for when, _, speed in reversed(self._told) if when < self._time)
+        return RobotState(
+            self._time,
+            self._pose(self._poses[MEASURED.name if is_measured else ODOMETRY.name]),
+            is_measured,
+            speed,
+            (left + round(more[0]), right + round(more[1])),
+            self._context.last_set,
+            self._world,
+            self._scene,
+        )
+
+    def _pose(self, poses: list[Pose]) -> Pose:
+        """Return the pose at the moment: between two recorded poses, or after the last one by the wheel commands."""
+        if not poses:
+            return Pose(0.0, 0.0, 0.0, time=self._time)
+        first, last = poses[0], poses[-1]
+        if last.time <= self._time:
+            return advanced(last, *self._turned(last.time, self._time), self._time)
+        if last is first or first.time > self._time:
+            return Pose(first.x, first.y, first.heading, time=self._time)
+        # The path by the wheel commands is shifted bit by bit so that it ends at the next recorded pose: the true size
+        # of the wheels is not known.
+        before = poses[-2]
+        told = advanced(before, *self._turned(before.time, self._time))
+        goal = advanced(before, *self._turned(before.time, last.time))
+        share = (self._time - before.time) / (last.time - before.time)
+        return Pose(
+            told.x + share * (last.x - goal.x),
+            told.y + share * (last.y - goal.y),
+            math.remainder(told.heading + share * math.remainder(last.heading - goal.heading, math.tau), math.tau),
+            time=self._time,
+        )
+
+    def _turned(self, since: float, until: float) -> tuple[float, float]:
+        """Return the steps of both wheels between two times by the wheel commands."""
+        ends = [time for time, _, _ in self._told[1:]] + [math.inf]
+        left = right = 0.0
+        for (begin, _, speed), end in zip(self._told, ends, strict=True):
+            seconds = min(end, until) - max(begin, since)
+            if seconds > 0:
+                left += self._rate(speed[0]) * seconds
+                right += self._rate(speed[1]) * seconds
+        return left, right

@@ -1,0 +1,90 @@
+"""The e-puck's body as numbers, and how far one specimen may differ from the next.
+
+Sources are gathered in e-puck.md: e-puck.org, the thesis of 2011 (T), the firmware, and the
+models of Enki, Webots and ARGoS.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from elib.base.body import AXLE, SENSOR_RADIUS, WHEEL_DIAMETER
+from elib.base.fields import Choice, Number, Text, check
+from elib.simulator.physics.profiles import Profile
+
+__all__ = ["AXLE", "GRAVITY", "HEIGHT", "MASS", "RADIUS", "SENSOR_RADIUS", "WHEEL_DIAMETER", "EpuckModel"]
+
+RADIUS = 0.037
+"""Collision radius, m. Webots and Enki agree; the printed 35 mm leaves out the ring."""
+
+HEIGHT = 0.050
+"""Height of the body, m (Webots gives 45..50 mm, without extensions)."""
+
+MASS = 0.150
+"""kg (Webots, Enki; without the wheels' 10 g). The e-puck2 weighs 20 g less."""
+
+GRAVITY = 9.81
+"""m/s2. It holds the robot's wheels, and all that it pushes, to the floor."""
+
+
+Ambient = Annotated[float, Number(0, 4095, "counts")]
+"""What the infrared sensors read in the room's light."""
+
+Noise = Annotated[float, Number(0, 10)]
+GainSpread = Annotated[float, Number(0, 0.3, example="0.05")]
+OffsetSpread = Annotated[float, Number(0, 200, "counts", example="20")]
+MotorNoise = Annotated[float, Number(0, 0.3, example="0.01")]
+DriveSpread = Annotated[float, Number(0, 0.1, example="0.004")]
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileRule(Text):
+    """The name of a response profile, or one of its own."""
+
+    def accept(self, value: object) -> Any:
+        """Return *value*."""
+        return value if isinstance(value, Profile) else Text.accept(self, value)
+
+
+@dataclass(frozen=True, slots=True)
+class EpuckModel:
+    """What makes the robots of a world: sensor profile, noise and the spread between specimens.
+
+    By default the drive is exact, so a program's path can be computed by hand; the infrared sensors are
+    noisy, because a program that works only without noise does not work. Spreads are drawn once a robot
+    from the world's seed.
+
+    Attributes:
+        profile: Whose published response the infrared sensors have, a name in
+            :data:`~elib.simulator.physics.profiles.PROFILES`; or a response of their own.
+        rays: The number of rays of each infrared sensor, 1, 3 or 5: the more, the softer the edges of things.
+        sensor_noise: Factor on the noise of every sensor, 0..10; 0 switches it off.
+        gain_spread: Standard deviation of each infrared sensor's gain around 1, 0..0.3.
+        offset_spread: Standard deviation of what each infrared sensor reads in the open, counts, 0..200: what
+            ``calibrate_proximity()`` is for.
+        ambient: What the infrared sensors read in the room's light, counts, 0..4095; higher is darker.
+        motor_noise: Standard deviation of each wheel's travel in each tick, relative, 0..0.3.
+        wheel_spread: Standard deviation of each wheel's radius around nominal, relative, 0..0.1. Real
+            robots have 0.003 to 0.005: in the thesis of 2011 they drove 10 cm to less than 1 mm.
+        axle_spread: Standard deviation of the axle around nominal, relative, 0..0.1.
+        ground_module: The robots carry the ground sensor module.
+        generation: Whose step motors they have, 1 or 2 (e-puck2), where a speed is set in steps/s.
+        lens: Whose published field of view their cameras have, a name in :data:`~elib.simulator.physics.optics.LENSES`.
+    """
+
+    profile: Annotated[str | Profile, ProfileRule()] = "enki"
+    rays: Annotated[int, Choice((1, 3, 5))] = 3
+    sensor_noise: Noise = 1.0
+    gain_spread: GainSpread = 0.0
+    offset_spread: OffsetSpread = 0.0
+    ambient: Ambient = 3750.0
+    motor_noise: MotorNoise = 0.0
+    wheel_spread: DriveSpread = 0.0
+    axle_spread: DriveSpread = 0.0
+    ground_module: bool = False
+    generation: Annotated[int, Choice((1, 2))] = 1
+    lens: Annotated[str, Text()] = "epucklib"
+
+    def __post_init__(self) -> None:
+        check(self)

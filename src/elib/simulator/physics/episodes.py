@@ -1,0 +1,627 @@
+"""Episodes of a task: many worlds in one compiled call, each with rewards, an end, and conditions that are drawn.
+
+All worlds lie in one memory (:class:`Packed`), so that one call runs them all and no Python runs for each of them. A
+world begins again by copying its scene as it was laid out, whichever of the task's scenes its episode draws.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import copy
+import math
+import os
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from elib.base.body import METRES_PER_STEP
+from elib.base.errors import ArgumentError, SimulationError
+from elib.base.fields import Whole
+from elib.simulator.physics.controller import Controller
+from elib.simulator.physics.engine import INTERPRETED, EngineName, fields_read, kernel, not_compiled, phase
+from elib.simulator.physics.geometry import unit
+from elib.simulator.physics.motion import rim_speed
+from elib.simulator.physics.neighbours import list_near
+from elib.simulator.physics.noise import bits, numbered_key, seed_key, uniform
+from elib.simulator.physics.packing import (
+    listed_restore,
+    listed_world,
+    packed,
+    packed_copies,
+    packed_restore,
+    packed_world,
+)
+from elib.simulator.physics.placement import places
+from elib.simulator.physics.records import SENSORS, Episode, Records, SensorView
+from elib.simulator.physics.scene import Scene, check_seed
+from elib.simulator.physics.senses import sensors_named
+from elib.simulator.physics.simulation import advance, decide, sense
+from elib.simulator.physics.spawning import spawn
+from elib.simulator.physics.state import absent_kernels
+from elib.simulator.physics.task import Task
+from elib.simulator.physics.world import World
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+STARTS = 64
+"""Sets of places where the robots of a scene may start, if the scene does not name them."""
+
+DRAWN: Final = ("motor_noise", "sensor_noise", "wheel_spread", "axle_spread", "gain_spread", "offset_spread", "ambient")
+"""What an episode draws for the setting of its world, in the order of its ranges; the latency is the last one."""
+
+# Channels of an episode's key, beyond those of a robot for good (elib.simulator.physics.noise).
+SCENE: Final = 8192
+START: Final = 8193
+DRAW: Final = 8194  # +0..7
+
+COUNTED = ("walls", "discs", "things", "lamps")
+"""Records of which scenes may have different numbers, and which a reward may read by their place."""
+
+SMALL = 2_000
+"""Robot-ticks of a call below which threads cost more than they save."""
+
+
+class Course(NamedTuple):
+    """All that the kernels of episodes work on."""
+
+    worlds: Any  # Of type Packed; interpreted, a list of Records.
+    originals: Any  # The same of each scene, as it was laid out.
+    starts: Any  # (scenes, sets, robots, 4): x, y, m, cosine and sine of the heading.
+    ranges: Any  # (scenes, 8, 2): the lowest and the highest value of what is drawn.
+    episodes: Any  # One record a world.
+    memory: Any  # (worlds, robots, n): what the controllers remember.
+    earned: Any  # (worlds, robots): what the robots earned in the last call.
+    period: int  # Ticks between two decisions.
+    ticks: int  # Of a full episode.
+    scale: float  # Factor on every reward.
+
+
+@kernel
+def reward(world: Records, i: int) -> float:
+    """Stand for the reward of a task."""
+    return 0.0
+
+
+@kernel
+def is_over(world: Records) -> bool:
+    """Stand for the end of a task: only time ends its episodes."""
+    return False
+
+
+@kernel
+def feel(world: Records, i: int) -> None:
+    """Stand for the sensors that the reward reads."""
+
+
+def world_at(worlds: Any, w: int) -> Records:
+    """Stand for the function that returns the records of world *w*: each engine has its own."""
+    raise NotImplementedError
+
+
+def restore(worlds: Any, originals: Any, w: int, scene: int) -> None:
+    """Stand for the function that makes world *w* as its scene was laid out: each engine has its own."""
+    raise NotImplementedError
+
+
+@kernel
+def drawn(course: Course, scene: int, key: int, k: int) -> float:
+    """Return what an episode with this key draws as its value number *k*."""
+    low: float = course.ranges[scene][k][0]
+    high: float = course.ranges[scene][k][1]
+    return low + (high - low) * uniform(key, DRAW + k)
+
+
+@phase
+def begin(course: Course, w: int, key: int) -> None:
+    """Begin an episode of world *w*: the key decides its scene, its starts, its noise and all that is drawn."""
+    scene = bits(key, SCENE) % len(course.starts)
+    restore(course.worlds, course.originals, w, scene)
+    world = world_at(course.worlds, w)
+    setting = world.setting[0]
+    setting.motor_noise = drawn(course, scene, key, 0)
+    setting.sensor_noise = drawn(course, scene, key, 1)
+    setting.wheel_spread = drawn(course, scene, key, 2)
+    setting.axle_spread = drawn(course, scene, key, 3)
+    setting.gain_spread = drawn(course, scene, key, 4)
+    setting.offset_spread = drawn(course, scene, key, 5)
+    setting.ambient = drawn(course, scene, key, 6)
+    episode = course.episodes[w]
+    episode.scene = scene
+    episode.delay = int(drawn(course, scene, key, 7) / setting.step + 0.5)
+    episode.is_over = 0
+    sets = course.starts[scene]
+    spawn(world, sets[bits(key, START) % len(sets)], key)
+    list_near(world)
+    for i in range(len(world.robots)):
+        for n in range(len(course.memory[w][i])):
+            course.memory[w][i][n] = 0.0
+
+
+@kernel
+def begin_next(course: Course, w: int) -> None:
+    """Begin the next episode of world *w*, whose key is made of that of the first one."""
+    episode = course.episodes[w]
+    episode.begun += 1
+    begin(course, w, numbered_key(episode.key, episode.begun))
+
+
+@phase
+def sense_robots(world: Records) -> None:
+    """Let all robots of one world read the sensors of the task."""
+    setting = world.setting[0]
+    for i in range(len(world.robots)):
+        world.views[i].time = setting.tick * setting.step
+        sense(world, i)
+
+
+@kernel
+def run_period(course: Course, world: Records, w: int, rows: Any) -> None:
+    """Let all robots of world *w* decide once, and run until the next decision or the end of the episode.
+
+    Args:
+        course: All worlds.
+        world: Those of world *w*.
+        w: Its number.
+        rows: The parameters of each robot, or one row for all.
+    """
+    episode = course.episodes[w]
+    for i in range(len(world.robots)):
+        view = world.views[i]
+        view.left = 0.0
+        view.right = 0.0
+        decide(view, rows[i % len(rows)], course.memory[w][i])
+    for tick in range(course.period + 1):
+        if tick == episode.delay:
+            for i in range(len(world.robots)):
+                world.robots[i].left_speed = rim_speed(world.tables[0], world.views[i].left)
+                world.robots[i].right_speed = rim_speed(world.tables[0], world.views[i].right)
+        if tick == course.period:
+            return
+        advance(world, 1)
+        for i in range(len(world.robots)):
+            feel(world, i)
+            course.earned[w][i] += reward(world, i) * course.scale
+        if is_over(world):
+            episode.is_over = 1
+            return
+
+
+@kernel
+def step_worlds(course: Course, first: int, end: int, actions: Any, begins_again: int) -> None:
+    """Let worlds first..end - 1 pass a period with these actions; begin those again that had ended, if asked to."""
+    for w in range(first, end):
+        episode = course.episodes[w]
+        world = world_at(course.worlds, w)
+        for i in range(len(world.robots)):
+            course.earned[w][i] = 0.0
+        if episode.is_over == 0 and world.setting[0].tick < course.ticks:
+            run_period(course, world, w, actions[w])
+        elif begins_again:
+            begin_next(course, w)
+            world = world_at(course.worlds, w)
+        sense_robots(world)
+
+
+@kernel
+def begin_worlds(course: Course, chosen: Any, are_next: int) -> None:
+    """Begin the first episodes of the keys of these worlds, or the next ones."""
+    for n in range(len(chosen)):
+        w = chosen[n]
+        if are_next:
+            begin_next(course, w)
+        else:
+            course.episodes[w].begun = 0
+            begin(course, w, course.episodes[w].key)
+        sense_robots(world_at(course.worlds, w))
+
+
+@kernel
+def play_episodes(course: Course, w: int, rows: Any, keys: Any, fitness: Any, steps: Any) -> None:
+    """Let every individual play an episode of every key in world *w*.
+
+    Args:
+        course: All worlds.
+        w: The world to play in.
+        rows: Parameters, one row an individual.
+        keys: The keys of the episodes.
+        fitness: Out, (individuals, keys).
+        steps: Out, (individuals, keys, 2): steps of the left and right motor, mean over the robots.
+    """
+    for p in range(len(rows)):
+        for n in range(len(keys)):
+            begin(course, w, keys[n])
+            world = world_at(course.worlds, w)
+            count = len(world.robots)
+            for i in range(count):
+                course.earned[w][i] = 0.0
+            while course.episodes[w].is_over == 0 and world.setting[0].tick < course.ticks:
+                sense_robots(world)
+                run_period(course, world, w, rows[p : p + 1])
+            fitness[p][n] = 0.0
+            steps[p][n][0] = 0.0
+            steps[p][n][1] = 0.0
+            for i in range(count):
+                fitness[p][n] += course.earned[w][i] / count
+                steps[p][n][0] += world.robots[i].left_steps / count
+                steps[p][n][1] += world.robots[i].right_steps / count
+
+
+def obey(robot: SensorView, parameters: Any, memory: Any) -> None:
+    """Turn the wheels as the action says, steps/s: the controller of a world that is steered from outside."""
+    robot.left = parameters[0]
+    robot.right = parameters[1]
+
+
+class Scores(NamedTuple):
+    """What came of episodes.
+
+    Attributes:
+        fitness: The fitness of each individual with each seed, (individuals, seeds).
+        steps: Steps of the left and the right motor at the end, mean over the robots, (individuals, seeds, 2).
+    """
+
+    fitness: NDArray[np.float64]
+    steps: NDArray[np.float64]
+
+
+class Episodes:
+    """Worlds in which episodes of a task run: steered from outside, :meth:`step`, or by controllers, :meth:`play`.
+
+    The same seed gives the same episode to the last bit, on either engine and with any number of threads.
+
+    Attributes:
+        task: The task.
+        count: How many worlds there are for :meth:`step`.
+        threads: How many run at once.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        count: int = 1,
+        *,
+        seed: int = 0,
+        engine: EngineName = "compiled",
+        threads: int | None = None,
+    ) -> None:
+        """Set up the worlds, each at the beginning of an episode.
+
+        Args:
+            task: The task.
+            count: How many worlds, 1 or more.
+            seed: World k begins with the seed *seed* + k.
+            engine: ``"compiled"``, which needs the extra ``compiled``, or ``"interpreted"``, in which a reward function
+                can be debugged.
+            threads: How many worlds run at once, 1 or more; None means one a core.
+
+        Raises:
+            ArgumentError: A number is out of its range, or a function of the task fails.
+            SimulationError: There is no room for the robots, or Numba is not installed.
+        """
+        self.task = task
+        self.count = Whole(1).require(count, "the number of worlds")
+        self.threads = (os.cpu_count() or 1) if threads is None else Whole(1).require(threads, "threads")
+        if engine == "interpreted":
+            self.threads = 1
+        self._models = [World(scene, robots=task.robots, engine=engine) for scene in task.scenes]
+        self._engine = self._models[0]._state.engine  # noqa: SLF001  # of one package
+        self._check_functions()
+        self._scenes = self._lay_out_scenes()
+        self._seed = check_seed(seed)
+        self._pool: tuple[int, concurrent.futures.ThreadPoolExecutor] | None = None
+        self._ready: dict[Any, Callable[..., None]] = {}
+
+    @cached_property
+    def _steered(self) -> Course:
+        """The worlds for :meth:`step`: laid out when they are first asked for, because :meth:`play` needs none."""
+        course = self._course(self.count, 0)
+        self._begin(course, self._seed, range(self.count))
+        return course
+
+    def reset(self, seed: int | None = 0, which: Sequence[int] | None = None) -> None:
+        """Begin the first episodes of other seeds, or the next episodes.
+
+        Args:
+            seed: World k gets the seed *seed* + k, modulo 2**64. None begins the episode that :meth:`step` would begin
+                next, also where one has not ended.
+            which: Numbers of the worlds that begin again; None means all.
+
+        Raises:
+            ArgumentError: *seed* is out of its range, or there is no such world.
+        """
+        worlds = range(self.count)
+        # Compiled code does not check an index.
+        chosen = (
+            worlds if which is None else [Whole(0, self.count - 1).require(w, "the number of a world") for w in which]
+        )
+        self._begin(self._steered, seed, chosen)
+
+    def _begin(self, course: Course, seed: int | None, which: Sequence[int]) -> None:
+        if seed is not None:
+            first = check_seed(seed)
+            for w in which:
+                course.episodes[w].key = _episode_key(first + w)
+        self._run(begin_worlds, course, self._whole(which), int(seed is None))
+
+    def step(self, actions: ArrayLike, *, begin_again: bool = True) -> NDArray[np.float64]:
+        """Let one period pass in every world.
+
+        A world whose episode had ended before this call begins the next one instead, and its robots earn 0.
+
+        Args:
+            actions: Speeds of the left and the right wheel of each robot, m/s, of shape (worlds, robots, 2). They are
+                limited to the task's top speed; what is not a number stands for 0.
+            begin_again: Whether worlds whose episodes have ended begin again; otherwise they stand still.
+
+        Returns:
+            What each robot earned, (worlds, robots).
+        """
+        import numpy as np
+
+        task = self.task
+        given = np.asarray(actions, dtype=np.float64).reshape(self.count, task.robots, 2)
+        wanted = np.clip(given, -task.top_speed, task.top_speed) / METRES_PER_STEP
+        wanted[np.isnan(wanted)] = 0.0
+        table = wanted if self._is_compiled else wanted.tolist()
+        cut = self._cuts(self.count, self.count * task.robots * task.ticks_a_period)
+        jobs = [
+            partial(self._run, step_worlds, self._steered, first, end, table, int(begin_again)) for first, end in cut
+        ]
+        self._all(jobs)
+        return np.array(self._steered.earned, dtype=np.float64)
+
+    @property
+    def is_over(self) -> NDArray[np.bool_]:
+        """Whether the episode of each world was ended by the task, (worlds,)."""
+        import numpy as np
+
+        if self._is_compiled:
+            return np.asarray(self._steered.episodes["is_over"] != 0)
+        return np.array([episode.is_over != 0 for episode in self._steered.episodes])
+
+    @property
+    def ticks(self) -> NDArray[np.int64]:
+        """Ticks of each world since its episode began, (worlds,)."""
+        import numpy as np
+
+        if self._is_compiled:
+            return np.array(self._steered.worlds.setting["tick"], dtype=np.int64)
+        return np.array([world.setting[0].tick for world in self._steered.worlds], dtype=np.int64)
+
+    def readings(self, sensor: str) -> NDArray[Any]:
+        """Return what a sensor of the task reads now, (worlds, robots, n): n is 1 for a sensor of one number. A copy.
+
+        Raises:
+            ArgumentError: The task does not name this sensor.
+        """
+        import numpy as np
+
+        if sensor not in self.task.sensors:
+            raise ArgumentError(f"task {self.task.name!r} does not sense {sensor!r}", hint="name it in its sensors")
+        if self._is_compiled:
+            column = np.asarray(self._steered.worlds.views[sensor])
+        else:
+            column = np.array([getattr(view, sensor) for world in self._steered.worlds for view in world.views])
+        return column.reshape(self.count, self.task.robots, -1).copy()
+
+    def world(self, index: int) -> World:
+        """Return one of the worlds as it is now: a copy, to look at and to draw."""
+        scene = int(self._steered.episodes[index].scene)
+        shown = copy.deepcopy(self._models[scene])
+        records = self._world_at(self._steered.worlds, index)
+        shown._state.world = copy.deepcopy(records)  # noqa: SLF001  # of one package
+        return shown
+
+    def play(self, controller: Controller, population: ArrayLike, seeds: Sequence[int]) -> Scores:
+        """Let every individual of a population play an episode for each seed.
+
+        Args:
+            controller: Its control function, and how much that remembers; the sensors are those of the task, and its
+                own parameters are not used.
+            population: Parameters of the control function, (individuals, n); the robots of a world share them.
+            seeds: The seeds of the episodes, 0 <= seed < 2**64. With the same seed all individuals have the same
+                conditions.
+
+        Raises:
+            ArgumentError: A number is out of its range, or the control function fails.
+            SimulationError: The control function cannot be compiled.
+        """
+        import numpy as np
+
+        rows = Controller(controller.function, population, sensors=self.task.sensors, memory=controller.memory)
+        if rows.parameters.ndim != 2:
+            raise ArgumentError(f"the population has the shape {rows.parameters.shape}", hint="give (individuals, n)")
+        rows.try_out()
+        keys = self._whole([_episode_key(check_seed(seed)) for seed in seeds])
+        count = len(rows.parameters)
+        ticks = self.task.ticks * self.task.robots * count * len(seeds)
+        cuts = self._cuts(count, ticks)
+        course = self._course(len(cuts), rows.memory)
+        table = np.array(rows.parameters) if self._is_compiled else rows.parameters.tolist()
+        jobs, results = [], []
+        for w, (first, end) in enumerate(cuts):
+            fitness, steps = np.zeros((end - first, len(seeds))), np.zeros((end - first, len(seeds), 2))
+            results.append((fitness, steps))
+            arguments = (course, w, table[first:end], keys, fitness, steps)
+            jobs.append(partial(self._run, play_episodes, *arguments, decide=rows.function))
+        self._all(jobs)
+        return Scores(*(np.concatenate([part[k] for part in results]) for k in (0, 1)))
+
+    @property
+    def _is_compiled(self) -> bool:
+        return self._engine.name == "compiled"
+
+    def _check_functions(self) -> None:
+        """Call the functions of the task once, interpreted: compiled code does not check an index.
+
+        Scenes that have as many things, lamps and so on as an earlier one are left out.
+
+        Raises:
+            ArgumentError: One of them fails or reads what is not sensed, or the reward is not a finite number.
+        """
+        self._check_sensed()
+        kinds = {
+            tuple(len(getattr(model.records, name)) for name in COUNTED): scene
+            for model, scene in zip(reversed(self._models), reversed(self.task.scenes), strict=True)
+        }
+        for scene in kinds.values():
+            self._check_in(scene)
+
+    def _check_sensed(self) -> None:
+        task = self.task
+        for role, function in (("reward", task.reward), ("end", task.is_over)):
+            read = fields_read(function) & frozenset(SENSORS) if function is not None else frozenset()
+            missing = tuple(sorted(read.difference(task.sensors, task.reward_sensors)))
+            if missing:
+                raise ArgumentError(
+                    f"the {role} of task {task.name!r} reads {', '.join(missing)}, "
+                    "which the task does not declare: it would be 0",
+                    hint=f"declare it in the task: reward_sensors={(*task.reward_sensors, *missing)!r}",
+                )
+
+    def _check_in(self, scene: Scene) -> None:
+        task = self.task
+        world = World(scene, robots=task.robots)
+        world.step()
+        for sensor in (*task.sensors, *task.reward_sensors):
+            world.readings(sensor)
+        records = world.records
+        try:
+            earned = [float(task.reward(records, i)) for i in range(task.robots)]
+            if task.is_over is not None:
+                bool(task.is_over(records))
+        except Exception as error:
+            hint = "a reward takes (world, i) and returns a number, an end takes (world) and returns True or False"
+            if isinstance(error, AttributeError):
+                there = getattr(type(error.obj), "__dataclass_fields__", None) or getattr(error.obj, "_fields", ())
+                hint = f"it has {', '.join(there)}" if there else hint
+            raise ArgumentError(
+                f"a function of task {task.name!r} fails in the first tick: {error!r}", hint=hint
+            ) from error
+        if not all(map(math.isfinite, earned)):
+            raise ArgumentError(f"the reward of task {task.name!r} is {earned} in the first tick, not a finite number")
+
+    def _functions(self) -> dict[str, Any]:
+        """Return what stands for the stand-ins of this module."""
+        task, is_compiled = self.task, self._is_compiled
+        found: dict[str, Any] = {
+            "sense": sensors_named(task.sensors),
+            "reward": task.reward,
+            "world_at": packed_world if is_compiled else listed_world,
+            "restore": packed_restore if is_compiled else listed_restore,
+        }
+        if task.reward_sensors:
+            found["feel"] = sensors_named(task.reward_sensors)
+        if task.is_over is not None:
+            found["is_over"] = task.is_over
+        return found
+
+    def _run(self, function: Callable[..., None], *arguments: Any, decide: Callable[..., Any] = obey) -> None:
+        """Run a kernel with the functions of the task and a control function."""
+        if (function, decide) not in self._ready:
+            self._ready[function, decide] = self._engine.ready(
+                function, absent=absent_kernels(self.task.scenes), **self._functions(), decide=decide
+            )
+        try:
+            self._ready[function, decide](*arguments)
+        except Exception as error:
+            reason = not_compiled(error)
+            if reason is None:
+                raise
+            raise SimulationError(
+                f"task {self.task.name!r} cannot be compiled: {reason}",
+                hint=f"keep to numbers, loops and comparisons, make no lists or arrays, or use {INTERPRETED}",
+            ) from error
+
+    def _all(self, jobs: Sequence[Callable[[], None]]) -> None:
+        """Run the first job here, and the others in threads."""
+        first, *others = jobs
+        if others and (self._pool is None or self._pool[0] != os.getpid()):  # A forked process has no threads.
+            self._pool = os.getpid(), concurrent.futures.ThreadPoolExecutor(self.threads - 1)
+        running = [self._pool[1].submit(job) for job in others] if self._pool else []
+        try:
+            first()
+        finally:
+            concurrent.futures.wait(running)
+        for done in running:
+            done.result()
+
+    def _cuts(self, count: int, ticks: int) -> list[tuple[int, int]]:
+        """Return the parts of so many things that take so many ticks: only one if threads cost more than they save."""
+        return self._parts(count) if ticks >= SMALL else [(0, count)]
+
+    def _parts(self, count: int) -> list[tuple[int, int]]:
+        """Return the first and the last + 1 of each thread's part of so many things."""
+        parts = min(self.threads, count)
+        return [(k * count // parts, (k + 1) * count // parts) for k in range(parts)]
+
+    def _whole(self, numbers: Sequence[int]) -> Any:
+        import numpy as np
+
+        return np.array(numbers, dtype=np.int64) if self._is_compiled else list(numbers)
+
+    def _world_at(self, worlds: Any, w: int) -> Records:
+        return (packed_world if self._is_compiled else listed_world)(worlds, w)
+
+    def _table(self, array: NDArray[np.float64]) -> Any:
+        return array if self._is_compiled else array.tolist()
+
+    def _lay_out_scenes(self) -> dict[str, Any]:
+        """Return the parts of a course that are those of the scenes."""
+        import numpy as np
+
+        task, models = self.task, self._records_of_models()
+        # Starts that the scenes name are the same in each set.
+        sets = 1 if all(len(scene.starts) >= task.robots for scene in task.scenes) else STARTS
+        return {
+            "originals": packed(models) if self._is_compiled else models,
+            "starts": self._table(np.array([_starts(scene, task.robots, sets) for scene in task.scenes])),
+            "ranges": self._table(np.array([_ranges(task, scene) for scene in task.scenes])),
+        }
+
+    def _records_of_models(self) -> list[Records]:
+        return [model.records for model in self._models]
+
+    def _course(self, count: int, memory: int) -> Course:
+        """Lay out so many worlds, whose controllers remember so many numbers."""
+        import numpy as np
+
+        task, robots, models = self.task, self.task.robots, self._records_of_models()
+        return Course(
+            worlds=packed_copies(models, self._parts(count))
+            if self._is_compiled
+            else [models[0]] * count,  # restore() makes them
+            **self._scenes,
+            episodes=self._engine.records(Episode, [Episode() for _ in range(count)]),
+            memory=self._table(np.zeros((count, robots, memory))),
+            earned=self._table(np.zeros((count, robots))),
+            period=task.ticks_a_period,
+            ticks=task.ticks,
+            scale=1 / task.ticks if task.fitness == "mean" else 1.0,
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_pool": None, "_ready": {}}
+
+
+def _episode_key(seed: int) -> int:
+    """Return the key of the first episode of a seed, which need not be below 2**64."""
+    return seed_key(seed & ((1 << 64) - 1))
+
+
+def _starts(scene: Scene, robots: int, sets: int) -> list[list[list[float]]]:
+    """Return so many sets of starts of a scene, each (robots, 4)."""
+    found = []
+    for seed in range(sets):
+        poses = places(scene, robots, seed)
+        found.append([[pose.x, pose.y, *unit(pose.heading)] for pose in poses])
+    return found
+
+
+def _ranges(task: Task, scene: Scene) -> list[tuple[float, float]]:
+    """Return the ranges of what an episode in a scene draws."""
+    wanted = task.randomisation
+    own = ((getattr(scene.model, name),) * 2 for name in DRAWN)
+    return [*(getattr(wanted, name) or each for name, each in zip(DRAWN, own, strict=True)), wanted.latency]

@@ -1,0 +1,350 @@
+"""Walls, boxes, cylinders and colours, and how far a point is from them.
+
+Lengths are metres. x and y span the floor; a heading of 0 looks along x and grows to the left
+(counter-clockwise seen from above).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, NamedTuple, TypeAlias
+
+from elib.base.errors import ArgumentError
+from elib.base.fields import Number, Rule, Text, Whole, check
+
+_HEX_DIGITS = frozenset("0123456789abcdefABCDEF")
+
+
+class Colour(NamedTuple):
+    """A surface colour, each part 0..255."""
+
+    red: int
+    green: int
+    blue: int
+
+    @classmethod
+    def parse(cls, text: str) -> Colour:
+        """Return the colour written as ``#rrggbb``.
+
+        Raises:
+            ArgumentError: *text* is written differently.
+        """
+        digits = text[1:]
+        if not text.startswith("#") or len(digits) != 6 or not _HEX_DIGITS.issuperset(digits):
+            raise ArgumentError(f"{text!r} is not a colour", hint='write it as "#rrggbb", for example "#d04030"')
+        return cls(*bytes.fromhex(digits))
+
+    def __str__(self) -> str:
+        return f"#{self.red:02x}{self.green:02x}{self.blue:02x}"
+
+
+WALL_COLOUR = Colour(236, 232, 222)
+"""Off-white of painted wood: reflects infrared as the response profiles assume."""
+
+WALL_HEIGHT = 0.10
+"""m. Seen from 0.25 m it fills the upper half of a 30 degree picture."""
+
+LARGEST_ARENA = 1000.0
+"""m. Beyond it a position has too few bits left behind the point to drive by."""
+
+SHORTEST_WALL = 1e-6
+"""m. Below it the arithmetic of contacts and rays loses its digits."""
+
+OBJECT_MASS = 0.1
+"""kg. What a pushable thing weighs unless its world says otherwise: two thirds of an e-puck."""
+
+
+OBJECT_FRICTION = 0.5
+"""Friction of a pushable thing with the floor, unless its world says otherwise (e-puck.md, 1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ColourRule(Rule):
+    """A colour: a :class:`Colour`, or its text."""
+
+    def __str__(self) -> str:
+        return 'a colour, "#rrggbb"'
+
+    def accept(self, value: object) -> Colour:
+        """Return *value* as a Colour."""
+        try:
+            if isinstance(value, str):
+                return Colour.parse(value)
+            if isinstance(value, tuple):
+                return Colour(*map(_PART.accept, value))
+        except (ArgumentError, TypeError):  # not three parts
+            pass
+        raise self.refuse(value)
+
+
+_PART = Whole(0, 255)
+
+Place = Annotated[float, Number(-LARGEST_ARENA, LARGEST_ARENA, "m")]
+"""x or y of something."""
+
+WallEnd = Annotated[float, Number(-2 * LARGEST_ARENA, 2 * LARGEST_ARENA, "m")]
+"""x or y: the sides of a box are walls, too, and may reach beyond every place."""
+
+Length = Annotated[float, Number(0.001, LARGEST_ARENA, "m", example="0.05")]
+"""Nothing finer can be seen or felt by the robot."""
+
+Turn = Annotated[float, Number(unit="rad")]
+
+Reflectance = Annotated[float, Number(0.05, 1, otherwise="from the red in its colour")]
+Mass = Annotated[float, Number(0.001, 100, "kg")]
+Friction = Annotated[float, Number(0, 2, example="0.02")]
+Name = Annotated[str, Text(example='"ball"', otherwise="none")]
+Painted = Annotated[Colour, ColourRule(example='"#d04030"')]
+
+
+@dataclass(frozen=True, slots=True)
+class Wall:
+    """A straight, thin, upright surface that stands on the floor.
+
+    Attributes:
+        x1: First end, m, -2000..2000.
+        y1: First end, m, -2000..2000.
+        x2: Other end, m, -2000..2000; must differ from the first.
+        y2: Other end, m, -2000..2000.
+        height: The height of its top above the floor, m, 0.001..1000.
+        colour: The colour of all its sides.
+        reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
+            (:func:`infrared_reflectance`).
+    """
+
+    x1: WallEnd
+    y1: WallEnd
+    x2: WallEnd
+    y2: WallEnd
+    height: Length = WALL_HEIGHT
+    colour: Painted = WALL_COLOUR
+    reflectance: Reflectance | None = None
+
+    def __post_init__(self) -> None:
+        check(self, "the wall's ")
+        if math.hypot(self.x2 - self.x1, self.y2 - self.y1) < SHORTEST_WALL:
+            raise ArgumentError(f"the wall at ({self.x1}, {self.y1}) has no length", hint="give it two different ends")
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far the point (x, y) is from it, m."""
+        return segment_distance(x, y, self.x1, self.y1, self.x2, self.y2)
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A rectangular block.
+
+    Attributes:
+        x: Centre, m, -1000..1000.
+        y: Centre, m, -1000..1000.
+        width: Along its own x axis, m, 0.001..1000.
+        depth: Along its own y axis, m, 0.001..1000.
+        angle: From the world's x axis to its own, positive to the left, rad.
+        height: The height of its top above the floor, m, 0.001..1000.
+        colour: The colour of all its sides.
+        reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
+            (:func:`infrared_reflectance`).
+        is_pushable: Whether it gives way to a robot that drives against it.
+        mass: What it weighs, kg, 0.001..100; matters only if it can be pushed. A robot weighs 0.15 kg.
+        friction: Force over weight at which it begins to slide or roll, 0..2; matters only if it can be pushed. A ball
+            that rolls has about 0.02.
+        name: To find it by; no two things of a world share one. Empty for none.
+    """
+
+    x: Place
+    y: Place
+    width: Length
+    depth: Length
+    angle: Turn = 0.0
+    height: Length = WALL_HEIGHT
+    colour: Painted = WALL_COLOUR
+    reflectance: Reflectance | None = None
+    is_pushable: bool = False
+    mass: Mass = OBJECT_MASS
+    friction: Friction = OBJECT_FRICTION
+    name: Name = ""
+
+    def __post_init__(self) -> None:
+        check(self, "the box's ")
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far the point (x, y) is from its surface, m; below 0 inside."""
+        cosine, sine = unit(self.angle)
+        dx, dy = x - self.x, y - self.y
+        across = abs(cosine * dx + sine * dy) - self.width / 2
+        along = abs(cosine * dy - sine * dx) - self.depth / 2
+        return max(across, along) if across <= 0 or along <= 0 else math.sqrt(across * across + along * along)
+
+    @property
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """Four corners, m, counter-clockwise from the lower left one of the unturned box."""
+        cosine, sine = unit(self.angle)
+        half_width, half_depth = self.width / 2, self.depth / 2
+        return tuple(
+            (self.x + cosine * u - sine * v, self.y + sine * u + cosine * v)
+            for u, v in (
+                (-half_width, -half_depth),
+                (half_width, -half_depth),
+                (half_width, half_depth),
+                (-half_width, half_depth),
+            )
+        )
+
+    @property
+    def sides(self) -> tuple[Wall, ...]:
+        """Its four sides as walls, counter-clockwise."""
+        corners = self.corners
+        return tuple(
+            Wall(*corners[i], *corners[(i + 1) % 4], self.height, self.colour, self.reflectance) for i in range(4)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A round post, or a ball seen from above.
+
+    Attributes:
+        x: Centre, m, -1000..1000.
+        y: Centre, m, -1000..1000.
+        radius: The radius of its round side, m, 0.001..1000.
+        height: The height of its top above the floor, m, 0.001..1000.
+        colour: The colour of its side.
+        reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
+            (:func:`infrared_reflectance`).
+        is_pushable: Whether it gives way to a robot that drives against it.
+        mass: What it weighs, kg, 0.001..100; matters only if it can be pushed. A robot weighs 0.15 kg.
+        friction: Force over weight at which it begins to slide or roll, 0..2; matters only if it can be pushed. A ball
+            that rolls has about 0.02.
+        name: To find it by; no two things of a world share one. Empty for none.
+    """
+
+    x: Place
+    y: Place
+    radius: Length
+    height: Length = WALL_HEIGHT
+    colour: Painted = WALL_COLOUR
+    reflectance: Reflectance | None = None
+    is_pushable: bool = False
+    mass: Mass = OBJECT_MASS
+    friction: Friction = OBJECT_FRICTION
+    name: Name = ""
+
+    def __post_init__(self) -> None:
+        check(self, "the cylinder's ")
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far the point (x, y) is from its surface, m; below 0 inside."""
+        dx, dy = x - self.x, y - self.y
+        return math.sqrt(dx * dx + dy * dy) - self.radius
+
+
+Solid: TypeAlias = Wall | Box | Cylinder
+"""What stands in the way of a robot."""
+
+Point: TypeAlias = tuple[float, float]
+"""x and y, m."""
+
+
+def unit(angle: float) -> tuple[float, float]:
+    """Return the cosine and sine of *angle*, rad, the same to the last bit on every machine.
+
+    The C library's own differ in the last bit between systems, and one bit is enough to send two runs
+    apart. Multiples of a quarter turn come out exact.
+    """
+    quarters = round(angle / (math.pi / 2))
+    rest = angle - quarters * (math.pi / 2)
+    square = rest * rest
+    cosine = sine = 0.0
+    for order in range(20, -2, -2):  # |rest| <= pi/4: the first term left out is below 1e-23.
+        cosine = 1.0 - square / ((order + 1) * (order + 2)) * cosine
+        sine = 1.0 - square / ((order + 2) * (order + 3)) * sine
+    sine *= rest
+    match quarters % 4:
+        case 0:
+            return cosine, sine
+        case 1:
+            return -sine, cosine
+        case 2:
+            return -cosine, -sine
+        case _:
+            return sine, -cosine
+
+
+def infrared_reflectance(colour: Colour) -> float:
+    """Return how much infrared light a surface of this colour reflects, 0.2..1; the white of a wall gives 1.
+
+    The law of Webots' distance sensor: 0.2 + 0.8 red, with the red part taken against :data:`WALL_COLOUR`,
+    for which the published curves stand.
+    """
+    return 0.2 + 0.8 * min(1.0, colour.red / WALL_COLOUR.red)
+
+
+def segment_distance(x: float, y: float, x1: float, y1: float, x2: float, y2: float) -> float:
+    """Return how far the point (x, y) is from the straight line between two ends, m."""
+    dx, dy = x2 - x1, y2 - y1
+    square = dx * dx + dy * dy
+    along = min(max(((x - x1) * dx + (y - y1) * dy) / square, 0.0), 1.0) if square > 0 else 0.0
+    dx, dy = x - x1 - along * dx, y - y1 - along * dy
+    return math.sqrt(dx * dx + dy * dy)
+
+
+def outline(solid: Solid) -> tuple[tuple[Point, ...], float]:
+    """Return what a solid covers of the floor: the points of a convex shape, and how far it reaches beyond them, m.
+
+    A wall has two points, a box four, counter-clockwise, and a cylinder its centre.
+    """
+    match solid:
+        case Wall():
+            return ((solid.x1, solid.y1), (solid.x2, solid.y2)), 0.0
+        case Box():
+            return solid.corners, 0.0
+        case Cylinder():
+            return ((solid.x, solid.y),), solid.radius
+
+
+def extent(solid: Solid) -> tuple[float, float, float, float]:
+    """Return what a solid covers, m: least and greatest x, least and greatest y."""
+    points, radius = outline(solid)
+    xs, ys = zip(*points, strict=True)
+    return min(xs) - radius, max(xs) + radius, min(ys) - radius, max(ys) + radius
+
+
+def gap(one: Solid, other: Solid) -> float:
+    """Return how far two solids are apart, m; where they overlap, minus how far one must move to be clear."""
+    (points, radius), (others, reach) = outline(one), outline(other)
+    reach += radius
+    # Two convex shapes are apart if and only if a side of one of them has the whole of the other before it.
+    before = max((*_before(points, others), *_before(others, points)), default=0.0)
+    if before < 0:
+        return before - reach
+    return min(_between(a, b, c, d) for a, b in _sides(points) for c, d in _sides(others)) - reach
+
+
+def _sides(points: tuple[Point, ...]) -> list[tuple[Point, Point]]:
+    """Return the straight edges of a shape; a single point is one without length."""
+    return [(points[0], points[-1])] if len(points) < 3 else list(pairwise((*points, points[0])))
+
+
+def _before(points: tuple[Point, ...], others: tuple[Point, ...]) -> Iterator[float]:
+    """Yield for each side of a shape how far before it the nearest of other points lies, m."""
+    for a, b in _sides(points):
+        length = math.dist(a, b)
+        if length == 0:
+            continue
+        heights = [((b[1] - a[1]) * (x - a[0]) - (b[0] - a[0]) * (y - a[1])) / length for x, y in others]
+        yield min(heights)
+        if len(points) == 2:  # a wall has two faces
+            yield -max(heights)
+
+
+def _between(a: Point, b: Point, c: Point, d: Point) -> float:
+    """Return the distance between the segments *ab* and *cd*, which do not cross."""
+    return min(
+        segment_distance(*a, *c, *d),
+        segment_distance(*b, *c, *d),
+        segment_distance(*c, *a, *b),
+        segment_distance(*d, *a, *b),
+    )

@@ -1,0 +1,165 @@
+"""Things put elsewhere from outside, between two ticks: what a hand in the arena does.
+
+A program may put things where a file may: their centres inside the arena, and into each other. Fixed things are one
+shape then, such as a door that slides into its wall, and the next steps of the physics part things that can be pushed.
+Only a robot needs room, as at its start: inside a thing it would sense and do what no robot can.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import chain
+
+from elib.base.errors import ArgumentError
+from elib.base.fields import rule_of
+from elib.base.pose import Pose
+from elib.simulator.physics.geometry import Box, Cylinder, Solid, Wall, extent, gap, unit
+from elib.simulator.physics.pushing import follow
+from elib.simulator.physics.spawning import stand
+from elib.simulator.physics.state import State
+
+SLACK = 0.0005
+"""m. Things that overlap less than this touch: the next steps of the physics part them by themselves."""
+
+EDGE = "the edge of the arena"
+
+PLACE = rule_of(Box, "x")
+
+
+def blocker(thing: Solid, others: Iterable[tuple[str, Solid]]) -> str | None:
+    """Return the name of what is in the way of *thing*, or None where it has room.
+
+    Args:
+        thing: Where it is to stand.
+        others: What may not overlap with it, by the names that messages use.
+    """
+    left, right, low, high = extent(thing)
+    for name, other in others:
+        other_left, other_right, other_low, other_high = extent(other)
+        # Far things first: a world may have a hundred thousand walls.
+        if other_left > right or other_right < left or other_low > high or other_high < low:
+            continue
+        if gap(thing, other) < -SLACK:
+            return name
+    return None
+
+
+class Mover:
+    """Moves robots, boxes and cylinders of one world, where there is room.
+
+    Attributes:
+        robot_names: What messages call the robots.
+    """
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self.robot_names = [f"robot {i}" for i in range(len(state.world.robots))]
+
+    def robot(self, index: int, pose: Pose) -> None:
+        """Put a robot somewhere else; its wheels go on turning.
+
+        Raises:
+            ArgumentError: There is no room for it.
+        """
+        robots = self._state.world.robots
+        here = robots[index]
+        x, y = PLACE.require(pose.x, "x"), PLACE.require(pose.y, "y")
+        self._require_room(self.robot_names[index], Cylinder(x, y, float(here.radius)), self._solids())
+        cosine, sine = unit(pose.heading)
+        stand(here, pose.x, pose.y, cosine, sine)
+        self._state.list_near()
+
+    def box(self, index: int, pose: Pose) -> None:
+        """Put a box somewhere else.
+
+        Raises:
+            ArgumentError: There is no room for it.
+        """
+        state = self._state
+        new = replace(state.boxes[index], x=pose.x, y=pose.y, angle=pose.heading)
+        self._require_room(_called("box", index, new), new)
+        state.boxes[index] = new
+        self._put(state.solids.box_things[index], pose)
+
+    def cylinder(self, index: int, x: float, y: float) -> None:
+        """Put the centre of a cylinder somewhere else.
+
+        Raises:
+            ArgumentError: There is no room for it.
+        """
+        state = self._state
+        new = replace(state.cylinders[index], x=x, y=y)
+        self._require_room(_called("cylinder", index, new), new)
+        state.cylinders[index] = new
+        self._put(state.solids.cylinder_things[index], Pose(x, y))
+
+    def add_box(self, box: Box) -> None:
+        """Put another box into the world.
+
+        Raises:
+            ArgumentError: There is no room for it, or the world has too many.
+        """
+        index = len(self._state.boxes)
+        self._require_room(_called("box", index, box), box)
+        self._state.add_box(box)
+
+    def wall(self, index: int, wall: Wall) -> None:
+        """Put a wall in the place of another one, or behind the last one.
+
+        Raises:
+            ArgumentError: A robot is in its way, or the world has too many.
+        """
+        self._require_room(f"wall {index}", wall)
+        walls = self._state.scene.walls
+        self._state.set_walls((*walls[:index], wall, *walls[index + 1 :]))
+
+    def _put(self, index: int, pose: Pose) -> None:
+        """Put the pushable thing of this number somewhere else; below 0 a fixed one was moved."""
+        if index < 0:
+            self._state.rebuild()
+            return
+        world = self._state.world
+        thing = world.things[index]
+        thing.x, thing.y = pose.x, pose.y
+        thing.heading_x, thing.heading_y = unit(pose.heading)
+        thing.speed_x = thing.speed_y = thing.spin = 0.0
+        follow(world, index)
+        self._state.list_near()
+
+    def _require_room(self, name: str, thing: Solid, others: Iterable[tuple[str, Solid]] = ()) -> None:
+        """Raise ArgumentError unless *thing* stands in no robot, in none of *others*, and inside the arena."""
+        scene = self._state.scene
+        x, y = (thing.x1, thing.y1) if isinstance(thing, Wall) else (thing.x, thing.y)
+        is_outside = not isinstance(thing, Wall) and not (0 <= x <= scene.width and 0 <= y <= scene.depth)
+        blocked = EDGE if is_outside else blocker(thing, chain(self._robots(thing, name), others))
+        if blocked is not None:
+            size = f"the arena is {scene.width:g} x {scene.depth:g} m"
+            raise ArgumentError(
+                f"{name} has no room at ({x:.3f}, {y:.3f}): {blocked} is in the way",
+                hint=size if blocked == EDGE else "choose a free place",
+            )
+
+    def _robots(self, thing: Solid, but: str) -> Iterator[tuple[str, Cylinder]]:
+        """Yield the robots that stand near *thing*, without the one of the name *but*."""
+        left, right, low, high = extent(thing)
+        for name, robot in zip(self.robot_names, self._state.world.robots, strict=True):
+            x, y, radius = float(robot.x), float(robot.y), float(robot.radius)
+            if name != but and left - radius < x < right + radius and low - radius < y < high + radius:
+                yield name, Cylinder(x, y, radius)
+
+    def _solids(self) -> Iterator[tuple[str, Solid]]:
+        """Yield what else a robot cannot stand in, by the names that messages use."""
+        state = self._state
+        for edge in state.scene.edge:
+            yield EDGE, edge
+        for k, box in enumerate(map(state.box, range(len(state.boxes)))):
+            yield _called("box", k, box), box
+        for k, cylinder in enumerate(map(state.cylinder, range(len(state.cylinders)))):
+            yield _called("cylinder", k, cylinder), cylinder
+        for k, wall in enumerate(state.scene.walls):
+            yield f"wall {k}", wall
+
+
+def _called(kind: str, index: int, thing: Box | Cylinder) -> str:
+    return f"{kind} {index} ({thing.name})" if thing.name else f"{kind} {index}"

@@ -1,0 +1,117 @@
+"""Response curves of the eight infrared sensors, and where the sensors sit: data, in counts of the 12-bit converter.
+
+The robot measures the room's light with its emitter off and on, and takes the difference: light pulls the
+reading down, so the reflected value can never exceed the ambient one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+from elib.base.body import SENSOR_DIRECTIONS, SENSOR_RADIUS
+from elib.base.errors import ArgumentError
+from elib.base.infrared import SPACING, USUAL_RESPONSE, response_table
+from elib.simulator.physics.elementary import interpolated
+from elib.simulator.physics.geometry import unit
+
+COUNT: Final = 8
+FULL_SCALE = 4095
+"""Largest reading of the 12-bit converter."""
+
+# Where each sensor sits, degrees from straight ahead, positive to the left; 0 is front right, then clockwise. Bearings
+# of Webots' positions. Left and right are mirrored.
+BEARINGS = (-18.43, -48.65, -90.0, -153.43, 153.43, 90.0, 48.65, 18.43)
+
+PLACES = tuple((SENSOR_RADIUS * x, SENSOR_RADIUS * y) for x, y in (unit(math.radians(a)) for a in BEARINGS))
+"""m"""
+
+AXES = tuple(unit(angle) for angle in SENSOR_DIRECTIONS)
+
+APERTURE = 15.0
+"""Side rays stand this far from the middle one, degrees (Enki)."""
+
+SHARES = {
+    1: ((0.0, 1.0),),
+    3: ((0.0, 0.5), (1.0, 0.25), (-1.0, 0.25)),
+    5: ((0.0, 0.4), (0.5, 0.2), (-0.5, 0.2), (1.0, 0.1), (-1.0, 0.1)),
+}
+"""Angles of the rays in units of the aperture, the middle one first, and their weights. They add up to 1, so a flat
+wall ahead gives the published curve exactly."""
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """How much light comes back from a white flat surface straight ahead.
+
+    Attributes:
+        name: As worlds call it.
+        counts: Reflected light at multiples of :data:`SPACING`, counts; the last entry holds beyond.
+        deviation: Standard deviation of the noise there, counts.
+        source: Where the figures come from.
+    """
+
+    name: str
+    counts: tuple[float, ...]
+    deviation: tuple[float, ...]
+    source: str
+
+    @property
+    def reach(self) -> float:
+        """Length a ray must have, m: the side rays go further to the same depth."""
+        return (len(self.counts) - 1) * SPACING / unit(math.radians(APERTURE))[0]
+
+
+def profile(name: str | Profile) -> Profile:
+    """Return the response profile called *name*, or *name* itself if it is one.
+
+    Raises:
+        ArgumentError: No profile has this name.
+    """
+    if isinstance(name, Profile):
+        return name
+    try:
+        return PROFILES[name]
+    except KeyError:
+        raise ArgumentError(
+            f"there is no infrared profile {name!r}", hint=f"choose one of {', '.join(PROFILES)}"
+        ) from None
+
+
+def _gctronic(distance: float) -> float:
+    return min((0.5 / max(distance, SPACING)) ** 2, FULL_SCALE)
+
+
+# (m, counts, relative deviation): the calibration published with Webots and, under Apache-2.0, with
+# epuck_ros2.
+_WEBOTS = (
+    (0.0, 4095.0, 0.002),
+    (0.005, 2133.33, 0.003),
+    (0.01, 1465.73, 0.007),
+    (0.015, 601.46, 0.0406),
+    (0.02, 383.84, 0.01472),
+    (0.03, 234.93, 0.0241),
+    (0.04, 158.03, 0.0287),
+    (0.05, 120.0, 0.04225),
+    (0.06, 104.09, 0.03065),
+    (0.07, 67.19, 0.04897),
+)
+
+PROFILES = {
+    # The default.
+    "enki": Profile("enki", USUAL_RESPONSE, response_table(0.12, lambda _: 10.0), "Enki's formula; noise of 10 counts"),
+    "webots": Profile(
+        "webots",
+        response_table(0.07, partial(interpolated, [(x, counts) for x, counts, _ in _WEBOTS])),
+        response_table(0.07, partial(interpolated, [(x, counts * relative) for x, counts, relative in _WEBOTS])),
+        "Webots' and epuck_ros2's calibration table; 67 counts remain in the open",
+    ),
+    "gctronic": Profile(
+        "gctronic",
+        response_table(0.12, _gctronic),
+        response_table(0.12, lambda _: 10.0),
+        "inverse of GCtronic's ROS driver, (0.5 m / d)^2 capped at full scale; it states no noise, so Enki's",
+    ),
+}

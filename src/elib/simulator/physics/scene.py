@@ -1,0 +1,122 @@
+"""A world before anything happens: the arena, what stands in it, where robots start, and the rules."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from elib.base.errors import ArgumentError
+from elib.base.fields import SEED, Number, Seed, check
+from elib.base.pose import Pose
+from elib.base.tables import MOST_TABLES
+from elib.simulator.physics.body import RADIUS, EpuckModel
+from elib.simulator.physics.fittings import FLOOR_COLOUR, Light, Paint, Sound
+from elib.simulator.physics.geometry import LARGEST_ARENA, Box, Cylinder, Painted, Wall
+
+STEP = 1 / 64
+"""Default tick, s: exact in binary, and the rate at which an e-puck1 refreshes its infrared sensors."""
+
+LONGEST_STEP = 0.1
+"""s. At 12.9 cm/s a robot then moves 13 mm, well below its radius, so nothing can be passed through."""
+
+SHORTEST_STEP = 1 / 4096
+"""s. A shorter one computes more ticks than any computer can."""
+
+SMALLEST_ARENA = 4 * RADIUS
+"""m. Two robots side by side."""
+
+MOST_THINGS = MOST_TABLES
+"""Walls, boxes, cylinders, lights and sounds of a world: of each at most."""
+
+Size = Annotated[float, Number(SMALLEST_ARENA, LARGEST_ARENA, "m", otherwise="from density")]
+"""Width or depth of an arena."""
+
+TimeStep = Annotated[float, Number(SHORTEST_STEP, LONGEST_STEP, "s")]
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Everything a :class:`~elib.simulator.physics.world.World` is made from.
+
+    Attributes:
+        width: The width of the walled arena, m, 0.148..1000; x runs from 0 to it. At least two robots wide.
+        depth: The depth of the arena, m, 0.148..1000; y runs from 0 to it. At least two robots wide.
+        walls: Interior walls.
+        boxes: Blocks, fixed or pushable.
+        cylinders: Posts and balls, fixed or pushable.
+        starts: Where the first robots start.
+        step: Length of a tick, s, 1/4096..0.1.
+        seed: The seed of all noise and of chosen places, 0 <= seed < 2**64.
+        model: What the robots are like.
+        name: For messages and captions.
+        lights: Lamps.
+        sounds: Steady tones.
+        floor: Colour of the floor.
+        paint: What is painted on it, the first one lowest.
+        firmware: The firmware of the first robots; "" where the world does not say.
+    """
+
+    width: Size
+    depth: Size
+    walls: tuple[Wall, ...] = ()
+    boxes: tuple[Box, ...] = ()
+    cylinders: tuple[Cylinder, ...] = ()
+    starts: tuple[Pose, ...] = ()
+    step: TimeStep = STEP
+    seed: Seed = 0
+    model: EpuckModel = field(default_factory=EpuckModel)
+    name: str = "world"
+    lights: tuple[Light, ...] = ()
+    sounds: tuple[Sound, ...] = ()
+    floor: Painted = FLOOR_COLOUR
+    paint: tuple[Paint, ...] = ()
+    firmware: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        check(self, "the world's ")
+        for what in ("walls", "boxes", "cylinders", "lights", "sounds", "paint"):
+            count = len(getattr(self, what))
+            if count > MOST_THINGS:
+                raise ArgumentError(f"the world has {count} {what}; at most {MOST_THINGS} are possible")
+
+    @classmethod
+    def load(cls, name: str | os.PathLike[str], *, robots: int | None = None) -> Scene:
+        """Read a world from its file.
+
+        Args:
+            name: A world that comes with elib, such as ``arena``, or the path of a file ending in ``.toml``.
+            robots: How many there will be; a world that says its density is as large as they need. None means as many
+                as the file says.
+
+        Raises:
+            LinkNotFound: There is no such world.
+            SimulationError: The file breaks a rule; the message names the file, the line, the key and a cure.
+        """
+        from elib.simulator.physics.worldfile import load_file  # Only worlds from files need the reader.
+
+        return load_file(os.fspath(name), robots=robots).scene
+
+    @property
+    def edge(self) -> tuple[Wall, ...]:
+        """The arena's four walls, counter-clockwise."""
+        corners = ((0.0, 0.0), (self.width, 0.0), (self.width, self.depth), (0.0, self.depth))
+        return tuple(Wall(*corners[i], *corners[(i + 1) % 4]) for i in range(4))
+
+    @property
+    def surfaces(self) -> tuple[Wall, ...]:
+        """Every flat surface inside the arena: walls, then the sides of boxes."""
+        return self.walls + tuple(side for box in self.boxes for side in box.sides)
+
+
+def check_scene(scene: object, taker: str) -> Scene:
+    """Return *scene*; raise ArgumentError, which names the *taker*, unless it is one."""
+    if isinstance(scene, Scene):
+        return scene
+    hint = f"did you mean {taker}.load({scene!r}, ...)?" if isinstance(scene, str) else ""
+    raise ArgumentError(f"{taker}() takes an elib.Scene, not {scene!r}", hint=hint)
+
+
+def check_seed(seed: int) -> int:
+    """Return *seed* as a whole number of Python; raise ArgumentError unless it fits 64 bits."""
+    return int(SEED.require(seed, "seed", "the "))

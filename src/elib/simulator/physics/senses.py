@@ -1,0 +1,191 @@
+"""What the robots of a world perceive, and a digest of all that they were told.
+
+A reading is a function of the poses and of noise that is looked up by robot, tick and sensor. A sensor asked twice in
+one tick says the same and is counted once.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import struct
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Any, cast
+
+from elib.base.errors import ArgumentError
+from elib.simulator.physics import profiles, records
+from elib.simulator.physics.optics import lens_named
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.sensors.proximity import look
+from elib.simulator.physics.simulation import all_of, sense_all
+from elib.simulator.physics.snapshot import Beam
+from elib.simulator.physics.state import State
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from elib.simulator.physics.sensors.camera import Camera, CameraScene
+
+SENSORS = (*records.SENSORS, "picture")
+"""What a digest can be asked for by name."""
+
+HASHED = ("proximity", "ambient_light", "ground", "acceleration", "rotation")
+"""Sensors of which a digest of the world holds the present readings."""
+
+Read = Callable[[Records, int], None]
+
+
+@cache
+def sensor_named(name: str) -> Read:
+    """Return the kernel that reads the sensor called *name*.
+
+    Raises:
+        ArgumentError: There is no such sensor.
+    """
+    if name not in records.SENSORS:
+        raise ArgumentError(f"there is no sensor {name!r}", hint=f"choose from {', '.join(records.SENSORS)}")
+    return cast("Read", importlib.import_module(f"elib.simulator.physics.sensors.{name}").read)
+
+
+@cache
+def sensors_named(names: tuple[str, ...]) -> Read:
+    """Return one function that reads several sensors of a robot.
+
+    Raises:
+        ArgumentError: There is no such sensor.
+    """
+    return all_of([sensor_named(name) for name in names])
+
+
+class Senses:
+    """The sensors of all robots of one world."""
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self._lens = lens_named(state.scene.model.lens)
+        self._camera: Camera | None = None
+        self._told: dict[tuple[str, int], tuple[int, bytes]] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_camera": None}  # It holds nothing but what it can compute again.
+
+    def reading(self, sensor: str, robot: int) -> list[Any]:
+        """Return what a sensor of a robot reads, as a list of numbers."""
+        numbers = self._now(sensor, robot)
+        return numbers if sensor == "proximity" else self._tell(sensor, robot, numbers)
+
+    def readings(self, sensor: str) -> NDArray[Any]:
+        """Return what a sensor of every robot reads: one row a robot, or one number if the sensor has one.
+
+        Raises:
+            ArgumentError: There is no such sensor.
+        """
+        read = sensor_named(sensor)
+        state = self._state
+        state.run(sense_all, state.lanes, sense=read)
+        return state.column(records.SensorView, state.world.views, sensor).copy()
+
+    def pictures(self, robots: Sequence[int], shown: NDArray[np.int64], shape: tuple[Any, Any]) -> NDArray[np.uint8]:
+        """Return what the robots' cameras see, upright, while the robots show *shown*.
+
+        Args:
+            robots: Whose.
+            shown: What each robot shows, (robots, 10).
+            shape: Offsets of the columns to the right, and of the rows upwards.
+        """
+        from elib.simulator.physics.sensors.camera import Camera  # Worlds without pictures need no camera.
+
+        if self._camera is None:
+            self._camera = Camera(self._lens, self._state.floor)
+        pictures = self._camera.pictures(self._seen(shown), robots, *shape)
+        for robot, picture in zip(robots, pictures, strict=True):
+            digest = hashlib.blake2b(picture.tobytes(), digest_size=4).digest()
+            self._tell("picture", robot, [int.from_bytes(digest, "little")])
+        return pictures
+
+    def _seen(self, shown: NDArray[np.int64]) -> CameraScene:
+        """Return what there is to see, for the camera."""
+        from elib.simulator.physics.sensors.brightness import Lights
+        from elib.simulator.physics.sensors.camera import CameraScene, Discs, Robots, Walls
+
+        state, world = self._state, self._state.world
+        kinds = (
+            (Robots, records.Robot, world.robots),
+            (Walls, records.Wall, world.walls),
+            (Discs, records.Disc, world.discs),
+            (Lights, records.Lamp, world.lamps),
+        )
+        parts: list[Any] = [
+            made(*(state.column(kind, rows, name) for name in cast("Any", made)._fields)) for made, kind, rows in kinds
+        ]
+        robots, walls, discs, lights = parts
+        return CameraScene(robots, walls, discs, lights, shown, float(world.setting[0].ambient))
+
+    def beams(self, robot: int) -> tuple[Beam, ...]:
+        """Return the middle ray of each infrared sensor for drawings: without noise."""
+        state = self._state
+        state.ready(look)(state.world, robot)
+        here = state.world.robots[robot]
+        scratch = state.world.scratch[here.lane]
+        found = []
+        for s in range(profiles.COUNT):
+            (place_x, place_y), (axis_x, axis_y) = profiles.PLACES[s], profiles.AXES[s]
+            ends = []
+            for ahead in (0.0, float(scratch.ahead[s])):
+                x, y = place_x + ahead * axis_x, place_y + ahead * axis_y
+                ends.append(
+                    (
+                        float(here.x + here.heading_x * x - here.heading_y * y),
+                        float(here.y + here.heading_y * x + here.heading_x * y),
+                    )
+                )
+            found.append(Beam(ends[0], ends[1], min(1.0, float(scratch.light[s]) / profiles.FULL_SCALE)))
+        return tuple(found)
+
+    def now(self, robot: int) -> bytes:
+        """Return what the infrared, inertial and ground sensors of a robot read at this tick, without telling it."""
+        here = self._state.world.robots[robot]
+        seen, digest = int(here.seen), int(here.digest)
+        numbers = [number for sensor in HASHED for number in self._now(sensor, robot)]
+        here.seen, here.digest = seen, digest
+        return struct.pack(f"<{len(numbers)}d", *numbers)
+
+    def told(self, sensors: Sequence[str]) -> bytes:
+        """Return a digest of all that the named sensors told so far.
+
+        Raises:
+            ArgumentError: There is no such sensor.
+        """
+        digest = hashlib.blake2b(digest_size=16)
+        for sensor in sensors:
+            if sensor not in SENSORS:
+                raise ArgumentError(f"there is no sensor {sensor!r}", hint=f"choose from {', '.join(SENSORS)}")
+        if "proximity" in sensors:
+            for robot in self._state.world.robots:
+                digest.update(struct.pack("<q", robot.digest))
+        for (sensor, number), (_, told) in sorted(self._told.items()):
+            if sensor in sensors:
+                digest.update(sensor.encode() + struct.pack("<q", number) + told)
+        return digest.digest()
+
+    def forget(self) -> None:
+        """Forget all that was told, for a new run."""
+        self._told.clear()
+
+    def _now(self, sensor: str, robot: int) -> list[Any]:
+        state = self._state
+        state.ready(sensor_named(sensor))(state.world, robot)
+        value = getattr(state.world.views[robot], sensor)
+        numbers = value.tolist() if hasattr(value, "tolist") else value
+        return list(numbers) if isinstance(numbers, list) else [numbers]
+
+    def _tell(self, sensor: str, robot: int, values: list[Any]) -> list[Any]:
+        """Count *values* as told, once a tick, and return them."""
+        tick = int(self._state.world.setting[0].tick)
+        last, told = self._told.get((sensor, robot), (-1, b""))
+        if last != tick:
+            packed = struct.pack(f"<q{len(values)}d", tick, *values)
+            self._told[sensor, robot] = tick, hashlib.blake2b(told + packed, digest_size=16).digest()
+        return values

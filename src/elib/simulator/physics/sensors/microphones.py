@@ -1,0 +1,89 @@
+"""The microphones: how loud each hears the sounds of the world.
+
+A source of volume V, in counts peak to peak at 0.1 m, at distance r from a microphone and under the angle a from the
+direction in which the microphone faces, adds
+
+    V (0.1 m / r) (2 + cos a) / 3
+
+to the noise of the room. The pressure of a point source falls with 1/r; the body, which shades the far side, is put as
+a factor between 1 and 1/3. Peaks add up: tones of different pitch meet peak on peak within the 6 to 10 ms over which
+the robots look for their maximum and minimum. Walls neither stop nor reflect sound.
+
+No loudness of an e-puck was ever published (e-puck.md, 7): volumes, the noise of the room and the body's shade
+are uncalibrated. The e-puck1 has three microphones, right, left and rear; the longest delays its demo allows, 6 samples
+at 33 kHz from left to right and 5 to the rear, fit the places of the e-puck2's.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Final
+
+from elib.base.body import MICROPHONES
+from elib.simulator.physics.engine import kernel
+from elib.simulator.physics.noise import MICROPHONE, gauss, tick_key
+from elib.simulator.physics.records import Records
+
+COUNT: Final = 4
+
+PLACE_X: Final = tuple(x for x, _ in MICROPHONES)
+PLACE_Y: Final = tuple(y for _, y in MICROPHONES)
+"""Right, left, rear, front, m."""
+
+_LENGTHS = [sqrt(x * x + y * y) for x, y in zip(PLACE_X, PLACE_Y, strict=True)]
+FACING_X: Final = tuple(x / length for x, length in zip(PLACE_X, _LENGTHS, strict=True))
+FACING_Y: Final = tuple(y / length for y, length in zip(PLACE_Y, _LENGTHS, strict=True))
+"""Each faces away from the middle of the robot."""
+
+FLOOR: Final = 12.0
+"""Noise of a quiet room, counts peak to peak. Chosen."""
+
+REFERENCE: Final = 0.1  # m. Where volumes are given.
+
+NEAREST: Final = 0.01
+"""No source comes nearer to a microphone, m: it has a size."""
+
+FLOOR_DEVIATION: Final = 1.5
+"""Noise of a reading in a quiet room, counts. Chosen."""
+
+RELATIVE_DEVIATION: Final = 0.02
+"""Noise of a reading, as a part of what is heard. Chosen."""
+
+
+@kernel
+def read(world: Records, i: int) -> None:
+    """Read the microphones of robot *i*: right, left, rear, front, counts peak to peak, 0..4095.
+
+    counts = 12 + sum of V (0.1 m / r) (2 + cos a) / 3 over the world's sounds and all robots that play. The loudspeaker
+    is in the middle of a robot; its own is heard by every microphone from behind. Uncalibrated.
+    """
+    robot = world.robots[i]
+    key = tick_key(robot.key, world.setting[0].tick)
+    now = world.setting[0].tick * world.setting[0].step
+    noise = world.setting[0].sensor_noise
+    for s in range(COUNT):
+        place_x = robot.x + PLACE_X[s] * robot.heading_x - PLACE_Y[s] * robot.heading_y
+        place_y = robot.y + PLACE_X[s] * robot.heading_y + PLACE_Y[s] * robot.heading_x
+        facing_x = FACING_X[s] * robot.heading_x - FACING_Y[s] * robot.heading_y
+        facing_y = FACING_X[s] * robot.heading_y + FACING_Y[s] * robot.heading_x
+        heard = 0.0
+        for k in range(len(world.tones)):
+            tone = world.tones[k]
+            heard += tone.volume * share(tone.x - place_x, tone.y - place_y, facing_x, facing_y)
+        for k in range(len(world.robots)):
+            other = world.robots[k]
+            if other.volume > 0.0 and now < other.silent_from:
+                heard += other.volume * share(other.x - place_x, other.y - place_y, facing_x, facing_y)
+        level = FLOOR + heard
+        if noise > 0.0:
+            level += noise * (FLOOR_DEVIATION + RELATIVE_DEVIATION * heard) * gauss(key, MICROPHONE + s)
+        world.views[i].microphones[s] = int(min(max(level, 0.0), 4095.0) + 0.5)
+
+
+@kernel
+def share(dx: float, dy: float, facing_x: float, facing_y: float) -> float:
+    """Return what part of a source's volume is heard of it, from a microphone to (dx, dy), m, away."""
+    distance = sqrt(dx * dx + dy * dy)
+    if distance < NEAREST:
+        return REFERENCE / NEAREST
+    return REFERENCE / distance * (2.0 + (dx * facing_x + dy * facing_y) / distance) / 3.0

@@ -1,0 +1,103 @@
+"""A world at one moment, frozen: what drawings and other servers get, so that they can disturb nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from elib.base.pose import Pose
+from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.fittings import FLOOR_COLOUR, Light, Sound
+from elib.simulator.physics.floor import Floor, packed
+from elib.simulator.physics.geometry import Box, Colour, Cylinder, Wall
+
+DARK = Colour(0, 0, 0)
+BARE = Floor(packed(FLOOR_COLOUR))
+
+
+@dataclass(frozen=True, slots=True)
+class Lamps:
+    """What a robot shows.
+
+    Attributes:
+        ring: Colours of the eight ring LEDs, 0 front centre, then clockwise seen from above; black is off.
+        body: The green light of the body.
+        front: The front LED.
+    """
+
+    ring: tuple[Colour, ...] = (DARK,) * 8
+    body: bool = False
+    front: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Beam:
+    """The middle ray of one infrared sensor.
+
+    Attributes:
+        start: Where it leaves the robot, x and y, m.
+        end: What it meets, or how far it goes, m.
+        strength: Reflected light without noise as a part of full scale, 0..1.
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    strength: float
+
+
+@dataclass(frozen=True, slots=True)
+class RobotView:
+    """One robot at that moment.
+
+    Attributes:
+        pose: Where it stands.
+        radius: The radius of its body, m.
+        touching: Whether it is in contact with something.
+        lamps: What it shows.
+        beams: Its infrared sensors, if they were asked for.
+    """
+
+    pose: Pose
+    radius: float = RADIUS
+    touching: bool = False
+    lamps: Lamps = Lamps()
+    beams: tuple[Beam, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """One world at one moment.
+
+    Attributes:
+        name: The name of the world.
+        tick: Whole ticks since the start.
+        time: Since the start, s.
+        width: The width of the arena, m; x runs from 0 to it.
+        depth: The depth of the arena, m; y runs from 0 to it.
+        walls: Interior walls.
+        boxes: Blocks where they are now.
+        cylinders: Posts and balls where they are now.
+        robots: In order of insertion.
+        lights: Lamps as they are now.
+        sounds: Steady tones as they are now.
+        floor: What is painted on the floor.
+    """
+
+    name: str
+    tick: int
+    time: float
+    width: float
+    depth: float
+    walls: tuple[Wall, ...] = ()
+    boxes: tuple[Box, ...] = ()
+    cylinders: tuple[Cylinder, ...] = ()
+    robots: tuple[RobotView, ...] = ()
+    lights: tuple[Light, ...] = ()
+    sounds: tuple[Sound, ...] = ()
+    floor: Floor = BARE
+
+    def _repr_svg_(self) -> str:
+        """Show the world in a notebook."""
+        from importlib.metadata import entry_points  # what draws is above the physics, and found by name
+
+        (top,) = entry_points(group="elib.drawings", name="top")
+        return str(top.load()(self, None, size=450))

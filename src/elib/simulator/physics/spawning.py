@@ -1,0 +1,83 @@
+"""How robots begin: where they stand, and how each specimen differs from the next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from elib.simulator.physics.body import AXLE, RADIUS
+from elib.simulator.physics.engine import kernel
+from elib.simulator.physics.noise import AXLE_LENGTH, GAIN, OFFSETS, WHEEL, gauss, numbered_key
+from elib.simulator.physics.records import Records, Robot, Setting
+
+FOREVER: Final = math.inf
+
+SLOT: Final = 1 / 256
+"""s. An e-puck1 samples its infrared sensors pair by pair, each pair 64 times a second (wire-protocol.md, 5)."""
+
+
+@kernel
+def spawn(world: Records, starts: Sequence[Sequence[float]], seed_key: int) -> None:
+    """Put every robot to its start, as if nothing had happened yet.
+
+    Args:
+        world: All records.
+        starts: x, y, m, cosine and sine of the heading of each robot.
+        seed_key: What :func:`~elib.simulator.physics.noise.seed_key` makes of the seed.
+    """
+    setting = world.setting[0]
+    setting.tick = 0
+    for i in range(len(world.robots)):
+        robot = world.robots[i]
+        stand(robot, starts[i][0], starts[i][1], starts[i][2], starts[i][3])
+        robot.left_speed = 0.0
+        robot.right_speed = 0.0
+        robot.left_travel = 0.0
+        robot.right_travel = 0.0
+        robot.covered = 0.0
+        robot.left_steps = 0.0
+        robot.right_steps = 0.0
+        robot.volume = 0.0
+        robot.silent_from = FOREVER
+        robot.touched = -1
+        robot.digest = 0
+        robot.seen = -1
+        robot.slot = SLOT
+        robot.radius = RADIUS
+        robot.key = numbered_key(seed_key, i)
+        vary(setting, robot)
+        world.views[i].number = i
+
+
+@kernel
+def stand(robot: Robot, x: float, y: float, heading_x: float, heading_y: float) -> None:
+    """Put a robot somewhere, as if it had been there for a while."""
+    robot.x = x
+    robot.y = y
+    robot.heading_x = heading_x
+    robot.heading_y = heading_y
+    robot.before_x = x
+    robot.before_y = y
+    robot.before_heading_x = heading_x
+    robot.before_heading_y = heading_y
+    robot.last_step_x = 0.0
+    robot.last_step_y = 0.0
+
+
+@kernel
+def vary(setting: Setting, robot: Robot) -> None:
+    """Draw what this specimen differs in."""
+    key = robot.key
+    robot.left_scale = 1.0
+    robot.right_scale = 1.0
+    robot.axle = AXLE
+    if setting.wheel_spread > 0.0:
+        robot.left_scale = 1.0 + setting.wheel_spread * gauss(key, WHEEL)
+        robot.right_scale = 1.0 + setting.wheel_spread * gauss(key, WHEEL + 1)
+    if setting.axle_spread > 0.0:
+        robot.axle = AXLE * (1.0 + setting.axle_spread * gauss(key, AXLE_LENGTH))
+    if setting.gain_spread > 0.0 or setting.offset_spread > 0.0:
+        for s in range(8):
+            robot.gain[s] = 1.0 + setting.gain_spread * gauss(key, GAIN + s)
+            robot.offset[s] = setting.offset_spread * gauss(key, OFFSETS + s)

@@ -1,0 +1,285 @@
+"""What a world is made of while it runs: its records, in the form that its engine takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import fields, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from elib.base.pose import Pose
+from elib.simulator.physics import assembly, profiles, records
+from elib.simulator.physics.body import EpuckModel
+from elib.simulator.physics.engine import Engine, dtype_of, engine_named
+from elib.simulator.physics.floor import Floor
+from elib.simulator.physics.geometry import Box, Cylinder, Wall, unit
+from elib.simulator.physics.neighbours import list_near
+from elib.simulator.physics.noise import seed_key
+from elib.simulator.physics.pushing import follow
+from elib.simulator.physics.records import Records
+from elib.simulator.physics.scene import Scene
+from elib.simulator.physics.simulation import advance
+from elib.simulator.physics.spawning import spawn
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+OF_THINGS = ("start_things", "finish_things", "leave_obstacles", "press", "push_by_robot", "put_back", "follow")
+OF_LAMPS = ("light_up", "shade")
+"""Kernels that only worlds with pushable things, or with lamps, need."""
+
+
+class State:
+    """A scene laid out for one engine.
+
+    Attributes:
+        scene: What it was made from.
+        engine: How its kernels run.
+        lanes: Into how many blocks its robots are divided; those of different blocks can be sensed at the same time.
+        floor: What is painted on the floor.
+        world: All records.
+        boxes: As they were laid out; pushable ones have moved since.
+        cylinders: The same.
+        lights: Lamps as they are now.
+        sounds: Tones as they are now.
+        solids: Where in the records the boxes and cylinders are.
+    """
+
+    world: Records
+    solids: assembly.Solids
+
+    def __init__(
+        self, scene: Scene, starts: Sequence[Pose], seed: int, engine: Engine, floor: Floor, *, lanes: int = 1
+    ) -> None:
+        self.scene, self.engine, self.floor, self.lanes = scene, engine, floor, lanes
+        count = len(starts)
+        self.boxes, self.cylinders = list(scene.boxes), list(scene.cylinders)
+        self.lights, self.sounds = list(scene.lights), list(scene.sounds)
+        self._absent = absent_kernels([scene])
+        self.world = Records(
+            robots=engine.blank(records.Robot, count),
+            views=engine.blank(records.SensorView, count),
+            scratch=engine.blank(records.Scratch, lanes),
+            **_tables(engine.name, scene.model, floor),
+            **self._solid_rows(count),
+            lamps=engine.blank(records.Lamp, 0),
+            tones=engine.blank(records.Tone, 0),
+        )
+        for lane in range(lanes):
+            for i in range(lane * count // lanes, (lane + 1) * count // lanes):
+                self.world.robots[i].lane = lane
+        self.relight()
+        self.spawn(starts, seed)
+
+    def spawn(self, starts: Sequence[Pose], seed: int) -> None:
+        """Put every robot to its start, and the noise to its beginning."""
+        table = self.table([(pose.x, pose.y, *unit(pose.heading)) for pose in starts] or [[0.0] * 4])
+        self.engine.ready(spawn)(self.world, table, seed_key(seed))
+        self.list_near()
+
+    def reset(self, starts: Sequence[Pose], seed: int) -> None:
+        """Go back to the beginning with other starts and another seed."""
+        before = _fixed(self.boxes), _fixed(self.cylinders)
+        self.boxes, self.cylinders = list(self.scene.boxes), list(self.scene.cylinders)
+        self.lights, self.sounds = list(self.scene.lights), list(self.scene.sounds)
+        if before == (_fixed(self.boxes), _fixed(self.cylinders)):
+            self._put_things_back()
+        else:
+            self.world = self.world._replace(**self._solid_rows(len(starts)))
+        self.world = self.world._replace(views=self.engine.blank(records.SensorView, len(starts)))
+        self.world.setting[0].ambient = self.scene.model.ambient
+        self.relight()
+        self.spawn(starts, seed)
+
+    def _put_things_back(self) -> None:
+        """Put everything that can be pushed where the scene has it: laying out the whole floor takes far longer."""
+        world = self.world
+        for box, k in zip(self.boxes, self.solids.box_things, strict=True):
+            if k >= 0:
+                first = int(world.things[k].first)
+                _overwrite(world.things[k], assembly.thing_record(box, first))
+                for n, side in enumerate(box.sides, first):
+                    _overwrite(world.walls[n], assembly.wall_record(side))
+        for cylinder, k in zip(self.cylinders, self.solids.cylinder_things, strict=True):
+            if k >= 0:
+                first = int(world.things[k].first)
+                _overwrite(world.things[k], assembly.thing_record(cylinder, first))
+                _overwrite(world.discs[first], assembly.disc_record(cylinder))
+
+    def _solid_rows(self, count: int) -> dict[str, Any]:
+        """Lay out everything solid; return the parts of the world that hold it."""
+        engine = self.engine
+        self.solids = solids = assembly.Solids.of(self.scene, self.boxes, self.cylinders)
+        profile = profiles.profile(self.scene.model.profile)
+        grid = assembly.Grid(self.scene, solids, assembly.horizon_of(profile))
+        setting = assembly.setting(self.scene, self.floor, grid, profile, solids.largest)
+        cells, lists = assembly.listed(grid)
+        setting.first_all = len(lists)
+        lists += range(count + len(solids.things))
+        setting.first_own = len(lists)
+        setting.first_near = setting.first_own + assembly.room_for_walls(count)
+        room = assembly.room_for_walls(count) + assembly.room_for_neighbours(count, len(solids.things), setting.horizon)
+        visible = count + len(solids.discs)
+        return {
+            "setting": engine.records(records.Setting, [setting]),
+            "walls": engine.records(records.Wall, solids.walls),
+            "discs": engine.records(records.Disc, solids.discs),
+            "things": engine.records(records.Thing, solids.things),
+            "cells": engine.records(records.Cell, cells),
+            "heads": engine.ints([], setting.hash_columns * setting.hash_rows),
+            "listings": engine.records(records.Listing, assembly.listings(solids, count, setting.horizon)),
+            "lists": engine.ints(lists, room),
+            "visible_walls": engine.blank(records.Wall, len(solids.walls) * self.lanes),
+            "visible_discs": engine.blank(records.Disc, visible * self.lanes),
+        }
+
+    def ready(self, kernel: F, *, threads: int = 1, **substitutes: Callable[..., Any]) -> F:
+        """Return a kernel in the form in which the engine runs it, without what this world does not have.
+
+        Args:
+            kernel: What to run.
+            threads: How many run the turns of its loop.
+            substitutes: Functions that take the places of the globals of these names in it.
+        """
+        return self.engine.ready(kernel, threads=threads, absent=self._absent, **substitutes)
+
+    def advance(self, ticks: int) -> None:
+        """Run *ticks* ticks without sensing and without a controller."""
+        self.ready(advance)(self.world, ticks)
+
+    def run(self, kernel: Callable[..., None], *arguments: Any, **substitutes: Callable[..., Any]) -> None:
+        """Run a kernel over all robots, those of different lanes at the same time."""
+        ready = self.ready(kernel, threads=self.lanes, **substitutes)
+        with self.engine.threads(self.lanes):
+            ready(self.world, *arguments)
+
+    def table(self, rows: Any) -> Any:
+        """Return a table of floats in the form that kernels take."""
+        if self.engine.name == "interpreted":  # Without NumPy, which a program that only drives never loads.
+            return rows.tolist() if hasattr(rows, "tolist") else [[float(number) for number in row] for row in rows]
+        import numpy as np
+
+        return np.array(rows, dtype=np.float64)
+
+    def column(self, kind: type, rows: Sequence[Any], name: str) -> NDArray[Any]:
+        """Return one field of all *rows*, records of one *kind*, as an array; compiled, it is the memory itself."""
+        import numpy as np
+
+        if self.engine.name == "compiled":
+            return np.asarray(cast("Any", rows)[name])
+        field = dtype_of(kind)[name]
+        return np.array([getattr(row, name) for row in rows], dtype=field.base).reshape(len(rows), *field.shape)
+
+    def rebuild(self) -> None:
+        """Lay the solids out again after a fixed one was moved; pushable ones stay where they are."""
+        self.boxes = [self.box(k) for k in range(len(self.boxes))]
+        self._lay_out(self.world.things)
+
+    def add_box(self, box: Box) -> None:
+        """Put a box into the world, the last one of its scene."""
+        before = list(self.world.things)
+        if box.is_pushable:  # Boxes come before cylinders.
+            before.insert(sum(k >= 0 for k in self.solids.box_things), assembly.thing_record(box))
+        self.boxes = [*(self.box(k) for k in range(len(self.boxes))), box]
+        self.scene = replace(self.scene, boxes=(*self.scene.boxes, box))
+        self._lay_out(before)
+
+    def remove_box(self, index: int) -> None:
+        """Take a box out of the world; those behind it in the scene move up."""
+        before, gone = list(self.world.things), self.solids.box_things[index]
+        if gone >= 0:
+            del before[gone]
+        self.boxes = [self.box(k) for k in range(len(self.boxes)) if k != index]
+        boxes = self.scene.boxes
+        self.scene = replace(self.scene, boxes=boxes[:index] + boxes[index + 1 :])
+        self._lay_out(before)
+
+    def set_walls(self, walls: tuple[Wall, ...]) -> None:
+        """Replace all interior walls."""
+        self.boxes = [self.box(k) for k in range(len(self.boxes))]
+        self.scene = replace(self.scene, walls=walls)
+        self._lay_out(self.world.things)
+
+    def _lay_out(self, things: Sequence[Any]) -> None:
+        """Lay the solids out again; *things* say where the pushable ones are and how they move."""
+        before = self.world
+        self.cylinders = [self.cylinder(k) for k in range(len(self.cylinders))]
+        self._absent = absent_kernels([self.scene])
+        self.world = before._replace(**self._solid_rows(len(before.robots)))
+        setting = self.world.setting[0]
+        setting.tick, setting.ambient = before.setting[0].tick, before.setting[0].ambient
+        for k, old in enumerate(things):  # To the last bit, which an angle does not keep.
+            new = self.world.things[k]
+            for name in ("x", "y", "heading_x", "heading_y", "speed_x", "speed_y", "spin"):
+                setattr(new, name, getattr(old, name))
+            follow(self.world, k)
+        self.list_near()
+
+    def relight(self) -> None:
+        """Lay lights and sounds out again after one was changed."""
+        lamps = [records.Lamp(a.x, a.y, a.height, a.intensity) for a in self.lights if a.intensity > 0.0]
+        tones = [records.Tone(a.x, a.y, a.volume) for a in self.sounds if a.volume > 0.0]
+        self.world = self.world._replace(
+            lamps=self.engine.records(records.Lamp, lamps), tones=self.engine.records(records.Tone, tones)
+        )
+        self.forget()
+
+    def list_near(self) -> None:
+        """List what is near whom again, after something was put elsewhere."""
+        self.engine.ready(list_near)(self.world)
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget the infrared readings of this tick, after something changed that they depend on."""
+        if self.engine.name == "compiled":
+            self.column(records.Robot, self.world.robots, "seen")[:] = -1
+            return
+        for robot in self.world.robots:
+            robot.seen = -1
+
+    def box(self, index: int) -> Box:
+        """Return a box where it is now."""
+        thing = self.solids.box_things[index]
+        box = self.boxes[index]
+        return box if thing < 0 else assembly.moved_box(box, self.world.things[thing])
+
+    def cylinder(self, index: int) -> Cylinder:
+        """Return a cylinder where it is now."""
+        thing = self.solids.cylinder_things[index]
+        cylinder = self.cylinders[index]
+        return cylinder if thing < 0 else assembly.moved_cylinder(cylinder, self.world.things[thing])
+
+
+def absent_kernels(scenes: Sequence[Scene]) -> tuple[str, ...]:
+    """Return the kernels that worlds of these scenes never need."""
+    things = (each for scene in scenes for solids in (scene.boxes, scene.cylinders) for each in solids)
+    has_things = any(thing.is_pushable for thing in things)
+    has_lamps = any(scene.lights for scene in scenes)
+    return (() if has_things else OF_THINGS) + (() if has_lamps else OF_LAMPS)
+
+
+def _fixed(solids: Sequence[Box] | Sequence[Cylinder]) -> list[Box | Cylinder]:
+    return [solid for solid in solids if not solid.is_pushable]
+
+
+def _overwrite(record: object, new: Any) -> None:
+    """Give *record* the values of another one."""
+    for entry in fields(new):
+        setattr(record, entry.name, getattr(new, entry.name))
+
+
+@lru_cache(maxsize=8)
+def _tables(engine_name: str, model: EpuckModel, floor: Floor) -> dict[str, Any]:
+    """Return the tables that all worlds with the same sensors and floor share."""
+    engine = engine_named(engine_name)
+    profile = profiles.profile(model.profile)
+    responses = [records.Response(*pair) for pair in zip(profile.counts, profile.deviation, strict=True)]
+    return {
+        "tables": engine.records(records.Tables, [assembly.tables(model.generation)]),
+        "fans": engine.records(records.Fan, assembly.fans(model.rays, profile.reach)),
+        "response": engine.records(records.Response, responses),
+        "floor": engine.ints(floor.pixels or [0]),
+    }

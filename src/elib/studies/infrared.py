@@ -1,0 +1,240 @@
+"""Fit of the response curve of a robot's infrared sensors to their readings on a path along known walls.
+
+The published curve is changed until it fits: a piecewise linear function between knots is added to its logarithm. That
+function is stiff, so that the curve keeps its published shape where nothing was read. Each sensor has a gain of its
+own, and all sensors share a level in the open. The firmware cuts readings off at 0, so the mean of the noise in the
+open is above 0: the model predicts the mean of the cut-off reading. The method is Gauss-Newton; readings that do not
+fit lose their weight.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elib.base.errors import ArgumentError
+from elib.base.infrared import SPACING
+from elib.simulator.emulator.robotprofile import Infrared
+from elib.simulator.physics.profiles import COUNT, PROFILES
+from elib.studies.series import Numbers
+
+REACH = 0.12
+"""Range of the sensors, m (Enki and GCtronic; e-puck.md, 3)."""
+KNOTS = np.array([0.0, 0.006, 0.009, 0.012, 0.015, 0.018, 0.022, 0.027, 0.033, 0.04, 0.05, 0.06, 0.075, 0.095, REACH])
+"""Distances between which the change of the curve is linear, m: denser where the curve is steep."""
+STIFFNESS = 1.0
+"""Expected change of slope of the curve's logarithm from knot to knot: published curves differ by so much."""
+FREEDOM = 1.0
+"""Expected difference of the logarithm from that of the published curve."""
+GAINS = 0.15
+"""Expected spread of the gains of the sensors."""
+DELAY = 0.02
+"""Expected difference between the age of a reading and the age of the counters, s."""
+SATURATED = 3400.0
+"""Counts from which the ambient light limits readings (e-puck.md, 4)."""
+NEAR = 100.0
+"""Counts from which something is near: 5 cm by the published curves."""
+LEAST_NEAR = 40
+"""Least number of readings of something near, of all sensors together."""
+POSE_ERROR = 2e-4
+"""Error of the measured distance besides all noise, m."""
+RELATIVE = 0.01
+"""Share of a reading that no model of a sensor explains."""
+USUAL_NOISE = 10.0
+"""Usual standard deviation of a reading, counts (Enki)."""
+TUKEY = 4.685
+"""Deviations at which the biweight ends, as in :mod:`elib.studies.wheels`."""
+ROUNDS, SOFT_ROUNDS = 16, 6
+"""Most iterations, and those of them in which all readings keep some weight."""
+SMALL = 1e-3
+"""Change of a logarithm at which the iteration ends."""
+MOST_READINGS = 900
+"""Readings of all sensors that are used; of more, evenly chosen ones are enough."""
+EVERY = 5
+"""One reading in so many is not fitted but predicted, to test the fit."""
+SHOWN = np.array(
+    [0.0, *np.arange(0.004, 0.02, 0.001), *np.arange(0.02, 0.04, 0.0025), *np.arange(0.04, REACH + 0.001, 0.005)]
+)
+"""Distances at which a profile has the curve, m."""
+
+
+@dataclass(frozen=True, slots=True)
+class CurveFit:
+    """The fitted infrared sensors.
+
+    Attributes:
+        infrared: Curve, noise and gains.
+        delay: Age of a reading at its time, s.
+        nearest: Least distance at which something was read, m; below it the curve has the shape of the published one.
+        readings: Number of readings that were fitted.
+        error: Root mean square of predicted minus read counts, of readings that were not fitted.
+        near_error: Root mean square error of such readings above :data:`NEAR`, as a share of the reading.
+    """
+
+    infrared: Infrared
+    delay: float
+    nearest: float
+    readings: int
+    error: float
+    near_error: float
+
+
+def fit_curve(depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbers, delay: float) -> CurveFit:
+    """Fit the curve.
+
+    Args:
+        depths_at: Returns, for an age of the readings in s, the depths of the rays of each sensor at each reading, and
+            the weights of the rays, as :func:`~elib.studies.rays.depths` does.
+        read: Counts by reading and sensor.
+        delay: First guess of the age of a reading, s.
+
+    Raises:
+        ArgumentError: There are too few readings of something near.
+    """
+    depth, _ = depths_at(delay)
+    near = int(np.sum((read > NEAR) & (depth.min(axis=-1) < REACH)))
+    if near < LEAST_NEAR:
+        raise ArgumentError(
+            f"only {near} infrared readings are of something nearer than about 5 cm; the curve needs {LEAST_NEAR}",
+            hint="drive slowly up to a wall and turn before it: elib run calibration-drive --record FILE",
+        )
+    place = np.arange(len(read))
+    is_kept = (place % EVERY != 0) & (place * MOST_READINGS // len(read) != (place - 1) * MOST_READINGS // len(read))
+    model = _Model(lambda age: _only(depths_at(age), is_kept), read[is_kept], delay)
+    for number in range(ROUNDS):
+        if model.improve() < SMALL and number > SOFT_ROUNDS:
+            break
+    is_test = place % EVERY == 0
+    predicted, _ = _Model(lambda age: _only(depths_at(age), is_test), read[is_test], delay).predict(
+        model.unknowns, model.noise
+    )
+    aim = read[is_test]
+    fits = aim < SATURATED
+    off = (predicted - aim)[fits]
+    is_near = aim[fits] > NEAR
+    depth, _ = depths_at(float(model.unknowns[-1]))
+    seen = depth[..., 0][(read > NEAR) & (read < SATURATED)]
+    return CurveFit(
+        model.infrared(),
+        float(model.unknowns[-1]),
+        float(seen.min()) if len(seen) else REACH,
+        int(is_kept.sum()) * COUNT,
+        float(np.sqrt(np.mean(off**2))),
+        float(np.sqrt(np.mean((off[is_near] / aim[fits][is_near]) ** 2))) if is_near.any() else math.nan,
+    )
+
+
+def _only(found: tuple[Numbers, Numbers], kept: NDArray[np.bool_]) -> tuple[Numbers, Numbers]:
+    return found[0][kept], found[1]
+
+
+class _Model:
+    """The model and its unknowns: changes of the logarithm at the knots, logarithms of the gains, level, age."""
+
+    def __init__(self, depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbers, delay: float) -> None:
+        self._depths_at = depths_at
+        self._read = read
+        self._delay = delay
+        self._rounds = 0
+        self.noise = USUAL_NOISE
+        # Most of a drive is in the open, where the mean is above 0 because readings are cut off at 0.
+        level = max(float(np.median(read)) - USUAL_NOISE, 0.0)
+        self.unknowns = np.concatenate([np.zeros(len(KNOTS) + COUNT), [level, delay]])
+
+    def predict(self, unknowns: Numbers, noise: float, depth: Numbers | None = None) -> tuple[Numbers, Numbers]:
+        """Return the expected value of each reading, counts, and its derivatives by all unknowns except the age."""
+        found, shares = self._depths_at(float(unknowns[-1]))
+        depth = found if depth is None else depth
+        bends, gains = unknowns[: len(KNOTS)], np.exp(unknowns[len(KNOTS) : len(KNOTS) + COUNT])
+        below = np.clip(np.searchsorted(KNOTS, depth, side="right") - 1, 0, len(KNOTS) - 2)
+        part = (depth - KNOTS[below]) / (KNOTS[below + 1] - KNOTS[below])
+        light = shares * published(depth) * np.exp(bends[below] * (1 - part) + bends[below + 1] * part)
+        whole = light.sum(axis=-1)
+        mean = gains * whole + unknowns[len(KNOTS) + COUNT]
+        slopes = np.zeros((*mean.shape, len(unknowns) - 1))
+        rows, columns = np.indices(mean.shape)
+        for ray in range(depth.shape[-1]):
+            for knot, weight in ((below[..., ray], 1 - part[..., ray]), (below[..., ray] + 1, part[..., ray])):
+                slopes[rows, columns, knot] += gains * light[..., ray] * weight  # no place occurs twice
+        slopes[rows, columns, len(KNOTS) + columns] = gains * whole
+        slopes[..., len(KNOTS) + COUNT] = 1
+        share = _normal(mean / noise)
+        cut = mean * share + noise * np.exp(-0.5 * np.square(mean / noise)) / math.sqrt(math.tau)
+        return cut, slopes * share[..., None]
+
+    def improve(self) -> float:
+        """Do one step of Gauss-Newton; return the largest change of a logarithm."""
+        ahead, behind = self.unknowns.copy(), self.unknowns.copy()
+        ahead[-1] += 1e-3
+        behind[-1] -= 1e-3
+        mean, slopes = self.predict(self.unknowns, self.noise)
+        by_age = (self.predict(ahead, self.noise)[0] - self.predict(behind, self.noise)[0]) / 2e-3
+        slopes = np.concatenate([slopes, by_age[..., None]], axis=-1)
+        missed = mean - self._read
+        quiet = missed[(mean > 3 * USUAL_NOISE) & (mean < 3 * NEAR)]
+        if len(quiet) > LEAST_NEAR:
+            self.noise = max(1.4826 * float(np.median(np.abs(quiet - np.median(quiet)))), 1.0)
+        # Near a wall a fraction of a millimetre matters. The curve falls about as 1/d^2, so its slope is 2/d of itself.
+        steep = 2 * mean / 0.012 * np.sqrt(np.clip(mean, 0, None) / 1600)
+        deviation = np.sqrt(self.noise**2 + (RELATIVE * mean) ** 2 + (POSE_ERROR * steep) ** 2)
+        # The errors near something are not known in advance, and most readings are of nothing.
+        sees = (mean > NEAR / 2) & (self._read < SATURATED)
+        scale = np.ones(mean.shape)
+        if sees.any():
+            scale[sees] = max(1.0, 1.4826 * float(np.median(np.abs(missed / deviation)[sees])))
+        off = np.abs(missed) / (deviation * scale) / TUKEY
+        # In the first rounds the curve is far from the truth, and all readings keep some weight.
+        pull = 1 / (1 + off) if self._rounds < SOFT_ROUNDS else np.where(off < 1, 1 - off**2, 0.0)
+        self._rounds += 1
+        weight = np.where(self._read < SATURATED, pull, 0.0) / deviation
+        rows = (weight[..., None] * slopes).reshape(-1, len(self.unknowns))
+        aims = -(weight * missed).ravel()
+        prior_rows, prior_aims = self._prior()
+        rows, aims = np.vstack([rows, prior_rows]), np.concatenate([aims, prior_aims])
+        change = np.linalg.lstsq(rows, aims, rcond=None)[0]
+        largest = float(np.abs(change[: len(KNOTS) + COUNT]).max())
+        self.unknowns = self.unknowns + change * min(1.0, 1.0 / max(largest, 1e-12))
+        return largest
+
+    def _prior(self) -> tuple[Numbers, Numbers]:
+        """Return what is known in advance, as rows and aims like those of the readings."""
+        count, knots = len(self.unknowns), len(KNOTS)
+        stiff = np.zeros((knots - 2, count))
+        for k in range(knots - 2):
+            stiff[k, k : k + 3] = np.array([1, -2, 1]) / STIFFNESS
+        free = np.eye(count)[:knots] / FREEDOM
+        gains = np.eye(count)[knots : knots + COUNT] / GAINS
+        level = np.zeros((1, count))
+        level[0, knots : knots + COUNT] = 1e3  # the mean gain is 1: a common factor belongs to the curve
+        age = np.eye(count)[-1:] / DELAY
+        rows = np.vstack([stiff, free, gains, level, age])
+        rest = self.unknowns.copy()
+        rest[-1] -= self._delay
+        return rows, -(rows @ rest)
+
+    def infrared(self) -> Infrared:
+        """Return the curve in the form of a profile."""
+        bends = np.interp(SHOWN, KNOTS, self.unknowns[: len(KNOTS)])
+        counts = published(SHOWN) * np.exp(bends) + self.unknowns[len(KNOTS) + COUNT]
+        # A nearer wall never gives fewer counts; the converter has 12 bits.
+        counts = np.maximum.accumulate(np.clip(counts, 0, 4095)[::-1])[::-1]
+        gains = np.exp(self.unknowns[len(KNOTS) : len(KNOTS) + COUNT])
+        knots = tuple((round(float(d), 4), round(float(c), 1)) for d, c in zip(SHOWN, counts, strict=True))
+        return Infrared(knots, round(self.noise, 2), tuple(round(float(gain), 4) for gain in gains))
+
+
+def published(distance: Numbers) -> Numbers:
+    """Return the counts of Enki's curve at distances in m."""
+    table = np.array(PROFILES["enki"].counts[:-1])
+    found: Numbers = np.interp(distance, np.arange(len(table)) * SPACING, table)
+    return found
+
+
+def _normal(value: Numbers) -> Numbers:
+    """Return the share of a standard normal distribution below *value* (Page 1977, wrong by 2e-4 at most)."""
+    found: Numbers = 0.5 * (1 + np.tanh(0.7978846 * value * (1 + 0.044715 * value * value)))
+    return found

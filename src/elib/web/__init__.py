@@ -1,1 +1,0 @@
-"""The web application: drive, see and understand robots and their virtual world on one page."""

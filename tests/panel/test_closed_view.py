@@ -1,0 +1,97 @@
+"""The page of a student: it shows one world, asks for its token, and opens nothing else of the computer."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import urllib.error
+import urllib.request
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
+
+from page_rig import Page, fetch, opened
+
+from elib.panel.listening import listen
+from elib.panel.messages import MESSAGES
+from elib.panel.server import closed_view_of
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
+from shared import PATIENCE, until
+
+TOKEN = "k7m2xq9p"
+HARMLESS = {"show", "drawn", "frame_drawn", "choose_world", "rays", "watch", "open_robot", "world"}
+
+
+class _Stay(urllib.request.HTTPRedirectHandler):
+    def redirect_request(self, *_: object) -> None:
+        return None
+
+
+def log_in(url: str, token: str) -> str:
+    """Show a token, and return the cookie; empty if the token is wrong."""
+    opener = urllib.request.build_opener(urllib.request.ProxyHandler({}), _Stay())
+    request = urllib.request.Request(f"{url}login", f"token={token}".encode(), {"Origin": url.rstrip("/")})
+    try:
+        opener.open(request, timeout=PATIENCE)
+    except urllib.error.HTTPError as error:
+        with error:
+            return (error.headers["Set-Cookie"] or "").partition(";")[0]
+    return ""
+
+
+@contextlib.asynccontextmanager
+async def page_of_a_student(token: str | None = None) -> AsyncIterator[tuple[str, Control]]:
+    controls: list[Control] = []
+    async with contextlib.AsyncExitStack() as stack:
+        settings = SimulationSettings(world="square")
+        await stack.enter_async_context(serve(settings, tcp="0", control=controls.append))
+        address = listen("127.0.0.1", 0)
+        yield await stack.enter_async_context(closed_view_of(controls[0], address, token)), controls[0]
+
+
+async def refused(page: Page, what: str, **values: object) -> bool:
+    answer = await page.ask(what, **values)
+    return not answer["ok"] and "shows a world, and nothing else" in answer["error"]
+
+
+async def test_only_what_concerns_the_world_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    async with page_of_a_student() as (url, control), opened(url) as page:
+        await until(lambda: page.frames)
+        assert page.hello["folder"] == ""
+        assert await refused(page, "add", url="tcp://127.0.0.1:4002")
+        assert await refused(page, "find")
+        assert await refused(page, "recents")
+        assert await refused(page, "forget", url="sim://")
+        assert await refused(page, "files")
+        assert await refused(page, "open_recording", name="run.mcap")
+        assert await refused(page, "save_world", name="mine.toml")
+        assert await refused(page, "start_log", robot="1", name="run.log")
+        moved = {"do": "move_robot", "robot": "epuck-1", "x": 0.3, "y": 0.4}
+        assert (await page.ask("world", message=moved))["result"]["ok"]
+        assert control.world.pose(0).x == pytest.approx(0.3, abs=0.01)
+        faster = await page.ask("world", message={"do": "set_speed", "speed": 10})
+        assert not faster["ok"]
+        assert "keeps its speed" in faster["error"]
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_new_message_is_refused_unless_it_says_that_it_concerns_the_world() -> None:
+    assert {kind.__struct_config__.tag for kind in MESSAGES if kind.is_of_world} == HARMLESS
+
+
+async def test_nothing_is_shown_without_the_token() -> None:
+    async with page_of_a_student(TOKEN) as (url, _):
+        status, text = await asyncio.to_thread(fetch, url)
+        assert status == 401
+        assert TOKEN not in text
+        assert await asyncio.to_thread(log_in, url, "wrong") == ""
+        cookie = await asyncio.to_thread(log_in, url, TOKEN)
+        async with opened(url, cookie=cookie) as page:
+            await until(lambda: page.frames)

@@ -1,0 +1,465 @@
+"""The whole page in a real browser: robots come and go, and what is done with readings, behaviours and files."""
+
+import json
+import socket
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+import pytest_asyncio
+
+pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
+pytest.importorskip("websockets", reason="the extra web is not installed: pip install '.[web]'")
+
+from panel_rig import TICK, Driver, far, needs_browser, panel, program
+
+from elib.records.reader import read_recording
+from shared import until
+
+pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
+
+CHIP = "document.querySelector('.play .chip').textContent"
+OVERVIEW = "Object.values(elib.news.overview ?? {})"
+START = "!!document.querySelector('.start')"
+SAVING = """
+    HTMLAnchorElement.prototype.click = function () { window.saved = this; };
+    const makeUrl = URL.createObjectURL;
+    URL.createObjectURL = (blob) => { window.blob = blob; return makeUrl.call(URL, blob); };
+    0
+"""
+"""Keeps what the page saves, instead of a file of the browser."""
+
+
+@pytest_asyncio.fixture(loop_scope="module")
+async def visitor(address, open_page) -> AsyncIterator[Driver]:
+    """A person at the start page; all robots are taken out when the test ends."""
+    person = Driver(await open_page(address))
+    await person.tab.size(1440, 900)
+    await person.tab.until(START)
+    yield person
+    await person.tab.run("Promise.all(app.robots.map((each) => app.ask('remove', { robot: each.key })))")
+    await person.tab.until(f"{START} && app.robots.length === 0")
+    await person.tab.close()
+    assert person.tab.complaints == []
+
+
+@pytest_asyncio.fixture(loop_scope="module")
+async def driver(visitor, robot) -> Driver:
+    """A person whose page shows the connected robot."""
+    await visitor.connect(robot.url)
+    return visitor
+
+
+async def slide(person: Driver, knob: str, value: float) -> None:
+    """Move a slider of the world's details."""
+    await person.tab.until(f"!!document.getElementById({knob!r})")
+    await person.tab.run(
+        f"(k => {{ k.value = {value}; k.dispatchEvent(new Event('input')); }})(document.getElementById({knob!r}))"
+    )
+
+
+async def type_into(person: Driver, field: str, text: str) -> None:
+    """Replace what stands in a field by a text, as one who types."""
+    await person.tab.until(f"!!document.querySelector({field!r})")
+    await person.tab.run(f"(field => {{ field.focus(); field.select(); }})(document.querySelector({field!r}))")
+    await person.tab.type(text)
+
+
+def remembered(folder: Path) -> list[str]:
+    """Return the URLs of robots that the panel remembers."""
+    path = folder / "elib" / "recent-robots.json"
+    return json.loads(path.read_text())["robots"] if path.exists() else []
+
+
+# -- robots come and go --
+
+
+async def test_a_robot_is_connected_disconnected_remembered_and_removed(driver, robot, folder):
+    assert await driver.tab.run("document.querySelector('.status .chip').textContent") == "connected"
+    await robot.until(lambda: robot.url in remembered(folder))
+    await driver.press("Disconnect")
+    await driver.tab.until(f"{TICK}.phase === 'disconnected'")
+    await driver.tab.until("document.querySelector('.tile b').textContent === '?'")
+    await driver.press("Connect")
+    await driver.tab.until(f"{TICK}.phase === 'connected'")
+    await driver.remove()
+    await driver.tab.until(START)
+    used = "[...document.querySelectorAll('.used b')].map(each => each.textContent)"
+    await driver.tab.until(f"{used}.includes({robot.url!r})")
+    await driver.click(f"[aria-label='forget {robot.url}']")
+    await driver.tab.until(f"!{used}.includes({robot.url!r})")
+    assert robot.url not in remembered(folder)
+
+
+async def test_a_robot_that_is_not_there_is_looked_at_by_the_doctor(visitor, folder):
+    await visitor.enter("tcp://127.0.0.1:9")
+    await visitor.tab.until("!!document.querySelector('.doctor li.failed')")
+    assert await visitor.tab.run("document.querySelector('.trouble > p').textContent.length > 10"), "what to try"
+    assert "tcp://127.0.0.1:9" not in remembered(folder), "it was never connected"
+
+
+async def test_the_start_page_offers_robots_that_were_found_and_worlds_with_a_demo_that_runs(visitor, folder):
+    async with program(folder, "simulate", "--tcp", "0") as served:
+        url = served.split()[-1]
+        await visitor.press("Look again")
+        there = f"[...document.querySelectorAll('.choices .choice')].find(each => each.textContent.startsWith({url!r}))"
+        await visitor.tab.until(f"!!{there}")
+        await visitor.tab.run(f"{there}.click()")
+        await visitor.tab.until(f"{TICK}?.phase === 'connected'")
+        await visitor.press("Disconnect")
+    await visitor.click("[aria-label='another robot']")
+    await visitor.tab.until("document.querySelector('.world-card img')?.naturalWidth > 100")
+    card = "document.querySelector('.world-card[aria-label=arena]')"
+    assert "1 robot" in str(await visitor.tab.run(f"{card}.textContent"))
+    assert len(str(await visitor.tab.run(f"{card}.querySelector('p').textContent"))) > 20
+    await visitor.click(".world-card[aria-label=arena] .plain")  # its first demo
+    await visitor.tab.until(
+        f"[...elib.robots.values()].at(-1)?.behaviour?.phase === 'running' && {TICK}.drive.may_move"
+    )
+    await visitor.key("Escape", "Escape")
+    await visitor.tab.until("[...elib.robots.values()].at(-1).behaviour.phase === 'stopped'")
+
+
+async def test_two_pages_at_once_show_who_drives_and_hand_over(address, open_page, robot, driver):
+    other = Driver(await open_page(address))
+    await other.tab.size(1440, 900)
+    await other.tab.until(f"!!document.querySelector('.pad') && {TICK}?.phase === 'connected'")
+    await driver.push(0, 1)
+    await other.tab.until("document.querySelector('.driver').textContent === 'Another browser drives this robot.'")
+    await other.press("Take over …")
+    await other.press("Take over")
+    await robot.until_it_stands()
+    await driver.tab.until("document.querySelector('.driver').textContent !== 'You drive.'")
+    await driver.let_go()
+    await other.click("[aria-label='another robot']")
+    await other.tab.until(START)
+    assert not await driver.tab.run(START), "each page shows what its person chose"
+    assert other.tab.complaints == []
+    await other.tab.close()
+
+
+async def test_a_page_says_that_the_program_has_ended_and_connects_again_when_it_is_back(open_page, tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    silent = "document.documentElement.dataset.silent"
+    async with panel(tmp_path, port=port) as address:
+        tab = await open_page(address)
+        await tab.until(START)
+        assert await tab.run(silent) != "yes"
+    await tab.until(f"{silent} === 'yes'")
+    said = await tab.run("getComputedStyle(document.querySelector('main'), '::before').content")
+    assert "The program does not answer." in str(said)
+    async with panel(tmp_path, "sim://arena", port=port):
+        await tab.until(f"{silent} === 'no' && {TICK}?.phase === 'connected'")
+    await tab.close()
+
+
+async def test_nothing_is_said_of_a_program_that_does_not_answer_while_the_page_opens(open_page, address):
+    tab = await open_page("about:blank")
+    await tab.call(
+        "Page.addScriptToEvaluateOnNewDocument",
+        source="const real = WebSocket; window.WebSocket = class extends real { constructor(...all) {"
+        " const end = Date.now() + 1800; while (Date.now() < end); super(...all); } };"
+        "window.seen = new Set(); new MutationObserver(() => seen.add(document.documentElement.dataset.silent))"
+        ".observe(document, { attributes: true, subtree: true });",
+    )
+    await tab.go(address)
+    await tab.until(START)
+    assert await tab.run("[...seen].includes('yes')") is False
+    await tab.close()
+
+
+# -- what is in reach --
+
+
+async def test_everything_comes_from_this_computer(driver, address):
+    host = address.removeprefix("http://").rstrip("/")
+    own = (f"http://{host}/", f"ws://{host}/", "data:", "blob:")
+    assert driver.tab.requests
+    assert [each for each in driver.tab.requests if not each.startswith(own)] == []
+
+
+async def test_the_keyboard_alone_reaches_every_control_and_shows_where_it_is(driver):
+    await driver.tab.run("document.activeElement.blur()")
+    seen = set()
+    for _ in range(80):
+        await driver.key("Tab", "Tab")
+        seen.add(
+            await driver.tab.run(
+                "(() => { const e = document.activeElement; if (e === document.body) return 'the end of the page';"
+                " if (!e.matches(':focus-visible')) return 'unseen';"
+                " return e.getAttribute('aria-label') || e.textContent.trim() || e.parentElement.textContent; })()"
+            )
+        )
+    assert {"STOP space", "Disconnect", "LED 0", "body light", "front LED", "Take picture", "Files"} <= seen
+    assert any(str(each).startswith("driving pad") for each in seen)
+    assert "unseen" not in seen
+
+
+async def test_every_control_has_a_name_and_nothing_is_wider_than_the_screen(driver):
+    unnamed = (
+        "[...document.querySelectorAll('button, input, select, canvas, [role=switch], [role=application]')]"
+        ".filter(e => e.offsetParent && e.getAttribute('aria-hidden') !== 'true' && !(e.getAttribute('aria-label')"
+        " || e.textContent.trim() || e.labels?.length || e.closest('label') || e.title)).map(e => e.outerHTML)"
+    )
+    wide = (
+        "[...document.querySelectorAll('.tile')].filter(t => t.offsetParent && t.scrollWidth > t.clientWidth)"
+        ".map(t => t.getAttribute('aria-label'))"
+    )
+    unseen = (
+        "[...document.querySelectorAll('.instruments .tile')].filter(t => !t.offsetParent)"
+        ".map(t => t.getAttribute('aria-label'))"
+    )
+    for width in (1440, 1024, 390):
+        await driver.tab.size(width, 800, phone=width < 720)
+        await driver.tab.until(f"window.innerWidth === {width}")
+        for tab in ("Sensors", "Charts", "Behaviours", "Console", "Events", "Link", "Files"):
+            await driver.press(tab)
+            assert await driver.tab.run(unnamed) == [], tab
+            assert await driver.tab.run("document.documentElement.scrollWidth") <= width, (tab, width)
+            assert await driver.tab.run(wide) == [], (tab, width)
+            if tab == "Sensors":
+                assert await driver.tab.run(unseen) == [], width
+        stop = await driver.tab.run(
+            "(b => [b.top >= 0, b.bottom <= innerHeight])(document.getElementById('stop').getBoundingClientRect())"
+        )
+        assert stop == [True, True]
+
+
+# -- charts, pictures and files --
+
+
+async def test_a_chart_can_be_paused_before_anything_was_drawn(visitor):
+    page = (
+        "(async () => { const { Part } = await import('./charts.js');"
+        " const box = document.createElement('div'), part = new Part(box); [...part.charts][0].hold();"
+        " return [...box.querySelectorAll('button')].map((button) => button.textContent); })()"
+    )
+    assert "Pause chart" in await visitor.tab.run(page)  # type: ignore[operator]
+
+
+async def test_a_chart_stands_while_it_is_paused_shows_a_longer_time_and_is_saved(driver):
+    await driver.press("Charts")
+    await driver.tab.until("!!document.querySelector('.chart canvas')")
+    drawn = "document.querySelector('.chart canvas').toDataURL()"
+    await driver.press("Pause chart")
+    before = await driver.tab.run(drawn)
+    ticks = await driver.tab.run(f"{TICK}.time")
+    await driver.tab.until(f"{TICK}.time > {ticks} + 0.5")
+    assert await driver.tab.run(drawn) == before
+    await driver.press("Continue chart")
+    await driver.tab.until(f"{drawn} !== {before!r}")
+    await driver.click("[aria-label='show a longer time']")
+    await driver.tab.until("document.querySelector('.chart output').textContent === '1 min'")
+    await driver.tab.run(SAVING)
+    await driver.press("CSV")
+    await driver.tab.until("window.saved?.download === 'proximity.csv'")
+    head, first, *_ = str(await driver.tab.run("blob.text()")).splitlines()
+    assert head.startswith("seconds,")
+    assert len(head.split(",")) == len(first.split(",")) == 9
+    await driver.press("PNG")
+    await driver.tab.until("window.saved.download === 'proximity.png'")
+    assert await driver.tab.run("blob.type") == "image/png"
+
+
+async def test_a_picture_is_saved_larger_and_as_png(driver):
+    await driver.tab.run(SAVING)
+    await driver.press("Take picture")
+    await driver.tab.until(f"{TICK}.picture !== null")
+    await driver.press("Save PNG")
+    await driver.tab.until("window.saved?.download.endsWith('.png')")
+    width = await driver.tab.run(
+        "new Promise((done) => { const picture = new Image(); picture.onload = () => done(picture.width);"
+        " picture.src = window.saved.href; })"
+    )
+    assert width > 40  # type: ignore[operator]
+    assert width % 40 == 0, "each pixel is as large as every other"  # type: ignore[operator]
+
+
+async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_also_when_armed_before(driver, folder):
+    log, recording = ".files .tile:nth-of-type(1)", ".files .tile:nth-of-type(2)"
+    await driver.press("Disconnect")
+    await driver.press("Files")
+    await type_into(driver, f"{log} input", "drive")
+    await driver.click(f"{log} .primary")
+    await driver.tab.until(f"{TICK}.log !== null")
+    await driver.press("Connect")
+    await driver.tab.until(f"{TICK}.phase === 'connected'")
+    await type_into(driver, f"{recording} input", "drive")
+    await driver.click(f"{recording} .primary")
+    await driver.tab.until(f"{TICK}.recorder?.messages > 0")
+    await driver.tab.until("document.querySelector('.status .writing').textContent === 'writing a log, recording'")
+    await driver.press("Robot")
+    await driver.press("All on")
+    await driver.tab.until(f"{TICK}.lamps.ring[0] === 1")
+    await driver.press("Files")
+    for row in (log, recording):
+        await driver.click(f"{row} .primary")
+    await driver.tab.until(f"{TICK}.log === null && {TICK}.recorder === null")
+    assert "set_led" in (folder / "drive.log").read_text()
+    calls = [entry.data["command"] for entry in read_recording(folder / "drive.mcap").entries("/calls")]
+    assert "set_led" in calls
+    # The recording opens in the same page and is scrubbed.
+    await driver.press("drive.mcap")
+    await driver.tab.until(f"{TICK}?.phase === 'playing' && {TICK}.playback.length > 0")
+    # A recording has nothing to stop: STOP is for the robots.
+    await driver.tab.until("document.getElementById('stop').textContent.includes('STOP ALL') && !app.stopped")
+    await driver.press("Pause recording")
+    await driver.tab.until(f"{TICK}.playback.paused")
+    line = "document.querySelector('.playback input')"
+    await driver.tab.until(f"Number({line}.max) > 0")
+    await driver.tab.run(f"{line}.value = {line}.max / 2, {line}.dispatchEvent(new Event('change')), 0")
+    await driver.tab.until(f"Math.abs({TICK}.playback.at - {TICK}.playback.length / 2) < 0.1")
+    await driver.press("Go on")
+    await driver.tab.until(f"{TICK}.playback.at > 0.6 * {TICK}.playback.length")
+
+
+async def test_a_file_name_cannot_lead_out_of_the_folder(driver, folder):
+    await driver.press("Files")
+    await type_into(driver, ".files .tile input", "../out")
+    await driver.click(".files .tile .primary")
+    await driver.tab.until("document.querySelector('.toast')?.textContent.includes('is not a name for a file')")
+    assert not (folder.parent / "out.log").exists()
+
+
+async def test_a_robot_can_be_stopped_while_the_page_asks_something(driver, robot):
+    await driver.press("Behaviours")
+    await driver.press("Start")
+    await robot.until_it_moves(0.03)
+    await driver.tab.run("document.querySelector(\".status [title^='The robot itself']\").click()")
+    await driver.click("dialog button.stop")
+    await robot.until_it_stands()
+    assert await driver.tab.run("!!document.querySelector('dialog[open]')"), "the question is still there"
+
+
+# -- the console and behaviours --
+
+
+async def test_the_console_completes_sends_and_answers_in_text_and_never_in_markup(driver):
+    await driver.press("Console")
+    await type_into(driver, ".console input", "sele")
+    await driver.tab.until("document.querySelector('.console li[role=option]')?.textContent === 'selector'")
+    await driver.key("Tab", "Tab")
+    assert await driver.tab.run("document.querySelector('.console input').value") == "selector "
+    await driver.key("Enter", "Enter")
+    await driver.tab.until("!!document.querySelector('.console .came')")
+    await type_into(driver, ".console input", "<img src=x onerror=alert(1)>")
+    await driver.key("Enter", "Enter")
+    await driver.tab.until("!!document.querySelector('.console .bad')")
+    assert await driver.tab.run("document.querySelectorAll('.console img').length") == 0
+
+
+async def test_a_behaviour_drives_until_it_is_ended_and_space_never_sets_a_robot_in_motion(driver, robot):
+    await driver.press("Behaviours")
+    await driver.press("Start")
+    await robot.until_it_moves(0.03)
+    await driver.click(".source summary")
+    await driver.tab.until("document.querySelector('.source code').textContent.includes('async def')")
+    await driver.press("Pause behaviour")
+    await robot.until_it_stands()
+    await driver.press("Continue behaviour")
+    await robot.until_it_moves(0.02)
+    await driver.press("Pause behaviour")
+    await robot.until_it_stands()
+    await driver.tab.until("document.activeElement.textContent.trim() === 'Continue behaviour'")
+    stood = robot.pose
+    await driver.key(" ", "Space")  # once it was a click on the button that has the focus
+    await driver.tab.until(f"{CHIP}.endsWith('stopped')")
+    await driver.tab.run("[...document.querySelectorAll('button')].find(b => b.textContent.trim() === 'Start').focus()")
+    await driver.key(" ", "Space")
+    await driver.press("Console")
+    await type_into(driver, ".console input", "set_speed 1 1")
+    await driver.tab.run("document.querySelector('.console button').focus()")
+    await driver.key(" ", "Space")
+    await robot.until_it_stands()
+    assert far(stood, robot.pose) < 1e-6
+    await driver.key("Enter", "Enter")
+    await robot.until_it_moves()
+
+
+async def test_options_of_a_behaviour_are_a_form_and_end_ends_it(driver, robot):
+    await driver.press("Behaviours")
+    await driver.tab.until("document.querySelectorAll('.options input').length > 0")
+    await driver.press("Start")
+    await robot.until_it_moves(0.02)
+    await driver.press("End behaviour")
+    await driver.tab.until(f"{CHIP}.endsWith('stopped')")
+    await robot.until_it_stands()
+
+
+# -- several robots --
+
+
+async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_is_taken_back(visitor):
+    await visitor.connect_all("sim://crowd?robots=3", 3)
+    tick = "elib.robots.get(app.shown)?.tick"
+    things = "document.querySelector(`.world-part [aria-label='thing in the world']`)"
+
+    async def show(name: str) -> None:
+        # In one step: the tabs are made again when the page shows another robot.
+        tab = f"[...document.querySelectorAll('.tab')].find(tab => tab.textContent === {name!r})"
+        await visitor.tab.run(f"{tab}.click()")
+        await visitor.tab.until(f"{things}?.selectedOptions[0]?.textContent === {name!r} && !!{tick}")
+
+    await show("epuck-3")
+    await visitor.tab.until(f"{tick}.phase === 'connected'")
+    await visitor.press("Details")
+    choose = f"(name => {{ const list = {things}; list.value = name; list.onchange(); }})"
+    own = await visitor.tab.run(f"{things}.value")
+    await visitor.tab.run(f"{choose}('')")
+    await slide(visitor, "knob-ambient", 1000)
+    await visitor.tab.run(f"{choose}({own!r})")
+    await visitor.tab.until(f"{tick}.readings.ambient_light.values[0] < 1500")
+    await slide(visitor, "knob-loss", 1)
+    await visitor.tab.until(f"{tick}.readings.proximity.stale && {tick}.link.lost > 0")
+    await show("epuck-1")
+    await visitor.tab.until(f"{tick}.phase === 'connected' && !{tick}.readings.proximity.stale")
+    await show("epuck-3")
+    await visitor.tab.until("document.getElementById('knob-loss')?.value === '1'")
+    await slide(visitor, "knob-loss", 0)
+    await visitor.tab.until(f"{tick}.phase === 'connected' && !{tick}.readings.proximity.stale")
+    await visitor.tab.run("document.getElementById('world-link').closest('details').open = true")
+    await visitor.click("#world-link")
+    await visitor.tab.until(f"{tick}.phase === 'gap'")
+    await show("epuck-1")
+    await show("epuck-3")
+    await visitor.tab.until("document.getElementById('world-link')?.checked === true")
+    await visitor.click("#world-link")
+    await visitor.tab.until(f"{tick}.phase === 'connected'")
+
+
+async def test_an_overview_of_twenty_robots_starts_blinks_opens_and_stops_them(visitor):
+    await visitor.connect_all("sim://crowd?robots=20", 20)
+    await visitor.tab.until("elib.news.scene?.scene?.robots === 20")
+    world, cards = [
+        await visitor.tab.run(
+            f"(b => [b.left, b.width, b.height])(document.querySelector({each!r}).getBoundingClientRect())"
+        )
+        for each in (".part-world", ".robot-cards")
+    ]
+    assert world[0] < cards[0]  # type: ignore[index]
+    assert world[1] > 700  # type: ignore[index]
+    tabs, right = "document.querySelector('.tabs')", "getBoundingClientRect().right"
+    assert await visitor.tab.run(f"{tabs}.scrollWidth > {tabs}.clientWidth"), "they scroll"
+    assert await visitor.tab.run(f"{tabs}.lastElementChild.{right} <= {tabs}.{right}"), "another robot is in reach"
+    await visitor.click("[aria-label='let epuck-3 blink']")
+    lit = "[...Array(20).keys()].filter(k => frame.ring.subarray(24 * k, 24 * k + 24).some(Boolean))"
+    await visitor.tab.until(f"(frame => {lit}.join() === '2')(app.place.world.model.frame)")
+    await visitor.tab.until("!document.querySelector('.robot-cards [aria-busy]')")
+    await visitor.press("Start for all")
+    await visitor.tab.until(f"{OVERVIEW}.every(robot => robot.behaviour === 'avoid' && robot.may_move)")
+    await visitor.key(" ", "Space")
+    await visitor.tab.until(f"{OVERVIEW}.every(robot => robot.behaviour === '' && !robot.may_move)")
+    poses = f"JSON.stringify({OVERVIEW}.map(robot => robot.pose))"
+    await visitor.tab.run("elib.heard = 0, elib.listen('overview', () => elib.heard++), 0")
+
+    async def stand() -> bool:
+        before = await visitor.tab.run(poses)
+        await visitor.tab.until("elib.heard > 3")
+        await visitor.tab.run("elib.heard = 0")
+        return await visitor.tab.run(poses) == before
+
+    await until(stand)
+    await visitor.press("epuck-20")  # its tab, which is scrolled there
+    await visitor.tab.until(f"!!document.querySelector('.pad') && {TICK}.phase === 'connected'")
+    assert await visitor.tab.run("document.querySelector('.status h1').textContent") == "epuck-20"
