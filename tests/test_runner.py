@@ -15,7 +15,7 @@ import pytest
 
 import elib
 from elib.base.errors import ArgumentError, LinkNotFound, ReplyTimeout
-from elib.base.timebase import ScaledLoop, SimulatedLoop
+from elib.base.timebase import RealLoop, ScaledLoop, SimulatedLoop
 from elib.robot.aio import Epuck
 from elib.robot.runner import robot_url, robot_urls, run, run_on
 from elib.testing import emulator_of
@@ -113,7 +113,7 @@ def test_a_url_given_in_the_program_outweighs_the_command_line() -> None:
 
 @pytest.mark.parametrize(
     ("url", "kind"),
-    [(SIM, SimulatedLoop), ("sim://square?speed=50", ScaledLoop), ("sim://", asyncio.SelectorEventLoop)],
+    [(SIM, SimulatedLoop), ("sim://square?speed=50", ScaledLoop), ("sim://", RealLoop)],
 )
 def test_the_loop_has_the_speed_of_the_url(url: str, kind: type) -> None:
     async def main(robot: Epuck) -> object:

@@ -14,7 +14,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from elib.base.errors import ArgumentError, SimulationError, SimulationStalled
-from elib.base.timebase import CATCHING_UP, Paced, PacedLoop, ScaledLoop, SimulatedLoop, new_loop, require_real_time
+from elib.base.timebase import (
+    CATCHING_UP,
+    LoopSpeed,
+    Paced,
+    PacedLoop,
+    ScaledLoop,
+    SimulatedLoop,
+    new_loop,
+    require_real_time,
+)
 from elib.testing import simulated
 from shared import PATIENCE, now
 
@@ -48,6 +57,16 @@ def test_timers_ring_in_order_each_exactly_at_its_time(times: list[float]) -> No
     rung = simulate(main())
     assert [asked for asked, _ in rung] == sorted(times)
     assert all(asked == actual for asked, actual in rung)
+
+
+@pytest.mark.parametrize("speed", ["real", "max", 2, Paced()])
+def test_the_time_of_every_loop_begins_at_zero(speed: LoopSpeed, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("time.monotonic", lambda: 27_000.0)  # a computer that was switched on hours ago
+    loop = new_loop(speed)
+    try:
+        assert loop.time() == 0
+    finally:
+        loop.close()
 
 
 @simulated

@@ -66,10 +66,8 @@ def new_loop(speed: LoopSpeed) -> asyncio.AbstractEventLoop:
     match speed:
         case "max":
             return SimulatedLoop()
-        case "real" if sys.platform == "win32":
-            return asyncio.new_event_loop()  # serial ports work on its Proactor loop only
         case "real":
-            return asyncio.SelectorEventLoop(_PreciseSelector())
+            return RealLoop()
         case Paced(factor):
             return PacedLoop(check_factor(factor))
         case LoopMaker():
@@ -275,6 +273,33 @@ class PacedLoop(SimulatedLoop):
         is_done = super()._jump()
         self._due = max(self._due + (self._now - before) / self.factor, self._wall - CATCHING_UP)
         return is_done
+
+
+if sys.platform == "win32":
+
+    class RealLoop(asyncio.ProactorEventLoop):  # serial ports work on no other loop there
+        """An event loop in real time, which begins at 0.0 s."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self._start = super().time()
+
+        def time(self) -> float:
+            """Return the time, s since the loop was made."""
+            return super().time() - self._start
+
+else:
+
+    class RealLoop(asyncio.SelectorEventLoop):
+        """An event loop in real time, which begins at 0.0 s as simulated time does."""
+
+        def __init__(self) -> None:
+            super().__init__(_PreciseSelector())
+            self._start = super().time()
+
+        def time(self) -> float:
+            """Return the time, s since the loop was made."""
+            return super().time() - self._start
 
 
 class ScaledLoop(asyncio.SelectorEventLoop):

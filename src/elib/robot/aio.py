@@ -289,7 +289,9 @@ class Epuck(Linked, Actions, AsyncStyle):
 
     @property
     def time(self) -> float:
-        """The robot's time: the clock of its event loop, s. Any thread may read it.
+        """The robot's time: the clock of its event loop, s, which begins at 0 unless ``asyncio.run`` made the loop.
+
+        Any thread may read it.
 
         Raises:
             RuntimeError: The robot is not open, and no event loop runs.

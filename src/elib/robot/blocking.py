@@ -168,7 +168,7 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
 
     @property
     def time(self) -> float:
-        """The robot's time: the clock of its event loop, s."""
+        """The robot's time: the clock of its event loop, s since the robot was opened."""
         return self._portal.time()
 
     def log(self, target: Target, *, names: Vocabulary = "python") -> Log:

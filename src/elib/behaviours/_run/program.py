@@ -132,8 +132,7 @@ def _keep_own_frames(shown: TracebackException) -> bool:
 def loops_at(speed: LoopSpeed) -> Iterator[None]:
     """Let ``asyncio.run`` make event loops at the speed of a robot, while the block lasts, in the whole process."""
     before = asyncio.get_event_loop_policy()
-    if speed != "real":
-        asyncio.set_event_loop_policy(_Policy(speed))
+    asyncio.set_event_loop_policy(_Policy(speed))
     try:
         yield
     finally:
