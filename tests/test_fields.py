@@ -99,7 +99,7 @@ def test_what_breaks_a_rule_is_refused_with_the_value_and_the_rule(rule: Rule, v
         (Number(0, 5, "m"), -40, ""),
         (Number(0, 5, "m"), math.nan, ""),
         (Number(0, 5, "m"), 10**400, ""),
-        (Number(0, 5, "m"), "40", ""),
+        (Number(0, 5, "m"), "40", "did you mean 0.4 (40 cm) or 0.04 (40 mm)?"),
         (Number(0, 5, "m"), "2", "did you mean 2, without quotes?"),
         (Number(0, 5, "m"), " 40 cm ", "did you mean 0.4, without quotes?"),
         (Number(0, 5, "m"), "40 kg", ""),

@@ -23,7 +23,11 @@ with elib.connect("sim://?speed=max") as robot:
     assert near[0] == near.front_right
     front_right, diagonal_right, *others = near
     assert len(near) == 8 and near.origin == "simulator" and near.time <= robot.time
+    switch = robot.selector()
+    assert switch == switch.position == 3 and switch < 4
 ```
+
+A reading of several numbers is used like a tuple of them; a reading of one value is used like that value.
 """
 ENUMERATIONS = (quantities.LedAction, quantities.CameraMode, quantities.ProximityRate, image.Mounting)
 

@@ -150,6 +150,7 @@ WITHOUT_BRACKETS: tuple[Callable[[Any], object], ...] = (
     lambda on: round(on.drive),
     lambda on: 3 in on.ground,
     lambda on: len(on.proximity),
+    lambda on: range(on.selector),
     lambda on: on.selector == 3,
     lambda on: on.selector != 3,
     lambda on: on.selector in (1, 2),
@@ -180,9 +181,15 @@ def test_a_command_without_its_brackets_is_told_how_it_is_written(
 
 
 def test_a_command_without_its_brackets_is_still_a_function(robot: elib.BlockingEpuck) -> None:
-    assert robot.proximity
+    with pytest.warns(UserWarning, match=r"^proximity is a command: write robot\.proximity\(\); .* is always true$"):
+        assert robot.proximity
     assert callable(copy.copy(robot.proximity))
     assert len({robot.proximity, robot.selector}) == 2
     assert str(robot.proximity) == f"{robot.proximity}"
     assert not hasattr(robot.proximity, "front_left")
     assert "Method in module" in pydoc.plain(pydoc.render_doc(robot.proximity))
+
+
+def test_the_class_of_a_robot_called_with_a_url_names_what_opens_one() -> None:
+    with pytest.raises(elib.ArgumentError, match=r"hint: async with elib\.open\('sim://'\) as robot"):
+        elib.Epuck("sim://")  # type: ignore[arg-type]

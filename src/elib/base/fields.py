@@ -108,7 +108,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
 _OTHER_UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "m": (("cm", 0.01, 1), ("mm", 0.001, 10)),
     "cm": (("mm", 0.1, 10),),
-    "m/s": (("cm/s", 0.01, 0.5), ("mm/s", 0.001, 5)),
+    "m/s": (("cm/s", 0.01, 1), ("mm/s", 0.001, 5)),
     "rad": (("degrees", math.pi / 180, 1),),
     "rad/s": (("degrees/s", math.pi / 180, 1),),
     "rev/s": (("rad/s", 1 / math.tau, 6), ("steps/s", 0.001, 20)),
@@ -127,7 +127,9 @@ def other_unit(value: object, unit: str, low: float, high: float) -> str:
     if written:
         sizes = {"": 1.0, unit: 1.0, **{other: size for other, size, _ in _OTHER_UNITS.get(unit, ())}}
         amount = float(written[1]) * sizes.get(written[2], math.inf)
-        return f"did you mean {amount:.4g}, without quotes?" if low <= amount <= high else ""
+        if low <= amount <= high:
+            return f"did you mean {amount:.4g}, without quotes?"
+        return other_unit(float(written[1]), unit, low, high) if not written[2] else ""
     number = value if not is_number(value) or isinstance(value, int) else float(value)
     if not is_number(number) or not abs(number) < LARGEST_NUMBER / 1000:
         return ""

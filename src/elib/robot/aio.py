@@ -47,6 +47,9 @@ class Epuck(Linked, Actions, AsyncStyle):
     """
 
     def __init__(self, link: Link) -> None:
+        if isinstance(link, str):
+            hint = f"async with elib.open({link!r}) as robot: ..."
+            raise ArgumentError("elib.Epuck is the class of a robot, and opens none", hint=hint)
         self._link = link
         self._timeout: float | None = None
         self._tries = 1

@@ -466,8 +466,9 @@ class Commands:
         Zoom 8 is the widest view, 1 the narrowest. On the e-puck1 this also switches all lamps and the sound off.
 
         A robot does not say when its camera's driver refuses a size, so elib refuses it here. On btcom-2.0 and
-        asercom-1.2.2 the limits are those of the PO8030, the camera of hardware revision 1.3: at most 79 columns at
-        zoom 8, 158 at 4, 318 at 2. ``text("J,0,80,40,8")`` sends a size that only an older camera takes.
+        asercom-1.2.2 the limits are those of the PO8030, the camera of hardware revision 1.3: at most 79 x 60 pixels at
+        zoom 8, 158 x 120 at 4, 318 x 240 at 2; on btcom-2.0, whose camera is a quarter turned, 60 x 79 and so on.
+        ``text("J,0,80,40,8")`` sends a size that only an older camera takes.
 
         Example:
             >>> robot.set_camera(20, 20, zoom=4, mode="grey")

@@ -117,7 +117,7 @@ class Quantity:
         raise ArgumentError(f"{argument} is {said}; it must be {self.rule}", hint=self._hint(value))
 
     def _hint(self, value: object) -> str:
-        hint = other_unit(value, self.unit or self.name, *self._bounds)
+        hint = getattr(value, "advice", "") or other_unit(value, self.unit or self.name, *self._bounds)
         if is_number(value) and self.usual < abs(value) and self.low <= value <= self.high:
             hint += f" for {value:g} {self.unit} write elib.really({value:g})"
         return hint.strip()

@@ -10,6 +10,7 @@ import concurrent.futures
 import inspect
 import re
 import typing
+import warnings
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, Protocol, TypeVar, overload
@@ -86,7 +87,8 @@ class NotAValue:
     __slots__ = ()
 
     @property
-    def _advice(self) -> str:
+    def advice(self) -> str:
+        """What to write."""
         raise NotImplementedError
 
     if not TYPE_CHECKING:  # type checkers say so by themselves
@@ -94,12 +96,12 @@ class NotAValue:
         def __getattr__(self, name):
             if name.startswith("_") or name in type(self).__slots__:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            raise AttributeError(self._advice)
+            raise AttributeError(self.advice)
 
         def _refuse(self, *_):
-            raise TypeError(self._advice)
+            raise TypeError(self.advice)
 
-        def __bool__(self):  # any code may ask whether there is a function
+        def __bool__(self):  # any code may ask whether there is something
             return True
 
         def __eq__(self, other):
@@ -111,7 +113,7 @@ class NotAValue:
         __hash__ = object.__hash__
         __iter__ = __len__ = __getitem__ = __contains__ = __await__ = __lt__ = __le__ = __gt__ = __ge__ = _refuse
         __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _refuse
-        __neg__ = __abs__ = __round__ = __int__ = __float__ = _refuse
+        __neg__ = __abs__ = __round__ = __int__ = __float__ = __index__ = _refuse
 
 
 class Pending(NotAValue, Generic[T_co]):
@@ -190,7 +192,8 @@ class Pending(NotAValue, Generic[T_co]):
         self._future.add_done_callback(lambda _: self._portal.later(lambda: _ignore(function(self)), name))
 
     @property
-    def _advice(self) -> str:
+    def advice(self) -> str:
+        """What to write."""
         return f"{self.name}() is under way: call .end() for its value, or use elib.open() for await"
 
     def __repr__(self) -> str:
@@ -229,6 +232,11 @@ class Method(NotAValue):
         """Call the operation in this style."""
         return self.style._call(self.operation, args, kwargs)
 
+    def __bool__(self) -> bool:
+        # Code that asks whether there is a function may do so, but most often the brackets were forgotten.
+        warnings.warn(f"{self.advice}; a command itself is always true", stacklevel=2)
+        return True
+
     def __get__(self, obj: object, owner: type | None = None) -> typing.Self:
         """Return itself, so that ``help()`` shows a method and not an attribute."""
         return self
@@ -246,7 +254,8 @@ class Method(NotAValue):
         return self.operation.__signature__
 
     @property
-    def _advice(self) -> str:
+    def advice(self) -> str:
+        """What to write."""
         needed = (name for name, each in self.__signature__.parameters.items() if each.default is each.empty)
         call = self.style._spelt.format(f"{self.operation.name}({', '.join(needed)})")
         return f"{self.operation.name} is a command: write {call}"

@@ -12,11 +12,13 @@ from __future__ import annotations
 
 import enum
 import math
+import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import ClassVar, Final, Generic, NamedTuple, TypeVar, get_args, get_type_hints, overload
+from typing import ClassVar, Final, Generic, NamedTuple, TypeVar, cast, get_args, get_type_hints, overload
 
 from elib.base.body import MICROPHONE_DIRECTIONS
+from elib.base.errors import Unsupported
 
 N = TypeVar("N", int, float)
 R = TypeVar("R")
@@ -137,6 +139,72 @@ def _row(item: tuple[FieldInfo, str, object]) -> tuple[str, ...]:
     if info.low is None or info.high is None or not isinstance(value, int | float):
         return cells
     return *cells, html_bar((value - info.low) / (info.high - info.low))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Single(Reading):
+    """A reading of one value, used like it: ``robot.selector() == 3``, ``if robot.button():``, ``battery < 3.5``.
+
+    Attributes:
+        _holds: Name of the field with the value.
+    """
+
+    _holds: ClassVar[str]
+
+    @property
+    def value(self) -> float:
+        """The value alone: a number, or true or false.
+
+        Raises:
+            Unsupported: This robot does not say it, as an e-puck1 of the first kind does not say a voltage.
+        """
+        value: float | None = getattr(self, self._holds)
+        if value is None:
+            raise Unsupported(f"this robot does not say the {self._holds} of its {type(self).__name__.lower()}: {self}")
+        return value
+
+    def __bool__(self) -> bool:
+        return bool(getattr(self, self._holds))
+
+    def __int__(self) -> int:
+        return int(self.value)
+
+    def __float__(self) -> float:
+        return float(self.value)
+
+    def __index__(self) -> int:
+        return operator.index(cast("int", self.value))  # a float is refused in Python's words
+
+    def __round__(self, digits: int | None = None) -> float:
+        return round(self.value, digits)
+
+    def __format__(self, how: str) -> str:
+        return format(self.value, how) if how else str(self)
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Single):
+            return type(other) is type(self) and _fields(self) == _fields(other)
+        return getattr(self, self._holds) == other if isinstance(other, int | float) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(getattr(self, self._holds))
+
+    def __lt__(self, other: float) -> bool:
+        return self.value < float(other)
+
+    def __le__(self, other: float) -> bool:
+        return self.value <= float(other)
+
+    def __gt__(self, other: float) -> bool:
+        return self.value > float(other)
+
+    def __ge__(self, other: float) -> bool:
+        return self.value >= float(other)
+
+
+def _fields(reading: Reading) -> tuple[object, ...]:
+    """Return what a reading compares by: its fields without its time and origin."""
+    return tuple(getattr(reading, info.name) for info in describe(type(reading)) if info.role is not Role.STAMP)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -291,16 +359,20 @@ class MagneticField(Numbers[float]):
     z: float = field(metadata=_TESLA)
 
 
-@dataclass(frozen=True, slots=True)
-class Temperature(Reading):
+@dataclass(frozen=True, slots=True, eq=False)
+class Temperature(Single):
     """Temperature of the inertial chip, degrees C."""
+
+    _holds: ClassVar[str] = "celsius"
 
     celsius: int = field(metadata={"info": FieldInfo(unit="degrees C", label="", span=2)})
 
 
-@dataclass(frozen=True, slots=True)
-class Distance(Reading):
+@dataclass(frozen=True, slots=True, eq=False)
+class Distance(Single):
     """Time-of-flight distance straight ahead, m."""
+
+    _holds: ClassVar[str] = "metres"
 
     metres: float = field(metadata={"info": FieldInfo(unit="m", label="", low=0, high=2, span=0.02, form=".3f")})
 
@@ -389,8 +461,8 @@ def locate_sound(volumes: Sequence[float]) -> Sound:
     return Sound(math.atan2(leftward, ahead), volume, math.hypot(ahead, leftward))
 
 
-@dataclass(frozen=True, slots=True)
-class Battery(Reading):
+@dataclass(frozen=True, slots=True, eq=False)
+class Battery(Single):
     """State of the battery.
 
     Attributes:
@@ -399,28 +471,36 @@ class Battery(Reading):
         fraction: Charge from 0 (3.4 V) to 1 (4.2 V), or None.
     """
 
+    _holds: ClassVar[str] = "volts"
+
     raw: int = field(metadata={"info": FieldInfo(unit="counts", span=100)})
     volts: float | None = field(metadata={"info": FieldInfo(role=Role.CONVERTED, unit="V", label="voltage")})
     fraction: float | None = field(metadata={"info": FieldInfo(role=Role.CONVERTED, label="charge")})
 
 
-@dataclass(frozen=True, slots=True)
-class Selector(Reading):
+@dataclass(frozen=True, slots=True, eq=False)
+class Selector(Single):
     """Position of the rotary switch, 0..15."""
+
+    _holds: ClassVar[str] = "position"
 
     position: int = field(metadata={"info": FieldInfo(low=0, high=15)})
 
 
-@dataclass(frozen=True, slots=True)
-class Button(Reading):
+@dataclass(frozen=True, slots=True, eq=False)
+class Button(Single):
     """The user button."""
+
+    _holds: ClassVar[str] = "pressed"
 
     pressed: bool = field(metadata=_YES_OR_NO)
 
 
-@dataclass(frozen=True, slots=True)
-class SdCard(Reading):
+@dataclass(frozen=True, slots=True, eq=False)
+class SdCard(Single):
     """Whether a micro SD card was found and initialised."""
+
+    _holds: ClassVar[str] = "present"
 
     present: bool = field(metadata=_YES_OR_NO)
 

@@ -137,6 +137,9 @@ def parse_url(text: object) -> Url:
     if not separator:
         return Url("serial", port_path(text))
     target, _, query = rest.partition("?")
+    if not query and "&" in target and "=" in target:
+        hint = f"did you mean {name}://{target.replace('&', '?', 1)}?"
+        raise ArgumentError(f"{text!r}: keys stand behind a ?, and there is none", hint=hint)
     url = Url(name.lower(), unquote(target))
     scheme = scheme_of(url)
     return scheme.check(Url(url.scheme, url.target, _pairs(text, url.scheme, scheme, query)))
@@ -170,7 +173,7 @@ def port_path(name: str) -> str:
     from elib.base.tables import shipped  # here: only a mistyped URL needs it
 
     hint = f"URLs look like {EXAMPLES}"
-    scheme, _, rest = name.partition(":")
+    scheme, _, rest = name.replace("//", ":", 1).partition(":")
     if BLUETOOTH_ADDRESS.fullmatch(name):
         hint = f"write rfcomm://{name}"
     elif scheme in scheme_names():
