@@ -30,7 +30,7 @@ WHY = {
     "matplotlib": "draws plots",
     "mcap": "reads and writes recordings",
     "mcp": "the Model Context Protocol of agents",
-    "msgspec": "the messages between server and page",
+    "msgspec": "the messages of recordings, and those between server and page",
     "numba": "compiles the simulator",
     "numpy": "arrays: pictures, worlds, tables",
     "pettingzoo": "environments with several agents",

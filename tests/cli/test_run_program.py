@@ -397,7 +397,7 @@ def test_a_view_without_its_packages_is_refused_before_the_program_runs(tmp_path
     written(tmp_path / "without", "raise ImportError\n", "aiohttp.py")
     done = elib("run", "my_robot.py", "--view", cwd=tmp_path, PYTHONPATH=str(tmp_path / "without"))
     assert done.returncode == 1
-    assert done.stderr.startswith("error: the page in the browser needs the packages aiohttp and msgspec")
+    assert done.stderr.startswith("error: the page in the browser needs the package aiohttp")
     assert "hint: install the extra web" in done.stderr
     assert "must not run" not in done.stderr
 

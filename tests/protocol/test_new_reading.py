@@ -14,8 +14,8 @@ from elib.cli.board import Board, trend
 from elib.cli.decoded import worded
 from elib.cli.readings import to_json, to_text
 from elib.link.protocol import values as v
-from elib.records.encoding import fields_of, numbers_in, reading_message
-from elib.records.messages import readings_in
+from elib.records.encoding import fields_of, numbers_in
+from elib.records.messages import json_of, reading_messages, readings_in
 from elib.records.reader import Entry
 from elib.robot.snapshot import Snapshot
 from elib.studies.comparison import compare_series
@@ -82,7 +82,8 @@ def test_a_recording_has_its_fields_and_reads_its_numbers_back() -> None:
         "gain": 3,
         "origin": "robot",
     }
-    assert reading_message(DAMP).startswith(b'{"time":2.0,"inside":45.25')
+    (message,) = reading_messages(2.0, "humidity", DAMP)
+    assert json_of(message, 0).startswith(b'{"time":2.0,"inside":45.25')
     assert numbers_in(fields_of(DAMP)) == {"inside": 45.25, "outside": 60.5}
 
 

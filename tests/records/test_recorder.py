@@ -199,7 +199,7 @@ async def test_notes_and_measured_poses_stand_where_they_were_made(robot: elib.E
         with pytest.raises(ArgumentError):
             recorder.measured(float("nan"), 0, 0)
     assert [(each["name"], each["message"]) for each in of_topic(path, "/notes")][:2] == [
-        ("note", 'a "line", ä, \ud800 and \n another'),
+        ("note", 'a "line", ä, \\ud800 and \n another'),  # half of a pair is no text
         ("state", "searching"),
     ]
     pose = read_recording(path).path(measured=True)[-1]

@@ -27,10 +27,9 @@ def check_web() -> None:
     """
     try:
         import aiohttp  # noqa: F401
-        import msgspec  # noqa: F401
     except ImportError:
         raise Unsupported(
-            "the page in the browser needs the packages aiohttp and msgspec, which are not installed",
+            "the page in the browser needs the package aiohttp, which is not installed",
             hint=install("web"),
         ) from None
 

@@ -7,7 +7,9 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
+
+import msgspec
 
 from elib.base.errors import LinkClosed, Unsupported
 from elib.base.pose import Pose
@@ -30,16 +32,8 @@ from elib.link.session import (
     Wrote,
 )
 from elib.link.session.statistics import LinkStats
-from elib.records.encoding import (
-    bytes_message,
-    call_message,
-    encoded,
-    fields_of,
-    outcome_message,
-    picture_fields,
-    reading_message,
-)
-from elib.records.ranges import distance_cloud, infrared_cloud
+from elib.records.encoding import base64_of, fields_of, picture_data
+from elib.records.ranges import ROBOT, distance_points, infrared_points
 from elib.records.topics import (
     AHEAD,
     BYTES,
@@ -55,14 +49,28 @@ from elib.records.topics import (
     SCENE,
     TRANSFORM,
     WORLD,
+    BytesData,
+    CallData,
+    Data,
+    FoxgloveData,
+    LinkData,
+    NoteData,
+    OutcomeData,
+    Placement,
+    PoseData,
+    Quaternion,
+    SceneData,
     Schema,
+    Stamp,
     Topic,
+    TransformData,
+    Vector,
+    WorldData,
 )
 
+_JSON = msgspec.json.Encoder()
 INFORMATION, WARNING, ERROR = 2, 3, 4
 """Levels of ``foxglove.Log``."""
-ROBOT = "robot"
-"""Name of the frame that moves with the robot: x forward, y to the left, on the floor between its wheels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,11 +119,11 @@ class Observed:
     """The state of a simulated world.
 
     Attributes:
-        state: The message of ``/world``, without its time.
+        state: The fields of :class:`~elib.records.topics.WorldData`, without its time.
         scene: The world as TOML if boxes or walls were added, moved or removed since the last one; otherwise empty.
     """
 
-    state: Mapping[str, object]
+    state: Mapping[str, Any]
     scene: str = ""
 
 
@@ -128,35 +136,47 @@ class Message(NamedTuple):
     Attributes:
         time: s on the robot's clock.
         topic: Topic of the message.
-        data: The fields of the topic's schema, or the message as JSON already.
+        data: Its data; of a reading its fields.
         reading: Name of the reading after ``/readings/``; empty for other topics.
-        value: The reading; None for other topics.
     """
 
     time: float
     topic: Topic
-    data: Mapping[str, object] | bytes
+    data: Data | Mapping[str, object]
     reading: str = ""
-    value: Reading | None = None
 
 
 def channel_of(message: Message) -> tuple[str, str, Schema]:
     """Return the name of the topic, of its schema, and the schema, with which a message is announced."""
-    topic, reading, value = message.topic, message.reading, message.value
+    topic, reading = message.topic, message.reading
     schema = topic.schema
     if schema is None:
-        schema = schema_of({} if value is None else fields_of(value), reading)
+        schema = schema_of(cast("Mapping[str, object]", message.data), reading)
     return topic.name + reading, topic.schema_name + "".join(word.capitalize() for word in reading.split("_")), schema
 
 
 def json_of(message: Message, nanoseconds: int) -> bytes:
     """Return the JSON of a message, with the time stamp of the file's own clock where the schema has one."""
     data = message.data
-    if isinstance(data, bytes):
-        return data
-    if "timestamp" in _properties(message.topic.schema):
-        data = {"timestamp": {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}, **data}
-    return encoded(data)
+    if isinstance(data, FoxgloveData):
+        data.timestamp = Stamp(nanoseconds // 10**9, nanoseconds % 10**9)
+    try:
+        return _JSON.encode(data)
+    except UnicodeEncodeError:  # half of a surrogate pair, as Python has it in a name that is not text
+        return _JSON.encode(_text_only(msgspec.to_builtins(data)))
+
+
+def _text_only(value: Any) -> Any:
+    """Return the same data with escapes for what no UTF-8 can hold."""
+    match value:
+        case str():
+            return value.encode(errors="backslashreplace").decode()
+        case dict():
+            return {key: _text_only(each) for key, each in value.items()}
+        case list():
+            return [_text_only(each) for each in value]
+        case _:
+            return value
 
 
 def schema_of(data: Mapping[str, object], title: str) -> Schema:
@@ -172,11 +192,6 @@ def schema_of(data: Mapping[str, object], title: str) -> Schema:
     return {"type": "object", "title": title, "properties": properties}
 
 
-def _properties(schema: Schema | None) -> Mapping[str, object]:
-    found = {} if schema is None else schema.get("properties")
-    return found if isinstance(found, dict) else {}
-
-
 class Translator:
     """Turns events into messages, and numbers the calls."""
 
@@ -186,8 +201,8 @@ class Translator:
         self._makers: dict[type, Callable[..., Iterable[Message]]] = {
             Called: self._called,
             Ended: self._ended,
-            Wrote: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=True)),),
-            Received: lambda time, event: (Message(time, BYTES, bytes_message(time, event.data, to_robot=False)),),
+            Wrote: lambda time, event: (_transfer(time, event.data, to_robot=True),),
+            Received: lambda time, event: (_transfer(time, event.data, to_robot=False),),
             Pushed: lambda time, event: reading_messages(time, "image", event.value),
             SessionOpened: self._opened,
             Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
@@ -207,12 +222,29 @@ class Translator:
         self._count += 1
         # Calls without arguments share one request object. It is kept here, so that its id() is not given to another.
         self._open.setdefault(id(request), (request, deque()))[1].append(self._count)
-        return (Message(time, CALLS, call_message(time, self._count, request)),)
+        data = CallData(
+            time=time,
+            call=self._count,
+            command=request.name,
+            text=request.text,
+            arguments=list(map(int, request.numbers)),
+        )
+        return (Message(time, CALLS, data),)
 
     def _ended(self, time: float, event: Ended) -> Iterable[Message]:
         request = event.request
         number = self._number_of(request)
-        found = [Message(time, OUTCOMES, outcome_message(time, number, event))]
+        error = event.error
+        data = OutcomeData(
+            time=time,
+            call=number,
+            command=request.name,
+            ok=error is None,
+            error="" if error is None else f"{type(error).__name__}: {error}".removesuffix(": "),
+            waited=event.waited,
+            round_trip=None if math.isnan(event.round_trip) else event.round_trip,
+        )
+        found = [Message(time, OUTCOMES, data)]
         if event.value is not None:
             found += reading_messages(time, request.name, event.value)
         return found
@@ -229,34 +261,31 @@ class Translator:
 
     def _opened(self, time: float, event: SessionOpened) -> Iterable[Message]:
         for when, each in event.opening:
-            yield Message(when, BYTES, bytes_message(when, each.data, to_robot=isinstance(each, Wrote)))
+            yield _transfer(when, each.data, to_robot=isinstance(each, Wrote))
 
     def _observed(self, time: float, event: Observed) -> Iterable[Message]:
         if event.scene:
-            yield Message(time, SCENE, {"time": time, "scene": event.scene})
-        yield Message(time, WORLD, {"time": time, **event.state})
+            yield Message(time, SCENE, SceneData(time=time, scene=event.scene))
+        yield Message(time, WORLD, WorldData(time=time, **event.state))
 
     def _located(self, time: float, event: Located) -> Iterable[Message]:
         pose = event.pose
         half = pose.heading / 2
-        position = {"x": pose.x, "y": pose.y, "z": 0.0}
-        orientation = {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)}
+        position = Vector(pose.x, pose.y, 0.0)
+        orientation = Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
         frame = "world" if event.is_measured else "start"
-        data = {
-            "frame_id": frame,
-            "pose": {"position": position, "orientation": orientation},
-            "time": pose.time,
-            "heading": pose.heading,
-        }
+        data = PoseData(time=pose.time, frame_id=frame, pose=Placement(position, orientation), heading=pose.heading)
         yield Message(time, MEASURED if event.is_measured else ODOMETRY, data)
         if event.moves_frame:
-            moved = {"parent_frame_id": frame, "child_frame_id": ROBOT, "translation": position}
-            yield Message(time, TRANSFORM, {**moved, "rotation": orientation, "time": time})
+            moved = TransformData(
+                time=time, parent_frame_id=frame, child_frame_id=ROBOT, translation=position, rotation=orientation
+            )
+            yield Message(time, TRANSFORM, moved)
 
     def _checked(self, time: float, event: LinkChecked) -> Iterable[Message]:
         data = dataclasses.asdict(event.statistics)
         del data["age"]  # the time of /outcomes says it better
-        return (Message(time, LINK, {"time": time, **data}),)
+        return (Message(time, LINK, LinkData(time=time, **data)),)
 
     def _happened(self, time: float, event: TraceEvent) -> Iterable[Message]:
         match event:
@@ -304,25 +333,28 @@ def reading_messages(time: float, name: str, value: object) -> list[Message]:
     return found
 
 
+def _transfer(time: float, data: bytes, *, to_robot: bool) -> Message:
+    return Message(time, BYTES, BytesData(time=time, to_robot=to_robot, data=base64_of(data)))
+
+
 def _reading(time: float, name: str, value: Reading) -> Iterable[Message]:
     if not math.isfinite(value.time):
         value = dataclasses.replace(value, time=time)
-    yield Message(value.time, READINGS, reading_message(value), name, value)
+    yield Message(value.time, READINGS, fields_of(value), name)
     if isinstance(value, Proximity):
-        yield Message(value.time, INFRARED, {"frame_id": ROBOT, **infrared_cloud(value.numbers), "time": value.time})
+        yield Message(value.time, INFRARED, infrared_points(value.time, value.numbers))
     elif isinstance(value, Distance):
-        yield Message(value.time, AHEAD, {"frame_id": ROBOT, **distance_cloud(value.metres), "time": value.time})
+        yield Message(value.time, AHEAD, distance_points(value.time, value.metres))
 
 
 def _picture(time: float, picture: Image) -> Iterable[Message]:
     if not math.isfinite(picture.time):
         picture = dataclasses.replace(picture, time=time)
     try:
-        return (Message(picture.time, PICTURES, picture_fields(picture)),)
+        return (Message(picture.time, PICTURES, picture_data(picture)),)
     except (Unsupported, ValueError):
         return ()  # its bytes are in the recording
 
 
 def _note(time: float, text: str, kind: str, happened: str = "", level: int = INFORMATION) -> Message:
-    data = {"level": level, "message": text, "name": kind, "event": happened, "time": time}
-    return Message(time, NOTES, data)
+    return Message(time, NOTES, NoteData(time=time, level=level, message=text, name=kind, event=happened))

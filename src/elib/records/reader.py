@@ -13,15 +13,28 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
+import msgspec
+
 from elib.base.errors import ArgumentError
-from elib.base.files import open_file, parse_json, reason_of
+from elib.base.files import open_file, reason_of
 from elib.base.plaintext import html_table
 from elib.base.pose import Pose
-from elib.records.checking import LARGEST_NUMBER, Check, check_of
 from elib.records.mcapfile import check_mcap, part_of
 from elib.records.mcapwriter import CHANNEL, MAGIC, MESSAGE, MOST_PACKED, SCHEMA
 from elib.records.tables import FIXED, Row, Table, Tabulator, arrays, names_of, topics_of
-from elib.records.topics import ABOUT, BYTES, FORMAT, MEASURED, NOTES, ODOMETRY, WORLD_FILE
+from elib.records.topics import (
+    ABOUT,
+    BYTES,
+    FORMAT,
+    LARGEST_NUMBER,
+    MEASURED,
+    NOTES,
+    ODOMETRY,
+    WORLD_FILE,
+    Data,
+    Time,
+    decoder_of,
+)
 
 LARGEST_CHUNK = 1 << 24
 """Bytes of an unpacked chunk. A larger one is damaged: chunks of elib have 1 MiB, those of other tools 4 MiB."""
@@ -155,19 +168,19 @@ class Recording:
     def entries_of(self, path: Path, *topics: str, health: Health | None = None) -> Iterator[Entry]:
         """Yield the messages of one part; see :meth:`entries`."""
         health = Health() if health is None else health
-        wanted: dict[int, tuple[str, Check]] = {}
+        wanted: dict[int, str] = {}
         for record in records_of(path, health):
             kind = type(record).__name__
             if kind == "Channel":
                 if not topics or any(_is_meant(record.topic, topic) for topic in topics):
-                    wanted[record.id] = record.topic, check_of(record.topic)
+                    wanted[record.id] = record.topic
             elif kind == "Message" and record.channel_id in wanted:
-                topic, fits = wanted[record.channel_id]
-                data = _data_of(record.data, fits)
+                topic = wanted[record.channel_id]
+                data = _data_of(record.data, topic)
                 if data is None:
                     health.damaged += 1
                 else:
-                    yield Entry(float(data["time"]), topic, data)
+                    yield Entry(data["time"], topic, data)
 
     def exchange(self) -> list[Transfer]:
         """Return every byte that went over the line, in order."""
@@ -470,13 +483,19 @@ def _parts(path: Path) -> list[Path]:
     return found
 
 
-def _data_of(content: bytes, fits: Check) -> dict[str, Any] | None:
-    """Return the fields of a message; None if it is damaged."""
-    try:
-        data = parse_json(content) if len(content) <= LARGEST_MESSAGE else None
-        return cast("dict[str, Any]", data) if fits(data) else None
-    except (ValueError, RecursionError):
+def _data_of(content: bytes, topic: str) -> dict[str, Any] | None:
+    """Return the data of a message; None if it is damaged."""
+    if len(content) > LARGEST_MESSAGE:
         return None
+    try:
+        data = decoder_of(topic).decode(content)
+        if isinstance(data, Data):
+            data = msgspec.to_builtins(data)
+        else:
+            data["time"] = msgspec.convert(data["time"], Time)
+    except (msgspec.MsgspecError, KeyError, RecursionError):
+        return None
+    return cast("dict[str, Any]", data)
 
 
 def _is_meant(topic: str, wanted: str) -> bool:

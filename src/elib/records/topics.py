@@ -1,4 +1,4 @@
-"""The topics of a recording and their JSON schemas.
+"""The topics of a recording, and a class for the data of each: it becomes JSON, checks what is read, and is the schema.
 
 Times in messages are seconds on the robot's clock. The clock of the file itself (``log_time``) runs with them from the
 moment, in UTC, at which recording began.
@@ -6,8 +6,13 @@ moment, in UTC, at which recording began.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from functools import cache
+from typing import Annotated, Any, Final
+
+import msgspec
+from msgspec import UNSET, Meta, Struct, UnsetType
 
 FORMAT: Final = "1"
 """Version of topics and schemas; each recording says which version it has."""
@@ -15,30 +20,197 @@ ABOUT: Final = "elib"
 """Name of the metadata record with the facts about a recording."""
 WORLD_FILE: Final = "world.toml"
 """Name of the attachment with the simulated world."""
+LARGEST_NUMBER: Final = 1e15
+"""No time, length or count of a recording comes near this number, and a float holds whole numbers up to it."""
 
-Schema = dict[str, object]
+Schema = dict[str, Any]
 
-
-def _object(title: str, **properties: Schema) -> Schema:
-    return {"type": "object", "title": title, "properties": properties}
-
-
-def _number(text: str) -> Schema:
-    return {"type": "number", "description": text}
-
-
-def _text(text: str, **more: object) -> Schema:
-    return {"type": "string", "description": text, **more}
-
-
-def _rows(width: int, text: str) -> Schema:
-    row = {"type": "array", "items": {"type": "number"}, "minItems": width, "maxItems": width}
-    return {"type": "array", "items": row, "description": text}
+Number = Annotated[float, Meta(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
+Whole = Annotated[int, Meta(ge=-int(LARGEST_NUMBER), le=int(LARGEST_NUMBER))]
+Time = Annotated[Number, Meta(description="s on the robot's clock")]
+Base64 = Annotated[
+    str,
+    Meta(
+        pattern="^(?:[A-Za-z0-9+/]{4})*(?:[A-Za-z0-9+/]{2}==|[A-Za-z0-9+/]{3}=)?$",
+        extra_json_schema={"contentEncoding": "base64"},
+    ),
+]
+Place = Annotated[list[Number], Meta(min_length=2, max_length=2)]
+Stance = Annotated[list[Number], Meta(min_length=3, max_length=3)]
 
 
-TIME: Final = _number("s on the robot's clock")
-STAMP: Final = _object("stamp", sec={"type": "integer"}, nsec={"type": "integer"})
-_BYTES: Final = {"contentEncoding": "base64"}
+class Stamp(Struct):
+    """A moment of the file's own clock."""
+
+    sec: int
+    nsec: int
+
+
+class Data(Struct, kw_only=True):
+    """The data of a message."""
+
+    time: Time
+
+
+class FoxgloveData(Data, kw_only=True):
+    """Data that Foxglove's panels understand by the name of its schema.
+
+    Attributes:
+        timestamp: When the message was written, on the file's own clock.
+    """
+
+    timestamp: Stamp | UnsetType = UNSET
+
+
+class BytesData(Data, kw_only=True):
+    """Bytes that were written or received."""
+
+    to_robot: bool
+    data: Annotated[Base64, Meta(description="the bytes")]
+
+
+class CallData(Data, kw_only=True):
+    """A request of the program."""
+
+    call: Annotated[Whole, Meta(description="its number, from 1")]
+    command: Annotated[str, Meta(description="name of the command")]
+    text: Annotated[str, Meta(description="the call as a person wrote it")]
+    arguments: Annotated[Sequence[Whole], Meta(description="as whole numbers of the wire")]
+
+
+class OutcomeData(Data, kw_only=True):
+    """The end of a request."""
+
+    call: Annotated[Whole, Meta(description="number of the call")]
+    command: Annotated[str, Meta(description="name of the command")]
+    ok: bool
+    error: Annotated[str, Meta(description="what went wrong; empty if nothing")]
+    waited: Annotated[Number, Meta(description="s from the call to its end")]
+    round_trip: Annotated[Number | None, Meta(description="s from sending to the end; null if never sent")]
+
+
+class EncodersData(Data, kw_only=True):
+    """A reading of the step counters."""
+
+    left: Whole
+    right: Whole
+    origin: str | UnsetType = UNSET
+
+
+class PictureData(FoxgloveData, kw_only=True):
+    """A picture."""
+
+    frame_id: Annotated[str, Meta(description="camera")]
+    width: Whole
+    height: Whole
+    encoding: Annotated[str, Meta(description="mono8 or rgb8")]
+    step: Annotated[Whole, Meta(description="bytes of a row")]
+    data: Annotated[Base64, Meta(description="the pixels, row by row")]
+
+
+class Vector(Struct):
+    """A place, m."""
+
+    x: Number
+    y: Number
+    z: Number
+
+
+class Quaternion(Struct):
+    """A direction."""
+
+    x: Number
+    y: Number
+    z: Number
+    w: Number
+
+
+class Placement(Struct):
+    """A place and a direction."""
+
+    position: Vector
+    orientation: Quaternion
+
+
+class PoseData(FoxgloveData, kw_only=True):
+    """A pose of the robot."""
+
+    frame_id: Annotated[str, Meta(description="what it is measured from")]
+    pose: Placement
+    heading: Annotated[Number, Meta(description="rad from the x axis, positive to the left")]
+
+
+class TransformData(FoxgloveData, kw_only=True):
+    """Where a frame is in another."""
+
+    parent_frame_id: Annotated[str, Meta(description="world or start")]
+    child_frame_id: Annotated[str, Meta(description="robot")]
+    translation: Vector
+    rotation: Quaternion
+
+
+class PackedField(Struct):
+    """One number of a packed point."""
+
+    name: Annotated[str, Meta(description="x, y, z or range, m")]
+    offset: Whole
+    type: Annotated[Whole, Meta(description="7: a number of 32 bits with a fraction")]
+
+
+class PointsData(FoxgloveData, kw_only=True):
+    """Points around the robot."""
+
+    frame_id: Annotated[str, Meta(description="robot")]
+    pose: Placement
+    point_stride: Annotated[Whole, Meta(description="bytes of a point")]
+    fields: Sequence[PackedField]
+    data: Annotated[Base64, Meta(description="the points")]
+
+
+class LinkData(Data, kw_only=True):
+    """The health of the link."""
+
+    count: Annotated[Whole, Meta(description="answers received")]
+    lost: Annotated[Whole, Meta(description="calls that were sent and not answered in time")]
+    refused: Annotated[Whole, Meta(description="calls that ended in another error after they were sent")]
+    unsent: Annotated[Whole, Meta(description="calls whose deadline passed before they could be sent")]
+    median: Annotated[Number | None, Meta(description="median round trip of the newest answers, s")]
+    p99: Annotated[Number | None, Meta(description="the round trip that 99 % of them do not exceed, s")]
+    resyncs: Annotated[Whole, Meta(description="times the line had to be brought into sync")]
+    resets: Annotated[Whole, Meta(description="greetings that the robot sent unasked")]
+    waiting: Annotated[Whole, Meta(description="calls that wait for their turn")]
+    unanswered: Annotated[Whole, Meta(description="calls without an outcome yet")]
+
+
+class WorldData(Data, kw_only=True):
+    """Where everything is that can move in a simulated world."""
+
+    tick: Whole
+    robots: Annotated[Sequence[Stance], Meta(description="x (m), y (m), heading (rad) of each")]
+    boxes: Annotated[Sequence[Stance], Meta(description="x (m), y (m), heading (rad) of each")]
+    cylinders: Annotated[Sequence[Place], Meta(description="x (m), y (m) of each")]
+
+
+class SceneData(Data, kw_only=True):
+    """A simulated world."""
+
+    scene: Annotated[str, Meta(description="a world file")]
+
+
+class NoteData(FoxgloveData, kw_only=True):
+    """A line about something that happened."""
+
+    level: Annotated[Whole, Meta(description="2 information, 3 warning, 4 error")]
+    message: Annotated[str, Meta(description="a line")]
+    name: Annotated[str, Meta(description="note, state, link, robot or recorder")]
+    event: Annotated[
+        str, Meta(description="of link and robot: resynced, greeted, reset, down, back, closed or lost; else empty")
+    ]
+
+
+Scalar = Number | Whole | str | bool | None
+Reading = dict[str, Scalar | list[Scalar | list[Scalar]] | dict[str, Scalar]]
+"""A reading of any fields, as JSON has it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,184 +221,72 @@ class Topic:
         name: Name of the topic; each reading has a topic of its own below ``/readings/``.
         schema_name: Name of the schema; Foxglove's panels understand messages whose schema has one of its names.
         about: What the topic holds, for the documentation.
-        schema: JSON schema; None if it follows from the reading.
+        form: Class of its messages; None for readings, whose fields follow from their class.
     """
 
     name: str
     schema_name: str
     about: str
-    schema: Schema | None
+    form: type[Data] | None
+
+    @property
+    def schema(self) -> Schema | None:
+        """The JSON schema; None if it follows from the reading."""
+        return None if self.form is None else schema_of(self.form)
 
 
-BYTES: Final = Topic(
-    "/bytes",
-    "elib.Bytes",
-    "every byte in both directions, as it was written or received",
-    _object("bytes", time=TIME, to_robot={"type": "boolean"}, data=_text("the bytes", **_BYTES)),
-)
-CALLS: Final = Topic(
-    "/calls",
-    "elib.Call",
-    "each request, when the program made it",
-    _object(
-        "call",
-        time=TIME,
-        call={"type": "integer", "description": "its number, from 1"},
-        command=_text("name of the command"),
-        text=_text("the call as a person wrote it"),
-        arguments={"type": "array", "items": {"type": "integer"}, "description": "as whole numbers of the wire"},
-    ),
-)
-OUTCOMES: Final = Topic(
-    "/outcomes",
-    "elib.Outcome",
-    "how each request ended",
-    _object(
-        "outcome",
-        time=TIME,
-        call={"type": "integer", "description": "number of the call"},
-        command=_text("name of the command"),
-        ok={"type": "boolean"},
-        error=_text("what went wrong; empty if nothing"),
-        waited=_number("s from the call to its end"),
-        round_trip={"type": ["number", "null"], "description": "s from sending to the end; null if never sent"},
-    ),
-)
+BYTES: Final = Topic("/bytes", "elib.Bytes", "every byte in both directions, as it was written or received", BytesData)
+CALLS: Final = Topic("/calls", "elib.Call", "each request, when the program made it", CallData)
+OUTCOMES: Final = Topic("/outcomes", "elib.Outcome", "how each request ended", OutcomeData)
 READINGS: Final = Topic("/readings/", "elib.", "each reading by its fields, whichever command asked for it", None)
-READING: Final = {
-    "": _object("any", time=TIME),
-    "/readings/encoders": _object("encoders", time=TIME, left={"type": "integer"}, right={"type": "integer"}),
-}
-"""The fields that every message must have, and the fields of readings that programs use by name."""
-PICTURES: Final = Topic(
-    "/pictures",
-    "foxglove.RawImage",
-    "each picture, upright: mono8 or rgb8",
-    _object(
-        "picture",
-        timestamp=STAMP,
-        frame_id=_text("camera"),
-        width={"type": "integer"},
-        height={"type": "integer"},
-        encoding=_text("mono8 or rgb8"),
-        step={"type": "integer", "description": "bytes of a row"},
-        data=_text("the pixels, row by row", **_BYTES),
-        time=TIME,
-    ),
-)
-_VECTOR: Final = _object("vector", x={"type": "number"}, y={"type": "number"}, z={"type": "number"})
-_QUATERNION: Final = _object(
-    "quaternion", x={"type": "number"}, y={"type": "number"}, z={"type": "number"}, w={"type": "number"}
-)
-_POSE: Final = _object(
-    "pose",
-    timestamp=STAMP,
-    frame_id=_text("what it is measured from"),
-    pose=_object("pose", position=_VECTOR, orientation=_QUATERNION),
-    time=TIME,
-    heading=_number("rad from the x axis, positive to the left"),
-)
+PICTURES: Final = Topic("/pictures", "foxglove.RawImage", "each picture, upright: mono8 or rgb8", PictureData)
 ODOMETRY: Final = Topic(
-    "/pose/odometry", "foxglove.PoseInFrame", "pose of the robot by its step counters, from where it began", _POSE
+    "/pose/odometry", "foxglove.PoseInFrame", "pose of the robot by its step counters, from where it began", PoseData
 )
 MEASURED: Final = Topic(
     "/pose/measured",
     "foxglove.PoseInFrame",
     "true pose of the robot: from the simulated world, or measured from outside",
-    _POSE,
+    PoseData,
 )
 TRANSFORM: Final = Topic(
     "/tf",
     "foxglove.FrameTransform",
     "where the robot's own frame is: in the simulated world, or by odometry from where the robot began",
-    _object(
-        "transform",
-        timestamp=STAMP,
-        parent_frame_id=_text("world or start"),
-        child_frame_id=_text("robot"),
-        translation=_VECTOR,
-        rotation=_QUATERNION,
-        time=TIME,
-    ),
-)
-_POINTS: Final = _object(
-    "points",
-    timestamp=STAMP,
-    frame_id=_text("robot"),
-    pose=_object("pose", position=_VECTOR, orientation=_QUATERNION),
-    point_stride={"type": "integer", "description": "bytes of a point"},
-    fields={
-        "type": "array",
-        "items": _object(
-            "field",
-            name=_text("x, y, z or range, m"),
-            offset={"type": "integer"},
-            type={"type": "integer", "description": "7: a number of 32 bits with a fraction"},
-        ),
-    },
-    data=_text("the points", **_BYTES),
-    time=TIME,
+    TransformData,
 )
 INFRARED: Final = Topic(
     "/ranges/infrared",
     "foxglove.PointCloud",
     "what the infrared sensors see, by the usual curve of a white wall; a sensor that sees nothing has no point",
-    _POINTS,
+    PointsData,
 )
 AHEAD: Final = Topic(
-    "/ranges/distance", "foxglove.PointCloud", "what the time-of-flight sensor sees straight ahead", _POINTS
+    "/ranges/distance", "foxglove.PointCloud", "what the time-of-flight sensor sees straight ahead", PointsData
 )
 LINK: Final = Topic(
     "/link",
     "elib.Link",
     "the health of the link since it was opened, once a second while answers come",
-    _object(
-        "link",
-        time=TIME,
-        count={"type": "integer", "description": "answers received"},
-        lost={"type": "integer", "description": "calls that were sent and not answered in time"},
-        refused={"type": "integer", "description": "calls that ended in another error after they were sent"},
-        unsent={"type": "integer", "description": "calls whose deadline passed before they could be sent"},
-        median={"type": ["number", "null"], "description": "median round trip of the newest answers, s"},
-        p99={"type": ["number", "null"], "description": "the round trip that 99 % of them do not exceed, s"},
-        resyncs={"type": "integer", "description": "times the line had to be brought into sync"},
-        resets={"type": "integer", "description": "greetings that the robot sent unasked"},
-        waiting={"type": "integer", "description": "calls that wait for their turn"},
-        unanswered={"type": "integer", "description": "calls without an outcome yet"},
-    ),
+    LinkData,
 )
 WORLD: Final = Topic(
     "/world",
     "elib.World",
     "poses of everything that can move in a simulated world, ten times a second",
-    _object(
-        "world",
-        time=TIME,
-        tick={"type": "integer"},
-        robots=_rows(3, "x (m), y (m), heading (rad) of each"),
-        boxes=_rows(3, "x (m), y (m), heading (rad) of each"),
-        cylinders=_rows(2, "x (m), y (m) of each"),
-    ),
+    WorldData,
 )
 SCENE: Final = Topic(
     "/scene",
     "elib.Scene",
     "the simulated world, after a hand has added, moved or removed a box or a wall",
-    _object("scene", time=TIME, scene=_text("a world file")),
+    SceneData,
 )
 NOTES: Final = Topic(
     "/notes",
     "foxglove.Log",
     "other events: notes, states of a behaviour, link down and back, restarts of the robot",
-    _object(
-        "note",
-        timestamp=STAMP,
-        level={"type": "integer", "description": "2 information, 3 warning, 4 error"},
-        message=_text("a line"),
-        name=_text("note, state, link, robot or recorder"),
-        event=_text("of link and robot: resynced, greeted, reset, down, back, closed or lost; else empty"),
-        time=TIME,
-    ),
+    NoteData,
 )
 
 TOPICS: Final = (
@@ -245,3 +305,43 @@ TOPICS: Final = (
     SCENE,
     NOTES,
 )
+_FORMS: Mapping[str, type[Data]] = {
+    **{topic.name: topic.form for topic in TOPICS if topic.form is not None},
+    f"{READINGS.name}encoders": EncodersData,  # programs use its fields by name
+}
+
+
+@cache
+def decoder_of(topic: str) -> msgspec.json.Decoder[Any]:
+    """Return what reads the messages of a topic, a :class:`Data` or a :data:`Reading`, and refuses all others.
+
+    A message of a topic that elib does not know needs only a time.
+    """
+    form = _FORMS.get(topic)
+    if form is not None:
+        return msgspec.json.Decoder(form)
+    return msgspec.json.Decoder(Reading if topic.startswith(READINGS.name) else dict[str, Any])
+
+
+@cache
+def schema_of(form: type[Data]) -> Schema:
+    """Return the JSON schema of a class of messages, without references: not every tool follows them."""
+    (schema,), named = msgspec.json.schema_components([form])
+    whole: Schema = _whole(schema, named)
+    return whole
+
+
+def _whole(schema: Any, named: Mapping[str, Schema]) -> Any:
+    """Return a schema with what it refers to in its place, and without the ranges that only a reader needs."""
+    match schema:
+        case {"$ref": str(name)}:
+            return _whole(named[name.rpartition("/")[2]], named)
+        case {"anyOf": [{"type": str(kind)}, {"type": "null"}], **more}:
+            return {"type": [kind, "null"], **more}
+        case dict():
+            left_out = ("required", "minimum", "maximum", "pattern")
+            return {key: _whole(value, named) for key, value in schema.items() if key not in left_out}
+        case list():
+            return [_whole(each, named) for each in schema]
+        case _:
+            return schema

@@ -8,7 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 from elib.doors.foxglove.commands import CLIENT_TOPICS
-from elib.records.messages import ROBOT
+from elib.records.ranges import ROBOT
 from elib.records.topics import TOPICS
 
 NAMES = tuple(topic.name for topic in TOPICS) + CLIENT_TOPICS

@@ -8,6 +8,7 @@ import json
 import time
 from collections.abc import Mapping
 
+import msgspec
 from foxglove import Channel, Context, Schema
 
 from elib.base.pose import Pose
@@ -29,7 +30,7 @@ from elib.records.messages import (
 )
 from elib.records.reader import Entry
 from elib.records.recorder import Tap
-from elib.records.topics import MEASURED, ODOMETRY, PICTURES, READINGS, TOPICS, TRANSFORM
+from elib.records.topics import MEASURED, ODOMETRY, PICTURES, READINGS, TOPICS, TRANSFORM, Data
 from elib.robot.aio import Epuck
 
 WORLD_FRAME = "world"
@@ -103,16 +104,15 @@ class Topics:
         if not channel.has_sinks():
             return
         moment = self._epoch + round(message.time * 1e9)
-        if self._prefix and not isinstance(message.data, bytes):
+        if self._prefix and isinstance(message.data, Data):
             message = message._replace(data=self._renamed(message.data))
         channel.log(json_of(message, moment), log_time=moment)
 
-    def _renamed(self, data: Mapping[str, object]) -> Mapping[str, object]:
-        """Return a message whose frames are this robot's own, beside those of the others."""
-        own = {
-            name: f"{self._prefix[1:]}/{data[name]}" for name in FRAMES if data.get(name, WORLD_FRAME) != WORLD_FRAME
-        }
-        return {**data, **own}
+    def _renamed(self, data: Data) -> Data:
+        """Return data whose frames are this robot's own, beside those of the others."""
+        frames = {name: getattr(data, name, WORLD_FRAME) for name in FRAMES}
+        own = {name: f"{self._prefix[1:]}/{frame}" for name, frame in frames.items() if frame != WORLD_FRAME}
+        return msgspec.structs.replace(data, **own)
 
     def _register(self, key: tuple[str, str], topic: str, schema_name: str, schema: Mapping[str, object]) -> Channel:
         described = Schema(name=schema_name, encoding="jsonschema", data=json.dumps(schema).encode())
@@ -158,6 +158,5 @@ class Topics:
                     moves_frame=self._has_measured == (topic is MEASURED),
                 )
                 self._put((now, located))
-            elif topic is not TRANSFORM:
-                kept = {name: value for name, value in entry.data.items() if name != "timestamp"}
-                self._publish(Message(now, topic, {**kept, "time": now}))
+            elif topic.form is not None and topic is not TRANSFORM:
+                self._publish(Message(now, topic, msgspec.convert({**entry.data, "time": now}, topic.form)))
