@@ -442,16 +442,16 @@ def a_reading_is_a_class_a_row_and_a_handler(copy: Copy) -> Asking:
     copy.add("src/elib/link/protocol/values.py", temperature, "    humidity: Humidity | None = None\n")
     copy.replace(
         "src/elib/link/protocol/values.py",
-        "@dataclass(frozen=True, slots=True)\nclass Distance(Reading):\n",
-        '''@dataclass(frozen=True, slots=True)
-class Humidity(Reading):
+        "@dataclass(frozen=True, slots=True, eq=False)\nclass Distance(Single):\n",
+        '''@dataclass(frozen=True, slots=True, eq=False)
+class Humidity(Single):
     """Relative humidity of the air."""
 
     percent: int = field(metadata={"info": FieldInfo(unit="%", label="", low=0, high=100)})
 
 
-@dataclass(frozen=True, slots=True)
-class Distance(Reading):
+@dataclass(frozen=True, slots=True, eq=False)
+class Distance(Single):
 ''',
     )
     copy.add(

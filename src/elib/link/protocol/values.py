@@ -146,10 +146,16 @@ class Single(Reading):
     """A reading of one value, used like it: ``robot.selector() == 3``, ``if robot.button():``, ``battery < 3.5``.
 
     Attributes:
-        _holds: Name of the field with the value.
+        _holds: Name of the field with the value; the field itself if there is one alone.
     """
 
-    _holds: ClassVar[str]
+    _holds: ClassVar[str] = ""
+
+    @property
+    def _plain(self) -> float | None:
+        """The value; None if this robot does not say it."""
+        value: float | None = getattr(self, self._holds or describe(type(self), Role.NUMBER)[0].name)
+        return value
 
     @property
     def value(self) -> float:
@@ -158,13 +164,12 @@ class Single(Reading):
         Raises:
             Unsupported: This robot does not say it, as an e-puck1 of the first kind does not say a voltage.
         """
-        value: float | None = getattr(self, self._holds)
-        if value is None:
+        if self._plain is None:
             raise Unsupported(f"this robot does not say the {self._holds} of its {type(self).__name__.lower()}: {self}")
-        return value
+        return self._plain
 
     def __bool__(self) -> bool:
-        return bool(getattr(self, self._holds))
+        return bool(self._plain)
 
     def __int__(self) -> int:
         return int(self.value)
@@ -184,10 +189,10 @@ class Single(Reading):
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Single):
             return type(other) is type(self) and _fields(self) == _fields(other)
-        return getattr(self, self._holds) == other if isinstance(other, int | float) else NotImplemented
+        return self._plain == other if isinstance(other, int | float) else NotImplemented
 
     def __hash__(self) -> int:
-        return hash(getattr(self, self._holds))
+        return hash(self._plain)
 
     def __lt__(self, other: float) -> bool:
         return self.value < float(other)
@@ -363,16 +368,12 @@ class MagneticField(Numbers[float]):
 class Temperature(Single):
     """Temperature of the inertial chip, degrees C."""
 
-    _holds: ClassVar[str] = "celsius"
-
     celsius: int = field(metadata={"info": FieldInfo(unit="degrees C", label="", span=2)})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Distance(Single):
     """Time-of-flight distance straight ahead, m."""
-
-    _holds: ClassVar[str] = "metres"
 
     metres: float = field(metadata={"info": FieldInfo(unit="m", label="", low=0, high=2, span=0.02, form=".3f")})
 
@@ -482,8 +483,6 @@ class Battery(Single):
 class Selector(Single):
     """Position of the rotary switch, 0..15."""
 
-    _holds: ClassVar[str] = "position"
-
     position: int = field(metadata={"info": FieldInfo(low=0, high=15)})
 
 
@@ -491,16 +490,12 @@ class Selector(Single):
 class Button(Single):
     """The user button."""
 
-    _holds: ClassVar[str] = "pressed"
-
     pressed: bool = field(metadata=_YES_OR_NO)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SdCard(Single):
     """Whether a micro SD card was found and initialised."""
-
-    _holds: ClassVar[str] = "present"
 
     present: bool = field(metadata=_YES_OR_NO)
 
