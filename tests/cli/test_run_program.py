@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import signal
 import subprocess
@@ -11,7 +12,11 @@ import pytest
 from elib_process import COMMAND, Told, elib, environment, started
 
 from elib.records.reader import read_recording
-from shared import run, wait_until
+from elib.robot.watchdog import is_supported
+from elib.simulator.emulator.motors import StepMotor
+from elib.simulator.emulator.server import serve
+from elib.simulator.emulator.settings import SimulationSettings
+from shared import run, until, wait_until
 
 FAST = "sim://square?speed=max"
 
@@ -72,8 +77,10 @@ robot.callback(lambda value, state: came.set()).set_speed(0.4, 0.4)
 came.wait()
 robot.sleep(2)
 """
+RECONNECTING = BLOCKING.replace("connect", "reconnecting")
 STYLES = {
     "blocking": BLOCKING,
+    "reconnecting": RECONNECTING,
     "without with": WITHOUT_WITH,
     "async": ASYNC,
     "own loop": OWN_LOOP,
@@ -83,7 +90,7 @@ STYLES = {
     "swarm": SWARM,
     "callback": CALLBACK,
 }
-ALIKE = ("without with", "only main", "played")
+ALIKE = ("reconnecting", "without with", "only main", "played")
 """Styles that end as another one of the quick lane does."""
 LONG = pytest.mark.long
 
@@ -124,6 +131,35 @@ def test_its_time_ends_it_as_ctrl_c_does_and_the_robot_stands(style: str, tmp_pa
     assert summary["seconds"] == pytest.approx(1, abs=0.3)
     assert len(summary["robots"]) == (3 if style == "swarm" else 1)
     assert " ok stop " in (tmp_path / "run.log").read_text()
+
+
+@pytest.mark.skipif(not is_supported(), reason="there is no watchdog here")
+@pytest.mark.parametrize("style", [pytest.param(each, marks=LONG if each in ALIKE else ()) for each in STYLES])
+async def test_a_program_of_any_style_that_is_killed_leaves_a_robot_that_stands(style: str, tmp_path: Path) -> None:
+    file = written(tmp_path, STYLES[style].replace("sleep(2)", "sleep(600)").replace("sleep(0.5)", "sleep(600)"))
+    motors: list[StepMotor] = []
+    meet = lambda control: motors.extend(control.simulation.robots[0].emulator.firmware.motors)  # noqa: E731
+    async with serve(SimulationSettings("square"), tcp="0", control=meet) as served:
+        with started("run", str(file), "--robot", served[0].url) as running:
+            await until(lambda: all(motor.speed for motor in motors))
+            running.process.kill()
+            await until(lambda: not any(motor.speed for motor in motors))
+
+
+WATCHED = "import elib\nfrom elib.robot.watchdog import WATCHDOG\n"
+
+
+@pytest.mark.skipif(not is_supported(), reason="there is no watchdog here")
+@pytest.mark.parametrize("named", ["watchdog=False", "'sim://'", "keep_moving=True"])
+async def test_a_program_that_says_so_has_no_watchdog_and_neither_has_a_robot_that_dies_with_it(
+    named: str, tmp_path: Path
+) -> None:
+    text = f"{WATCHED}with elib.connect({named}):\n    print(bool(WATCHDOG._watched))\n"
+    file = written(tmp_path, text)
+    async with serve(SimulationSettings("square"), tcp="0") as served:
+        robot = {} if "sim" in named else {"ELIB_ROBOT": served[0].url}
+        done = await asyncio.to_thread(elib, "run", str(file), **robot)
+    assert (done.returncode, done.stdout) == (0, "False\n")
 
 
 def test_the_summary_is_like_that_of_a_behaviour_and_the_files_are_there(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ from elib.robot.link import Record
 from elib.robot.runner import NOTHING, Records
 from elib.robot.signals import SHUTDOWN_TIME, SIGNALS
 from elib.robot.substitute import choose_robots, substituted, viewed
-from elib.robot.watchdog import is_supported
+from elib.robot.watchdog import watched
 from elib.studies.drive import RobotReport, draw_drive
 from elib.studies.report import check_report
 
@@ -143,6 +143,7 @@ def run(
             stack.enter_context(substituted(robots, source="elib run --robot"))
             stack.enter_context(loops_at(speed_of(choose_robots(())[0])))
         stack.enter_context(on_open(it.begin))
+        stack.enter_context(watched())
         if json:
             stack.enter_context(contextlib.redirect_stdout(sys.stderr))
         code = it.end_with(lambda: work(it))
@@ -357,7 +358,7 @@ class ProgramRun:
             display.begin(context, self.robots)
 
         try:
-            outcome = play(behaviour, seconds=seconds, watch=begin, watchdog=is_supported(), **how)
+            outcome = play(behaviour, seconds=seconds, watch=begin, **how)
             self.reason, self._duration = outcome.reason, outcome.duration
         finally:
             display.end()

@@ -74,7 +74,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         session.hooks.append(link.judge_ground)
         try:
             if not link.keep_moving:
-                link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.settings.watchdog)
+                link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.settings.is_watched)
             for hook in tuple(_hooks):
                 for record in hook(self) or ():
                     self._close_at_end(record)
@@ -483,7 +483,7 @@ def open(  # noqa: A001  # elib.open is the name users read
     keep_moving: bool = False,
     firmware: str | None = None,
     mounting: Mounting | None = None,
-    watchdog: bool = False,
+    watchdog: bool | None = None,
 ) -> Epuck:
     """Return an async robot: ``async with elib.open(url) as robot: ...``. ``elib.connect_async`` is the same function.
 
@@ -494,7 +494,8 @@ def open(  # noqa: A001  # elib.open is the name users read
         keep_moving: Do not stop the wheels when the block ends.
         firmware: Name of the firmware profile to use, whatever the robot answers.
         mounting: How this robot's camera is mounted, if it is not as usual for its firmware.
-        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
+        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second; unless
+            given, only ``elib run`` does.
 
     Raises:
         ArgumentError: The URL is wrong, or there is no such firmware or mounting.

@@ -295,7 +295,7 @@ def connect(
     keep_moving: bool = False,
     firmware: str | None = None,
     mounting: Mounting | None = None,
-    watchdog: bool = False,
+    watchdog: bool | None = None,
 ) -> BlockingEpuck:
     """Open a robot for ordinary, blocking code: ``with elib.connect(url) as robot: ...``.
 
@@ -307,7 +307,8 @@ def connect(
         keep_moving: Do not stop the wheels at the end.
         firmware: Name of the firmware profile to use, whatever the robot answers.
         mounting: How this robot's camera is mounted, if it is not as usual for its firmware.
-        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
+        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second; unless
+            given, only ``elib run`` does.
 
     Raises:
         ArgumentError: The URL or an argument is wrong.

@@ -26,7 +26,7 @@ from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.signals import TerminationHandler
 from elib.robot.sleeping import SleepNotice
 from elib.robot.telemetry import Telemetry
-from elib.robot.watchdog import check_supported
+from elib.robot.watchdog import check_supported, is_usual
 
 log = logging.getLogger("elib")
 
@@ -43,7 +43,7 @@ class LinkSettings:
         firmware: Name of the firmware profile to use, whatever the robot answers; None asks the robot.
         mounting: How the robot's camera is mounted; None is the usual way of its firmware.
         policy: How a lost link is reopened; None does not reopen it.
-        watchdog: Let a small process stop the robot when this program dies or freezes.
+        watchdog: Let a small process stop the robot when this program dies or freezes; None: under ``elib run`` only.
 
     Raises:
         ArgumentError: There is no such firmware or mounting.
@@ -54,7 +54,7 @@ class LinkSettings:
     firmware: str | None = None
     mounting: Mounting | None = None
     policy: Policy | None = None
-    watchdog: bool = False
+    watchdog: bool | None = None
 
     def __post_init__(self) -> None:
         if self.watchdog:
@@ -62,6 +62,11 @@ class LinkSettings:
         if self.firmware is not None:
             profile_named(self.firmware)
         check_mounting(self.mounting)
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether the watchdog stops the robot."""
+        return is_usual() if self.watchdog is None else self.watchdog
 
 
 class Record(Protocol):

@@ -62,7 +62,7 @@ def reconnecting(
     keep_moving: bool = False,
     firmware: str | None = None,
     mounting: Mounting | None = None,
-    watchdog: bool = False,
+    watchdog: bool | None = None,
 ) -> Reconnecting:
     """Return a robot that reopens its link when it is lost, and restores what this program had set.
 
@@ -85,7 +85,8 @@ def reconnecting(
         keep_moving: Do not stop the wheels when the block ends.
         firmware: Name of the firmware profile to use, whatever the robot answers.
         mounting: How this robot's camera is mounted, if it is not as usual for its firmware.
-        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
+        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second; unless
+            given, only ``elib run`` does.
 
     Raises:
         ArgumentError: An argument is wrong.

@@ -85,7 +85,7 @@ def run(
     robot: str | None = None,
     default: str = DEFAULT_URL,
     argv: Sequence[str] | None = None,
-    watchdog: bool = False,
+    watchdog: bool | None = None,
 ) -> T:
     """Run ``async def main(robot)`` on a robot and return its result; the robot is always stopped at the end.
 
@@ -101,7 +101,8 @@ def run(
         robot: URL of the robot; the command line is not read.
         default: URL of the robot if neither the command line nor the environment variable ``ELIB_ROBOT`` names one.
         argv: Command line to read; the program's own unless given.
-        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second.
+        watchdog: Let a small process stop the robot when this program dies, or freezes for half a second; unless
+            given, only ``elib run`` does.
 
     Raises:
         SystemExit: The robot failed (1), the call was wrong (2), or Ctrl-C ended it (130); the reason is on stderr.
@@ -180,7 +181,7 @@ def run_on(
     *,
     keep_moving: bool = False,
     records: Records = NOTHING,
-    watchdog: bool = False,
+    watchdog: bool | None = None,
 ) -> T:
     """Open *url* on a loop of its speed, run *main* and close the robot.
 

@@ -10,6 +10,7 @@ import socket
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 
 from elib.base.errors import Unsupported
 from elib.robot import watchdog_process
@@ -36,6 +37,28 @@ def check_supported() -> None:
     """
     if not is_supported():
         raise Unsupported("this system does not support the watchdog", hint="leave watchdog=True out")
+
+
+_is_usual = False
+
+
+@contextlib.contextmanager
+def watched() -> Iterator[None]:
+    """Let the watchdog stop every robot whose program does not say whether it shall, while the block lasts.
+
+    Where it is not supported, nothing changes.
+    """
+    global _is_usual
+    before, _is_usual = _is_usual, is_supported()
+    try:
+        yield
+    finally:
+        _is_usual = before
+
+
+def is_usual() -> bool:
+    """Return whether a robot has the watchdog if its program does not say so: within :func:`watched`."""
+    return _is_usual
 
 
 class Watchdog:
@@ -115,7 +138,9 @@ def _start() -> socket.socket:
             )
         except OSError as error:
             ours.close()
-            raise Unsupported(f"the watchdog cannot be started: {error}", hint="leave watchdog=True out") from error
+            raise Unsupported(
+                f"the watchdog cannot be started: {error}", hint="open the robot with watchdog=False"
+            ) from error
     threading.Thread(target=process.wait, name="elib waits for its watchdog", daemon=True).start()
     ours.setblocking(False)
     return ours

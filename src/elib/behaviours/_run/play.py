@@ -61,7 +61,7 @@ def play(
     options: Mapping[str, object] | None = None,
     seed: int = DEFAULT_SEED,
     watch: Callable[[RunContext, tuple[Epuck, ...]], object] | None = None,
-    watchdog: bool = False,
+    watchdog: bool | None = None,
 ) -> RunResult:
     """Open the robot, or robots, that a behaviour needs, run it, stop the robot and close it.
 
@@ -74,7 +74,8 @@ def play(
         seed: Seed of ``run.random``.
         watch: Called once before the run, with its RunContext and the open robots: to add listeners, or to keep what
             ends the run by ``run.finish(reason)`` from any thread.
-        watchdog: Let a small process stop the robots when this program dies or freezes.
+        watchdog: Let a small process stop the robots when this program dies or freezes; unless given, only ``elib run``
+            does.
 
     Raises:
         ArgumentError: *what* is no behaviour, or an argument or option is wrong; nothing was opened.

@@ -137,7 +137,7 @@ def swarm(
     firmware: str | None = None,
     mounting: Mounting | None = None,
     reconnecting: bool = False,
-    watchdog: bool = False,
+    watchdog: bool | None = None,
 ) -> Swarm:
     """Return several robots: ``async with elib.swarm("sim://crowd?robots=20") as robots: ...``.
 
@@ -151,7 +151,8 @@ def swarm(
         keep_moving: Leave the wheels turning when the block ends.
         firmware: Use this firmware's profile whatever the robots answer.
         mounting: How the robots' cameras are mounted, if they differ from the firmware's usual way.
-        watchdog: Let a small process stop the robots when this program dies, or freezes for half a second.
+        watchdog: Let a small process stop the robots when this program dies, or freezes for half a second;
+            unless given, only ``elib run`` does.
         reconnecting: Reopen links that are lost, as :func:`elib.reconnecting` does by default.
 
     Raises:
