@@ -102,9 +102,10 @@ def simulation() -> str:
     return (
         "## sim://\n\n"
         f"`sim://WORLD?KEY=VALUE&KEY=VALUE`. The world is one of {worlds}, or the path of a TOML file; `arena` if left "
-        "out. `connect` and `open` drive the first robot of a world of their own, where the others stand still; with "
-        "`robot` they drive one of a [shared world](../guides/swarms.md#one-world-several-openings). `elib.swarm` "
-        "drives all. The robot is booted already. The same keys but `robot` are options of `elib simulate`, where "
-        "`speed=max` is refused, because other programs live in real time.\n\n"
+        "out. `connect` and `open` drive the first robot of a world of their own, where the others stand still, or the "
+        "one that `robot` names. What is opened with `robot` on one event loop [shares a "
+        "world](../guides/swarms.md#one-world-several-openings): by `open`, not by `connect`, which has an event loop "
+        "of its own each time. `elib.swarm` drives all. The robot is booted already. The same keys but `robot` are "
+        "options of `elib simulate`, where `speed=max` is refused, because other programs live in real time.\n\n"
         + table(("Key", "What it sets", "Default", "Range"), rows)
     )

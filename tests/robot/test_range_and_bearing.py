@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from pathlib import Path
 
 import pytest
 
 import elib
 from elib.base.errors import ArgumentError, LinkClosed, LinkLost, Unsupported
+from elib.simulator.emulator import sim_transport
 from elib.testing import simulated
 from elib.testing.inside import link_of, simulation_of, world_of
 
@@ -52,6 +54,31 @@ async def test_robots_of_a_swarm_hear_each_other(pair: str) -> None:
         heard = await robots.all.neighbours()
         assert [[each.message for each in found] for found in heard.values()] == [[b"\x01\x02\x03\x04"], [b"hi"]]
         assert heard[robots.names[1]][0].bearing == pytest.approx(1.5708, abs=0.0001)
+
+
+@pytest.mark.parametrize("numbers", [(1, 2, 2), (1, 1)])
+def test_robots_of_one_world_that_blocking_code_opens_apart_are_told_once_that_their_worlds_are_two(
+    pair: str, numbers: tuple[int, ...], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sim_transport, "_has_warned", False)
+    with contextlib.ExitStack() as stack:
+        robots = [stack.enter_context(elib.connect(f"{pair}&robot={number}")) for number in numbers]
+        robots[0].send_message(b"hi")
+        robots[-1].sleep(0.2)
+        assert [each.message for each in robots[-1].neighbours()] == [b""]
+    # Who opens the same robot twice wants two worlds.
+    assert [record.name for record in caplog.records] == ["elib"] * (2 in numbers)
+    assert ("elib.swarm(" in caplog.text) == (2 in numbers)
+
+
+def test_a_world_that_was_closed_before_is_not_missed(
+    pair: str, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sim_transport, "_has_warned", False)
+    for number in (1, 2):
+        with elib.connect(f"{pair}&robot={number}"):
+            pass
+    assert not caplog.records
 
 
 @simulated

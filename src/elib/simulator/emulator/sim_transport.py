@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 
 from elib.base.errors import LinkLost, SimulationError, Unsupported
@@ -15,11 +16,22 @@ from elib.link.transport.memory import MemoryTransport
 from elib.link.transport.url import Scheme, Url
 from elib.simulator.emulator.robotprofile import written
 from elib.simulator.emulator.settings import FLAGS, KEYS, SimulationSettings, settings_of
-from elib.simulator.emulator.simulation import Simulation, VirtualRobot, as_scene, no_robot, shared_with, waiting_for
+from elib.simulator.emulator.simulation import (
+    Simulation,
+    VirtualRobot,
+    as_scene,
+    is_shared_elsewhere,
+    no_robot,
+    shared_with,
+    waiting_for,
+)
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.world import World
 from elib.simulator.physics.worldfile import source_of
 from elib.simulator.physics.worldwriter import written_scene
+
+_has_warned = False
+log = logging.getLogger("elib")
 
 
 class SimTransport(MemoryTransport):
@@ -224,7 +236,16 @@ def _lose(transport: SimTransport) -> None:
 
 def _find(name: str, settings: SimulationSettings) -> tuple[Simulation, VirtualRobot]:
     """Return the simulation that waits for *name*, or that its settings share, or else a new one; and the robot."""
+    global _has_warned
     found = waiting_for(name) if settings.robot is None else shared_with(settings)
+    if settings.robot is not None and found is None and not _has_warned and is_shared_elsewhere(settings):
+        _has_warned = True
+        log.warning(
+            "%s: another robot of this world is open on another event loop (each elib.connect() has its own), so this "
+            "is a second world, and the two never meet; open all robots by elib.swarm([...]), or by elib.open() on one "
+            "loop",
+            name,
+        )
     simulation = found or Simulation(settings, is_connected=False, is_shared=settings.robot is not None)
     try:
         return simulation, simulation.take((settings.robot or 1) - 1, settings, name)

@@ -434,6 +434,19 @@ def waiting_for(url: str) -> Simulation | None:
     return min(waiting, key=lambda each: each[:2])[-1] if waiting else None
 
 
+def is_shared_elsewhere(settings: SimulationSettings) -> bool:
+    """Return whether programs share a world of these settings on another event loop, without this robot.
+
+    If that world has this robot, the program wants two worlds, such as those of two swarms.
+    """
+    loop, index = asyncio.get_running_loop(), (settings.robot or 1) - 1
+    return any(
+        each.is_shared and index not in each.robots and _world(each.settings) == _world(settings)
+        for each in tuple(_RUNNING)
+        if each.loop is not loop and not each.loop.is_closed()
+    )
+
+
 def shared_with(settings: SimulationSettings) -> Simulation | None:
     """Return the simulation whose robots all programs of the running event loop share, if there is one yet."""
     return next((each for each in running() if each.is_shared and _world(each.settings) == _world(settings)), None)
