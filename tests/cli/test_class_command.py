@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import re
 import signal
 import socket
@@ -208,11 +209,13 @@ def test_the_address_may_be_left_out(words: list[str], arranged: list[str]) -> N
 
 def test_a_sheet_has_a_piece_for_each_student_and_none_for_the_teacher() -> None:
     students = [
-        Student(1, [Served("epuck-1", "tcp://10.0.0.1:4001")]),
+        Student(1, [Served("epuck-1", "tcp://10.0.0.1:4001"), Served("epuck-2", "tcp://10.0.0.1:4002")]),
         Student(0, [], "http://10.0.0.1:8601/", "secret"),
     ]
     page = sheet(students, "<class>")
     assert page.count("<section>") == 1
-    assert "export ELIB_ROBOT=tcp://10.0.0.1:4001" in page
+    both = "tcp://10.0.0.1:4001 tcp://10.0.0.1:4002"
+    for line in (f"export ELIB_ROBOT='{both}'", f'$env:ELIB_ROBOT = "{both}"', f"set ELIB_ROBOT={both}"):
+        assert f"<code>{html.escape(line)}</code>" in page
     assert "secret" not in page
     assert "<title>&lt;class&gt;</title>" in page

@@ -140,11 +140,20 @@ def listed(students: Sequence[Student]) -> str:
     )
 
 
+def named(urls: str) -> dict[str, str]:
+    """Return the line that names robots for the programs that a shell starts, by shells."""
+    return {
+        "Linux, macOS": f"export {VARIABLE}={shlex.quote(urls)}",
+        "Windows, PowerShell": f'$env:{VARIABLE} = "{urls}"',
+        "Windows, cmd": f"set {VARIABLE}={urls}",
+    }
+
+
 def sheet(students: Sequence[Student], title: str) -> str:
     """Return a web page to print: a piece for each student, to be cut out."""
     pieces = "\n".join(
-        f"<section><h2>{student.number}</h2><p>Your robot: type this once, on Windows <code>set</code> for "
-        f"<code>export</code></p><code>export {VARIABLE}={escape(shlex.quote(student.urls))}</code>"
+        f"<section><h2>{student.number}</h2><p>Your robot: type one of these lines once</p>"
+        + "".join(f"<p>{escape(shell)}</p><code>{escape(line)}</code>" for shell, line in named(student.urls).items())
         + (f"<p>Watch it in the browser</p><code>{escape(student.page)}</code>" if student.page else "")
         + (f"<p>The token that this page asks for</p><code>{escape(student.token)}</code>" if student.token else "")
         + "</section>"
