@@ -142,6 +142,16 @@ def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
 
 
 @isolated
+def test_a_program_that_a_forbidden_attempt_ended_is_told_of_it_once(lab: Path, school: Path) -> None:
+    found = mark_one(lab, school, "dora", HONEST + "open('/home/dora/data.csv')\n")
+    assert found.remarks == [
+        "no points: tried to reach /home/dora/data.csv, which is outside its folder (given)",
+        "one more variant was not run",
+    ]
+    assert "Forbidden: a submission must not try to reach" in found.runs[0].remark, "the details have it"
+
+
+@isolated
 @pytest.mark.long
 def test_an_error_of_elib_is_told_by_itself_and_not_by_its_hint(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "ben", HONEST + "    robot.drive(40)\n")

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from elib.base.errors import ElibError
 from elib.lab import Lab, Variant, VariantResult, load_lab, run_variant
+from elib.lab.attempts import Forbidden
 from elib.lab.sandbox import LIMITS, Child, Limits, start
 from elib.lab.submissions import Submission
 
@@ -29,6 +30,9 @@ LONGEST_ERROR = 120
 """Characters of an error that a remark shows."""
 SHOWN_OUTPUT = 2_000
 """Characters of a program's output in a report: the end, with the traceback."""
+
+FORBIDDEN = f": {Forbidden.__module__}.{Forbidden.__name__}: "
+"""What a remark has of a program that was ended by the error which a forbidden attempt gets."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +174,7 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
     is_told = bool(child.exceeded) or found.ending in ("failed", "wall") or not found.opened_robot
     # Some programs are meant to go on until the time is over; it explains something only where a goal fails.
     is_told = is_told or (found.ending == "time" and not all(goal.holds for goal in found.goals))
+    is_told = is_told and not (attempts and FORBIDDEN in remark)  # the attempt itself was told
     for text in (*(f"no points: {each}" for each in attempts), *([remark] if is_told else [])):
         if not any(text in known for known in result.remarks):
             result.remarks.append(f"{text} ({name})")
