@@ -139,8 +139,10 @@ def test_the_robot_may_be_named_before_the_command(printed: Told) -> None:
         (["set_speed", "1", "1", "1"], "elib send set_speed takes no '1'"),
         (
             ["drive", "0.1"],
-            "elib send sends single commands, and drive takes many\nhint: write a program: robot.drive(",
+            "drive is a motion that elib makes of them\nhint: write a program: robot.drive(",
         ),
+        (["pose"], "elib send opens the robot for one command, and the pose is where it drove since it was opened"),
+        (["set_pose", "1", "0"], "hint: ask in a program: robot.pose()"),
         (["set_sped", "1", "1"], "elib send has no command 'set_sped'\nhint: did you mean elib send set_speed?"),
         (["set_led", "9", "on"], "n is 9; it must be a whole number from 0 to 8"),
         (["set_led", "0", "blink"], "action is 'blink'; it must be one of OFF (0), ON (1), TOGGLE (2)"),

@@ -187,6 +187,14 @@ def test_a_file_whose_end_is_missing_is_refused() -> None:
         image_of(hex_file(small()).replace(END, ""), "test.hex")
 
 
+@pytest.mark.parametrize("name", ["test.hex", "test.elf"])
+@pytest.mark.parametrize("content", ["", " \n\n"])
+def test_an_empty_file_is_called_empty(name: str, content: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(content)
+    with pytest.raises(ArgumentError, match=f"{name} is empty"):
+        read_image(tmp_path / name)
+
+
 def test_a_wrong_check_sum_is_refused_with_its_line() -> None:
     lines = hex_file(small()).splitlines()
     lines[6] = lines[6][:-1] + ("0" if lines[6][-1] != "0" else "1")

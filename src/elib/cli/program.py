@@ -262,9 +262,14 @@ def _unknown(app: App, error: UnknownCommandError) -> ArgumentError:
     token = (error.unused_tokens or ["?"])[0].partition("=")[0]
     asked = error.app or app
     called = _called(error)
+    if called == "elib send" and token in ("pose", "set_pose"):
+        return ArgumentError(
+            f"{called} opens the robot for one command, and the pose is where it drove since it was opened",
+            hint="ask in a program: robot.pose(); elib send encoders reads the wheels' steps",
+        )
     if called == "elib send" and _is_motion(token):
         return ArgumentError(
-            f"{called} sends single commands, and {token} takes many",
+            f"{called} sends what the robot knows, and {token} is a motion that elib makes of them",
             hint=f"write a program: robot.{token}(...); elib send set_speed turns the wheels",
         )
     there = [name for name in asked if not name.startswith("-")]

@@ -105,6 +105,8 @@ def read_image(path: str | Path) -> Image:
     """
     name = Path(path).name
     content = read_file(path, "the program", largest=LARGEST_FILE)
+    if not content.strip():
+        raise ArgumentError(f"{name} is empty", hint="build the program, or copy the file, again")
     if len(content) > LARGEST_FILE:
         raise ArgumentError(f"{name} is larger than any Intel HEX file of a program for the e-puck1")
     if content.startswith(ELF):
