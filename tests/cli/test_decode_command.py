@@ -53,7 +53,7 @@ def test_the_guide_shows_what_is_printed(run: Run) -> None:
     code, lines, said = run(capture)
     assert code == 0
     assert lines == output.splitlines()
-    assert said == f"{len(lines)} lines, 2 of them marked !; btcom-2.0, by its version\n"
+    assert said == f"{len(lines)} lines, 2 of them marked !, 1 request without an answer; btcom-2.0, by its version\n"
 
 
 def test_raw_bytes_have_offsets(run: Run) -> None:
@@ -150,6 +150,13 @@ def test_a_recording_is_decoded_to_the_calls_that_were_made(tmp_path: Path, run:
     _, lines, said = run(path.read_bytes())
     assert any("set_speed(left=0.5 rev/s, right=-0.25 rev/s)" in line for line in lines)
     assert "nothing wrong; epuck2, by its version" in said
+
+
+def test_requests_without_an_answer_are_counted_and_those_that_waited_at_the_end_are_named(run: Run) -> None:
+    lost = "> 4e 0d\n> 45 0d\n> 43 0d\n< 63 2c 33 0d 0a\n"  # N, E, and C, which alone is answered
+    assert run(lost)[2].splitlines()[-1] == "4 lines, 2 requests without an answer; asercom-1.2.2, assumed"
+    said = run(lost + "> 53 0d\n")[2].splitlines()[-1]
+    assert said == "5 lines, 3 requests without an answer; asercom-1.2.2, assumed; no answer to stop()"
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ class Printer:
         self._json = json
         self.is_live = live
         self._has_colour = has_colour(sys.stdout)
-        self._count = self._faults = 0
+        self._count = self._faults = self._unanswered = 0
 
     def assume(self, decoder: AnyDecoder) -> None:
         """Say which firmware is assumed, if one is."""
@@ -121,19 +121,27 @@ class Printer:
         for line in lines:
             self._count += 1
             self._faults += line.kind in FAULTS
+            self._unanswered += len(line.unanswered)
             print(json_line(to_json(line)) if self._json else to_text(line, colour=self._has_colour))
         if lines and self.is_live:
             sys.stdout.flush()
 
     def summary(self, decoder: AnyDecoder) -> None:
-        """Say how many lines there were, and how many faults."""
+        """Say how many lines there were, how many faults, and how many requests without an answer."""
         sys.stdout.flush()
-        faults = f"{self._faults} of them marked !" if self._faults else "nothing wrong"
-        lines = "1 line" if self._count == 1 else f"{self._count} lines"
-        parts = [f"{lines}, {faults}" if self._count else "no bytes", f"{decoder.firmware}, {decoder.source}"]
-        if decoder.unanswered and decoder.is_two_sided:
-            parts.append(f"no answer to {', '.join(decoder.unanswered)}")
+        last = decoder.unanswered if decoder.is_two_sided else []
+        unanswered = self._unanswered + len(last)
+        wrong = [f"{self._faults} of them marked !"] * (self._faults > 0)
+        wrong += [f"{_counted(unanswered, 'request')} without an answer"] * (unanswered > 0)
+        lines = ", ".join([_counted(self._count, "line"), *(wrong or ["nothing wrong"])])
+        parts = [lines if self._count else "no bytes", f"{decoder.firmware}, {decoder.source}"]
+        if last:
+            parts.append(f"no answer to {', '.join(last)}")
         say("; ".join(parts))
+
+
+def _counted(number: int, what: str) -> str:
+    return f"1 {what}" if number == 1 else f"{number} {what}s"
 
 
 def _is_port(source: str) -> bool:
