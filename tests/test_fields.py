@@ -60,7 +60,7 @@ def test_a_number_of_numpy_becomes_a_plain_one() -> None:
 @pytest.mark.parametrize(
     ("rule", "value", "message"),
     [
-        (Number(0, 10, "W"), 11, "is 11; it must be a number from 0 to 10 W"),
+        (Number(0, 10, "W"), 11, "is 11 W; it must be a number from 0 to 10 W"),
         (Number(0, 10), math.nan, "is nan; it must be a number from 0 to 10"),
         (Number(0, 10), True, "is true; it must be a number from 0 to 10"),
         (Number(0, 10), np.bool_(True), "it must be a number from 0 to 10"),
@@ -68,7 +68,7 @@ def test_a_number_of_numpy_becomes_a_plain_one() -> None:
         (Number(0, 10), np.float32(12.5), "is 12.5; it must be a number from 0 to 10"),
         (Number(), math.inf, "is inf; it must be a finite number"),
         (Number(), 10**400, "is a number of 1329 bits; it must be a finite number"),
-        (Degrees(), 361, "is 361; it must be a number from -360 to 360 degrees"),
+        (Degrees(), 361, "is 361 degrees; it must be a number from -360 to 360 degrees"),
         (Whole(1, 9), 2.0, "is 2.0; it must be a whole number from 1 to 9"),
         (Choice((1, 2)), 1.0, "is 1.0; it must be 1 or 2"),
         (Choice((1, 2)), True, "is true; it must be 1 or 2"),
@@ -116,11 +116,11 @@ def test_a_number_that_fits_in_another_unit_is_answered_with_what_it_is_in_this_
 
 
 def test_a_message_names_whose_value_it_is() -> None:
-    with pytest.raises(ArgumentError, match=r"^the lamp's power is 11; it must be a number from 0 to 10 W$"):
+    with pytest.raises(ArgumentError, match=r"^the lamp's power is 11 W; it must be a number from 0 to 10 W$"):
         Lamp(11)
     with pytest.raises(ArgumentError, match=r"^the light's intensity is 11; it must be a number from 0 to 10$"):
         Light(0, 0, intensity=11)
-    with pytest.raises(ArgumentError, match=r"^ambient is -1; it must be a number from 0 to 4095 counts$"):
+    with pytest.raises(ArgumentError, match=r"^ambient is -1 counts; it must be a number from 0 to 4095 counts$"):
         EpuckModel(ambient=-1)
 
 

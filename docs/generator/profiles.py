@@ -22,7 +22,7 @@ RULES = """## Rules
   `offset_spread` of its `[epuck]`) is not drawn: the profile is one specimen.
 - Step counters count issued steps, as on the real robot, whatever the size of the wheels.
 - A file that breaks a rule is refused before anything runs; the error names the file, the line, the key and what to
-  try: `mine.toml:3: wheels.axle is 53; it must be a number from 0.0424 to 0.06625 m`.
+  try: `mine.toml:3: wheels.axle is 53 m; it must be a number from 0.0424 to 0.06625 m`.
 """
 
 

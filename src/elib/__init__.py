@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from elib.base.errors import SimulationStalled as SimulationStalled
     from elib.base.errors import SwarmError as SwarmError
     from elib.base.errors import Unsupported as Unsupported
+    from elib.base.fields import really as really
     from elib.base.pose import Pose as Pose
     from elib.behaviours._run.behaviour import behaviour as behaviour
     from elib.behaviours._run.context import RunContext as RunContext
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from elib.link.protocol.quantities import CameraMode as CameraMode
     from elib.link.protocol.quantities import LedAction as LedAction
     from elib.link.protocol.quantities import ProximityRate as ProximityRate
-    from elib.link.protocol.quantities import really as really
     from elib.link.protocol.styles import Outcomes as Outcomes
     from elib.link.protocol.styles import Pending as Pending
     from elib.link.protocol.values import Acceleration as Acceleration

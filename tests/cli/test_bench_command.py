@@ -185,7 +185,7 @@ def test_what_was_measured_before_the_robot_was_lost_is_shown(
 
 @pytest.mark.parametrize("count", ["0", "-3", "10001"])
 def test_an_impossible_count_is_wrong_usage(refused: Told, count: str) -> None:
-    assert f"--count is {count}; it must be from 1 to 10000" in refused(
+    assert f"--count is {count}; it must be a whole number from 1 to 10000" in refused(
         "bench", "--count", count, "--robot", "tcp://127.0.0.1:9"
     )
 

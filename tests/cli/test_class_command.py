@@ -162,7 +162,7 @@ def test_without_a_host_nobody_else_is_let_in() -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--class", "0"], "--class is 0; it must be from 1 to 64"),
+        (["--class", "0"], "--class is 0; it must be a whole number from 1 to 64"),
         (["--class", "65"], "--class is 65"),
         (["--class", "2", "--pty"], "--class does not go with --pty"),
         (["--class", "2", "--control", "-v"], "--class does not go with --control and --verbose"),

@@ -112,7 +112,7 @@ def test_options_reach_the_search(finds: list[dict[str, object]]) -> None:
 
 
 def test_an_impossible_time_is_wrong_usage(refused: Told) -> None:
-    assert "--within is -1.0; it must be a number from 0 to 3600 s" in refused("find", "--within", "-1")
+    assert "--within is -1.0 s; it must be a number from 0 to 3600 s" in refused("find", "--within", "-1")
 
 
 def test_the_network_is_asked_only_if_the_caller_says_so(finds: list[dict[str, object]]) -> None:

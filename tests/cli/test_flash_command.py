@@ -102,7 +102,7 @@ def test_the_guide_shows_a_dry_run_as_it_is(tmp_path: Path, capsys: pytest.Captu
     ("tokens", "code", "message"),
     [
         (["sim://"], 2, "--id is missing\nhint: the robot keeps its number in a row that each upload writes"),
-        (["--id", "65536"], 2, "--id is 65536; it must be from 0 to 65535"),
+        (["--id", "65536"], 2, "--id is 65536; it must be a whole number from 0 to 65535"),
         (["sim://", "--robot", "sim://", "--id", "1"], 2, "two robots were named"),
         (["wifi://192.168.1.5", "--id", "1"], 1, "only the e-puck1 has the bootloader"),
         ([SIM + "epuck2", "--id", "1"], 1, "this is not an e-puck1 (Version 2.0 January 2018"),

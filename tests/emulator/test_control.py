@@ -154,7 +154,7 @@ async def test_objects_are_not_put_onto_a_robot_or_out_of_the_arena_either(contr
         (lambda control: control.set_sound(0, frequency=5), "frequency is 5"),
         (lambda control: control.set_ambient(5000), "ambient is 5000"),
         (lambda control: control.set_faults(0, loss=1.5), "loss is 1.5; it must be a number from 0 to 1"),
-        (lambda control: control.set_faults(0, latency=-1), "latency is -1; it must be a number from 0 to 60 s"),
+        (lambda control: control.set_faults(0, latency=-1), "latency is -1 s; it must be a number from 0 to 60 s"),
         (lambda control: control.cut("nobody"), "there is no robot 'nobody'"),
     ],
 )
@@ -463,7 +463,7 @@ async def test_every_message_of_the_list_does_what_it_says(client, control):
         ({"do": "move_robot", "robot": 0, "x": "left", "y": 0}, "x is 'left'; it must be a number"),
         ({"do": "move_robot", "robot": 0, "x": 10**400, "y": 0}, "x is a number of 1329 bits; it must be"),
         ({"do": "move_robot", "robot": 0, "x": 0.5}, "move_robot needs 'y'"),
-        ({"do": "set_ambient", "ambient": -1}, "ambient is -1; it must be a number from 0 to 4095 counts"),
+        ({"do": "set_ambient", "ambient": -1}, "ambient is -1 counts; it must be a number from 0 to 4095 counts"),
         ({"do": "state", "id": [1]}, "'id' must be"),
         ({"do": "move_robot", "robot": 0, "x": 0.3, "y": 0.5}, "epuck-2 is in the way"),
     ],

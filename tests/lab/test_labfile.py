@@ -22,7 +22,7 @@ def goal(keys: str) -> str:
         (TOP + GIVEN, r"goal is missing.*write \[\[goal\]\], and below it kind = .reach."),
         (TOP + SURVIVES, "variant is missing"),
         (TOP.replace("title", "titel") + GIVEN + SURVIVES, "lab.toml:1: titel is not a key of a lab.*mean title"),
-        (TOP.replace("20", "0") + GIVEN + SURVIVES, "lab.toml:3: time is 0; it must be a number from 1 to 600 s"),
+        (TOP.replace("20", "0") + GIVEN + SURVIVES, "lab.toml:3: time is 0 s; it must be a number from 1 to 600 s"),
         (TOP + GIVEN + "[[gaol]]\n" + SURVIVES, "gaol is not a key of a lab.*did you mean goal"),
         (TOP + GIVEN + goal("points = 1"), r"lab.toml:7: goal\[0\].kind is missing; it must be .reach."),
         (TOP + GIVEN + goal('kind = "reech"'), r"lab.toml:9: goal\[0\].kind is .reech.*did you mean reach"),

@@ -138,7 +138,7 @@ def test_speeds_that_cancel_within_a_tick_are_not_driven_again():
 def test_a_wall_too_short_or_too_long_for_arithmetic_is_refused():
     with pytest.raises(Exception, match="has no length"):
         parse(b"[arena]\nsize=[1,1]\n[[wall]]\nfrom=[0,0]\nto=[1e-200,0]\n", "x.toml")
-    with pytest.raises(ArgumentError, match=r"x1 is -1e\+308; it must be a number from -2000 to 2000 m"):
+    with pytest.raises(ArgumentError, match=r"x1 is -1e\+308 m; it must be a number from -2000 to 2000 m"):
         Wall(-1e308, 0.5, 1e308, 0.5)
 
 

@@ -190,7 +190,7 @@ MISTAKES = {
     "infinite": (b"[arena]\nsize = [1, inf]", "mine.toml:2: arena.size is [1, inf]", "size = [1.0, 1.0]"),
     "both": (b"[arena]\nsize = [1, 1]\ndensity = 1", "mine.toml:3: arena.density contradicts size", "leave one"),
     "vast": (b"[arena]\ndensity = 0.001\nrobots = 2000", "mine.toml: the world's width is 1414", ""),
-    "step": (replaced(b"step = 0.01", b"step = 5"), "mine.toml:5: simulation.step is 5; it must be", "0.015625"),
+    "step": (replaced(b"step = 0.01", b"step = 5"), "mine.toml:5: simulation.step is 5 s; it must be", "0.015625"),
     "text": (replaced(b"step = 0.01", b'step = "fast"'), "mine.toml:5: simulation.step is 'fast'", "0.015625"),
     "fraction": (replaced(b"seed = 7", b"seed = 7.5"), "mine.toml:6: simulation.seed is 7.5", "seed = 1"),
     "flag": (replaced(b"seed = 7", b"seed = true"), "mine.toml:6: simulation.seed is true", "seed = 1"),
@@ -214,7 +214,7 @@ MISTAKES = {
     "missing": (replaced(b"radius = 0.05", b""), "mine.toml:28: cylinder[0].radius is missing", "radius = 0.05"),
     "radius": (
         replaced(b"radius = 0.05", b"radius = 0"),
-        "mine.toml:30: cylinder[0].radius is 0; it must be a number from 0.001 to 1000 m",
+        "mine.toml:30: cylinder[0].radius is 0 m; it must be a number from 0.001 to 1000 m",
         "radius = 0.05",
     ),
     "colour": (replaced(b'"#102030"', b'"red"'), "mine.toml:21: box[0].colour is 'red'; it must be", "#d04030"),

@@ -141,7 +141,7 @@ def test_a_log_says_its_vocabulary_in_its_first_line() -> None:
 
 def test_a_vocabulary_that_nobody_knows_is_refused() -> None:
     stream = io.StringIO()
-    with elib.connect(SIM) as robot, pytest.raises(ArgumentError, match="names is 'latin'; it must be 'python' or"):
+    with elib.connect(SIM) as robot, pytest.raises(ArgumentError, match="names is 'latin'; it must be \"python\" or"):
         robot.log(stream, names="latin")  # type: ignore[arg-type]
     assert stream.getvalue() == ""
 

@@ -282,10 +282,10 @@ def test_the_blocking_begin_and_callback_styles_are_recorded_too(path: Path) -> 
     [
         ("run.txt", {}, "its name must end in .mcap"),
         ("run", {}, "its name must end in .mcap"),
-        ("run.mcap", {"part_bytes": 9_999}, "part_bytes is 9999; it must be 10000 at least"),
-        ("run.mcap", {"part_seconds": 0.5}, "part_seconds is 0.5; it must be 1 at least"),
-        ("run.mcap", {"part_seconds": float("nan")}, "part_seconds is nan; it must be 1 at least"),
-        ("run.mcap", {"part_seconds": 1, "keep": 1}, "keep is 1; it must be 2 at least"),
+        ("run.mcap", {"part_bytes": 9_999}, "part_bytes is 9999 bytes; it must be a number from 10000 bytes on"),
+        ("run.mcap", {"part_seconds": 0.5}, "part_seconds is 0.5 s; it must be a number from 1 s on"),
+        ("run.mcap", {"part_seconds": float("nan")}, "part_seconds is nan s; it must be a number from 1 s on"),
+        ("run.mcap", {"part_seconds": 1, "keep": 1}, "keep is 1; it must be a whole number from 2 on"),
         ("run.mcap", {"keep": 2}, "keep counts parts, but the recording has one file"),
     ],
 )

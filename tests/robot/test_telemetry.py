@@ -127,7 +127,7 @@ def test_the_typed_names_are_those_that_can_be_watched() -> None:
         ((), 0, ArgumentError, "rate is 0 Hz; it must be a number from 0.001 to 1000"),
         ((), 1001, ArgumentError, "rate is 1001"),
         ((), float("nan"), ArgumentError, "rate is nan"),
-        ((), True, ArgumentError, "rate is True"),
+        ((), True, ArgumentError, "rate is true"),
         ((), "fast", ArgumentError, "rate is 'fast'"),
     ],
 )

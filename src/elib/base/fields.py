@@ -18,6 +18,7 @@ A class declares the rule of each field in its type, and checks itself::
 from __future__ import annotations
 
 import difflib
+import enum
 import inspect
 import math
 import numbers
@@ -105,6 +106,8 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return f"did you mean {near[0]}?" if near else f"choose one of {', '.join(known)}" if known else "there are none"
 
 
+SHARE = "of the whole"
+"""The unit of a number from 0 to 1 in the table of units; messages do not show it."""
 _OTHER_UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "m": (("cm", 0.01, 1), ("mm", 0.001, 10)),
     "cm": (("mm", 0.1, 10),),
@@ -115,10 +118,9 @@ _OTHER_UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "s": (("ms", 0.001, 10),),
     "kg": (("g", 0.001, 1),),
     "Hz": (("kHz", 1000, 0),),
-    "intensity": (("%", 0.01, 2), ("of 255", 1 / 255, 2)),
+    SHARE: (("%", 0.01, 2), ("of 255", 1 / 255, 2)),
 }
-"""The units for which others are mistaken: name, size, and the least number that somebody writes in it. A share of
-brightness has no unit; its key is the name of the quantity."""
+"""The units for which others are mistaken: name, size, and the least number that somebody writes in it."""
 
 
 def other_unit(value: object, unit: str, low: float, high: float) -> str:
@@ -155,6 +157,31 @@ def is_whole(value: object) -> typing.TypeGuard[Any]:
 def is_truth(value: object) -> typing.TypeGuard[Any]:
     """Whether *value* is true or false, of Python or NumPy."""
     return isinstance(value, bool) or type(value).__name__ in ("bool", "bool_")  # bool_ is NumPy's
+
+
+class _Meant(float):
+    """A number that was passed through :func:`really`."""
+
+    __slots__ = ()
+
+
+def really(number: float) -> float:
+    """Mark a number that is larger than usual as meant so: ``robot.drive(elib.really(12))``.
+
+    A distance or place beyond 5 m, an angle beyond three turns, and a time beyond an hour are refused without it: most
+    of them are in another unit.
+
+    Raises:
+        ArgumentError: *number* is not a number.
+
+    Example:
+        >>> robot.sleep(elib.really(5000))
+        >>> round(robot.time) >= 5000
+        True
+    """
+    if not is_number(number):
+        raise ArgumentError(f"elib.really() takes a number, not {number!r}")
+    return _Meant(number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,8 +222,8 @@ class Rule:
         return f"{value:g}" if is_number(value) else f'"{value}"'
 
     def refuse(self, value: object) -> Mistake:
-        """Return what is wrong with *value*."""
-        return Mistake(f"is {shown(value)}; it must be {self}")
+        """Return what is wrong with *value*, and what was probably meant."""
+        return Mistake(f"is {shown(value)}; it must be {self}", hint=getattr(value, "advice", ""))
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,47 +234,70 @@ class Number(Rule):
         low: Least value.
         high: Greatest value.
         unit: Unit of the number, or "".
+        usual: Largest magnitude that is taken without :func:`really`.
     """
 
     low: float = -LARGEST_NUMBER
     high: float = LARGEST_NUMBER
     unit: str = ""
+    usual: float = field(default=math.inf, kw_only=True)
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the greatest value without :func:`really`."""
+        return max(self.low, -self.usual), min(self.high, self.usual)
 
     @property
     def range(self) -> str:
         """The bounds, in words."""
+        low, high = self.bounds
         unit = self.unit and f" {self.unit}"
-        if self.high == LARGEST_NUMBER:
-            return f"from {_short(self.low)}{unit} on"
-        return f"from {_short(self.low)} to {_short(self.high)}{unit}"
+        return f"from {short(low)}{unit} on" if high == LARGEST_NUMBER else f"from {short(low)} to {short(high)}{unit}"
 
     def __str__(self) -> str:
-        return "a finite number" if self.high == LARGEST_NUMBER else f"a number {self.range}"
+        is_any = (self.low, self.high) == (-LARGEST_NUMBER, LARGEST_NUMBER)
+        return "a finite number" if is_any else f"a number {self.range}"
 
     def accept(self, value: object) -> float:
         """Return *value* as a float."""
         # A whole number of Python has no bound, so it is compared before it becomes a float. NaN fits nowhere.
         # NumPy compares with a narrow float in few bits: there the bounds overflow.
-        number = value if not is_number(value) or isinstance(value, int) else float(value)
-        if is_number(number) and self.low <= number <= self.high:
+        number: Any = value if not is_number(value) or isinstance(value, int) else float(value)
+        if self._fits(number, is_meant=isinstance(value, _Meant)):
             return float(number)
         raise self.refuse(value)
 
+    def _fits(self, number: Any, *, is_meant: bool) -> bool:
+        return is_number(number) and self.low <= number <= self.high and (is_meant or abs(number) <= self.usual)
+
     def refuse(self, value: object) -> Mistake:
         """Return what is wrong with *value*, and which unit was probably meant."""
-        return Mistake(f"is {shown(value)}; it must be {self}", hint=other_unit(value, self.unit, self.low, self.high))
+        unit = SHARE if not self.unit and (self.low, self.high) == (0, 1) else self.unit
+        hint = getattr(value, "advice", "") or other_unit(value, unit, *self.bounds)
+        said = shown(value)
+        if is_number(value):
+            said = f"{said} {self.unit}".rstrip() if not said.endswith(" bits") else said
+            if self.usual < abs(value) and self.low <= value <= self.high:
+                hint += f" for {said} write elib.really({value:g})"
+        return Mistake(f"is {said}; it must be {self}", hint=hint.strip())
 
 
 @dataclass(frozen=True, slots=True)
 class Whole(Number):
-    """A whole number."""
+    """A whole number.
+
+    Attributes:
+        step: What it must be a multiple of.
+    """
+
+    step: int = field(default=1, kw_only=True)
 
     def __str__(self) -> str:
-        return f"a whole number {self.range}"
+        return f"a {'whole number' if self.step == 1 else f'multiple of {self.step}'} {self.range}"
 
     def accept(self, value: object) -> int:
         """Return *value* as an int."""
-        if is_whole(value) and self.low <= value <= self.high:
+        if is_whole(value) and self._fits(value, is_meant=False) and value % self.step == 0:
             return int(value)
         raise self.refuse(value)
 
@@ -357,6 +407,29 @@ class Choice(Rule):
 
 
 @dataclass(frozen=True, slots=True)
+class Member(Rule):
+    """A member of an enumeration, its name in upper or lower case, or its number.
+
+    Attributes:
+        of: The enumeration.
+    """
+
+    of: type[enum.IntEnum]
+
+    def __str__(self) -> str:
+        return f"one of {', '.join(member.name for member in self.of)}"
+
+    def accept(self, value: object) -> enum.IntEnum:
+        """Return the member."""
+        named = self.of.__members__.get(value.strip().upper()) if isinstance(value, str) else None
+        if named is not None:
+            return named
+        if (is_whole(value) or is_truth(value)) and int(value) in set(self.of):
+            return self.of(int(value))
+        raise self.refuse(value)
+
+
+@dataclass(frozen=True, slots=True)
 class Flag(Rule):
     """Yes or no."""
 
@@ -452,7 +525,8 @@ def check(thing: object, whose: str = "") -> None:
             object.__setattr__(thing, each.name, found)
 
 
-def _short(number: float) -> str:
+def short(number: float) -> str:
+    """Return a bound in as few digits as say it."""
     if number == 2**64 - 1:
         return "2**64 - 1"
     return f"{number:.0f}" if 1e6 <= abs(number) < 1e15 else f"{number:.6g}"

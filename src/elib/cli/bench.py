@@ -12,7 +12,8 @@ from typing import Annotated, TypeVar
 
 from cyclopts import Parameter as Cli
 
-from elib.base.errors import ArgumentError, ElibError, LinkError, ReplyTimeout
+from elib.base.errors import ElibError, LinkError, ReplyTimeout
+from elib.base.fields import Whole
 from elib.base.quantiles import quantile
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.readings import Json, print_json
@@ -148,8 +149,7 @@ def bench(
     back. What makes noise, calibrates or restarts the robot is left out unless --all is given. What was measured before
     a failure or Ctrl-C is printed too.
     """
-    if not 1 <= count <= MOST:
-        raise ArgumentError(f"--count is {count}; it must be from 1 to {MOST}")
+    Whole(1, MOST).require(count, "--count")
     report = Report(robot, count)
     line = LiveLine()
 

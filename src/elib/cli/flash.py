@@ -20,7 +20,7 @@ from elib.link.transport import open_transport, parse_url, speed_of
 from elib.link.transport.base import codec_of
 from elib.robot.running import run_coroutine
 from elib.tools.flash import Image, Uploader, read_image
-from elib.tools.flash.image import BOOTLOADER, END, EPUCK2_HINT, LARGEST_NUMBER, NUMBER_AT, ROW, START_AT, spans
+from elib.tools.flash.image import BOOTLOADER, END, EPUCK2_HINT, NUMBER, NUMBER_AT, ROW, START_AT, spans
 from elib.tools.flash.uploader import NOT_THIS_ROBOT
 
 File = Annotated[Path, Cli(name="FILE.hex", help="The program, an Intel HEX file.")]
@@ -62,8 +62,8 @@ def flash(
     """
     if url is not None and robot is not None:
         raise ArgumentError(f"two robots were named: {url} and {robot}", hint="name one of them")
-    if number is not None and not 0 <= number <= LARGEST_NUMBER:
-        raise ArgumentError(f"--id is {number}; it must be from 0 to {LARGEST_NUMBER}")
+    if number is not None:
+        NUMBER.require(number, "--id")
     image = read_image(file)
     if dry_run:
         print(described(image, file.name, number))

@@ -17,7 +17,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.extras import check_web
-from elib.base.fields import Number, rule_of
+from elib.base.fields import Number, Whole, rule_of
 from elib.base.files import write_file
 from elib.cli.terminal import say
 from elib.link.protocol.profiles import EPUCK2_WIFI, FIRMWARES
@@ -237,8 +237,7 @@ def _teach(
         raise ArgumentError(
             f"--class does not go with {' and '.join(others)}", hint="start another elib simulate for that"
         )
-    if not 1 <= options.students <= MOST_STUDENTS:
-        raise ArgumentError(f"--class is {options.students}; it must be from 1 to {MOST_STUDENTS}")
+    Whole(1, MOST_STUDENTS).require(options.students, "--class")
     check_web()
     from elib.cli.classroom import FIRST_PAGE, FIRST_ROBOT, Classroom, listed, sheet  # a simulation alone starts faster
 

@@ -13,7 +13,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, SimulationError
-from elib.base.fields import Choice, nearest
+from elib.base.fields import Choice, Whole, nearest
 from elib.base.files import create_file
 from elib.base.tables import Source
 from elib.cli.arguments import AsJson
@@ -66,8 +66,8 @@ def list_worlds(*, json: AsJson = False) -> None:
 @app.command
 def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson = False) -> None:
     """Show what is in a world."""
-    if robots is not None and robots < 0:
-        raise ArgumentError(f"--robots is {robots}; it must be 0 or more")
+    if robots is not None:
+        Whole(0).require(robots, "--robots")
     name = _file_or_name(name)
     file = load_file(name, robots=robots)
     world = _build_world(name, file.scene, robots)

@@ -13,6 +13,7 @@ import math
 from collections.abc import Awaitable, Callable
 
 from elib.base.errors import ArgumentError, ElibError
+from elib.base.fields import Number
 
 DEAD_MAN = 0.3
 """s of silence of the page that drives after which the stop is sent: with a round trip it stands within 0.5 s."""
@@ -149,9 +150,7 @@ class DriveLock:
         Raises:
             ArgumentError: The share is not a number from 0 to 1.
         """
-        if not _is_number(share) or not 0 <= share <= 1:
-            raise ArgumentError(f"the speed limit is {share!r}; it must be a number from 0 to 1")
-        self.limit = float(share)
+        self.limit = Number(0, 1).require(share, "the speed limit")
 
     def beat(self, page: str) -> bool:
         """Note that *page* is still there; return whether it drives."""

@@ -7,7 +7,8 @@ import math
 from collections import deque
 from collections.abc import Callable
 
-from elib.base.errors import ArgumentError, ElibError
+from elib.base.errors import ElibError
+from elib.base.fields import Number
 from elib.base.pose import Pose
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Reading
@@ -73,9 +74,7 @@ class ReadingsWatcher:
         Raises:
             ArgumentError: The rate is not a number from 1 to 50.
         """
-        if not SLOW <= rate <= FAST:
-            raise ArgumentError(f"the rate of the sensors is {rate!r} a second; it must be from {SLOW:g} to {FAST:g}")
-        self._rate = float(rate)
+        self._rate = Number(SLOW, FAST, "Hz").require(rate, "the rate of the sensors")
         old = self._tasks.pop("", None)
         if old is not None:
             old.cancel()
@@ -137,11 +136,8 @@ class ReadingsWatcher:
         Raises:
             ArgumentError: The time is not a number from 0.4 to 60.
         """
-        is_number = isinstance(seconds, int | float) and not isinstance(seconds, bool)
-        if seconds is not None and not (is_number and QUICKEST <= seconds <= SLOWEST):
-            raise ArgumentError(
-                f"the time between two pictures is {seconds!r} s; it must be from {QUICKEST:g} to {SLOWEST:g}"
-            )
+        if seconds is not None:
+            Number(QUICKEST, SLOWEST, "s").require(seconds, "the time between two pictures")
         self._pictures = seconds
         old = self._tasks.pop(IMAGE, None)
         if old is not None:

@@ -15,7 +15,8 @@ from types import TracebackType
 from typing import Literal, Self, get_args
 from urllib.parse import quote
 
-from elib.base.errors import ArgumentError, ElibError
+from elib.base.errors import ElibError
+from elib.base.fields import Choice
 from elib.link.session import Called, Disconnected, Ended, Ending, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
 from elib.records.lognames import name_of_2011
 from elib.records.writer import LineWriter, Target
@@ -169,8 +170,7 @@ def check_names(names: str) -> None:
     Raises:
         ArgumentError: There is no such vocabulary.
     """
-    if names not in get_args(Vocabulary):
-        raise ArgumentError(f"names is {names!r}; it must be {' or '.join(map(repr, get_args(Vocabulary)))}")
+    Choice(get_args(Vocabulary)).require(names, "names")
 
 
 def logged_name(command: str, names: Vocabulary = "python") -> str:

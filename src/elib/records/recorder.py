@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Protocol, Self, runtime_checkable
 
 from elib.base.errors import ArgumentError, ElibError
+from elib.base.fields import Number, Whole
 from elib.base.pose import Pose
 from elib.link.session import Ended, Ending, Pushed, Reconnected, Robot, SessionOpened, TraceEvent
 from elib.records.background import CLOSING_TIME, Background
@@ -30,8 +31,8 @@ MANY_EVENTS = 20_000
 GATHERED = 0.3
 """s of real time for which events are gathered into a chunk. With the time it takes to write them, also on a busy
 processor, they are in the file within a second."""
-LEAST_PART = 10_000
-"""Bytes. A smaller part would hold little more than its own header."""
+PART_BYTES, PART_SECONDS, KEEP = Number(10_000, unit="bytes"), Number(1, unit="s"), Whole(2)
+"""Rules for the parts of a recording. A part of less would hold little more than its own header."""
 OBSERVING_PERIOD = 0.1
 """s of robot time between two recorded states of a simulated world."""
 CHECKING_PERIOD = 1.0
@@ -283,16 +284,14 @@ def check_new(
     path = Path(path)
     if path.suffix.lower() != ".mcap":
         raise ArgumentError(f"a recording cannot be called {os.fspath(path)!r}; its name must end in .mcap")
-    if part_bytes is not None and not part_bytes >= LEAST_PART:
-        raise ArgumentError(f"part_bytes is {part_bytes}; it must be {LEAST_PART} at least")
-    if part_seconds is not None and not part_seconds >= 1:
-        raise ArgumentError(f"part_seconds is {part_seconds}; it must be 1 at least")
-    if keep is not None and not keep >= 2:
-        raise ArgumentError(f"keep is {keep}; it must be 2 at least")
+    parts = {"part_bytes": (part_bytes, PART_BYTES), "part_seconds": (part_seconds, PART_SECONDS), "keep": (keep, KEEP)}
+    for name, (number, rule) in parts.items():
+        if number is not None:
+            rule.require(number, name)
     if keep is not None and part_bytes is None and part_seconds is None:
         raise ArgumentError("keep counts parts, but the recording has one file", hint="set part_bytes or part_seconds")
-    parts = path.parent.glob(f"{glob.escape(path.stem)}.part*{path.suffix}")
-    for there in (path, *sorted(parts)):
+    there_are = path.parent.glob(f"{glob.escape(path.stem)}.part*{path.suffix}")
+    for there in (path, *sorted(there_are)):
         if there.exists():
             raise exists(there)
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Coroutine, Generator, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from elib.base.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
+from elib.base.fields import Whole
 from elib.base.pose import Pose
 from elib.link.protocol.context import Context
 from elib.link.protocol.image import Mounting
@@ -34,7 +35,7 @@ if TYPE_CHECKING:  # loaded when a log or a recording begins: most programs have
 
 T = TypeVar("T")
 
-MOST_TRIES = 100
+TRIES = Whole(1, 100)
 """How often a reading is asked for at most."""
 
 log = logging.getLogger("elib")
@@ -179,10 +180,8 @@ class Epuck(Linked, Actions, AsyncStyle):
         Raises:
             ArgumentError: *seconds* is not a number from 0 to 3600, or *tries* is out of its range.
         """
-        if type(tries) is not int or not 1 <= tries <= MOST_TRIES:
-            raise ArgumentError(f"tries is {tries!r}; it must be a whole number from 1 to {MOST_TRIES}")
         view = copy.copy(self)
-        view._timeout, view._tries = check_timeout(seconds), tries
+        view._timeout, view._tries = check_timeout(seconds), TRIES.require(tries, "tries")
         return view
 
     def _call(

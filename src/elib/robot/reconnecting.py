@@ -6,6 +6,7 @@ from collections.abc import Generator
 from typing import Any, Literal
 
 from elib.base.errors import ArgumentError, LinkClosed
+from elib.base.fields import Choice
 from elib.link.protocol.image import Mounting
 from elib.link.session import check_timeout
 from elib.robot.aio import Epuck
@@ -100,8 +101,7 @@ def reconnecting(
         3
         ['LinkDown', 'LinkBack']
     """
-    if during_gap not in ("wait", "fail"):
-        raise ArgumentError(f"during_gap is {during_gap!r}; it must be 'wait' or 'fail'")
+    Choice(("wait", "fail")).require(during_gap, "during_gap")
     for argument, seconds in (("first_delay", first_delay), ("longest_delay", longest_delay)):
         if check_timeout(seconds) == 0:
             raise ArgumentError(f"{argument} is 0 s; it must be longer than that")

@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, STEPS_PER_REVOLUTION, step_rate
 from elib.base.errors import ArgumentError, ElibError, MotionInterrupted
+from elib.base.fields import Number, Whole
 from elib.base.pose import Pose
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.table import Request
@@ -43,17 +44,13 @@ class Limits:
     seconds: float
 
     def __post_init__(self) -> None:
-        for name, low, high, unit in (
-            ("fence", 0.05, 100.0, "m"),
-            ("speed", 0.01, FASTEST, "m/s"),
-            ("calls", 1, 1_000_000, ""),
-            ("seconds", 1.0, 1_000_000.0, "s"),
+        for name, rule in (
+            ("fence", Number(0.05, 100, "m")),
+            ("speed", Number(0.01, FASTEST, "m/s")),
+            ("calls", Whole(1, 1_000_000)),
+            ("seconds", Number(1, 1_000_000, "s")),
         ):
-            value = getattr(self, name)
-            if not low <= value <= high:
-                raise ArgumentError(
-                    f"the limit {name} is {value:g}; it must be from {low:g} to {high:g} {unit}".strip()
-                )
+            rule.require(getattr(self, name), name, "the limit ")
 
 
 @functools.cache

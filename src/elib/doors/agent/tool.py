@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import is_number, nearest, shown
+from elib.base.fields import Number, is_number, nearest
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 
@@ -62,9 +62,7 @@ class Parameter:
             case "number" if is_number(value):
                 assert self.low is not None
                 assert self.high is not None
-                if self.low <= value <= self.high:  # false for a number that is not finite
-                    return float(value)
-                raise ArgumentError(f"{name} is {shown(value)}; it must be from {self.low:g} to {self.high:g}")
+                return Number(self.low, self.high).require(value, name)
             case "boolean" if isinstance(value, bool):
                 return value
             case "string" if isinstance(value, str):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from elib.base.body import WHEEL_CIRCUMFERENCE
 from elib.base.errors import ArgumentError
+from elib.base.fields import Flag, Number
 from elib.panel.slot import LIVE, Slot
 from elib.panel.watching import FAST, QUICKEST, SLOW, SLOWEST
 
@@ -37,9 +37,7 @@ def number(value: Value, low: float, high: float) -> float:
     Raises:
         ArgumentError: It is not a number in this range.
     """
-    if isinstance(value, bool | str) or not math.isfinite(value) or not low <= value <= high:
-        raise ArgumentError(f"it is {value!r}; it must be a number from {low:.4g} to {high:.4g}")
-    return float(value)
+    return float(Number(low, high).require(value, "it"))
 
 
 def switch(value: Value) -> bool:
@@ -48,9 +46,7 @@ def switch(value: Value) -> bool:
     Raises:
         ArgumentError: It is neither true nor false.
     """
-    if not isinstance(value, bool):
-        raise ArgumentError(f"it is {value!r}; it must be true or false")
-    return value
+    return bool(Flag().require(value, "it"))
 
 
 def _fastest(slot: Slot) -> float:

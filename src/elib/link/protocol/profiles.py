@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import nearest
+from elib.base.fields import nearest, short
 from elib.link.protocol import camera, shapes, values
 from elib.link.protocol.actuators import ACTUATORS, ACTUATORS_LAYOUT
 from elib.link.protocol.context import Form, Profile
 from elib.link.protocol.forms import binary_form
 from elib.link.protocol.image import Mounting
-from elib.link.protocol.quantities import Quantity, plain
+from elib.link.protocol.quantities import Quantity
 from elib.link.protocol.replies import NOTHING, LineReply, Packed
 from elib.link.protocol.shapes import is_gctronic
 
@@ -256,5 +256,5 @@ def rule(quantity: Quantity) -> str:
         if quantity.name in profile.ranges:
             own.setdefault(profile.ranges[quantity.name], []).append(profile.name)
     for (low, high), names in own.items():
-        text += f"; on {' and '.join(names)} from {plain(low)} to {plain(high)}"
+        text += f"; on {' and '.join(names)} from {short(low)} to {short(high)}"
     return unit + text

@@ -6,12 +6,11 @@ import contextlib
 import enum
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 from elib.base.body import STEPS_PER_REVOLUTION
-from elib.base.errors import ArgumentError
-from elib.base.fields import is_number, is_truth, is_whole, other_unit, shown
+from elib.base.fields import Choice, Member, Number, Rule, Whole, is_number
 
 
 class LedAction(enum.IntEnum):
@@ -44,34 +43,6 @@ class ProximityRate(enum.IntEnum):
     SLOW = 2
 
 
-Number = int | float
-
-
-class _Meant(float):
-    """A number that was passed through :func:`really`."""
-
-    __slots__ = ()
-
-
-def really(number: float) -> float:
-    """Mark a number that is larger than usual as meant so: ``robot.drive(elib.really(12))``.
-
-    A distance or place beyond 5 m, an angle beyond three turns, and a time beyond an hour are refused without it: most
-    of them are in another unit.
-
-    Raises:
-        ArgumentError: *number* is not a number.
-
-    Example:
-        >>> robot.sleep(elib.really(5000))
-        >>> round(robot.time) >= 5000
-        True
-    """
-    if not is_number(number):
-        raise ArgumentError(f"elib.really() takes a number, not {number!r}")
-    return _Meant(number)
-
-
 @dataclass(frozen=True, slots=True)
 class Quantity:
     """One kind of argument: its unit, its range, and its whole number on the wire.
@@ -84,7 +55,8 @@ class Quantity:
         scale: Counts on the wire for one unit; 0 for a whole number that is on the wire as it is.
         choices: The only values allowed, or None.
         names: An enumeration; its members, their numbers and their names are allowed.
-        usual: The largest magnitude that is taken without :func:`really`.
+        usual: The largest magnitude that is taken without :func:`~elib.really`.
+        takes: The rule that follows from all this.
     """
 
     name: str
@@ -96,62 +68,36 @@ class Quantity:
     names: type[enum.IntEnum] | None = None
     usual: float = math.inf
 
-    def check(self, argument: str, value: object, *, clip: bool = False) -> Number:
+    takes: Rule = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if self.names is not None:
+            takes: Rule = Member(self.names)
+        elif isinstance(self.choices, range):
+            takes = Whole(self.low, self.high, self.unit, step=self.choices.step)
+        elif self.choices is not None:
+            takes = Choice(tuple(self.choices))
+        else:
+            takes = (Number if self.scale else Whole)(self.low, self.high, self.unit, usual=self.usual)
+        object.__setattr__(self, "takes", takes)
+
+    def check(self, argument: str, value: object, *, clip: bool = False) -> float:
         """Return *value* as the number to use; with *clip*, the nearest one that is allowed.
 
         Raises:
             ArgumentError: *value* has the wrong type, is not finite, or is out of range.
         """
-        if self.names is not None:
-            return self._member(argument, value, self.names)
-        usual = math.inf if isinstance(value, _Meant) else self.usual
-        if is_number(value) and (self.scale or is_whole(value)):
-            # A whole number of Python has no bound, so it is compared before it becomes a float.
-            number = value if isinstance(value, int) else float(value)
-            if clip:
-                number = min(max(number, self.low), self.high)  # in this order NaN stays NaN
-            is_allowed = self.low <= number <= self.high and abs(number) <= usual
-            if is_allowed and (self.choices is None or number in self.choices):
-                return float(number) if self.scale else int(number)
-        said = f"{shown(value)} {self.unit}".rstrip() if is_number(value) else repr(value)
-        raise ArgumentError(f"{argument} is {said}; it must be {self.rule}", hint=self._hint(value))
-
-    def _hint(self, value: object) -> str:
-        hint = getattr(value, "advice", "") or other_unit(value, self.unit or self.name, *self._bounds)
-        if is_number(value) and self.usual < abs(value) and self.low <= value <= self.high:
-            hint += f" for {value:g} {self.unit} write elib.really({value:g})"
-        return hint.strip()
-
-    @property
-    def _bounds(self) -> tuple[float, float]:
-        """The range without :func:`really`."""
-        return max(self.low, -self.usual), min(self.high, self.usual)
-
-    def _member(self, argument: str, value: object, names: type[enum.IntEnum]) -> Number:
-        if isinstance(value, str):
-            member = names.__members__.get(value.strip().upper())
-            if member is not None:
-                return member
-        elif (is_whole(value) or is_truth(value)) and int(value) in set(names):
-            return names(int(value))
-        allowed = ", ".join(f"{member.name} ({member.value})" for member in names)
-        raise ArgumentError(f"{argument} is {value!r}; it must be one of {allowed}")
+        if clip and is_number(value):
+            value = min(max(value, self.low), self.high)  # in this order NaN stays NaN
+        number: float = self.takes.require(value, argument)
+        return number
 
     @property
     def rule(self) -> str:
         """The rule in words, for errors and help pages."""
-        low, high = map(plain, self._bounds)
-        if self.names is not None:
-            return "one of " + ", ".join(member.name for member in self.names)
-        if isinstance(self.choices, range):
-            return f"a multiple of {self.choices.step} from {low} to {high}"
-        if self.choices is not None:
-            return "one of " + ", ".join(str(choice) for choice in self.choices)
-        kind = "a number" if self.scale else "a whole number"
-        unit = f" {self.unit}" if self.unit else ""
-        return f"{kind} from {low} to {high}{unit}"
+        return str(self.takes)
 
-    def to_wire(self, value: Number) -> int:
+    def to_wire(self, value: float) -> int:
         """Return *value* as the nearest whole number on the wire."""
         return round(value * self.scale) if self.scale else int(value)
 
@@ -165,11 +111,6 @@ def number_from(text: str) -> object:
     return text
 
 
-def plain(bound: float) -> str:
-    """Return a bound with all its digits."""
-    return f"{bound:.0f}" if bound == int(bound) else f"{bound:g}"
-
-
 SECONDS = Quantity("seconds", "s", 0, 1e9, scale=1, usual=3600)
 """A time to wait, an hour at most: a larger number is likely to be in milliseconds."""
 Seconds = Annotated[float, SECONDS]
@@ -179,7 +120,7 @@ def check_timeout(seconds: object, what: str = "a timeout") -> float:
     """Return *seconds* if that can be the limit of a wait; an error calls it *what*.
 
     Raises:
-        ArgumentError: *seconds* is not a number, not finite, negative, or more than an hour without :func:`really`.
+        ArgumentError: *seconds* is not a number, not finite, negative, or more than an hour without ``really()``.
     """
     return float(SECONDS.check(what, seconds))
 

@@ -8,6 +8,7 @@ import socket
 from dataclasses import dataclass
 
 from elib.base.errors import ArgumentError, LinkError, LinkNotFound
+from elib.base.fields import Whole
 from elib.base.timebase import require_real_time
 from elib.link.transport.stream import StreamTransport
 from elib.link.transport.url import HOST_PORT, Scheme, Url
@@ -30,10 +31,7 @@ def host_and_port(url: Url) -> tuple[str, int]:
         raise ArgumentError(
             f"{url.target!r} is not HOST:PORT", hint=f"a URL of this kind looks like {url.scheme}://192.168.1.5:4000"
         )
-    port = int(match[2])
-    if not 1 <= port <= 65535:
-        raise ArgumentError(f"port is {port}; it must be from 1 to 65535")
-    return match[1].strip("[]"), port
+    return match[1].strip("[]"), Whole(1, 65535).require(int(match[2]), "port")
 
 
 @dataclass(frozen=True, slots=True)

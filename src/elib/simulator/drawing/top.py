@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
 
-from elib.base.errors import ArgumentError
+from elib.base.fields import Whole
 from elib.simulator.drawing.fittings import glow_shapes, lamp_shapes, push_shapes, sound_shapes
 from elib.simulator.drawing.robot import robot_shapes
 from elib.simulator.drawing.shapes import Disc, Drawing, Picture, Point, Polygon, Shape, Stroke, Text, blend
@@ -41,7 +41,7 @@ TRAIL_HUES = (
 GRID_STEP = 0.1  # m between the faint lines.
 TRAIL_SHADES = 48  # Steps from pale to full colour: more cannot be told apart.
 NICE_LENGTHS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # m, for the scale bar.
-SMALLEST, LARGEST = 200, 8000  # Pixels of the longer side.
+SIZE = Whole(200, 8000, "pixels")  # of the longer side
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +80,7 @@ def top_view(
     Raises:
         ArgumentError: *size* is out of its range.
     """
-    if not SMALLEST <= size <= LARGEST:
-        raise ArgumentError(f"size is {size} pixels; it must be from {SMALLEST} to {LARGEST}")
+    SIZE.require(size, "size")
     frame = _Frame(snapshot, size)
     shapes = [
         *_floor(snapshot, frame),

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from elib.base.errors import ArgumentError
+from elib.base.fields import Number
 from elib.simulator.physics.elementary import interpolated
 
 CAPACITY: Final = 5.0 * 3600
@@ -65,9 +65,7 @@ class Cell:
     """
 
     def __init__(self, charge: float = 1.0, time: float = 0.0) -> None:
-        if not 0.0 <= charge <= 1.0:
-            raise ArgumentError(f"the battery's charge is {charge}; it must be from 0 to 1")
-        self._left = charge * CAPACITY
+        self._left: float = CAPACITY * Number(0, 1).require(charge, "charge", "the battery's ")
         self._since = time
         self._power = IDLE
 

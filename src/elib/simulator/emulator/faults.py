@@ -6,7 +6,7 @@ import random
 from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol
 
-from elib.base.errors import ArgumentError
+from elib.base.fields import Number, Whole
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,12 +35,10 @@ class Fault:
 
     def __post_init__(self) -> None:
         for name, seconds in (("delay", self.delay), ("copy_after", self.copy_after or 0.0)):
-            if not 0 <= seconds < float("inf"):
-                raise ArgumentError(f"{name} is {seconds} s; it must be 0 or more")
-        if not 1 <= self.mask <= 255:
-            raise ArgumentError(f"mask is {self.mask}; it must be from 1 to 255, or the byte stays as it is")
-        if isinstance(self.corrupt, int) and self.corrupt < 0:
-            raise ArgumentError(f"corrupt is {self.corrupt}; the first byte of an answer has the index 0")
+            Number(0, unit="s").require(seconds, name)
+        Whole(1, 255).require(self.mask, "mask")
+        if self.corrupt not in (None, "random"):
+            Whole(0).require(self.corrupt, "corrupt")
 
 
 def both(first: Fault | None, second: Fault | None) -> Fault | None:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError
+from elib.base.fields import Whole
 from elib.link.protocol.camera import SENSOR_HEIGHT, SENSOR_WIDTH, CameraWindow
 from elib.link.protocol.image import Mounting, check_mounting
 from elib.simulator.emulator.battery import FULL_VOLTS, LOW_VOLTS, Cell, power_of
@@ -172,9 +173,7 @@ class SimulatedHardware:
         Raises:
             ArgumentError: There is no such position.
         """
-        if not 0 <= position <= 15:
-            raise ArgumentError(f"the selector's position is {position}; it must be from 0 to 15")
-        self._position = position
+        self._position = Whole(0, 15).require(position, "position", "the selector's ")
 
     def selector(self) -> int:
         """Return the position of the rotary switch: at first 3 for Bluetooth, or 15 for Wi-Fi."""
@@ -194,8 +193,7 @@ class SimulatedHardware:
         """
         last = 127 if self._build.has_time_of_flight else 63
         for name, value, high in (("address", address, 31), ("data", data, last)):
-            if not 0 <= value <= high:
-                raise ArgumentError(f"{name} is {value}; it must be from 0 to {high}")
+            Whole(0, high).require(value, name)
         self._code = 0 if self._code[0] == 1 else 1, address, data
 
     def infrared(self) -> tuple[int, int, int]:

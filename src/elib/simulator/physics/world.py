@@ -261,8 +261,7 @@ class World(ReadableWorld):
         Raises:
             ArgumentError: *time* is not finite.
         """
-        if not math.isfinite(time):
-            raise ArgumentError(f"the time to run to is {time}; it must be a finite number of seconds")
+        Number(unit="s").require(time, "the time to run to")
         step, tick = self.scene.step, self.tick
         ticks = max(int(time / step) - tick - 1, 0)
         while (tick + ticks + 1) * step <= time:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
+from elib.base.fields import Whole
 from elib.base.files import guide, read_file
 
 ROW = 0x40
@@ -23,7 +24,7 @@ NUMBER_AT, START_AT = 0x17F36, 0x17F38
 """Where the robot's number stands, and the jump by which the bootloader leaves to the program."""
 FIRST_START = 0x100
 """The first address behind the reset vector and the interrupt vectors."""
-LARGEST_NUMBER = 0xFFFF
+NUMBER = Whole(0, 0xFFFF)
 EMPTY = b"\xff" * ROW_BYTES
 
 OTHER_MEMORY = {
@@ -82,8 +83,7 @@ class Image:
         Raises:
             ArgumentError: *number* is out of its range.
         """
-        if not 0 <= number <= LARGEST_NUMBER:
-            raise ArgumentError(f"the robot's number is {number}; it must be from 0 to {LARGEST_NUMBER}")
+        NUMBER.require(number, "number", "the robot's ")
         last = _with(self.rows[VECTORS], NUMBER_AT, bytes((number & 0xFF, number >> 8, 0)))
         return [
             *((address, self.rows[address]) for address in sorted(self.rows) if address != VECTORS),
