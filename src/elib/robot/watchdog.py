@@ -44,7 +44,7 @@ _is_usual = False
 
 @contextlib.contextmanager
 def watched() -> Iterator[None]:
-    """Let the watchdog stop every robot whose program does not say whether it shall, while the block lasts.
+    """Let the watchdog stop every robot whose program says nothing about it, while the block lasts.
 
     Where it is not supported, nothing changes.
     """
