@@ -261,6 +261,11 @@ def grows(world, i):
     return world.robot[i].x
 
 
+def pushes(world, i):
+    world.robots[i].x = 0.5
+    return 1.0
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -282,6 +287,7 @@ def grows(world, i):
         ({"reward": fails}, "a function of task 'test' fails in the first tick: IndexError"),
         ({"reward": not_a_number}, r"the reward of task 'test' is \[inf\] in the first tick"),
         ({"is_over": fails}, "a function of task 'test' fails"),
+        ({"reward": pushes}, "a function of task 'test' changes the world in the first tick"),
         ({"sensors": ("sonar",)}, "there is no sensor 'sonar'"),
         ({"period": 0.03}, "a period of 0.03 s is not a whole number of ticks of 0.025 s"),
         ({"seconds": 0.05}, r"an episode of 0.05 s is shorter than a period, 0.1 s"),

@@ -488,6 +488,7 @@ class Episodes:
         for sensor in (*task.sensors, *task.reward_sensors):
             world.readings(sensor)
         records = world.records
+        before = repr((records.robots, records.views, records.things))  # unlike ==, it takes NaN for NaN
         try:
             earned = [float(task.reward(records, i)) for i in range(task.robots)]
             if task.is_over is not None:
@@ -500,6 +501,11 @@ class Episodes:
             raise ArgumentError(
                 f"a function of task {task.name!r} fails in the first tick: {error!r}", hint=hint
             ) from error
+        if repr((records.robots, records.views, records.things)) != before:
+            raise ArgumentError(
+                f"a function of task {task.name!r} changes the world in the first tick",
+                hint="a reward and an end only read; what they remember belongs into the controller's memory",
+            )
         if not all(map(math.isfinite, earned)):
             raise ArgumentError(f"the reward of task {task.name!r} is {earned} in the first tick, not a finite number")
 
