@@ -2,6 +2,8 @@
 
 import asyncio
 import contextlib
+import logging
+import random
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 
@@ -10,16 +12,19 @@ import pytest
 import elib
 from elib.base.errors import ArgumentError, LinkClosed, LinkError, LinkLost, LinkNotFound, ReplyTimeout
 from elib.link.protocol.commands import SPECS
+from elib.link.protocol.profiles import PROFILES
 from elib.link.protocol.table import Request
 from elib.link.protocol.values import Steps
-from elib.link.session import Disconnected, Ending, Reconnected, ResetNoticed, Session, TraceEvent
+from elib.link.session import Disconnected, Ending, Greeted, Reconnected, ResetNoticed, Session, TraceEvent, Wrote
 from elib.link.transport.memory import MemoryTransport, memory_pair
+from elib.robot.events import LateAnswerDetector
 from elib.robot.reconnect import Policy, Reconnector
 from elib.simulator.emulator.emulator import Emulator
+from elib.simulator.emulator.faults import Fault
 from elib.simulator.emulator.fixed_hardware import FixedHardware
 from elib.simulator.emulator.link import Link
 from elib.testing import simulated
-from shared import inside
+from shared import inside, until
 
 
 @dataclass
@@ -30,6 +35,7 @@ class RadioLink:
     robot: Emulator = field(init=False)
     hardware: FixedHardware = field(init=False)
     link: Link | None = None
+    latency: float = 0.005
     is_clear: bool = True
     opened: int = 0
     attempts: int = 0
@@ -46,7 +52,7 @@ class RadioLink:
         near, far = memory_pair()
         self.end: MemoryTransport = far
         if self.link is None:
-            self.link = Link(self.robot, far, latency=0.005, origin=0.0)
+            self.link = Link(self.robot, far, latency=self.latency, origin=0.0)
         else:
             self.link.attach(far)
         self.opened += 1
@@ -60,6 +66,11 @@ class RadioLink:
 
     def pull_battery(self) -> None:
         self.robot.power_cycle(asyncio.get_running_loop().time())
+        assert self.link is not None
+        self.link.catch_up()
+
+    def press_reset(self) -> None:
+        self.robot.press_reset(asyncio.get_running_loop().time())
         assert self.link is not None
         self.link.catch_up()
 
@@ -84,8 +95,12 @@ class Rig:
 
 
 @contextlib.asynccontextmanager
-async def rig(firmware: str = "asercom-1.2.2", policy: Policy = Policy()) -> AsyncIterator[Rig]:  # noqa: B008  # frozen
-    radio = RadioLink(firmware)
+async def rig(
+    firmware: str = "asercom-1.2.2",
+    policy: Policy = Policy(),  # noqa: B008  # frozen
+    latency: float = 0.005,
+) -> AsyncIterator[Rig]:
+    radio = RadioLink(firmware, latency=latency)
     channel = await Reconnector("test://radio", radio.start, policy).open()
     channel.hooks.append(lambda time, event: radio.events.append(event))
     try:
@@ -232,6 +247,161 @@ async def test_counters_that_fall_back_to_0_show_a_reset_without_a_greeting(r: R
     await asyncio.sleep(1)
     assert [event.sign for event in r.radio.seen(ResetNoticed)] == ["encoders"]  # type: ignore[attr-defined]
     assert await r.ask("encoders") == (20000, -20000)
+
+
+# -- a restart while the link holds --
+
+
+async def set_all(r: Rig) -> None:
+    await r.ask("set_camera", 20, 20, 8, "grey", within=3)
+    await r.ask("set_body_led", 1)
+    await r.ask("set_encoders", 5000, 5000)
+    await r.ask("encoders")
+
+
+async def assert_all_is_set(r: Rig, counters: tuple[int, int] = (5000, 5000), body: int = 1) -> None:
+    assert (await r.ask("camera", within=60))[:4] == (0, 20, 20, 8)  # type: ignore[index]
+    assert await r.ask("encoders", within=60) == counters
+    assert r.radio.hardware.lights.body == body
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+@simulated
+async def test_a_reading_that_a_restart_lost_is_made_again_when_all_is_restored(firmware: str) -> None:
+    async with rig(firmware) as r:
+        await set_all(r)
+        call = asyncio.ensure_future(r.ask("camera", within=5))
+        await asyncio.sleep(0.0055)  # the robot has it, or a part of it, and the answer has not left it
+        r.radio.press_reset()
+        assert (await call)[:4] == (0, 20, 20, 8)  # type: ignore[index]
+        assert len(r.radio.seen(Greeted)) == 1
+        await assert_all_is_set(r)
+        assert r.radio.opened == 1
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+@simulated
+async def test_a_call_that_acts_and_that_a_restart_lost_ends_with_the_greeting(firmware: str) -> None:
+    async with rig(firmware) as r:
+        await set_all(r)
+        call = asyncio.ensure_future(r.ask("set_speed", 0.5, 0.5, within=60))
+        await asyncio.sleep(0.0055)  # the robot has it, or a part of it, and the answer has not left it
+        r.radio.press_reset()
+        greeted: list[float] = []
+        r.channel.hooks.append(lambda time, event: greeted.append(time) if isinstance(event, Greeted) else None)
+        with pytest.raises(ReplyTimeout, match=r"not answered: the robot was reset meanwhile") as error:
+            await call
+        assert "60 s" not in str(error.value)
+        assert r.now - greeted[0] < 0.1
+        await assert_all_is_set(r)
+        assert r.radio.hardware.rates == (0, 0)
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+@pytest.mark.parametrize("draws", [25, pytest.param(2000, marks=pytest.mark.long)])
+def test_a_restart_at_any_moment_loses_nothing_that_was_set_and_no_answer(firmware: str, draws: int) -> None:
+    calls: list[tuple[str, tuple[object, ...]]] = [
+        ("proximity", ()),
+        ("encoders", ()),
+        ("image", ()),
+        ("help_text", ()),
+        ("distance" if firmware == "epuck2" else "attitude", ()),
+        ("stop", ()),
+        ("set_speed", (0.1, 0.1)),
+        ("set_front_led", (1,)),
+        ("set_body_led", (0,)),
+        ("calibrate_proximity", ()),
+    ]
+    if firmware != "btcom-1.1.3":  # what waits in its ring while it starts may be garbled
+        calls.append(("set_encoders", (700, -700)))
+
+    @simulated
+    async def story(draw: random.Random) -> None:
+        (name, args), within = draw.choice(calls), draw.choice([0.5, 1.0, 2.0, 5.0, 10.0])
+        what = f"{name}{args} within {within} s"
+        async with rig(firmware, latency=draw.choice([0.0, 0.005, 0.03])) as r:
+            await set_all(r)
+            late: list[object] = []
+            greeted: list[float] = []
+            detector = LateAnswerDetector()
+
+            def hook(time: float, event: TraceEvent) -> None:
+                late.extend(filter(None, [detector.observe(event)]))
+                if isinstance(event, Greeted):
+                    greeted.append(time)
+
+            r.channel.hooks.append(hook)
+            restart = draw.choice([draw.uniform(0, 3), draw.uniform(2.95, 3.0), draw.uniform(1.6, 2.0)])
+            loop = asyncio.get_running_loop()
+            loop.call_later(restart, r.radio.press_reset)
+            if draw.random() < 0.25:
+                loop.call_later(restart + draw.uniform(0.5, 4), r.radio.press_reset)
+            await asyncio.sleep(2.99)
+            error, end = None, r.now + within
+            try:
+                await r.ask(name, *args, within=within)
+            except ReplyTimeout as timeout:
+                error = timeout
+            ended = r.now
+            await asyncio.sleep(15)
+            if error is not None and r.request(name, *args).only_reads:
+                assert end < greeted[-1] + 1.5, f"{what} had the time to be asked again"
+            elif error is not None and ended < end:
+                assert not late, f"{what} was ended, but its answer came"
+                assert ended <= max(time for time in greeted if time <= ended) + 0.1, what
+            counters, body = (5000, 5000), 1
+            if name in ("set_speed", "set_encoders"):
+                await r.ask("stop")
+                counters = await r.ask("encoders")  # type: ignore[assignment]
+                possible = [(700, -700)] if error is None else [(700, -700), (5000, 5000), (5700, 4300)]
+                assert counters in possible if name == "set_encoders" else min(counters) >= 5000, what
+            elif name == "set_body_led":
+                body = 0 if error is None else r.radio.hardware.lights.body
+            await assert_all_is_set(r, counters, body)
+            assert r.radio.opened == 1, what
+
+    for seed in range(draws):
+        story(random.Random(f"{firmware} {seed}"))
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+@simulated
+async def test_restoring_goes_on_though_answers_are_lost_and_the_robot_restarts_again(firmware: str) -> None:
+    async with rig(firmware) as r:
+        await set_all(r)
+        r.radio.press_reset()
+        await until(lambda: r.radio.seen(ResetNoticed))
+        assert r.radio.link is not None
+        r.radio.link.faults.extend(Fault(lose=each in (0, 3, 5)) for each in range(6))
+        await until(lambda: r.radio.hardware.lights.body)
+        r.radio.press_reset()
+        await until(lambda: len(r.radio.seen(Greeted)) == 2)
+        await assert_all_is_set(r)
+
+
+@pytest.mark.parametrize("firmware", sorted(PROFILES))
+@simulated
+async def test_what_cannot_be_restored_is_said_and_tried_again_over_a_new_link(
+    firmware: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with rig(firmware) as r:
+        await set_all(r)
+        r.radio.press_reset()
+        await until(lambda: r.radio.seen(ResetNoticed))
+
+        def lose_answers(time: float, event: TraceEvent) -> None:
+            if isinstance(event, Wrote) and event.data.startswith(b"J,") and r.radio.opened == 1:
+                assert r.radio.link is not None
+                r.radio.link.faults.append(Fault(lose=True))
+
+        r.channel.hooks.append(lose_answers)
+        with caplog.at_level(logging.WARNING, "elib"):
+            await assert_all_is_set(r)
+        assert r.radio.opened == 2
+        (down,) = r.radio.seen(Disconnected)
+        assert isinstance(down, Disconnected)
+        assert "could not be set again: set_camera(20, 20, 8, 0) " in str(down.error)
+        assert "could not be set again" in caplog.text
 
 
 @inside(rig, policy=Policy(first_delay=0.5, longest_delay=2.0, give_up_after=10.0))

@@ -97,6 +97,8 @@ class HonestRig:
     origin: float
     outcomes: list[Outcome] = field(default_factory=list)
     blocked: list[tuple[float, float]] = field(default_factory=list)
+    silences: list[float] = field(default_factory=list)
+    """How long each thing beside the faults keeps the robot from answering, s."""
 
     def block_at(self, delay: float, seconds: float) -> None:
         """Block the event loop in *delay* s, for *seconds*."""
@@ -108,6 +110,11 @@ class HonestRig:
             self.blocked.append((began, loop.time()))
 
         loop.call_later(delay, busy)
+
+    def restart(self) -> None:
+        """Press the robot's reset button."""
+        self.link.robot.press_reset(asyncio.get_running_loop().time() - self.origin)
+        self.link.catch_up()
 
     def request(self, name: str, *args: object) -> Request[object]:
         return SPECS[name].request(self.session.context, *args)

@@ -58,6 +58,8 @@ schedule = settings(
 )
 
 
+STARTUP = 4.1
+"""s that a robot is silent at most when it starts: the e-puck2."""
 LEAST_SILENCE = 3.0
 """s without an answer after which the session may give the robot up."""
 
@@ -70,7 +72,7 @@ def silence(faults: Sequence[Fault], blocks: Sequence[tuple[float, float]]) -> f
 
 async def play(rig: HonestRig, script: list[Call], blocks: Sequence[tuple[float, float]] = ()) -> None:
     """Make the calls, some one after the other and some at once, and compare every outcome with what the robot did."""
-    might_be_silent = silence(tuple(rig.link.faults), blocks)
+    might_be_silent = silence(tuple(rig.link.faults), blocks) + sum(rig.silences)
     await rig.play(script, blocks)
     assert len(rig.outcomes) == len(script)
     for outcome in rig.outcomes:
@@ -139,6 +141,28 @@ async def test_any_schedule_of_bad_binary_answers_and_pictures_gives_the_right_v
     script = [(name, (3, 0.1, 0.2, 0.3) if name == "set_rgb_led" else args, *rest) for name, args, *rest in script]
     async with honest_rig(firmware, latency=latency, faults=faults) as rig:
         await play(rig, script, blocks)
+
+
+@schedule
+@given(
+    st.sampled_from(sorted(PROFILES)),
+    st.lists(binary_faults, max_size=4),
+    st.data(),
+    st.lists(st.floats(0.0, 3.0), min_size=1, max_size=3),
+)
+@simulated
+async def test_any_schedule_of_restarts_gives_the_right_value_or_an_error(
+    firmware: str, faults: list[Fault], data: st.DataObject, restarts: list[float]
+) -> None:
+    rows = [*binary_rows[firmware], "set_speed", "set_body_led", "encoders"]
+    script = data.draw(st.lists(calls(st.sampled_from(rows)), min_size=1, max_size=6))
+    script = [(name, (3, 0.1, 0.2, 0.3) if name == "set_rgb_led" else args, *rest) for name, args, *rest in script]
+    async with honest_rig(firmware, latency=0.01, faults=faults) as rig:
+        loop = asyncio.get_running_loop()
+        for at in restarts:
+            loop.call_later(at, rig.restart)
+        rig.silences += [STARTUP] * len(restarts)
+        await play(rig, script)
 
 
 @schedule

@@ -730,6 +730,44 @@ async def test_a_reset_that_cuts_a_request_is_no_refusal(firmware: str) -> None:
         assert await r.ask("proximity") == NEAR
 
 
+@pytest.mark.parametrize(
+    ("name", "args", "letter", "parts"),
+    [
+        ("proximity", (), b"N", [HELLO]),
+        ("proximity", (), b"N", [HELLO[:20], 0.01, HELLO[20:50], 0.01, HELLO[50:]]),
+        ("proximity", (), b"N", [b"n,1,2,3", 1.4, HELLO]),
+        ("stop", (), b"S", [b"Selector pos 3\r\n", 0.3, HELLO]),
+        ("play_sound", (1,), b"T", [HELLO]),
+        ("attitude", (), b"\xbf", [b"\x01\x02", b"Selector pos 3\r\n" + HELLO]),
+        ("image", (), b"\xb7", [bytes([0, 40, 40]) + bytes(1590), HELLO]),
+        ("image", (), b"\xb7", [HELLO]),
+    ],
+)
+@pytest.mark.parametrize("is_asked_again", [False, True])
+@inside(rig, "asercom-1.2.2")
+async def test_a_call_whose_answer_a_restart_lost_ends_as_soon_as_the_robot_answers_a_question_behind_it(
+    r: Rig, name: str, args: tuple[object, ...], letter: bytes, parts: list[bytes | float], is_asked_again: bool
+) -> None:
+    if is_asked_again:
+        r.robot.next_answer(b"V")
+    r.robot.next_answer(letter, *parts)
+    began = r.now
+    with pytest.raises(ReplyTimeout, match=r"was not answered: the robot was reset meanwhile"):
+        await r.ask(name, *args, within=60)
+    assert r.now - began < 3
+    assert await r.ask("proximity") == NEAR
+
+
+@pytest.mark.parametrize("firmware", VERSIONS)
+@pytest.mark.parametrize("late", [0.0, 0.02, 0.05, 1.0, 4.0])
+@simulated
+async def test_a_call_is_not_ended_by_a_greeting_while_its_answer_still_comes(firmware: str, late: float) -> None:
+    async with rig(firmware) as r:
+        r.robot.next_answer(b"N", HELLO, late, b"n,1,2,3,4,5,6,7,8\r\n")
+        assert await r.ask("proximity", within=10) == NEAR
+        assert await r.ask("selector") is not None
+
+
 @inside(rig)
 async def test_trace_hooks_see_calls_resyncs_and_outcomes(r: Rig) -> None:
     seen: list[object] = []

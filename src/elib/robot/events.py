@@ -227,7 +227,7 @@ class LateAnswerDetector:
     def __init__(self) -> None:
         self._request = ""
         self._heard = bytearray()
-        self._probe = b""
+        self._probe = self._asked = b""
 
     def observe(self, event: TraceEvent) -> tuple[str, int] | None:
         """Return the call and the number of bytes that were received too late, when a resync shows it; else None."""
@@ -235,18 +235,21 @@ class LateAnswerDetector:
             case Ended(error=ReplyTimeout() | asyncio.CancelledError()) if not math.isnan(event.round_trip):
                 self._request = str(event.request)
                 self._heard.clear()
-            case Ended():
-                # A call that another one replaced may be cancelled while that one is answered as usual.
+            case Ended() | Greeted():
+                # A call that another one replaced may be cancelled while that one is answered as usual. A robot that
+                # has restarted answers nothing from before.
                 self._request = ""
             case Received() if self._request:
                 self._heard += event.data
-            case Wrote() if self._request:
-                self._probe = event.data[-2:-1].lower() + b","
-            case Resynced() if self._request:
+            case Wrote(data=data) if data[:1] in (b"\0", b"\r"):  # past the call: a probe, or a stop that does not wait
+                self._probe = data[-2:-1].lower() + b","
+                self._asked += data.lstrip(b"\0\r")[:1].lower()
+            case Resynced():
                 # The bytes received last are the answer to the probe.
-                late = self._heard[: max(0, self._heard.lower().rfind(self._probe))].strip(b"\r\n")
-                request, self._request = self._request, ""
-                if late:
+                lines = self._heard[: max(0, self._heard.lower().rfind(self._probe))].splitlines(keepends=True)
+                late = b"".join(each for each in lines if each[:1].lower() not in self._asked).strip(b"\r\n")
+                request, self._request, self._asked = self._request, "", b""
+                if late and request:
                     return request, len(late)
             case _:
                 pass

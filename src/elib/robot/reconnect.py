@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import copy
+import logging
 import math
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeVar
 
 from elib.base.body import STEPS_PER_REVOLUTION, wrapped
@@ -45,8 +46,12 @@ from elib.robot.odometry import fell_back, fell_back_over_gap, steps_in
 
 T = TypeVar("T")
 
+log = logging.getLogger("elib")
+
 RESTORING_TIME = 1.0
-"""s that each command waits which restores what was set."""
+"""s that each command waits at least which restores what was set."""
+RESTORING_TRIES = 5
+"""How often each of them is tried before the link is opened again: for longer than an e-puck2 takes to restart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +92,12 @@ class Reconnector(ForwardingChannel):
         self._restoring: asyncio.Task[None] | None = None
         self.is_restoring = False
         self._streams: tuple[Wanted | None, bool] = (None, False)
+        self._has_restarted = False
+        """Whether what was restored so far is forgotten again."""
+        self._has_lost_steps = False
+        """Whether the counters began at 0 again, and were not set since."""
+        self._own: Request[object] | None = None
+        """The request that restores now."""
         self._memory = LastSet()
         self._steps: Steps | None = None
         self._loop = asyncio.get_running_loop()
@@ -108,7 +119,8 @@ class Reconnector(ForwardingChannel):
         """Send *request* in its turn and return its answer, over a new link if necessary.
 
         A call that was never sent, one that only reads, and ``stop`` are sent again on a new link. Any other call that
-        was under way when the link broke fails, because whether the robot did it is unknown.
+        was under way when the link broke fails, because whether the robot did it is unknown. The same holds for a call
+        that was under way when the robot restarted. While what was set is being set again, calls wait, except ``stop``.
 
         Raises:
             ReplyTimeout: No answer, or no link, in time.
@@ -119,6 +131,9 @@ class Reconnector(ForwardingChannel):
         while True:
             if self.error is not None or not self._is_up.is_set():
                 await self._wait_for_link(request, deadline)
+            if self._restoring is not None and not request.is_urgent:
+                await self._wait_for_restoring(request, self._restoring, deadline)
+                continue
             session = self._session
             call: Call[T] | None = None
             try:
@@ -130,6 +145,10 @@ class Reconnector(ForwardingChannel):
             except LinkLost:
                 self._on_down(session)
                 if call is not None and not math.isnan(call.sent) and not (request.only_reads or request.is_urgent):
+                    raise
+            except (ReplyTimeout, RemoteProtocolError):
+                may_repeat = request.only_reads or request.is_urgent
+                if call is None or not call.saw_reset or not may_repeat or self._loop.time() >= deadline:
                     raise
 
     async def execute_last(self, request: Request[T], timeout: float) -> T:
@@ -171,10 +190,17 @@ class Reconnector(ForwardingChannel):
             async with asyncio.timeout_at(deadline):
                 await self._is_up.wait()
         except TimeoutError:
-            self._session.counter.unsent += 1
-            message = f"{request} was never sent: the link to {self._url} did not come back in time"
-            raise ReplyTimeout(message, request=str(request)) from None
+            raise self._unsent(request, f"the link to {self._url} did not come back in time") from None
         self._check_alive(request)
+
+    async def _wait_for_restoring(self, request: Request[T], restoring: asyncio.Task[None], deadline: float) -> None:
+        await asyncio.wait({restoring}, timeout=max(0.0, deadline - self._loop.time()))
+        if not restoring.done():
+            raise self._unsent(request, "the robot restarted, and what was set before was not restored in time")
+
+    def _unsent(self, request: Request[T], reason: str) -> ReplyTimeout:
+        self._session.counter.unsent += 1
+        return ReplyTimeout(f"{request} was never sent: {reason}", request=str(request))
 
     def _check_alive(self, request: Request[T]) -> None:
         if self.error is not None:
@@ -193,14 +219,20 @@ class Reconnector(ForwardingChannel):
         match event:
             case Ending(error=error) if not isinstance(error, LinkClosed):
                 self._on_down(self._session)
-            case Greeted() if self._is_up.is_set():
-                # The context is about to forget what was set before, which must be restored.
-                self._memory = copy.deepcopy(self._session.context.last_set)
+            case Greeted():
                 self._notice_reset("greeting")
             case Ended(value=value) if (steps := steps_in(value)) is not None:
                 self._check_steps(steps)
-            case Ended(error=None, request=request) if request.name in ("set_encoders", "reset"):
-                self._steps = None  # set on purpose: the next reading must not be compared
+            case Ended(error=None, request=request):
+                if request.name == "set_encoders":  # on purpose: the readings before it do not count
+                    self._has_lost_steps = False
+                    stamp = self._session.context.stamp
+                    self._steps = Steps(*request.numbers, **stamp) if request.numbers else None  # a text without them
+                elif request.name == "reset":
+                    self._steps = None
+                if self._restoring is not None and request is not self._own:
+                    # The robot took it after its restart: it is newer than what was kept.
+                    request.confirmed(replace(self._session.context, last_set=self._memory))
             case _:
                 pass
 
@@ -209,26 +241,38 @@ class Reconnector(ForwardingChannel):
 
     def _check_steps(self, steps: Steps) -> None:
         """Notice a restart: counters that fell back to about 0 faster than wheels can turn."""
-        if self.is_restoring:
+        if self.is_restoring or self._restoring is not None:
             return
         before, self._steps = self._steps, steps
         if before is None:
             return
         if fell_back(before, steps):
-            self._memory = copy.deepcopy(self._session.context.last_set)
             self._steps = before
             self._notice_reset("encoders")
 
     def _notice_reset(self, sign: str) -> None:
-        if self._restoring is None:
+        """Restore what was set before; a restoration under way begins again."""
+        self._has_restarted = self._has_lost_steps = True
+        if self._restoring is None and self._is_up.is_set():
+            self._keep_memory()  # the context is about to forget it
             self._emit(self._loop.time(), ResetNoticed(sign))
             self._restoring = self._loop.create_task(self._restore_after_reset(), name=f"elib restoring {self._url}")
 
+    def _keep_memory(self) -> None:
+        """Keep what is set now, to restore it; but what a restoration has not finished yet stays as it is."""
+        if self._restoring is None:
+            self._memory = copy.deepcopy(self._session.context.last_set)
+
     async def _restore_after_reset(self) -> None:
+        session = self._session
         try:
-            await self._restore(self._session, was_reset=True)
-        except ElibError:
-            return  # the link is lost again, and is being reopened
+            await self._restore(session)
+        except LinkError:
+            pass  # the link is lost, and is being reopened
+        except ElibError as error:
+            failed = LinkLost(f"what was set before the robot restarted could not be set again: {error.message}")
+            log.warning("%s: %s; the link is opened again to try it once more", self._url, failed.message)
+            session.lose(failed)
         finally:
             self._restoring = None
 
@@ -236,7 +280,7 @@ class Reconnector(ForwardingChannel):
         if session is not self._session or not self._is_up.is_set() or self.error is not None:
             return
         self._is_up.clear()
-        self._memory = copy.deepcopy(session.context.last_set)
+        self._keep_memory()
         error = session.error or LinkLost(f"the link to {self._url} is gone")
         if isinstance(error, ReplayDiffers):
             self._give_up(error)  # to open it again would not help
@@ -291,31 +335,50 @@ class Reconnector(ForwardingChannel):
                 hint="is the address or the port right?",
             )
 
-    async def _restore(self, session: Session, *, was_reset: bool = False) -> None:
-        """Set on *session* what was set before: wheels first, lamps after the camera, which switches them off."""
-        memory = copy.deepcopy(self._memory)
+    async def _restore(self, session: Session) -> None:
+        """Set on *session* what was set before: wheels first, lamps after the camera, which switches them off.
+
+        From the beginning if the robot restarts meanwhile.
+
+        Raises:
+            LinkError: The link is lost.
+            ReplyTimeout, RemoteProtocolError: The robot did not take one of the commands, however often it was sent.
+        """
 
         async def do(name: str, *args: object) -> object:
             request: Request[object] = SPECS[name].request(session.context, *args)
-            return await session.execute(request, RESTORING_TIME)
+            self._own = request
+            for left in reversed(range(RESTORING_TRIES)):
+                try:
+                    return await session.execute(request, max(RESTORING_TIME, session.stopping_time))
+                except (ReplyTimeout, RemoteProtocolError):
+                    if not left:
+                        raise
+            raise AssertionError
 
-        self.is_restoring = True
+        self.is_restoring = self._has_restarted = True
         try:
-            if self._policy.keep_speed:
-                await do("set_speed", *(speed / STEPS_PER_REVOLUTION for speed in memory.speed))
-            else:
-                await do("stop")
-            if self._steps is not None:
-                steps = await do("encoders")
-                assert isinstance(steps, Steps)
-                if was_reset or fell_back_over_gap(self._steps, steps):
-                    bits = session.profile.counter_bits
-                    left, right = (wrapped(new + old, bits) for new, old in zip(steps, self._steps, strict=True))
-                    await do("set_encoders", left, right)
-                    if not was_reset:
-                        self._emit(self._loop.time(), ResetNoticed("encoders"))
-            for name, arguments in restoring_calls(memory):
-                await do(name, *arguments)
+            while self._has_restarted:
+                self._has_restarted = False
+                if self._policy.keep_speed:
+                    await do("set_speed", *(speed / STEPS_PER_REVOLUTION for speed in self._memory.speed))
+                else:
+                    await do("stop")
+                steps = None if self._steps is None else await do("encoders")
+                if self._steps is not None and isinstance(steps, Steps):
+                    was_noticed = self._has_lost_steps
+                    is_set = tuple(steps) == tuple(self._steps)  # by a try whose answer was lost
+                    if (was_noticed and not is_set) or fell_back_over_gap(self._steps, steps):
+                        bits = session.profile.counter_bits
+                        left, right = (wrapped(new + old, bits) for new, old in zip(steps, self._steps, strict=True))
+                        self._steps, self._has_lost_steps = replace(steps, left=left, right=right), False
+                        await do("set_encoders", left, right)
+                        if not was_noticed:
+                            self._emit(self._loop.time(), ResetNoticed("encoders"))
+                    else:
+                        self._steps = steps
+                self._has_lost_steps = self._has_lost_steps and self._has_restarted
+                for name, arguments in restoring_calls(self._memory):
+                    await do(name, *arguments)
         finally:
-            self.is_restoring = False
-            self._steps = None
+            self.is_restoring, self._own = False, None

@@ -72,7 +72,8 @@ def reconnecting(
     ``robot.events`` says what happened.
 
     A call that was under way when the link broke ends in :class:`~elib.LinkLost`, because whether the robot did
-    it is unknown. A call that only reads is sent again, and so is ``stop``.
+    it is unknown. A call that only reads is sent again, and so is ``stop``. The same holds for a call that was under
+    way when the robot restarted; there the error is :class:`~elib.ReplyTimeout`.
 
     Args:
         url: URL of the robot; without one it is chosen as by :func:`elib.connect`. The first opening is tried only

@@ -28,6 +28,8 @@ LONGEST_TAIL = 1024
 """Bytes kept while the answer to a probe is searched for; the longest one has 60."""
 NOISE_LIMIT = 65536
 """Bytes of unexpected lines after which the request is given up."""
+_START = re.compile(rb"Selector pos \d+\r?\n|(?:\x0c\x07)?" + re.escape(GREETING))
+"""What a robot that starts says: asercom 1.2.2 a line, then every firmware two, of which the first begins like this."""
 
 
 class State(enum.Enum):
@@ -84,6 +86,11 @@ class Refusal:
 
 
 @dataclass(frozen=True, slots=True)
+class Forgotten:
+    """The robot restarted and does not know the request under way any more: a question behind it is answered."""
+
+
+@dataclass(frozen=True, slots=True)
 class ResyncAnswer:
     """The probe is answered: the line is in sync again."""
 
@@ -93,7 +100,7 @@ class Greeting:
     """The robot greets without a request: it was switched on, or it has reset itself."""
 
 
-Event = Answer | Refusal | ResyncAnswer | Greeting
+Event = Answer | Refusal | Forgotten | ResyncAnswer | Greeting
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +110,7 @@ class Probe:
     row: str
     data: bytes
     pattern: re.Pattern[bytes]
+    first_line: re.Pattern[bytes]
 
 
 class OutOfQuestions(Exception):
@@ -151,10 +159,12 @@ class HostConnection:
         self._unsettled = b""
         self._asked: list[str] = []
         self._probe: Probe | None = None
+        self._behind: Probe | None = None
+        self._lines_to_skip = 0
         text = re.escape(version.encode("latin-1")) if version else rb"[^\r\n]+"
         hardware = rb"HW version:[^\r\n]*\r?\n" if is_gctronic(version) else rb""
         self._probes = [
-            Probe(row, data, re.compile(answer + rb"\r?\n" + more, re.IGNORECASE))
+            Probe(row, data, *(re.compile(answer + rb"\r?\n" + rest, re.IGNORECASE) for rest in (more, rb"")))
             for row, data, answer, more in (
                 ("version", b"V\r", rb"v," + text, hardware),
                 ("encoders", b"Q\r", rb"q(?:,-?\d+){2}", b""),
@@ -183,6 +193,7 @@ class HostConnection:
         self._buffer.clear()
         self._unexpected_bytes = 0
         self.has_greeted = False
+        self._behind, self._lines_to_skip = None, 0
         self._sent = request.data if request.make is None else request.make(self.context)
         return self._sent
 
@@ -199,6 +210,20 @@ class HostConnection:
         """Return the bytes that send *request* past all that is under way."""
         # Without the zeros of a probe: while the robot is busy, its receive ring must hold this and the probe.
         return b"\r" + (request.data if request.make is None else request.make(self.context))
+
+    def ask_behind(self) -> bytes:
+        """Return the bytes of a question behind the request under way, of a robot that has restarted.
+
+        The robot may have taken the request after its restart, and then answers it first. If the question is answered
+        first, the request was lost, and :class:`Forgotten` follows.
+        """
+        if self._behind is None:
+            self._behind = next(probe for probe in self._probes if probe.data not in self._sent)
+            self._sent += self._behind.data
+            if self._behind.row == self._copy_row:
+                self._copy = b""  # the answer may look like the copy
+        self.is_overtaken = True
+        return self.context.profile.line_end + self._behind.data
 
     def unasked(self) -> bytes:
         """Return what to send when no request is under way: nothing."""
@@ -270,6 +295,7 @@ class HostConnection:
         Returns:
             :class:`Answer`: The request under way is answered.
             :class:`Refusal`: The robot refused it, or its answer is malformed.
+            :class:`Forgotten`: The robot has restarted and will not answer the request under way.
             :class:`ResyncAnswer`: The probe is answered; the line is in sync again.
             :class:`Greeting`: The robot has restarted by itself.
         """
@@ -294,14 +320,23 @@ class HostConnection:
         while True:
             if not self._drop_copy():
                 return
+            # No answer reaches across a start of the robot, or past the answer to a question behind the request.
+            behind = None if self._behind is None else self._behind.first_line.search(self._buffer)
+            if behind is None and not self._skip_greeting():
+                return
+            start = None if request.name == "reset" else self._find_start()
+            limit = min((match.start() for match in (start, behind) if match), default=len(self._buffer))
+            part = self._buffer[:limit] if start or behind else self._buffer
+            found: Parsed[object] | UnexpectedReply | None
             try:
-                found = request.reply.parse(self._buffer, 0, self.context)
+                found = request.reply.parse(part, 0, self.context)
             except RemoteProtocolError as error:
-                if not (self.has_greeted and isinstance(error, CommandRejected)):
+                is_refusal = isinstance(error, CommandRejected)
+                if not self.has_greeted if is_refusal else part is self._buffer:
                     self._refuse(request, error)
                     return
                 # The bootloader took the first bytes, and the program that then started did not know the rest.
-                found = UnexpectedReply(len(self._buffer))
+                found = UnexpectedReply(limit)
             if isinstance(found, UnexpectedReply):
                 self._unexpected_bytes += found.end
                 self._drop(found.end)
@@ -313,7 +348,31 @@ class HostConnection:
                 )
             elif found is not None:
                 self._accept(request, found)
+            elif start is not None and start.start() == limit:
+                self._unexpected_bytes += start.end()
+                self._lines_to_skip = 2 if start[0].endswith(GREETING) else 0
+                self._drop(start.end())
+                continue
+            elif behind is not None:
+                self.abandon()
+                self._events.append(Forgotten())
             return
+
+    def _find_start(self) -> re.Match[bytes] | None:
+        """Return where the robot says that it starts, in the bytes that came."""
+        buffer = self._buffer
+        is_there = GREETING in buffer or b"Selector pos" in buffer  # much faster than the pattern
+        return _START.search(buffer) if is_there else None
+
+    def _skip_greeting(self) -> bool:
+        """Drop what is left of a greeting; return False while more of it may come."""
+        while self._lines_to_skip:
+            end = self._buffer.find(b"\n") + 1
+            if not end:
+                return False
+            self._lines_to_skip -= 1
+            self._drop(end)
+        return True
 
     def _accept(self, request: Request[object], found: Parsed[object]) -> None:
         rest = bytes(self._buffer[found.end :])

@@ -70,7 +70,8 @@ class Call(Generic[T]):
         elif math.isnan(self.sent):
             happened = "it was never sent: others were before it, or the line was out of sync"
         elif self.saw_reset:
-            happened = "the robot was reset meanwhile, and whether it did this before is unknown"
+            message = f"{request} was not answered: the robot was reset meanwhile, and whether it did this is unknown"
+            return ReplyTimeout(message, request=request)
         else:
             happened = "no complete answer came; whether the robot did it is unknown"
         limit = self.deadline - self.called

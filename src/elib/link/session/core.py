@@ -20,6 +20,7 @@ from elib.base.errors import ElibError, LinkClosed, LinkError, LinkLost, about
 from elib.link.protocol.connection import (
     Answer,
     Event,
+    Forgotten,
     Greeting,
     HostConnection,
     Refusal,
@@ -33,7 +34,15 @@ from elib.link.protocol.values import Steps, Version
 from elib.link.protocol.wifi_connection import OutOfStep, Streamed, Wanted, WifiConnection, WifiEvent
 from elib.link.session.calls import Call, CallQueue
 from elib.link.session.opening import RecordingTransport, recognise_robot
-from elib.link.session.resync import LONGEST_SILENCE_WAIT, PAUSE_POLL, PICTURE_SILENCE, MarkerWait, Resync
+from elib.link.session.resync import (
+    LONGEST_SILENCE_WAIT,
+    PAUSE_POLL,
+    PICTURE_SILENCE,
+    PROBE_TIMES,
+    PROBE_TRIPS,
+    MarkerWait,
+    Resync,
+)
 from elib.link.session.statistics import LinkCounter
 from elib.link.session.trace import (
     Called,
@@ -56,6 +65,9 @@ T = TypeVar("T")
 
 OVERTAKING_TIME = 0.05
 """s that a call which halts the robot waits for the answer under way; after that it is sent past it."""
+GREETING_TIME = 0.03
+"""s that a robot has to end its greeting and to take up what came before it. Then it is asked whether it knows the call
+under way; less than OVERTAKING_TIME, as the answer to a stop must come behind that."""
 STOPPING_TIME, STOPPING_TRIPS = 0.4, 4
 """s, and round trips, that the robot has to confirm a stop; the longer of both. A line out of sync needs three."""
 LATE = 0.001
@@ -109,6 +121,7 @@ class Session:
         else:
             self._resync = Resync(connection, self.transport.url, self._put_and_wait, lambda: self._is_paused)
         self._writing: asyncio.Task[None] | None = None
+        self._asking: asyncio.TimerHandle | None = None
         self._is_pumping = False
         self._received_out_of_sync = 0
         self._is_closing = False
@@ -214,6 +227,20 @@ class Session:
                 call.sent = self._loop.time()
                 if self.hooks:
                     self._trace(Wrote(data))
+
+    def _ask_behind(self, call: Call[object] | None) -> None:
+        """Ask a question behind *call*, on whose way the robot restarted: was it lost, or is it still answered?
+
+        Again until one of the two is: the question may be lost too, or the robot be busy with the call.
+        """
+        connection = self._connection
+        if call is None or call is not self._current or not isinstance(connection, HostConnection):
+            return
+        data = connection.ask_behind()
+        if self._line.send_nowait(data) and self.hooks:
+            self._trace(Wrote(data))
+        pause = max(PROBE_TIMES[0], PROBE_TRIPS * self._resync.trip, call.request.service)
+        self._asking = self._loop.call_later(pause, self._ask_behind, call)
 
     def _send_past(self, data: bytes) -> bool:
         """Send *data* past all that is under way; return False if the line does not take them at once."""
@@ -484,9 +511,17 @@ class Session:
                 self.counter.resets += 1
                 for each in self._current or ():
                     each.saw_reset = True
+                if self._asking is not None:
+                    self._asking.cancel()
+                self._asking = self._loop.call_later(GREETING_TIME, self._ask_behind, self._current)
                 if self.hooks:
                     self._trace(Greeted())
                 self.context.forget()
+            case Forgotten():
+                call, self._current = self._current, None
+                self._received_out_of_sync = self._connection.received_bytes
+                for each in call or ():
+                    self._fail(each, each.timeout_error())
             case Streamed(value=value):
                 if self.hooks:
                     self._trace(Pushed(value))
@@ -533,6 +568,10 @@ class Session:
             self._release_line()
         if self.hooks:
             self._trace(Ending(error))
+
+    def lose(self, error: LinkLost) -> None:
+        """End the session as if the link had broken, for the reason *error*: it is of no use any more."""
+        self._finish(error)
 
     def _release_line(self) -> None:
         """Close the transport; if it is still open, first try to send the final command without waiting."""
