@@ -334,6 +334,66 @@ def test_the_blocking_styles_ask_again_too() -> None:
         assert robot.within(2, tries=2).sensors().selector is not None
 
 
+UNDER_WAY: list[tuple[str, tuple[object, ...]]] = [
+    ("encoders", ()),
+    ("proximity", ()),
+    ("ambient_light", ()),
+    ("version", ()),
+    ("camera", ()),
+    ("microphones", ()),
+    ("help_text", ()),
+    ("image", ()),
+    ("sensors", ()),
+    ("pose", ()),
+    ("stop", ()),
+    ("calibrate_proximity", ()),
+    ("text", ("V",)),
+    ("set_speed", (0.2, -0.2)),
+    ("set_encoders", (5, 6)),
+    ("set_body_led", (1,)),
+    ("set_camera", (20, 20, 8, "grey")),
+]
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("draws", [40, pytest.param(1500, marks=pytest.mark.long)])
+def test_leaving_at_any_moment_of_any_call_on_a_clean_link_gives_no_false_alarm(firmware: str, draws: int) -> None:
+    @simulated
+    async def story(draw: random.Random) -> None:
+        (name, args), latency = draw.choice(UNDER_WAY), draw.choice([0.0, 0.0, 0.005, 0.03, 0.08])
+        moment = 2 * latency * draw.random() + draw.choice(
+            [draw.uniform(0, 0.004), draw.uniform(0, 0.02), draw.random()]
+        )
+        robot = await elib.open(url(firmware, latency))
+        await robot.set_speed(0.2, -0.2)
+        calls = [asyncio.ensure_future(getattr(robot.within(8), name)(*args)) for _ in range(draw.choice([1, 1, 2]))]
+        await asyncio.sleep(moment)
+        if draw.random() < 0.8:
+            for call in calls:
+                call.cancel()
+        there = virtual(robot)
+        unconfirmed = await robot.stop_and_close()
+        await asyncio.gather(*calls, return_exceptions=True)
+        assert unconfirmed is None, f"{moment:.5f} s after {name}{args}, {latency} s each way: {unconfirmed}"
+        assert not is_driving(there)
+
+    for seed in range(draws):
+        story(random.Random(f"{firmware} {seed}"))
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@simulated
+async def test_a_reading_that_is_cancelled_delays_the_next_call_by_no_lost_question(firmware: str) -> None:
+    async with elib.open(url(firmware)) as robot:
+        for row in ("encoders", "proximity", "version", "help_text"):
+            reading = asyncio.ensure_future(getattr(robot, row)())
+            await asyncio.sleep(0.0005)
+            reading.cancel()
+            began = robot.time
+            await robot.selector()
+            assert robot.time - began < 0.3  # a question that is lost costs half a second
+
+
 @pytest.mark.parametrize("tries", [0, -1, 1.5, True, 101, "3"])
 def test_an_impossible_number_of_tries_is_refused(tries: int) -> None:
     with pytest.raises(elib.ArgumentError, match="tries is"):

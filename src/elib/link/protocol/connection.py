@@ -180,6 +180,12 @@ class HostConnection:
         """The number of probes that this resync has sent."""
         return len(self._asked)
 
+    @property
+    def needs_pause(self) -> bool:
+        """Whether a probe right behind a stop would overrun the receive ring of a robot that is still busy."""
+        profile = self.context.profile
+        return profile.receive_ring < len(profile.line_end) + len(b"\rS\rV\r")
+
     def send(self, request: Request[object]) -> bytes:
         """Return the bytes of *request*. From now on bytes that come are matched with its answer.
 

@@ -14,7 +14,7 @@ from elib.link.protocol.table import Request, Spec
 LONGEST_COMMAND = 3400
 """Bytes. A longer line overruns the memory of the smallest firmware (wire-protocol.md, 1.5)."""
 LONGEST_SERVICE = 4.0
-"""s. The slowest command is the calibration on BTcom 1.1.3 (wire-protocol.md, 5.13)."""
+"""s, for a letter that has no row. The slowest command is the calibration on BTcom 1.1.3 (wire-protocol.md, 5.13)."""
 NUMBER = re.compile(r"-?[0-9]{1,9}")
 """A whole number as firmwares read it, bounded so that nonsense stays small."""
 
@@ -73,7 +73,8 @@ def text_request(context: Context, command: str) -> Request[str]:
     data = line.encode("ascii") + b"\r" + (GUARD if reply.is_guarded else b"")
     name = spec.name if spec is not None else "text"
     numbers = numbers_of(line[1:], spec)
-    request = Request(f"text({command!r})", name, data, reply, numbers, service=LONGEST_SERVICE)
+    service = LONGEST_SERVICE if spec is None else context.profile.service.get(name, 0.0)
+    request = Request(f"text({command!r})", name, data, reply, numbers, service=service)
     return request if spec is None else replace(request, timeout=spec.timeout, wheels=spec.wheels)
 
 

@@ -246,6 +246,7 @@ class Session:
         """Send *data* past all that is under way; return False if the line does not take them at once."""
         if self.error is not None or not self._line.send_nowait(data):
             return False
+        self._resync.last_sent = self._loop.time()
         self._connection.overtake(data)
         return True
 
@@ -419,6 +420,7 @@ class Session:
 
     def _put(self, data: bytes) -> None:
         """Write *data* to the line, at once if it takes them."""
+        self._resync.last_sent = self._loop.time()
         if self.hooks:
             self._trace(Wrote(data))
         if not self._line.send_nowait(data) and self.error is None:

@@ -7,6 +7,7 @@ may be asked is decided in :class:`~elib.link.protocol.connection.HostConnection
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Awaitable, Callable
 
 from elib.base.errors import LinkLost
@@ -17,6 +18,10 @@ PICTURE_SILENCE = 0.1
 """s without a byte after which a late picture counts as ended; the rule of the 2011 library (wire-protocol.md, 3.2)."""
 LONGEST_SILENCE_WAIT = 2.0
 """s to wait for a quiet line before a resync asks even if bytes keep coming."""
+PAUSE = 0.02
+"""s without a byte after which a robot with a small receive ring has taken what was sent to it, if it had the time."""
+LONGEST_TEXT = 0.15
+"""s that the robot takes to send an answer in text at most; what comes for longer is noise."""
 PROBE_TIMES = (0.49, 0.49, 0.49, 0.49, 0.99, 0.99)
 """s that each probe waits at least. The first ones are short, so that a lost answer costs little. The numbers are not
 round: a probe would often end at the same moment as a call, and a replay could take them in the other order."""
@@ -45,6 +50,7 @@ class Settling:
 
     Attributes:
         last_byte: When the newest byte was received, s on the loop's clock; the session sets it.
+        last_sent: When the newest bytes were sent, without probes, s on the loop's clock; the session sets it.
         trip: How long the newest answer took, s, at most LONGEST_TRIP.
     """
 
@@ -54,6 +60,7 @@ class Settling:
         self._loop = asyncio.get_running_loop()
         self._answer: asyncio.Future[None] | None = None
         self.last_byte = self._loop.time()
+        self.last_sent = -math.inf
         self.trip = 0.0
 
     def record_trip(self, seconds: float) -> None:
@@ -144,8 +151,11 @@ class Resync(Settling):
         """
         done = 0
         while done < RESYNC_ROUNDS:
+            if self._connection.needs_pause:
+                taken = self.last_sent + min(self.trip, LONGEST_TEXT) + self._connection.busy_time
+                await self._silence(PAUSE, max(taken, self._loop.time()) + LONGEST_TEXT, taken)
             if self._connection.needs_silence or done >= QUICK_ROUNDS:
-                await self._silence()
+                await self._silence(PICTURE_SILENCE, self._loop.time() + LONGEST_SILENCE_WAIT)
             await self._probe(following)
             if self._connection.state is not State.OUT_OF_SYNC:
                 return
@@ -156,9 +166,9 @@ class Resync(Settling):
             hint="does another program use the same port, or is the speed wrong?",
         )
 
-    async def _silence(self) -> None:
-        end = self._loop.time() + LONGEST_SILENCE_WAIT
-        while (until := min(self.last_byte + PICTURE_SILENCE, end)) > self._loop.time():
+    async def _silence(self, seconds: float, end: float, since: float = -math.inf) -> None:
+        """Wait until no byte has come for *seconds* after *since*, but not beyond *end*."""
+        while (until := min(max(self.last_byte, since) + seconds, end)) > self._loop.time():
             quiet = self._loop.create_future()
             self._loop.call_at(until, quiet.cancel)
             await asyncio.wait([quiet])
