@@ -356,7 +356,7 @@ UNDER_WAY: list[tuple[str, tuple[object, ...]]] = [
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("draws", [40, pytest.param(1500, marks=pytest.mark.long)])
+@pytest.mark.parametrize("draws", [40, pytest.param(400, marks=pytest.mark.long)])
 def test_leaving_at_any_moment_of_any_call_on_a_clean_link_gives_no_false_alarm(firmware: str, draws: int) -> None:
     @simulated
     async def story(draw: random.Random) -> None:
