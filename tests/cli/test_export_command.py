@@ -130,7 +130,7 @@ def test_a_long_recording_does_not_fill_the_memory(tmp_path: Path) -> None:
     for number in range(200_000):
         near = elib.Proximity(front_left=number % 4000, time=number / 10)
         data = {**{name: getattr(near, name) for name in ("time", "front_left", "front_right", "left", "right")}}
-        file.write(Message(near.time, READINGS, {**data, "origin": "robot"}, "proximity", near))
+        file.write(Message(near.time, READINGS, {**data, "origin": "robot"}, "proximity"))
         if number % 1000 == 0:
             file.write(Message(near.time, BYTES, {"time": near.time, "to_robot": True, "data": "AAAA" * 50_000}))
             file.flush()
