@@ -262,13 +262,12 @@ class Number(Rule):
         """Return *value* as a float."""
         # A whole number of Python has no bound, so it is compared before it becomes a float. NaN fits nowhere.
         # NumPy compares with a narrow float in few bits: there the bounds overflow.
-        number: Any = value if not is_number(value) or isinstance(value, int) else float(value)
-        if self._fits(number, is_meant=isinstance(value, _Meant)):
-            return float(number)
+        if is_number(value):
+            number = value if isinstance(value, int) else float(value)
+            usual = math.inf if isinstance(value, _Meant) else self.usual
+            if self.low <= number <= self.high and abs(number) <= usual:
+                return float(number)
         raise self.refuse(value)
-
-    def _fits(self, number: Any, *, is_meant: bool) -> bool:
-        return is_number(number) and self.low <= number <= self.high and (is_meant or abs(number) <= self.usual)
 
     def refuse(self, value: object) -> Mistake:
         """Return what is wrong with *value*, and which unit was probably meant."""
@@ -297,7 +296,8 @@ class Whole(Number):
 
     def accept(self, value: object) -> int:
         """Return *value* as an int."""
-        if is_whole(value) and self._fits(value, is_meant=False) and value % self.step == 0:
+        low, high = self.bounds
+        if is_whole(value) and low <= value <= high and value % self.step == 0:
             return int(value)
         raise self.refuse(value)
 

@@ -276,30 +276,24 @@ class PacedLoop(SimulatedLoop):
 
 
 if sys.platform == "win32":
-
-    class RealLoop(asyncio.ProactorEventLoop):  # serial ports work on no other loop there
-        """An event loop in real time, which begins at 0.0 s."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self._start = super().time()
-
-        def time(self) -> float:
-            """Return the time, s since the loop was made."""
-            return super().time() - self._start
-
+    _NativeLoop = asyncio.ProactorEventLoop  # serial ports work on no other loop there
 else:
 
-    class RealLoop(asyncio.SelectorEventLoop):
-        """An event loop in real time, which begins at 0.0 s as simulated time does."""
-
+    class _NativeLoop(asyncio.SelectorEventLoop):
         def __init__(self) -> None:
             super().__init__(_PreciseSelector())
-            self._start = super().time()
 
-        def time(self) -> float:
-            """Return the time, s since the loop was made."""
-            return super().time() - self._start
+
+class RealLoop(_NativeLoop):
+    """An event loop in real time, which begins at 0.0 s as simulated time does."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._start = super().time()
+
+    def time(self) -> float:
+        """Return the time, s since the loop was made."""
+        return super().time() - self._start
 
 
 class ScaledLoop(asyncio.SelectorEventLoop):

@@ -137,7 +137,10 @@ def _rows(track: Track, watcher: Watcher) -> list[tuple[str, str]]:
 
 
 def what_next() -> list[tuple[str, str]]:
-    """Return what to type next and what it does; first how a shell learns of this elib, if it knows another or none."""
+    """Return what to type next and what it does.
+
+    In a shell that does not find this elib, the first is to activate its environment.
+    """
     program = command_name()
     activate = Path(sys.argv[0]).with_name("activate")  # a virtual environment has it beside its programs
     is_unknown = program != "elib" and activate.is_file()

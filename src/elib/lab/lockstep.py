@@ -241,9 +241,8 @@ class LockstepTransport(BufferedTransport):
             ArgumentError: The message is not bytes, or too long.
             LinkLost: The link is down.
         """
-        from elib.simulator.physics.rangebearing import (
-            check_message,  # few programs need it, and it takes long to import
-        )
+        # Here, because few programs need it, and it takes long to import.
+        from elib.simulator.physics.rangebearing import check_message
 
         self._check_open()
         check_message(message)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 import msgspec
+from msgspec.json import Decoder
 
 from elib.base.errors import ArgumentError
 from elib.base.files import open_file, reason_of
@@ -168,15 +169,15 @@ class Recording:
     def entries_of(self, path: Path, *topics: str, health: Health | None = None) -> Iterator[Entry]:
         """Yield the messages of one part; see :meth:`entries`."""
         health = Health() if health is None else health
-        wanted: dict[int, str] = {}
+        wanted: dict[int, tuple[str, Decoder[Any]]] = {}
         for record in records_of(path, health):
             kind = type(record).__name__
             if kind == "Channel":
                 if not topics or any(_is_meant(record.topic, topic) for topic in topics):
-                    wanted[record.id] = record.topic
+                    wanted[record.id] = record.topic, decoder_of(record.topic)
             elif kind == "Message" and record.channel_id in wanted:
-                topic = wanted[record.channel_id]
-                data = _data_of(record.data, topic)
+                topic, decoder = wanted[record.channel_id]
+                data = _data_of(record.data, decoder)
                 if data is None:
                     health.damaged += 1
                 else:
@@ -483,12 +484,12 @@ def _parts(path: Path) -> list[Path]:
     return found
 
 
-def _data_of(content: bytes, topic: str) -> dict[str, Any] | None:
+def _data_of(content: bytes, decoder: Decoder[Any]) -> dict[str, Any] | None:
     """Return the data of a message; None if it is damaged."""
     if len(content) > LARGEST_MESSAGE:
         return None
     try:
-        data = decoder_of(topic).decode(content)
+        data = decoder.decode(content)
         if isinstance(data, Data):
             data = msgspec.to_builtins(data)
         else:

@@ -146,7 +146,7 @@ class Single(Reading):
     """A reading of one value, used like it: ``robot.selector() == 3``, ``if robot.button():``, ``battery < 3.5``.
 
     Attributes:
-        _holds: Name of the field with the value; the field itself if there is one alone.
+        _holds: Name of the field with the value; empty if the reading has one number.
     """
 
     _holds: ClassVar[str] = ""
@@ -600,7 +600,7 @@ def describe(kind: type[Reading], *roles: Role) -> tuple[FieldInfo, ...]:
         getters = [getattr(member, "fget", None) for each in kind.__mro__ for member in vars(each).values()]
         physical = [info for getter in getters if isinstance(info := getattr(getter, "info", None), FieldInfo)]
         found = _DESCRIBED[kind] = (*named, *physical[:1])
-    return tuple(info for info in found if not roles or info.role in roles)
+    return tuple(info for info in found if info.role in roles) if roles else found
 
 
 def physical_of(kind: type[Reading]) -> FieldInfo | None:

@@ -8,6 +8,9 @@ from typing import Literal, Protocol
 
 from elib.base.fields import Number, Whole
 
+SECONDS, MASK, INDEX = Number(0, unit="s"), Whole(1, 255), Whole(0)
+"""Rules for a fault. They are made once: each answer over a bad link makes faults."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
@@ -35,10 +38,10 @@ class Fault:
 
     def __post_init__(self) -> None:
         for name, seconds in (("delay", self.delay), ("copy_after", self.copy_after or 0.0)):
-            Number(0, unit="s").require(seconds, name)
-        Whole(1, 255).require(self.mask, "mask")
+            SECONDS.require(seconds, name)
+        MASK.require(self.mask, "mask")
         if self.corrupt not in (None, "random"):
-            Whole(0).require(self.corrupt, "corrupt")
+            INDEX.require(self.corrupt, "corrupt")
 
 
 def both(first: Fault | None, second: Fault | None) -> Fault | None:
