@@ -64,7 +64,7 @@ from elib.records.topics import (
     Stamp,
     Topic,
     TransformData,
-    Vector,
+    Vector3,
     WorldData,
 )
 
@@ -271,7 +271,7 @@ class Translator:
     def _located(self, time: float, event: Located) -> Iterable[Message]:
         pose = event.pose
         half = pose.heading / 2
-        position = Vector(pose.x, pose.y, 0.0)
+        position = Vector3(pose.x, pose.y, 0.0)
         orientation = Quaternion(0.0, 0.0, math.sin(half), math.cos(half))
         frame = "world" if event.is_measured else "start"
         data = PoseData(time=pose.time, frame_id=frame, pose=Placement(position, orientation), heading=pose.heading)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from elib.base.body import SENSOR_DIRECTIONS, SENSOR_RADIUS
 from elib.base.infrared import SPACING, USUAL_RESPONSE
 from elib.records.encoding import base64_of
-from elib.records.topics import PackedField, Placement, PointsData, Quaternion, Vector
+from elib.records.topics import PackedField, Placement, PointsData, Quaternion, Vector3
 
 LEAST = 60
 """counts. Below it a wall is farther than 6.5 cm by the usual curve, and the sensors' noise of 10 counts is more than
@@ -19,7 +19,7 @@ _FALLING = [-count for count in USUAL_RESPONSE]
 """Counts of a white wall at multiples of :data:`SPACING`, negative so that they rise: the simulator's usual curve."""
 _RAYS = tuple((math.cos(angle), math.sin(angle)) for angle in SENSOR_DIRECTIONS)
 _POINT = struct.Struct("<4f")
-_AT_ROBOT = Placement(Vector(0.0, 0.0, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0))
+_AT_ROBOT = Placement(Vector3(0.0, 0.0, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0))
 _PACKED = [PackedField(name, 4 * k, 7) for k, name in enumerate(("x", "y", "z", "range"))]
 HEIGHT = 0.03
 """m. The sensors' height above the floor."""

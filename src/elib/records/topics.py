@@ -25,9 +25,9 @@ LARGEST_NUMBER: Final = 1e15
 
 Schema = dict[str, Any]
 
-Number = Annotated[float, Meta(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
-Whole = Annotated[int, Meta(ge=-int(LARGEST_NUMBER), le=int(LARGEST_NUMBER))]
-Time = Annotated[Number, Meta(description="s on the robot's clock")]
+Finite = Annotated[float, Meta(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
+Integer = Annotated[int, Meta(ge=-int(LARGEST_NUMBER), le=int(LARGEST_NUMBER))]
+Time = Annotated[Finite, Meta(description="s on the robot's clock")]
 Base64 = Annotated[
     str,
     Meta(
@@ -35,8 +35,8 @@ Base64 = Annotated[
         extra_json_schema={"contentEncoding": "base64"},
     ),
 ]
-Place = Annotated[list[Number], Meta(min_length=2, max_length=2)]
-Stance = Annotated[list[Number], Meta(min_length=3, max_length=3)]
+PlanePosition = Annotated[list[Finite], Meta(min_length=2, max_length=2)]
+PlanePose = Annotated[list[Finite], Meta(min_length=3, max_length=3)]
 
 
 class Stamp(Struct):
@@ -72,28 +72,28 @@ class BytesData(Data, kw_only=True):
 class CallData(Data, kw_only=True):
     """A request of the program."""
 
-    call: Annotated[Whole, Meta(description="its number, from 1")]
+    call: Annotated[Integer, Meta(description="its number, from 1")]
     command: Annotated[str, Meta(description="name of the command")]
     text: Annotated[str, Meta(description="the call as a person wrote it")]
-    arguments: Annotated[Sequence[Whole], Meta(description="as whole numbers of the wire")]
+    arguments: Annotated[Sequence[Integer], Meta(description="as whole numbers of the wire")]
 
 
 class OutcomeData(Data, kw_only=True):
     """The end of a request."""
 
-    call: Annotated[Whole, Meta(description="number of the call")]
+    call: Annotated[Integer, Meta(description="number of the call")]
     command: Annotated[str, Meta(description="name of the command")]
     ok: bool
     error: Annotated[str, Meta(description="what went wrong; empty if nothing")]
-    waited: Annotated[Number, Meta(description="s from the call to its end")]
-    round_trip: Annotated[Number | None, Meta(description="s from sending to the end; null if never sent")]
+    waited: Annotated[Finite, Meta(description="s from the call to its end")]
+    round_trip: Annotated[Finite | None, Meta(description="s from sending to the end; null if never sent")]
 
 
 class EncodersData(Data, kw_only=True):
     """A reading of the step counters."""
 
-    left: Whole
-    right: Whole
+    left: Integer
+    right: Integer
     origin: str | UnsetType = UNSET
 
 
@@ -101,34 +101,34 @@ class PictureData(FoxgloveData, kw_only=True):
     """A picture."""
 
     frame_id: Annotated[str, Meta(description="camera")]
-    width: Whole
-    height: Whole
+    width: Integer
+    height: Integer
     encoding: Annotated[str, Meta(description="mono8 or rgb8")]
-    step: Annotated[Whole, Meta(description="bytes of a row")]
+    step: Annotated[Integer, Meta(description="bytes of a row")]
     data: Annotated[Base64, Meta(description="the pixels, row by row")]
 
 
-class Vector(Struct):
+class Vector3(Struct):
     """A place, m."""
 
-    x: Number
-    y: Number
-    z: Number
+    x: Finite
+    y: Finite
+    z: Finite
 
 
 class Quaternion(Struct):
     """A direction."""
 
-    x: Number
-    y: Number
-    z: Number
-    w: Number
+    x: Finite
+    y: Finite
+    z: Finite
+    w: Finite
 
 
 class Placement(Struct):
     """A place and a direction."""
 
-    position: Vector
+    position: Vector3
     orientation: Quaternion
 
 
@@ -137,7 +137,7 @@ class PoseData(FoxgloveData, kw_only=True):
 
     frame_id: Annotated[str, Meta(description="what it is measured from")]
     pose: Placement
-    heading: Annotated[Number, Meta(description="rad from the x axis, positive to the left")]
+    heading: Annotated[Finite, Meta(description="rad from the x axis, positive to the left")]
 
 
 class TransformData(FoxgloveData, kw_only=True):
@@ -145,7 +145,7 @@ class TransformData(FoxgloveData, kw_only=True):
 
     parent_frame_id: Annotated[str, Meta(description="world or start")]
     child_frame_id: Annotated[str, Meta(description="robot")]
-    translation: Vector
+    translation: Vector3
     rotation: Quaternion
 
 
@@ -153,8 +153,8 @@ class PackedField(Struct):
     """One number of a packed point."""
 
     name: Annotated[str, Meta(description="x, y, z or range, m")]
-    offset: Whole
-    type: Annotated[Whole, Meta(description="7: a number of 32 bits with a fraction")]
+    offset: Integer
+    type: Annotated[Integer, Meta(description="7: a number of 32 bits with a fraction")]
 
 
 class PointsData(FoxgloveData, kw_only=True):
@@ -162,7 +162,7 @@ class PointsData(FoxgloveData, kw_only=True):
 
     frame_id: Annotated[str, Meta(description="robot")]
     pose: Placement
-    point_stride: Annotated[Whole, Meta(description="bytes of a point")]
+    point_stride: Annotated[Integer, Meta(description="bytes of a point")]
     fields: Sequence[PackedField]
     data: Annotated[Base64, Meta(description="the points")]
 
@@ -170,25 +170,25 @@ class PointsData(FoxgloveData, kw_only=True):
 class LinkData(Data, kw_only=True):
     """The health of the link."""
 
-    count: Annotated[Whole, Meta(description="answers received")]
-    lost: Annotated[Whole, Meta(description="calls that were sent and not answered in time")]
-    refused: Annotated[Whole, Meta(description="calls that ended in another error after they were sent")]
-    unsent: Annotated[Whole, Meta(description="calls whose deadline passed before they could be sent")]
-    median: Annotated[Number | None, Meta(description="median round trip of the newest answers, s")]
-    p99: Annotated[Number | None, Meta(description="the round trip that 99 % of them do not exceed, s")]
-    resyncs: Annotated[Whole, Meta(description="times the line had to be brought into sync")]
-    resets: Annotated[Whole, Meta(description="greetings that the robot sent unasked")]
-    waiting: Annotated[Whole, Meta(description="calls that wait for their turn")]
-    unanswered: Annotated[Whole, Meta(description="calls without an outcome yet")]
+    count: Annotated[Integer, Meta(description="answers received")]
+    lost: Annotated[Integer, Meta(description="calls that were sent and not answered in time")]
+    refused: Annotated[Integer, Meta(description="calls that ended in another error after they were sent")]
+    unsent: Annotated[Integer, Meta(description="calls whose deadline passed before they could be sent")]
+    median: Annotated[Finite | None, Meta(description="median round trip of the newest answers, s")]
+    p99: Annotated[Finite | None, Meta(description="the round trip that 99 % of them do not exceed, s")]
+    resyncs: Annotated[Integer, Meta(description="times the line had to be brought into sync")]
+    resets: Annotated[Integer, Meta(description="greetings that the robot sent unasked")]
+    waiting: Annotated[Integer, Meta(description="calls that wait for their turn")]
+    unanswered: Annotated[Integer, Meta(description="calls without an outcome yet")]
 
 
 class WorldData(Data, kw_only=True):
     """Where everything is that can move in a simulated world."""
 
-    tick: Whole
-    robots: Annotated[Sequence[Stance], Meta(description="x (m), y (m), heading (rad) of each")]
-    boxes: Annotated[Sequence[Stance], Meta(description="x (m), y (m), heading (rad) of each")]
-    cylinders: Annotated[Sequence[Place], Meta(description="x (m), y (m) of each")]
+    tick: Integer
+    robots: Annotated[Sequence[PlanePose], Meta(description="x (m), y (m), heading (rad) of each")]
+    boxes: Annotated[Sequence[PlanePose], Meta(description="x (m), y (m), heading (rad) of each")]
+    cylinders: Annotated[Sequence[PlanePosition], Meta(description="x (m), y (m) of each")]
 
 
 class SceneData(Data, kw_only=True):
@@ -200,7 +200,7 @@ class SceneData(Data, kw_only=True):
 class NoteData(FoxgloveData, kw_only=True):
     """A line about something that happened."""
 
-    level: Annotated[Whole, Meta(description="2 information, 3 warning, 4 error")]
+    level: Annotated[Integer, Meta(description="2 information, 3 warning, 4 error")]
     message: Annotated[str, Meta(description="a line")]
     name: Annotated[str, Meta(description="note, state, link, robot or recorder")]
     event: Annotated[
@@ -208,8 +208,8 @@ class NoteData(FoxgloveData, kw_only=True):
     ]
 
 
-Scalar = Number | Whole | str | bool | None
-Reading = dict[str, Scalar | list[Scalar | list[Scalar]] | dict[str, Scalar]]
+Scalar = Finite | Integer | str | bool | None
+ReadingFields = dict[str, Scalar | list[Scalar | list[Scalar]] | dict[str, Scalar]]
 """A reading of any fields, as JSON has it."""
 
 
@@ -232,7 +232,7 @@ class Topic:
     @property
     def schema(self) -> Schema | None:
         """The JSON schema; None if it follows from the reading."""
-        return None if self.form is None else schema_of(self.form)
+        return None if self.form is None else _schema_of(self.form)
 
 
 BYTES: Final = Topic("/bytes", "elib.Bytes", "every byte in both directions, as it was written or received", BytesData)
@@ -311,20 +311,21 @@ _FORMS: Mapping[str, type[Data]] = {
 }
 
 
-@cache
 def decoder_of(topic: str) -> msgspec.json.Decoder[Any]:
-    """Return what reads the messages of a topic, a :class:`Data` or a :data:`Reading`, and refuses all others.
+    """Return what reads the messages of a topic, a :class:`Data` or a :data:`ReadingFields`, and refuses all others.
 
     A message of a topic that elib does not know needs only a time.
     """
-    form = _FORMS.get(topic)
-    if form is not None:
-        return msgspec.json.Decoder(form)
-    return msgspec.json.Decoder(Reading if topic.startswith(READINGS.name) else dict[str, Any])
+    return _decoder(_FORMS.get(topic) or (ReadingFields if topic.startswith(READINGS.name) else dict[str, Any]))
 
 
 @cache
-def schema_of(form: type[Data]) -> Schema:
+def _decoder(form: Any) -> msgspec.json.Decoder[Any]:
+    return msgspec.json.Decoder(form)
+
+
+@cache
+def _schema_of(form: type[Data]) -> Schema:
     """Return the JSON schema of a class of messages, without references: not every tool follows them."""
     (schema,), named = msgspec.json.schema_components([form])
     whole: Schema = _whole(schema, named)

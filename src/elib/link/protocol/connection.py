@@ -86,7 +86,7 @@ class Refusal:
 
 
 @dataclass(frozen=True, slots=True)
-class Forgotten:
+class RequestLost:
     """The robot restarted and does not know the request under way any more: a question behind it is answered."""
 
 
@@ -100,7 +100,7 @@ class Greeting:
     """The robot greets without a request: it was switched on, or it has reset itself."""
 
 
-Event = Answer | Refusal | Forgotten | ResyncAnswer | Greeting
+Event = Answer | Refusal | RequestLost | ResyncAnswer | Greeting
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,7 +221,7 @@ class HostConnection:
         """Return the bytes of a question behind the request under way, of a robot that has restarted.
 
         The robot may have taken the request after its restart, and then answers it first. If the question is answered
-        first, the request was lost, and :class:`Forgotten` follows.
+        first, the request was lost, and :class:`RequestLost` follows.
         """
         if self._behind is None:
             self._behind = next(probe for probe in self._probes if probe.data not in self._sent)
@@ -301,7 +301,7 @@ class HostConnection:
         Returns:
             :class:`Answer`: The request under way is answered.
             :class:`Refusal`: The robot refused it, or its answer is malformed.
-            :class:`Forgotten`: The robot has restarted and will not answer the request under way.
+            :class:`RequestLost`: The robot has restarted and will not answer the request under way.
             :class:`ResyncAnswer`: The probe is answered; the line is in sync again.
             :class:`Greeting`: The robot has restarted by itself.
         """
@@ -361,7 +361,7 @@ class HostConnection:
                 continue
             elif behind is not None:
                 self.abandon()
-                self._events.append(Forgotten())
+                self._events.append(RequestLost())
             return
 
     def _find_start(self) -> re.Match[bytes] | None:

@@ -20,10 +20,10 @@ from elib.base.errors import ElibError, LinkClosed, LinkError, LinkLost, about
 from elib.link.protocol.connection import (
     Answer,
     Event,
-    Forgotten,
     Greeting,
     HostConnection,
     Refusal,
+    RequestLost,
     ResyncAnswer,
     State,
 )
@@ -519,7 +519,7 @@ class Session:
                 if self.hooks:
                     self._trace(Greeted())
                 self.context.forget()
-            case Forgotten():
+            case RequestLost():
                 call, self._current = self._current, None
                 self._received_out_of_sync = self._connection.received_bytes
                 for each in call or ():
