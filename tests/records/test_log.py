@@ -210,7 +210,7 @@ async def test_a_closed_log_says_so(robot: elib.Epuck) -> None:
 
 @inside(elib.open, SIM)
 async def test_a_robot_without_a_log_has_no_hook_left(robot: elib.Epuck) -> None:
-    before = list(robot.session.hooks)
+    before = dict(robot.session.hooks)
     Log(robot, io.StringIO()).close()
     assert robot.session.hooks == before
 

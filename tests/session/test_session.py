@@ -790,7 +790,7 @@ async def test_a_trace_hook_that_raises_disturbs_nothing(r: Rig) -> None:
     r.session.hooks.append(hook)
     assert await r.ask("proximity") == NEAR
     assert len(reports) == 1
-    assert r.session.hooks == []
+    assert not any(r.session.hooks.values())
 
 
 @inside(rig, delay=0.2)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import concurrent.futures
-import contextlib
 import threading
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
@@ -18,7 +17,7 @@ from elib.base.errors import ElibError, LinkClosed
 from elib.base.timebase import Hold, SimulatedLoop
 from elib.link.protocol.styles import Action
 from elib.link.protocol.table import Command, Request
-from elib.link.session import Called, Channel, Ended, ForwardingChannel, TraceEvent, TraceHook, check_timeout
+from elib.link.session import Called, Channel, Ended, ForwardingChannel, Hooks, TraceEvent, check_timeout
 from elib.panel.drivelock import DriveLock
 from elib.robot.aio import Epuck
 from elib.robot.callbacks import CallbackPool
@@ -45,7 +44,7 @@ class Interlock(ForwardingChannel):
     """
 
     def __init__(self, channel: Channel, drive: DriveLock) -> None:
-        self.hooks: list[TraceHook] = []
+        self.hooks = Hooks()
         self.is_closed = False
         self._session = channel
         self._helm = drive
@@ -83,8 +82,7 @@ class Interlock(ForwardingChannel):
             self._over = LinkClosed("the behaviour was ended")
             self._free.set()
             self._shut.set()
-            with contextlib.suppress(ValueError):
-                self._session.hooks.remove(self._see)
+            self._session.hooks.remove(self._see)
 
     async def sleep(self, seconds: float) -> None:
         """Wait so many seconds, not counting the time for which the interlock is closed."""
@@ -111,8 +109,7 @@ class Interlock(ForwardingChannel):
     def _see(self, time: float, event: TraceEvent) -> None:
         if self.is_closed and isinstance(event, Called | Ended) and event.request.name in WHEELS:
             return
-        for hook in tuple(self.hooks):
-            hook(time, event)
+        self.hooks.call(time, event)
 
     # -- the channel --
 
@@ -120,11 +117,6 @@ class Interlock(ForwardingChannel):
     def error(self) -> ElibError | None:
         """Why the channel ended for good, or None."""
         return self._over or self._session.error
-
-    @property
-    def is_restoring(self) -> bool:
-        """Whether what was set is being set again now."""
-        return self._session.is_restoring
 
     def forget_speed(self) -> None:
         """Do nothing: the panel's own robot restores no speed after the link was lost."""

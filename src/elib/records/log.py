@@ -10,7 +10,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from types import TracebackType
 from typing import Literal, Self, get_args
 from urllib.parse import quote
@@ -137,8 +136,7 @@ class Log:
 
     def _leave(self) -> None:
         self._is_running = False
-        with contextlib.suppress(ValueError):
-            self._channel.hooks.remove(self._note)
+        self._channel.hooks.remove(self._note)
 
     def _note(self, time: float, event: TraceEvent) -> None:
         """Log one event of the session; called in the event loop."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import glob
 import math
 import os
@@ -87,8 +86,7 @@ class Tap:
 
     def leave(self) -> None:
         """Give no more events. Safe to repeat."""
-        with contextlib.suppress(ValueError):
-            self._channel.hooks.remove(self._see)
+        self._channel.hooks.remove(self._see)
 
     def _see(self, time: float, event: TraceEvent) -> None:
         self._put((time, event))

@@ -18,7 +18,7 @@ from elib.link.protocol.context import Context
 from elib.link.protocol.image import Mounting
 from elib.link.protocol.styles import Action, AsyncStyle
 from elib.link.protocol.table import Command, Request
-from elib.link.session import Channel, check_timeout
+from elib.link.session import Channel, Ended, check_timeout
 from elib.robot.actions import Actions
 from elib.robot.events import Events
 from elib.robot.link import Link, Linked, LinkSettings, Plot, Record, stop_bytes
@@ -72,7 +72,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         link.loop = asyncio.get_running_loop()
         session = link.session
         link.motion.follow(session, session.counters)
-        session.hooks.append(link.judge_ground)
+        session.hooks.append(link.judge_ground, Ended)
         try:
             if not link.keep_moving:
                 link.termination.guard(session, lambda: stop_bytes(session), is_watched=link.settings.is_watched)

@@ -10,7 +10,7 @@ import socket
 from collections.abc import Callable
 
 from elib.base.errors import Unsupported
-from elib.link.session import Channel, Ending, Received, SessionOpened, TraceEvent
+from elib.link.session import Channel, Ending, Received, SessionOpened, TraceEvent, TraceHook
 from elib.robot.watchdog import BEAT_EVERY, WATCHDOG, is_supported
 from elib.robot.watchdog_process import SILENCE, end_streams, write_now
 
@@ -38,15 +38,19 @@ class EmergencyStop:
         self._has_ended_stream = False
         if is_watched:
             self._guard()
-            channel.hooks.append(self._follow)
+            self._listen(self._follow)
         elif is_supported() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             # SIGTERM is not handled, for example because another thread than the main one opened the robot: it kills.
             with contextlib.suppress(Unsupported):  # the user did not ask for a watchdog
                 self._guard()
-            channel.hooks.append(self._follow)
+            self._listen(self._follow)
         elif self._streams:
-            channel.hooks.append(self._check_stream)
+            self._listen(self._check_stream)
         OPEN_STOPS.add(self)
+
+    def _listen(self, hook: TraceHook) -> None:
+        received = (Received,) if self._streams else ()
+        self._channel.hooks.append(hook, Ending, SessionOpened, *received)
 
     def stop(self) -> int | None:
         """Tell the robot to stop. Any thread, and a signal handler, may call this.

@@ -36,7 +36,7 @@ from elib.link.protocol.styles import action
 from elib.link.protocol.table import Request
 from elib.link.protocol.values import Steps
 from elib.link.session import Called, Channel, Ended, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
-from elib.robot.odometry import Odometry
+from elib.robot.odometry import EVENTS, Odometry
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -177,20 +177,23 @@ class Motion:
         """Follow the events of *channel* from now on; *counters* were read just now, where odometry begins."""
         self._channel = channel
         self.odometry = Odometry(channel, asyncio.get_running_loop().time(), counters)
-        channel.hooks.append(self._observe)
+        channel.hooks.append(self._observe, *EVENTS, ResetNoticed, Reconnected)
 
     def _observe(self, time: float, event: TraceEvent) -> None:
         self.odometry.observe(time, event)
         if isinstance(event, Greeted | ResetNoticed | Reconnected):
             self._was_reset = True
-        if isinstance(event, Called) and event.request.name in ("set_speed", "stop"):
-            is_restoring = self._channel.is_restoring
-            if self._under_way and event.request is not self._own and not is_restoring:
-                self._other = event.request
         if isinstance(event, Ended) and event.request is self._other:
             self._other = None
             if event.error is None or not math.isnan(event.round_trip):  # else it was never sent
                 self._interrupted_by, self._is_driven = event.request.name, event.error is None
+
+    def _see_call(self, time: float, event: TraceEvent) -> None:
+        """Notice another call that has the wheels, while a motion is under way."""
+        assert isinstance(event, Called)
+        is_own = event.request is self._own or event.request is self._channel.restoring
+        if event.request.name in ("set_speed", "stop") and not is_own:
+            self._other = event.request
 
     def reserve(self, reservation: Reservation) -> None:
         """Add a reservation of the wheels, behind the earlier ones. Any thread may call this."""
@@ -222,6 +225,7 @@ class Motion:
         self._under_way = "" if first is None else first.name
         self._interrupted_by, self._is_driven, self._other = "", False, None
         self._answered = asyncio.get_running_loop().time()
+        self._channel.hooks.append(self._see_call, Called)
         before = self.odometry.left, self.odometry.right
         try:
             yield
@@ -233,6 +237,7 @@ class Motion:
                 raise self._given_up(mover, before, is_still=is_still) from error
             raise
         finally:
+            self._channel.hooks.remove(self._see_call)
             self._under_way = ""
 
     def _given_up(self, mover: Mover, before: tuple[int, int], *, is_still: bool) -> ReplyTimeout:

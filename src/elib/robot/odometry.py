@@ -11,7 +11,6 @@ from elib.link.protocol.context import Profile
 from elib.link.protocol.table import Request
 from elib.link.protocol.values import Sensors, Steps
 from elib.link.session import (
-    Called,
     Channel,
     Ended,
     Ending,
@@ -20,7 +19,6 @@ from elib.link.session import (
     Resynced,
     SessionOpened,
     TraceEvent,
-    Wrote,
 )
 from elib.robot.reckoning import FASTEST, STILL, UNKNOWN, Change, Moment, Pair, Reckoning
 
@@ -37,6 +35,8 @@ LATEST_STOP = 1.0
 
 SETTING = ("set_speed", "stop", "set_encoders", "reset", "set_obstacle_avoidance")
 """Calls that change speeds or counters."""
+EVENTS = (Ended, Pushed, Greeted, Resynced, Ending, SessionOpened)
+"""What odometry has to be told of."""
 
 
 class Odometry(Reckoning):
@@ -56,12 +56,8 @@ class Odometry(Reckoning):
         self._trip = math.inf
         """The shortest round trip so far, s: a command arrives after half of it, however late its answer is."""
         self._heard = time
-        self._under_way = 0
-        """Calls of SETTING that have not ended: what a stream says meanwhile may be from before them or after."""
         self._was_set = False
         """Whether the counters were just set: the next packet of a stream may have been read before that."""
-        self._halting, self._halted = b"", 0.0
-        """The newest call that halts the robot, and when it was sent, perhaps past others; nan before that."""
         self._wanted: Pair = STILL
         self._avoids = False
         self._lost: list[tuple[Request[object], float]] = []
@@ -76,16 +72,12 @@ class Odometry(Reckoning):
 
     def observe(self, time: float, event: TraceEvent) -> None:
         """Take an event of the link into account; a trace hook."""
-        if isinstance(event, Called | Ended) and event.request.name in SETTING:
-            self._under_way = max(0, self._under_way + (1 if isinstance(event, Called) else -1))
         match event:
-            case Called(request=request) if request.halts:
-                self._halting, self._halted = request.data, math.nan
-            case Wrote(data=data) if math.isnan(self._halted) and data.endswith(self._halting):
-                self._halted = time
             case Ended(round_trip=trip, is_replaced=False) if not math.isnan(trip):
                 self._ended(time, event)
-            case Pushed(value=value) if (steps := steps_in(value)) is not None and not self._under_way:
+            case Pushed(value=value) if (steps := steps_in(value)) is not None:
+                if any(request.name in SETTING for request in self._channel.requests):
+                    return  # the robot may have read them before it took that, or after
                 self._settle(time)
                 if not self._was_set:
                     self._read(steps, time - STREAM_PERIOD - self._half, time)
@@ -123,8 +115,8 @@ class Odometry(Reckoning):
             self._read(steps, sent, time)
         if event.request.name not in SETTING or isinstance(event.error, CommandRejected):
             return
-        if event.request.data == self._halting and self._halted < sent:
-            sent = self._halted  # it overtook others, and was sent again in its turn
+        if event.overtook < sent:
+            sent = event.overtook  # and was sent again in its turn
         if event.error is None:
             self._set(event.request, Moment(sent, sent + self._half, time), is_sure=True)
         else:

@@ -34,13 +34,12 @@ from elib.link.session import (
     Ending,
     ForwardingChannel,
     Greeted,
+    Hooks,
     Reconnected,
     ResetNoticed,
     Session,
     SessionOpened,
     TraceEvent,
-    TraceHook,
-    call_hooks,
 )
 from elib.robot.odometry import fell_back, fell_back_over_gap, steps_in
 
@@ -76,28 +75,26 @@ class Reconnector(ForwardingChannel):
     Attributes:
         hooks: Trace hooks, called with the events of every session.
         error: Why it ended for good, or None.
-        is_restoring: Whether what was set is being set again now.
+        restoring: The request that sets again now what was set, or None.
     """
 
     def __init__(self, url: str, start: Callable[[], Awaitable[Session]], policy: Policy) -> None:
         self._url = url
         self._start = start
         self._policy = policy
-        self.hooks: list[TraceHook] = []
+        self.hooks = Hooks()
         self.error: ElibError | None = None
         self._session: Session
         self._firmware = ""
         self._is_up = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._restoring: asyncio.Task[None] | None = None
-        self.is_restoring = False
         self._streams: tuple[Wanted | None, bool] = (None, False)
         self._has_restarted = False
         """Whether what was restored so far is forgotten again."""
         self._has_lost_steps = False
         """Whether the counters began at 0 again, and were not set since."""
-        self._own: Request[object] | None = None
-        """The request that restores now."""
+        self.restoring: Request[object] | None = None
         self._memory = LastSet()
         self._steps: Steps | None = None
         self._loop = asyncio.get_running_loop()
@@ -211,11 +208,11 @@ class Reconnector(ForwardingChannel):
         session.hooks.append(self._watch)
         sensors, images = self._streams
         session.stream(sensors=sensors, images=images)
-        self._emit(self._loop.time(), SessionOpened(session.opening, session.counters))
+        self.hooks.call(self._loop.time(), SessionOpened(session.opening, session.counters))
 
     def _watch(self, time: float, event: TraceEvent) -> None:
         """Follow the events of the newest session, and pass them on."""
-        self._emit(time, event)
+        self.hooks.call(time, event)
         match event:
             case Ending(error=error) if not isinstance(error, LinkClosed):
                 self._on_down(self._session)
@@ -230,18 +227,15 @@ class Reconnector(ForwardingChannel):
                     self._steps = Steps(*request.numbers, **stamp) if request.numbers else None  # a text without them
                 elif request.name == "reset":
                     self._steps = None
-                if self._restoring is not None and request is not self._own:
+                if self._restoring is not None and request is not self.restoring:
                     # The robot took it after its restart: it is newer than what was kept.
                     request.confirmed(replace(self._session.context, last_set=self._memory))
             case _:
                 pass
 
-    def _emit(self, time: float, event: TraceEvent) -> None:
-        call_hooks(self.hooks, time, event)
-
     def _check_steps(self, steps: Steps) -> None:
         """Notice a restart: counters that fell back to about 0 faster than wheels can turn."""
-        if self.is_restoring or self._restoring is not None:
+        if self.restoring is not None or self._restoring is not None:
             return
         before, self._steps = self._steps, steps
         if before is None:
@@ -255,7 +249,7 @@ class Reconnector(ForwardingChannel):
         self._has_restarted = self._has_lost_steps = True
         if self._restoring is None and self._is_up.is_set():
             self._keep_memory()  # the context is about to forget it
-            self._emit(self._loop.time(), ResetNoticed(sign))
+            self.hooks.call(self._loop.time(), ResetNoticed(sign))
             self._restoring = self._loop.create_task(self._restore_after_reset(), name=f"elib restoring {self._url}")
 
     def _keep_memory(self) -> None:
@@ -285,7 +279,7 @@ class Reconnector(ForwardingChannel):
         if isinstance(error, ReplayDiffers):
             self._give_up(error)  # to open it again would not help
             return
-        self._emit(self._loop.time(), Disconnected(error))
+        self.hooks.call(self._loop.time(), Disconnected(error))
         self._task = self._loop.create_task(self._reopen(error), name=f"elib reconnecting {self._url}")
 
     async def _reopen(self, reason: ElibError) -> None:
@@ -308,7 +302,7 @@ class Reconnector(ForwardingChannel):
             else:
                 self._task = None
                 self._is_up.set()
-                self._emit(self._loop.time(), Reconnected(self._loop.time() - began, attempts))
+                self.hooks.call(self._loop.time(), Reconnected(self._loop.time() - began, attempts))
                 return
             if self._loop.time() + delay >= end:
                 self._task = None
@@ -325,7 +319,7 @@ class Reconnector(ForwardingChannel):
         """End for good; calls that wait for a link get *error*."""
         self.error = error
         self._is_up.set()
-        self._emit(self._loop.time(), Ending(error))
+        self.hooks.call(self._loop.time(), Ending(error))
 
     def _check_identity(self, session: Session) -> None:
         """Refuse a robot with another firmware: the calls that wait were made for this one."""
@@ -347,7 +341,7 @@ class Reconnector(ForwardingChannel):
 
         async def do(name: str, *args: object) -> object:
             request: Request[object] = SPECS[name].request(session.context, *args)
-            self._own = request
+            self.restoring = request
             for left in reversed(range(RESTORING_TRIES)):
                 try:
                     return await session.execute(request, max(RESTORING_TIME, session.stopping_time))
@@ -356,7 +350,7 @@ class Reconnector(ForwardingChannel):
                         raise
             raise AssertionError
 
-        self.is_restoring = self._has_restarted = True
+        self._has_restarted = True
         try:
             while self._has_restarted:
                 self._has_restarted = False
@@ -374,11 +368,11 @@ class Reconnector(ForwardingChannel):
                         self._steps, self._has_lost_steps = replace(steps, left=left, right=right), False
                         await do("set_encoders", left, right)
                         if not was_noticed:
-                            self._emit(self._loop.time(), ResetNoticed("encoders"))
+                            self.hooks.call(self._loop.time(), ResetNoticed("encoders"))
                     else:
                         self._steps = steps
                 self._has_lost_steps = self._has_lost_steps and self._has_restarted
                 for name, arguments in restoring_calls(self._memory):
                     await do(name, *arguments)
         finally:
-            self.is_restoring, self._own = False, None
+            self.restoring = None

@@ -156,7 +156,7 @@ class Telemetry:
             elif isinstance(event, Ending) and robot.session.error is not None:
                 self._end(event.error)
 
-        robot.session.hooks.append(take)
+        robot.session.hooks.append(take, Pushed, Ending)
         try:
             while self._readers:
                 self._changed.clear()
@@ -173,8 +173,7 @@ class Telemetry:
                 if not self._came:
                     await self._ask(robot)
         finally:
-            with contextlib.suppress(ValueError):  # a hook that raised was removed
-                robot.session.hooks.remove(take)
+            robot.session.hooks.remove(take)
             robot.session.stream(sensors=None, images=False)
 
     async def _ask(self, robot: Robot) -> None:

@@ -15,7 +15,7 @@ from elib.base.fields import Number, Whole
 from elib.base.pose import Pose
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.table import Request
-from elib.link.session import Called, Channel, Ended, ForwardingChannel, TraceEvent, TraceHook
+from elib.link.session import Called, Channel, Ended, ForwardingChannel, Hooks, TraceEvent
 from elib.robot.motion import FASTEST
 
 T = TypeVar("T")
@@ -106,7 +106,7 @@ class Guard(ForwardingChannel):
     """
 
     def __init__(self, channel: Channel, limits: Limits, pose: Callable[[], Pose], *, margin: float) -> None:
-        self.hooks: list[TraceHook] = []
+        self.hooks = Hooks()
         self.is_over = False
         self._session = channel
         self._limits, self._pose, self._margin = limits, pose, margin
@@ -116,8 +116,7 @@ class Guard(ForwardingChannel):
 
     def end(self) -> None:
         """Follow the events of the channel no longer. Safe to repeat."""
-        if self._see in self._session.hooks:
-            self._session.hooks.remove(self._see)
+        self._session.hooks.remove(self._see)
 
     def check(self) -> bool:
         """Return whether the robot may go on as its wheels turn now."""
@@ -182,8 +181,7 @@ class Guard(ForwardingChannel):
         """Pass events on, with the request as it was asked for: a slower one is not somebody else's."""
         if isinstance(event, Called | Ended) and (found := self._asked.get(id(event.request))) is not None:
             event = dataclasses.replace(event, request=found[1])
-        for hook in tuple(self.hooks):
-            hook(time, event)
+        self.hooks.call(time, event)
 
     # -- the channel --
 
@@ -191,11 +189,6 @@ class Guard(ForwardingChannel):
     def error(self) -> ElibError | None:
         """Why the channel ended for good, or None."""
         return self._session.error
-
-    @property
-    def is_restoring(self) -> bool:
-        """Whether what was set is being set again now."""
-        return self._session.is_restoring
 
     def forget_speed(self) -> None:
         """Do nothing: the panel's own robot restores no speed after the link was lost."""

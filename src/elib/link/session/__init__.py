@@ -16,6 +16,7 @@ from elib.link.session.trace import Disconnected as Disconnected
 from elib.link.session.trace import Ended as Ended
 from elib.link.session.trace import Ending as Ending
 from elib.link.session.trace import Greeted as Greeted
+from elib.link.session.trace import Hooks as Hooks
 from elib.link.session.trace import Pushed as Pushed
 from elib.link.session.trace import Received as Received
 from elib.link.session.trace import Reconnected as Reconnected
@@ -26,4 +27,3 @@ from elib.link.session.trace import TraceEvent as TraceEvent
 from elib.link.session.trace import TraceHook as TraceHook
 from elib.link.session.trace import Transcript as Transcript
 from elib.link.session.trace import Wrote as Wrote
-from elib.link.session.trace import call_hooks as call_hooks

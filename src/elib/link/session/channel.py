@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Generic, Protocol, TypeVar
 
 from elib.base.errors import ElibError
@@ -11,7 +12,7 @@ from elib.link.protocol.table import Request
 from elib.link.protocol.values import Steps, Version
 from elib.link.protocol.wifi_connection import Wanted
 from elib.link.session.statistics import LinkStats
-from elib.link.session.trace import TraceHook, Transcript
+from elib.link.session.trace import Hooks, Transcript
 from elib.link.transport.base import Transport
 
 T = TypeVar("T")
@@ -21,11 +22,10 @@ class Channel(Protocol):
     """A session, or a reconnector that makes a new session whenever the last one is lost.
 
     Attributes:
-        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop. They must be quick. A hook that raises is
-            removed and reported to the loop.
+        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop.
     """
 
-    hooks: list[TraceHook]
+    hooks: Hooks
 
     @property
     def transport(self) -> Transport:
@@ -64,8 +64,12 @@ class Channel(Protocol):
         """How long the robot may need to confirm a stop now, s."""
 
     @property
-    def is_restoring(self) -> bool:
-        """Whether what was set is being set again now, after the link was lost or the robot restarted."""
+    def requests(self) -> Iterator[Request[object]]:
+        """The requests of all calls that have no outcome yet, in the queue and under way."""
+
+    @property
+    def restoring(self) -> Request[object] | None:
+        """The request that sets again now what was set before the link was lost or the robot restarted, if any."""
 
     async def execute(self, request: Request[T], timeout: float) -> T:
         """Send *request* in its turn and return its answer."""
@@ -115,6 +119,8 @@ class ForwardingChannel:
     counters = Forwarded["Steps | None"]()
     waiting = Forwarded[int]()
     unanswered = Forwarded[int]()
+    requests = Forwarded[Iterator[Request[object]]]()
+    restoring = Forwarded["Request[object] | None"]()
     stopping_time = Forwarded[float]()
 
     def stream(self, *, sensors: Wanted | None, images: bool) -> None:

@@ -14,6 +14,7 @@ import asyncio
 import contextlib
 import dataclasses
 import math
+from collections.abc import Iterator
 from typing import TypeVar, cast
 
 from elib.base.errors import ElibError, LinkClosed, LinkError, LinkLost, about
@@ -49,14 +50,12 @@ from elib.link.session.trace import (
     Ended,
     Ending,
     Greeted,
+    Hooks,
     Pushed,
     Received,
     Resynced,
-    TraceEvent,
-    TraceHook,
     Transcript,
     Wrote,
-    call_hooks,
 )
 from elib.link.transport.base import Transport
 from elib.link.transport.buffered import buffered
@@ -91,14 +90,13 @@ class Session:
         version: The robot's answer to the question for its version.
         opening: What was written and received to recognise the robot.
         counters: The step counters as they were read then, if the robot answered.
-        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop. They must be quick. A hook that raises is
-            removed and reported to the loop.
+        hooks: Trace hooks, called as ``hook(time, event)`` in the event loop.
         counter: Counts every outcome; all sessions of a reconnecting robot share one.
         final_command: Sent without waiting when the robot no longer answers but the line still takes bytes.
         error: Why the session ended, or None while it is open.
     """
 
-    is_restoring = False
+    restoring = None
     """A session restores nothing; a channel that reconnects does."""
 
     def __init__(self, transport: Transport, connection: HostConnection | WifiConnection, version: Version) -> None:
@@ -107,7 +105,7 @@ class Session:
         self.version = version
         self.opening: Transcript = ()
         self.counters: Steps | None = None
-        self.hooks: list[TraceHook] = []
+        self.hooks = Hooks()
         self.counter = LinkCounter()
         self._loop = asyncio.get_running_loop()
         self._connection = connection
@@ -177,31 +175,34 @@ class Session:
         """Number of calls in the queue and under way."""
         return self.waiting + sum(not call.future.done() for call in self._current or ())
 
+    @property
+    def requests(self) -> Iterator[Request[object]]:
+        """The requests of all calls that have no outcome yet, in the queue and under way."""
+        return (call.request for call in (*self._queue, *(self._current or ())) if not call.future.done())
+
     # -- calls --
 
-    def submit(self, request: Request[T], timeout: float) -> Call[T]:
+    def submit(self, request: Request[T], timeout: float, *, is_last: bool = False) -> Call[T]:
         """Queue *request* and return its call, whose future gets the outcome.
 
         Args:
             request: What to send.
             timeout: Seconds from now, queueing included.
+            is_last: Take it although the session is about to be closed.
 
         Raises:
             LinkClosed: The session was closed.
             LinkLost: The link broke earlier; the message repeats the first reason.
         """
-        if self.error is not None or self._is_closing:
+        if self.error is not None or (self._is_closing and not is_last):
             raise about(request, self.error or self._closed_error)
-        return self._accept(request, timeout)
-
-    def _accept(self, request: Request[T], timeout: float) -> Call[T]:
         now = self._loop.time()
         call = Call(request, self._loop.create_future(), now, now + timeout)
         anonymous = cast("Call[object]", call)
-        if self.hooks:
-            self._trace(Called(anonymous.request))
+        if self.hooks[Called]:
+            self.hooks.call(now, Called(anonymous.request))
         call.timer = self._loop.call_at(call.deadline, self._expire, anonymous)
-        if self._is_free and not self._is_pumping and not self._queue and self._connection.state is State.IDLE:
+        if self._connection.state is State.IDLE and self._is_free and not self._is_pumping and not self._queue:
             self._send(anonymous)  # the common case, which need not use the queue
         else:
             self._queue.put(anonymous)
@@ -224,9 +225,9 @@ class Session:
             if not data:
                 self._loop.call_later(OVERTAKING_TIME, self._overtake, call)
             elif self._send_past(data):
-                call.sent = self._loop.time()
-                if self.hooks:
-                    self._trace(Wrote(data))
+                call.sent = call.overtook = now = self._loop.time()
+                if self.hooks[Wrote]:
+                    self.hooks.call(now, Wrote(data))
 
     def _ask_behind(self, call: Call[object] | None) -> None:
         """Ask a question behind *call*, on whose way the robot restarted: was it lost, or is it still answered?
@@ -237,8 +238,8 @@ class Session:
         if call is None or call is not self._current or not isinstance(connection, HostConnection):
             return
         data = connection.ask_behind()
-        if self._line.send_nowait(data) and self.hooks:
-            self._trace(Wrote(data))
+        if self._line.send_nowait(data) and self.hooks[Wrote]:
+            self.hooks.call(self._loop.time(), Wrote(data))
         pause = max(PROBE_TIMES[0], PROBE_TRIPS * self._resync.trip, call.request.service)
         self._asking = self._loop.call_later(pause, self._ask_behind, call)
 
@@ -292,13 +293,11 @@ class Session:
             ReplyTimeout: No complete answer came in time.
             LinkError: The link is closed or lost.
         """
-        if self.error is not None:
-            raise about(request, self.error)
         self._is_closing = True
         for entry in self._queue.clear():
             for call in entry:
                 self._fail(call, about(call.request, self._closed_error))
-        last = self._accept(request, timeout)
+        last = self.submit(request, timeout, is_last=True)
         try:
             return await last.future
         except asyncio.CancelledError:
@@ -378,10 +377,13 @@ class Session:
     def _end(self, call: Call[object], value: object, error: BaseException | None) -> None:
         if call.timer is not None:
             call.timer.cancel()
-        self.counter.ended(call, error, self._loop.time())
-        if self.hooks:
-            now = self._loop.time()
-            self._trace(Ended(call.request, value, error, now - call.called, now - call.sent, call.is_replaced))
+        now = self._loop.time()
+        self.counter.ended(call, error, now)
+        if self.hooks[Ended]:
+            trip = now - call.sent
+            self.hooks.call(
+                now, Ended(call.request, value, error, now - call.called, trip, call.is_replaced, call.overtook)
+            )
 
     # -- sending and receiving --
 
@@ -405,7 +407,7 @@ class Session:
                     self._send(call)
                     continue
                 if data := self._connection.unasked():
-                    self._put(data)
+                    self._put(data, self._loop.time())
                 return
         finally:
             self._is_pumping = False
@@ -416,13 +418,13 @@ class Session:
             for each in older:
                 each.sent = now
         self._current = call
-        self._put(self._connection.send(call.request))
+        self._put(self._connection.send(call.request), now)
 
-    def _put(self, data: bytes) -> None:
+    def _put(self, data: bytes, now: float) -> None:
         """Write *data* to the line, at once if it takes them."""
-        self._resync.last_sent = self._loop.time()
-        if self.hooks:
-            self._trace(Wrote(data))
+        self._resync.last_sent = now
+        if self.hooks[Wrote]:
+            self.hooks.call(now, Wrote(data))
         if not self._line.send_nowait(data) and self.error is None:
             self._writing = self._loop.create_task(self._write(data), name=f"elib writing {self.transport.url}")
             self._writing.add_done_callback(self._on_task_done)
@@ -438,13 +440,12 @@ class Session:
             dropped = self._connection.received_bytes - self._received_out_of_sync - self._connection.probe_answer_bytes
         self._received_out_of_sync = self._connection.received_bytes
         self.counter.resyncs += 1
-        if self.hooks:
-            self._trace(Resynced(self._loop.time() - began, dropped))
+        now = self._loop.time()
+        self.hooks.call(now, Resynced(now - began, dropped))
 
     async def _put_and_wait(self, data: bytes) -> None:
         """Write a probe and wait until it was taken; no request is sent meanwhile."""
-        if self.hooks:
-            self._trace(Wrote(data))
+        self.hooks.call(self._loop.time(), Wrote(data))
         await self._write(data)
 
     async def _write(self, data: bytes) -> None:
@@ -475,27 +476,27 @@ class Session:
 
     def _on_bytes(self, data: bytes) -> None:
         now = self._resync.last_byte = self._loop.time()
-        if self.hooks:
-            self._trace(Received(data))
+        if self.hooks[Received]:
+            self.hooks.call(now, Received(data))
         connection = self._connection
         connection.receive(data, now)
         while (event := connection.next_event()) is not None:
-            self._handle(event)
+            self._handle(event, now)
         if self._current is None:
             self._pump()
 
     def _on_lost(self) -> None:
         self._finish(self._line.loss or LinkLost(f"{self.transport.url} is gone"))
 
-    def _handle(self, event: Event | WifiEvent) -> None:
+    def _handle(self, event: Event | WifiEvent, now: float) -> None:
         match event:
             case Answer(value=value):
                 call, self._current = self._current, None
                 if call is None:
                     return
                 if not call.request.service:
-                    self._resync.record_trip(self._loop.time() - call.sent)
-                if isinstance(value, Image) and self._loop.time() > call.deadline:
+                    self._resync.record_trip(now - call.sent)
+                if isinstance(value, Image) and now > call.deadline:
                     for each in call:
                         self._fail(each, each.timeout_error(value))
                     return
@@ -516,8 +517,7 @@ class Session:
                 if self._asking is not None:
                     self._asking.cancel()
                 self._asking = self._loop.call_later(GREETING_TIME, self._ask_behind, self._current)
-                if self.hooks:
-                    self._trace(Greeted())
+                self.hooks.call(now, Greeted())
                 self.context.forget()
             case RequestLost():
                 call, self._current = self._current, None
@@ -525,8 +525,7 @@ class Session:
                 for each in call or ():
                     self._fail(each, each.timeout_error())
             case Streamed(value=value):
-                if self.hooks:
-                    self._trace(Pushed(value))
+                self.hooks.call(now, Pushed(value))
             case OutOfStep(reason=reason):
                 self._finish(
                     LinkLost(
@@ -568,8 +567,7 @@ class Session:
                 task.cancel()
         if not isinstance(error, LinkClosed):
             self._release_line()
-        if self.hooks:
-            self._trace(Ending(error))
+        self.hooks.call(self._loop.time(), Ending(error))
 
     def lose(self, error: LinkLost) -> None:
         """End the session as if the link had broken, for the reason *error*: it is of no use any more."""
@@ -614,9 +612,6 @@ class Session:
 
     def forget_speed(self) -> None:
         """Do nothing: a session restores nothing."""
-
-    def _trace(self, event: TraceEvent) -> None:
-        call_hooks(self.hooks, self._loop.time(), event)
 
 
 def _opening_trip(opening: Transcript, answered: float) -> float:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import get_args
 
 from elib.base.errors import ElibError
 from elib.link.protocol.image import Image
@@ -30,6 +32,7 @@ class Ended:
         waited: Time from the call to its end, s.
         round_trip: Time from sending to the end, s; nan if it was never sent.
         is_replaced: Whether a newer call was sent in its place, and it shares that one's outcome.
+        overtook: When it was first sent, past what was under way, s; nan if it was not.
     """
 
     request: Request[object]
@@ -38,6 +41,7 @@ class Ended:
     waited: float
     round_trip: float
     is_replaced: bool = False
+    overtook: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,12 +160,34 @@ TraceHook = Callable[[float, TraceEvent], None]
 """Called as ``hook(time, event)`` in the event loop; the time is in s on its clock."""
 
 
-def call_hooks(hooks: list[TraceHook], time: float, event: TraceEvent) -> None:
-    """Call every hook; remove one that raises, and report it to the running event loop."""
-    for hook in tuple(hooks):
-        try:
-            hook(time, event)
-        except Exception as error:
-            hooks.remove(hook)
-            message = f"a trace hook of elib raised; removed: {hook!r}"
-            asyncio.get_running_loop().call_exception_handler({"message": message, "exception": error})
+class Hooks(dict[type, tuple[TraceHook, ...]]):
+    """The trace hooks of a channel, by the kind of event that they are called with.
+
+    An event is made only if a hook wants its kind, so a hook should name those that it needs.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(dict.fromkeys(get_args(TraceEvent), ()))
+
+    def append(self, hook: TraceHook, *kinds: type) -> None:
+        """Call *hook* from now on with events of these kinds, or of all of them.
+
+        Hooks must be quick. One that raises is removed, and its error is reported to the event loop.
+        """
+        for kind in kinds or self:
+            self[kind] += (hook,)
+
+    def remove(self, hook: TraceHook) -> None:
+        """Call *hook* no longer. Safe to repeat."""
+        for kind, hooks in self.items():
+            self[kind] = tuple(each for each in hooks if each != hook)
+
+    def call(self, time: float, event: TraceEvent) -> None:
+        """Call the hooks that want *event*, which happened at *time*, s on the loop's clock."""
+        for hook in self[type(event)]:
+            try:
+                hook(time, event)
+            except Exception as error:
+                self.remove(hook)
+                message = f"a trace hook of elib raised; removed: {hook!r}"
+                asyncio.get_running_loop().call_exception_handler({"message": message, "exception": error})

@@ -80,6 +80,8 @@ class Emulator:
         self._free_at = 0.0
         self._sent_at = 0.0
         self._world_time: float | None = None
+        self._due: float | None = None
+        """When something happens next, as long as it is known."""
         self.memory = ProgramMemory()
         self.firmware: Firmware
         self._connection: RobotConnection
@@ -98,6 +100,7 @@ class Emulator:
         """Hand *data* to the robot's serial line at *time*, s. Bytes that are still on the line pass first."""
         if not self._is_hung:
             self._line.put(data, max(time, self._clock))
+            self._due = None
 
     def advance(self, time: float) -> list[Chunk]:
         """Run everything that is due up to *time*, s. A time that has passed already changes nothing.
@@ -106,12 +109,15 @@ class Emulator:
             What left the robot up to then, in order.
         """
         event = self._next_event()
-        self._obey_remote(min(event, time))
+        self._obey_remote(min(event, max(self._free_at, self._line.next_arrival), time))
         while event <= time:
             self._clock = max(self._clock, event)
             self._run(event, time)
             event = self._next_event()
+        if self._line.next_arrival <= time and self._steps is None:
+            self._read(time)  # of a command that is not complete
         self._clock = max(self._clock, time)
+        self._due = None
         out, sent = self._out, []
         while out and out[0].time <= time:
             sent.append(out.popleft())
@@ -120,15 +126,16 @@ class Emulator:
     @property
     def due(self) -> float | None:
         """When :meth:`advance` has something to do next, s; None while only bytes or a new state can change that."""
-        event = self._next_event()
-        if self._out:
-            event = min(event, self._out[0].time)
-        return None if event == inf else event
+        if self._due is None:
+            self._due = self._next_event()
+            if self._out:
+                self._due = min(self._due, self._out[0].time)
+        return None if self._due == inf else self._due
 
     @property
     def is_idle(self) -> bool:
         """Whether no byte is on its way in or out, and the firmware waits for one, even in the middle of a command."""
-        return not self._out and self._steps is None and not self._received and self._line.next_arrival == inf
+        return not self._out and self._steps is None and not self._received.unread and self._line.next_arrival == inf
 
     def power_cycle(self, time: float) -> None:
         """Take the battery out and put it back at *time*, s: the robot forgets everything and boots."""
@@ -178,6 +185,7 @@ class Emulator:
         self._has_heard = self._is_deaf = False
         self._is_hung = False
         self._is_in_frame = False
+        self._due = None
 
     def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
         size = PROFILES[self._program.NAME].receive_ring
@@ -191,39 +199,41 @@ class Emulator:
             event = self._free_at
             if self._listens_until is not None:
                 event = max(event, min(self._listens_until, self._line.next_arrival))
-        elif self._received:
+        elif self._received.unread:
             event = self._free_at
-        else:
+        elif self._connection.is_in_session:
             event = max(self._free_at, self._line.next_arrival)
-        thread = self.firmware.next_thread
-        return event if thread is None else min(event, max(thread, self._clock))
+        else:
+            event = max(self._free_at, self._line.next_end)
+        return min(event, max(self.firmware.next_thread, self._clock))
 
     def _run(self, time: float, until: float) -> None:
         """Do what is due at *time*; where only bytes are due, read on until *until*."""
         thread = self.firmware.next_thread
-        if thread is not None and thread <= time:
+        if thread <= time:
             self.let_world_run(time)
             self.firmware.run_threads(time)
         elif self._steps is not None:
             self._resume(time)
         else:
-            self._read(time, until if thread is None else time)
+            self._read(until if thread == inf else time)
 
-    def _read(self, time: float, until: float) -> None:
+    def _read(self, until: float) -> None:
         """Read bytes up to the one that completes a command, first those that came while the program was busy."""
         line, received, feed = self._line, self._received, self._connection.feed
-        while time <= until:
+        while True:
             while line.next_arrival < self._free_at:
                 received.put(line.get())
+            time = self._free_at if received.unread else max(self._free_at, line.next_arrival)
+            if time > until:
+                return
             self._free_at = time
-            event = feed(received.get() if received else line.get())
+            event = feed(received.get() if received.unread else line.get())
             if event is not None:
                 self._clock = max(self._clock, time)
                 self.let_world_run(time)
                 self._carry_out(event, time)
                 return
-            if not received:
-                time = max(time, line.next_arrival)
 
     def _carry_out(self, event: Event, time: float) -> None:
         reply: bytes | FirmwareSteps | None
@@ -303,7 +313,7 @@ class Emulator:
 
     def _obey_remote(self, time: float) -> None:
         """Obey the remote control, if the firmware is at the place where it looks for codes."""
-        if self._steps is not None or self._is_hung or self._received:
+        if self._steps is not None or self._is_hung or self._received.unread:
             return
         if self._connection.is_between_commands and self.firmware.wants_remote():
             self.let_world_run(time)

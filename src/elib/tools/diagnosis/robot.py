@@ -120,7 +120,7 @@ async def throughput(examination: Examination) -> CheckResult:
         elif isinstance(event, Received):
             pieces.append((time, len(event.data)))
 
-    session.hooks.append(note)
+    session.hooks.append(note, Wrote, Received)
     try:
         await session.execute(Commands.help_text.spec.request(session.context), LONG_ANSWER_TIMEOUT)
     finally:

@@ -15,6 +15,7 @@ Constants that are not part of the wire format are shared.
 
 from __future__ import annotations
 
+import math
 import struct
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -125,6 +126,7 @@ class Firmware(ABC):
         motors: The drivers of the left and the right wheel.
         lights: The lamps as last set.
         sound: The sound last started, 1..5, or 0 for silence.
+        next_thread: When a background thread is due next, s; infinite if none is.
     """
 
     NAME: ClassVar[str]
@@ -174,6 +176,7 @@ class Firmware(ABC):
         self.resets = resets
         self.lights = Lights()
         self.sound = 0
+        self.next_thread = math.inf
         self.motors: tuple[StepMotor, StepMotor] = (self.MOTOR(), self.MOTOR())
         self._told = (0.0, 0.0)
         self.window = DEFAULT_WINDOW
@@ -241,13 +244,8 @@ class Firmware(ABC):
         raise NotImplementedError
 
     def run_threads(self, time: float) -> None:
-        """Run the background threads that are due at *time*, s, as :attr:`next_thread` says."""
+        """Run the background threads that are due at *time*, s, as ``next_thread`` says."""
         raise NotImplementedError
-
-    @property
-    def next_thread(self) -> float | None:
-        """When a background thread is due next, s; None if none is."""
-        return None
 
     def switch_off(self) -> None:
         """Stop motors, lamps and sound, as a reset does."""

@@ -6,6 +6,7 @@ accelerometer does not change its zero, and ``prox`` and the distance sensor ans
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -66,13 +67,11 @@ class Threads:
     Attributes:
         avoids: Whether obstacle avoidance is on.
         target: The speeds asked for while it is on, steps/s.
-        due: When it runs next, s.
     """
 
     def __init__(self) -> None:
         self.avoids = False
         self.target = (0, 0)
-        self.due = 0.0
         self._last_code: tuple[int, int, int] | None = None
 
     def avoidance(self, near: Sequence[int]) -> tuple[int, int]:
@@ -127,6 +126,7 @@ class EPuck2(AsercomCommands):
         super().__init__(hardware, timing, resets)
         self.aim()  # zoom 8 acts as 4 from the start
         self.threads = Threads()
+        self._thread_due = 0.0
         self.zero: Sequence[int] = (0, 0, 0)
         self.gyroscope_zero: Sequence[int] = (0, 0, 0)
         self.has_ground = False
@@ -148,14 +148,9 @@ class EPuck2(AsercomCommands):
         self.has_ground = self.hardware.floor_present
         yield Send(BANNER, unasked=True)
 
-    @property
-    def next_thread(self) -> float | None:
-        """When the avoidance thread is due; None while it has nothing to do."""
-        return self.threads.due if self.timing.runs and self.threads.avoids else None
-
     def run_threads(self, time: float) -> None:
         """Move the motors as obstacle avoidance wants, 50 times a second."""
-        self.threads.due = time + THREAD_PERIOD
+        self.next_thread = self._thread_due = time + THREAD_PERIOD
         self.drive(*self.threads.avoidance(self.calibrated()))
 
     def wants_remote(self) -> bool:
@@ -353,6 +348,7 @@ class EPuck2(AsercomCommands):
         if flags & 1:
             yield from self.calibrate(self.timing.calibration - self.timing.calibration_lights)
         self.threads.avoids = bool(flags & 2)
+        self.next_thread = self._thread_due if self.timing.runs and self.threads.avoids else math.inf
         left, right = self.unpacked(parameters[1:5])
         self.variables["speed_left"], self.variables["speed_right"] = left, right
         if flags & 4:
