@@ -372,6 +372,10 @@ class _PreciseSelector(selectors.DefaultSelector):
         return super().select(timeout)
 
 
+_look = selectors.DefaultSelector.select
+"""Looks for events without a wait, or waits for ever; neither has to be exact."""
+
+
 class _JumpingSelector(_PreciseSelector):
     """A selector that makes the time of its loop jump to the next timer instead of waiting for it."""
 
@@ -381,16 +385,17 @@ class _JumpingSelector(_PreciseSelector):
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         try:
-            ready = super().select(0)
+            ready = _look(self, 0)
             if ready or (timeout is not None and timeout <= 0):
                 return ready
             if self._loop._is_held():
-                return super().select(None)
+                return _look(self)
             # A thread that released its hold after the first select may have handed something in before: take that
             # first.
-            ready = super().select(max(0.0, self._loop._wait()))
+            wait = self._loop._wait()
+            ready = super().select(wait) if wait > 0.0 else _look(self, 0)
             if not ready and not self._loop._jump():
-                return super().select(None)
+                return _look(self)
             return ready
         finally:
             self._loop.turned = time.monotonic()

@@ -58,6 +58,8 @@ class CallbackPool:
         Args:
             waiting: Threads that wait for the robot. A callback in one of them does not count as working.
         """
+        if not self._busy:
+            return False
         running = dict(self._running)
         if len(running) < min(self._busy, CALLBACK_THREADS):
             return True

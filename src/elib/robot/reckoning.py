@@ -137,9 +137,14 @@ class Reckoning:
             return
         began, at, ended = change.when
         at = max(at, self._start.when.at)
-        insort(self._changes, replace(change, when=Moment(min(began, at), at, max(at, ended))), key=_moment)
+        change = replace(change, when=Moment(min(began, at), at, max(at, ended)))
+        if change.counters is not None and change.is_sure:  # nobody read what they were set to before
+            before = [each for each in self._changes if each.when.at <= at]
+            kept = [replace(each, counters=None) for each in before if each.speeds is not None]
+            self._changes[: len(before)] = kept
+        insort(self._changes, change, key=_moment)
         self._count += 1
-        unsure = [i for i, each in enumerate(self._changes) if not each.is_sure]
+        unsure = [] if change.is_sure else [i for i, each in enumerate(self._changes) if not each.is_sure]
         if len(unsure) > MOST_UNSURE:
             self._changes[unsure[0]] = replace(self._changes[unsure[0]], is_sure=True)
         if len(self._changes) > MOST_CHANGES:

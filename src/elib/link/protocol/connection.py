@@ -324,15 +324,16 @@ class HostConnection:
         request = self._request
         assert request is not None
         while True:
-            if not self._drop_copy():
+            if self._copy and not self._drop_copy():
                 return
             # No answer reaches across a start of the robot, or past the answer to a question behind the request.
             behind = None if self._behind is None else self._behind.first_line.search(self._buffer)
-            if behind is None and not self._skip_greeting():
+            if self._lines_to_skip and behind is None and not self._skip_greeting():
                 return
             start = None if request.name == "reset" else self._find_start()
-            limit = min((match.start() for match in (start, behind) if match), default=len(self._buffer))
-            part = self._buffer[:limit] if start or behind else self._buffer
+            part = self._buffer
+            if start or behind:
+                part = part[: min(match.start() for match in (start, behind) if match)]
             found: Parsed[object] | UnexpectedReply | None
             try:
                 found = request.reply.parse(part, 0, self.context)
@@ -342,7 +343,7 @@ class HostConnection:
                     self._refuse(request, error)
                     return
                 # The bootloader took the first bytes, and the program that then started did not know the rest.
-                found = UnexpectedReply(limit)
+                found = UnexpectedReply(len(part))
             if isinstance(found, UnexpectedReply):
                 self._unexpected_bytes += found.end
                 self._drop(found.end)
@@ -354,7 +355,7 @@ class HostConnection:
                 )
             elif found is not None:
                 self._accept(request, found)
-            elif start is not None and start.start() == limit:
+            elif start is not None and start.start() == len(part):
                 self._unexpected_bytes += start.end()
                 self._lines_to_skip = 2 if start[0].endswith(GREETING) else 0
                 self._drop(start.end())
@@ -407,8 +408,6 @@ class HostConnection:
     def _drop_copy(self) -> bool:
         """Drop a repeated answer to a probe; return False while the bytes may still become one."""
         copy = self._copy
-        if not copy or not self._buffer:
-            return True
         if self._buffer.startswith(copy):
             del self._buffer[: len(copy)]
             self._copy = b""

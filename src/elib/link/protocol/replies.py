@@ -9,7 +9,7 @@ import functools
 import re
 import struct
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 from elib.base.errors import CommandRejected, RemoteProtocolError
@@ -148,12 +148,12 @@ class Packed(Generic[T]):
 
     format: str
     build: Callable[[Sequence[int | float], Context], T]
+    length: int = field(init=False)
+    """Bytes in the answer."""
     is_binary = True
 
-    @property
-    def length(self) -> int:
-        """Bytes in the answer."""
-        return struct.calcsize(self.format)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "length", struct.calcsize(self.format))
 
     def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[T] | UnexpectedReply | None:
         """See :class:`Reply`."""
@@ -173,14 +173,19 @@ class Several(Generic[T]):
 
     parts: tuple[Reply[object], ...]
     build: Callable[[Sequence[object], Context], T]
+    is_binary: bool = field(init=False)
+    """Whether one of the answers has no framing."""
+    least: int = field(init=False)
+    """The fewest bytes that are worth a look."""
 
-    @property
-    def is_binary(self) -> bool:
-        """Whether one of the answers has no framing."""
-        return any(part.is_binary for part in self.parts)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "is_binary", any(part.is_binary for part in self.parts))
+        object.__setattr__(self, "least", sum(part.length for part in self.parts if isinstance(part, Packed)))
 
     def parse(self, buffer: bytes | bytearray, start: int, context: Context) -> Parsed[T] | UnexpectedReply | None:
         """See :class:`Reply`."""
+        if len(buffer) - start < self.least:
+            return None
         values: list[object] = []
         end = start
         for part in self.parts:

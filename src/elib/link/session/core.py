@@ -482,7 +482,7 @@ class Session:
         connection.receive(data, now)
         while (event := connection.next_event()) is not None:
             self._handle(event, now)
-        if self._current is None:
+        if self._current is None and (self._queue or connection.is_stream):
             self._pump()
 
     def _on_lost(self) -> None:

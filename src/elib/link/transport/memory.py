@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from elib.link.transport.buffered import BUFFER_LIMIT, BufferedTransport
+from elib.link.transport.buffered import BUFFER_LIMIT, SLICE, BufferedTransport
 
 
 class MemoryTransport(BufferedTransport):
@@ -21,10 +21,17 @@ class MemoryTransport(BufferedTransport):
 
     def send_nowait(self, data: bytes) -> bool:
         """Send *data* without waiting; return False if there is no room and all of it is dropped."""
-        # A listener takes all slices at once; only bytes that are not read can fill the buffer.
-        if self._peer is None or self._peer.unread + len(data) > BUFFER_LIMIT:
+        peer = self._peer
+        if peer is None or self._closed or self._loss is not None:
             return False
-        return super().send_nowait(data)
+        if peer._listener is not None and not self._out and len(data) <= SLICE:
+            peer.feed(data)
+            return True
+        if len(self._out) + len(peer._buffer) + len(data) > BUFFER_LIMIT:
+            return False
+        self._out += data
+        self.flush()
+        return True
 
     def abort(self) -> None:
         """Disconnect from the other end, which can still read what was sent."""

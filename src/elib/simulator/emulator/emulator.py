@@ -80,8 +80,8 @@ class Emulator:
         self._free_at = 0.0
         self._sent_at = 0.0
         self._world_time: float | None = None
-        self._due: float | None = None
-        """When something happens next, as long as it is known."""
+        self._next: float | None = None
+        """When the program does something next, s, as long as it is known."""
         self.memory = ProgramMemory()
         self.firmware: Firmware
         self._connection: RobotConnection
@@ -100,7 +100,7 @@ class Emulator:
         """Hand *data* to the robot's serial line at *time*, s. Bytes that are still on the line pass first."""
         if not self._is_hung:
             self._line.put(data, max(time, self._clock))
-            self._due = None
+            self._next = None
 
     def advance(self, time: float) -> list[Chunk]:
         """Run everything that is due up to *time*, s. A time that has passed already changes nothing.
@@ -108,16 +108,15 @@ class Emulator:
         Returns:
             What left the robot up to then, in order.
         """
-        event = self._next_event()
+        event = self._event()
         self._obey_remote(min(event, max(self._free_at, self._line.next_arrival), time))
         while event <= time:
             self._clock = max(self._clock, event)
             self._run(event, time)
-            event = self._next_event()
+            event = self._next = self._next_event()
         if self._line.next_arrival <= time and self._steps is None:
             self._read(time)  # of a command that is not complete
         self._clock = max(self._clock, time)
-        self._due = None
         out, sent = self._out, []
         while out and out[0].time <= time:
             sent.append(out.popleft())
@@ -126,11 +125,10 @@ class Emulator:
     @property
     def due(self) -> float | None:
         """When :meth:`advance` has something to do next, s; None while only bytes or a new state can change that."""
-        if self._due is None:
-            self._due = self._next_event()
-            if self._out:
-                self._due = min(self._due, self._out[0].time)
-        return None if self._due == inf else self._due
+        event = self._event()
+        if self._out:
+            event = min(event, self._out[0].time)
+        return None if event == inf else event
 
     @property
     def is_idle(self) -> bool:
@@ -185,11 +183,16 @@ class Emulator:
         self._has_heard = self._is_deaf = False
         self._is_hung = False
         self._is_in_frame = False
-        self._due = None
+        self._next = None
 
     def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
         size = PROFILES[self._program.NAME].receive_ring
         return ReceiveQueue(size) if self.firmware.DROPS else ReceiveRing(size)
+
+    def _event(self) -> float:
+        if self._next is None:
+            self._next = self._next_event()
+        return self._next
 
     def _next_event(self) -> float:
         """Return when the program, or one of its threads, does something next."""

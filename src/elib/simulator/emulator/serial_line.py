@@ -79,6 +79,7 @@ class IncomingLine:
 
     next_arrival: float
     next_end: float
+    _free_at: float
 
     def __init__(self, baud: int) -> None:
         self.byte_time = BITS_PER_BYTE / baud if baud else 0.0
