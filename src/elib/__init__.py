@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
-# Every public name and the module that it comes from. Type checkers read these lines, and so does _home_of().
+# For type checkers: every public name and the module that it comes from.
 if TYPE_CHECKING:
     from elib.base.errors import ArgumentError as ArgumentError
     from elib.base.errors import CallCancelled as CallCancelled
@@ -101,42 +100,64 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
+_HOMES = {
+    "elib.base.errors": (
+        "ArgumentError CallCancelled CommandRejected ElibError LinkBusy LinkClosed LinkDenied LinkError LinkLost "
+        "LinkNotFound LocalProtocolError MotionBusy MotionError MotionInterrupted NotAnEpuck ProtocolError "
+        "RemoteProtocolError ReplayDiffers ReplyTimeout RobotSilent SimulationError SimulationStalled SwarmError "
+        "Unsupported"
+    ),
+    "elib.base.fields": "really",
+    "elib.base.pose": "Pose",
+    "elib.behaviours._run.behaviour": "behaviour",
+    "elib.behaviours._run.context": "RunContext",
+    "elib.behaviours._run.loop": "react",
+    "elib.behaviours._run.play": "play",
+    "elib.link.protocol.image": "Image Mounting",
+    "elib.link.protocol.quantities": "CameraMode LedAction ProximityRate",
+    "elib.link.protocol.styles": "Outcomes Pending",
+    "elib.link.protocol.values": (
+        "Acceleration AmbientLight AngularVelocity Attitude Battery Button CameraSettings Distance Ground IrCode "
+        "MagneticField Microphones Neighbour Proximity SdCard Selector Sensors Steps Temperature Version Wheels"
+    ),
+    "elib.link.session.statistics": "LinkStats",
+    "elib.records.et.logtable": "read_log",
+    "elib.records.reader": "read_recording",
+    "elib.robot.aio": "Epuck connect_async open",
+    "elib.robot.blocking": "BeginEpuck BlockingEpuck CallbackEpuck connect",
+    "elib.robot.events": "LateAnswer LinkBack LinkDown RobotEvent UnexpectedReset",
+    "elib.robot.reconnecting": "Reconnecting reconnecting",
+    "elib.robot.runner": "robot_url robot_urls run",
+    "elib.robot.snapshot": "Snapshot",
+    "elib.robot.swarms.swarm": "Swarm swarm",
+    "elib.robot.telemetry": "BlockingWatch Watch",
+    "elib.robot.waiting": "wait",
+    "elib.simulator.physics.batch": "Batch",
+    "elib.simulator.physics.body": "EpuckModel",
+    "elib.simulator.physics.controller": "Controller",
+    "elib.simulator.physics.scene": "Scene",
+    "elib.simulator.physics.world": "World",
+    "elib.tools.discovery": "Found find",
+}
+"""The public names by the module that they come from, which is imported when one of them is first used: so ``import
+elib`` and ``elib --version`` are fast. A test compares them with the imports above, which type checkers read."""
+_HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 _HIDDEN = {"open", "run"}
 """Names that ``from elib import *`` leaves out: one would hide a built-in function, the other is too common."""
-_THIS_FILE = sys._getframe().f_code  # noqa: SLF001  # documented, and the only way to the code of a module
-_homes: dict[str, str] = {}
-
-
-def _home_of() -> dict[str, str]:
-    """Return the module of every public name, as the imports at the top of this file say.
-
-    A module is imported when one of its names is first used, so that ``import elib`` and ``elib --version`` are fast.
-    The imports are read from the compiled code: a frozen program does not have the text of this file.
-    """
-    if not _homes:
-        import dis
-
-        module = ""
-        for step in dis.get_instructions(_THIS_FILE):
-            if step.opname == "IMPORT_NAME":
-                module = step.argval
-            elif step.opname == "IMPORT_FROM" and module.startswith("elib."):
-                _homes[step.argval] = module
-    return _homes
 
 
 if not TYPE_CHECKING:  # to a type checker, every name would then be there
 
     def __getattr__(name: str) -> object:
         if name == "__all__":
-            return sorted({"__version__", *_home_of()} - _HIDDEN)
-        if name.startswith("_") or name not in _home_of():
+            return sorted({"__version__", *_HOME} - _HIDDEN)
+        if name not in _HOME:
             raise AttributeError(f"module 'elib' has no attribute {name!r}")
         import importlib
 
-        value = globals()[name] = getattr(importlib.import_module(_home_of()[name]), name)
+        value = globals()[name] = getattr(importlib.import_module(_HOME[name]), name)
         return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_home_of()})
+    return sorted({*globals(), *_HOME})

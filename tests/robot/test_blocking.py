@@ -501,14 +501,15 @@ def test_a_signal_ends_the_block_and_stops_the_robot(url: str, name: str, code: 
 
 def interrupt_the_next_call(robot: elib.BlockingEpuck, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let Ctrl-C come after the robot's next call was made, and before its loop has taken it."""
-    borrow = robot._portal._borrow
+    enter = robot._portal._enter
 
     def interrupted() -> bool:
         monkeypatch.undo()
+        is_runner = enter()
         signal.raise_signal(signal.SIGINT)
-        return borrow()
+        return is_runner
 
-    monkeypatch.setattr(robot._portal, "_borrow", interrupted)
+    monkeypatch.setattr(robot._portal, "_enter", interrupted)
 
 
 def test_a_signal_that_comes_while_a_call_is_about_to_begin_ends_that_call(monkeypatch: pytest.MonkeyPatch) -> None:

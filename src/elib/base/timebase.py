@@ -166,13 +166,13 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
 
     Time starts at 0.0 s and stands still while code runs, so a slow program gives the same result as a fast
     one. It does not jump while an executor job runs (``asyncio.to_thread``), while a :class:`Hold` is
-    acquired, or while :attr:`may_jump` returns False; then the loop waits until it is woken. When every task
+    acquired, or while :attr:`may_jump` returns False. When every task
     waits, no timer is set and nothing outside can wake it, running the loop raises
     :class:`~elib.SimulationStalled`.
 
     Attributes:
-        may_jump: Called before each jump, if set. When its answer becomes True again, the loop must be woken with
-            ``call_soon_threadsafe``.
+        may_jump: Called before each jump, if set. When its answer has become True, the loop asks again within
+            HELD_PERIOD, or at once if it is woken by ``call_soon_threadsafe``.
         turned: When it last began a turn, s of the wall clock.
     """
 
@@ -348,6 +348,8 @@ SELECTABLE = 1024
 """``select`` can wait only for files below this number."""
 COARSE = 0.02
 """s. A longer wait may end a millisecond late, and takes one system call less."""
+HELD_PERIOD = 0.05
+"""s between two looks of a simulated loop at whether time may move again, unless it is woken."""
 CATCHING_UP = 0.1
 """s that a :class:`PacedLoop` that is late can catch up. A longer delay, as in a debugger, is not caught up."""
 
@@ -389,7 +391,7 @@ class _JumpingSelector(_PreciseSelector):
             if ready or (timeout is not None and timeout <= 0):
                 return ready
             if self._loop._is_held():
-                return _look(self)
+                return _look(self, HELD_PERIOD)
             # A thread that released its hold after the first select may have handed something in before: take that
             # first.
             wait = self._loop._wait()

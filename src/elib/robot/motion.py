@@ -177,23 +177,20 @@ class Motion:
         """Follow the events of *channel* from now on; *counters* were read just now, where odometry begins."""
         self._channel = channel
         self.odometry = Odometry(channel, asyncio.get_running_loop().time(), counters)
-        channel.hooks.append(self._observe, *EVENTS, ResetNoticed, Reconnected)
+        channel.hooks.append(self.odometry.observe, *EVENTS)
 
     def _observe(self, time: float, event: TraceEvent) -> None:
-        self.odometry.observe(time, event)
-        if isinstance(event, Greeted | ResetNoticed | Reconnected):
+        """Notice what changes the wheels while a motion is under way: another call, or a restart."""
+        if isinstance(event, Called):
+            is_own = event.request is self._own or event.request is self._channel.restoring
+            if event.request.name in ("set_speed", "stop") and not is_own:
+                self._other = event.request
+        elif not isinstance(event, Ended):
             self._was_reset = True
-        if isinstance(event, Ended) and event.request is self._other:
+        elif event.request is self._other:
             self._other = None
             if event.error is None or not math.isnan(event.round_trip):  # else it was never sent
                 self._interrupted_by, self._is_driven = event.request.name, event.error is None
-
-    def _see_call(self, time: float, event: TraceEvent) -> None:
-        """Notice another call that has the wheels, while a motion is under way."""
-        assert isinstance(event, Called)
-        is_own = event.request is self._own or event.request is self._channel.restoring
-        if event.request.name in ("set_speed", "stop") and not is_own:
-            self._other = event.request
 
     def reserve(self, reservation: Reservation) -> None:
         """Add a reservation of the wheels, behind the earlier ones. Any thread may call this."""
@@ -225,7 +222,7 @@ class Motion:
         self._under_way = "" if first is None else first.name
         self._interrupted_by, self._is_driven, self._other = "", False, None
         self._answered = asyncio.get_running_loop().time()
-        self._channel.hooks.append(self._see_call, Called)
+        self._channel.hooks.append(self._observe, Called, Ended, Greeted, ResetNoticed, Reconnected)
         before = self.odometry.left, self.odometry.right
         try:
             yield
@@ -237,7 +234,7 @@ class Motion:
                 raise self._given_up(mover, before, is_still=is_still) from error
             raise
         finally:
-            self._channel.hooks.remove(self._see_call)
+            self._channel.hooks.remove(self._observe)
             self._under_way = ""
 
     def _given_up(self, mover: Mover, before: tuple[int, int], *, is_still: bool) -> ReplyTimeout:

@@ -106,7 +106,8 @@ class Odometry(Reckoning):
         """Take the end of a call that was sent into account."""
         sent = time - event.round_trip
         if event.error is None:
-            self._settle(time)
+            if self._lost:
+                self._settle(time)
             self._heard = time
             if not event.request.service:
                 self._trip = min(self._trip, event.round_trip)

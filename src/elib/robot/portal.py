@@ -1,10 +1,10 @@
 """The portal from ordinary threads into an event loop, on which the blocking, begin and callback styles are built.
 
-The portal has a thread that runs the loop. While another thread waits in a call, the portal lends the loop to it. In
-simulated time the loop runs only on such a thread, so time moves only while the caller waits. When a second thread
-calls, or where a loop already runs (a notebook), the portal's thread takes over, and time jumps only while every caller
-waits. It also takes over when calls were begun and no thread has called for a while: the program then waits for
-something else.
+One thread at a time runs the loop, the *runner*. A thread that waits in a call is the runner if there is no other;
+else it waits until the runner has got its answer, or has ended. So a program with one thread changes no threads for a
+call. The portal has a thread of its own that runs the loop when nobody else does: in real time soon after a call, as
+the link goes on, and in simulated time only for calls that were begun, when no thread has called for a while, because
+the program then waits for something else. Simulated time moves only while every thread that has called waits.
 """
 
 from __future__ import annotations
@@ -13,24 +13,26 @@ import asyncio
 import concurrent.futures
 import contextlib
 import logging
+import math
 import threading
 import time
 import weakref
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from typing import Any, TypeVar
 
-from elib.base.errors import ElibError, LinkClosed, LinkError, LinkLost, SimulationStalled
+from elib.base.errors import ElibError, LinkClosed, LinkLost, SimulationStalled
 from elib.base.timebase import LoopSpeed, SimulatedLoop, new_loop, running_loop
 from elib.robot.callbacks import CallbackPool
 from elib.robot.signals import SIGNALS
 
 T = TypeVar("T")
+AnyFuture = concurrent.futures.Future[Any]
 
 HOLDING_TIME = 0.05
 """s of real time for which simulated time stands still while a thread that has called goes on working. After that it
-may jump: the thread waits for something else, perhaps for the thread that calls now."""
-LOAN = 0.005
-"""s of real time for which a thread keeps the loop after its call, so that one that polls need not take it again."""
+may move: the thread waits for something else, perhaps for the thread that calls now."""
+IDLE_TIME = 0.005
+"""s of real time after a call in which nobody runs the loop, so that a thread that polls need not take it back."""
 MANY_READS = 100_000
 """Reads of a simulated clock that stands still, after which the program is warned. They take some 0.1 s."""
 CLOSING_TIME = 5.0
@@ -52,49 +54,57 @@ class Portal:
 
     Args:
         speed: How fast the loop's time runs.
+
+    Attributes:
+        is_closed: Whether it takes no more calls.
+        before_close: Run in the loop before it ends: it stops the robot.
+        after_close: Called after that.
     """
 
     _last_time = -1.0
     _reads: int | None = 0
     """Reads of the clock that gave the same time; None once the program was warned."""
-    _has_begun = False
-    """Whether a call was begun since the last one that waited."""
 
     def __init__(self, speed: LoopSpeed) -> None:
         self.loop = new_loop(speed)
-        self._is_simulated = isinstance(self.loop, SimulatedLoop)
-        self._lock = threading.RLock()
-        self._baton = threading.Lock()
-        """The thread that holds it runs the loop."""
-        self._thread: threading.Thread | None = None
-        self._thread_runs = False
-        self._borrower: threading.Thread | None = None
-        self._last_use = 0.0
-        self._take_back = threading.Event()
-        self._inline_task: asyncio.Task[Any] | None = None
-        self._interruption: BaseException | None = None
-        self._main_depth = 0
-        self._foreign = 0
         self.is_closed = False
-        self._program_ends = False
-        """Whether the interpreter is about to end: a call that waits in a daemon thread then gets no error."""
+        self.before_close: Callable[[], Coroutine[Any, Any, None]] | None = None
+        self.after_close: Callable[[], None] | None = None
+        self._is_simulated = isinstance(self.loop, SimulatedLoop)
+        lock = threading.RLock()
+        self._turn = threading.Condition(lock)
+        """Guards the fields down to the failure; told when the loop has lost its runner, and when a call has ended."""
+        self._demand = threading.Condition(lock)
+        """Told when the portal's own thread is needed."""
+        self._runner: threading.Thread | None = None
+        self._thread: threading.Thread | None = None
+        """The portal's own thread, once it was needed."""
+        self._waiting: set[threading.Thread] = set()
+        self._needy = 0
+        """How many threads wait that cannot run the loop themselves."""
+        self._uses = 0
+        """How often a thread has called."""
+        self._must_end = False
+        self._failure: BaseException | None = None
+        """What ended the loop on the portal's own thread."""
+        self._callers: dict[threading.Thread, float] = {}
+        """Threads that have called in simulated time, and when each of them last returned to its own work."""
+        self._begun: set[AnyFuture] = set()
+        """Calls that go on in simulated time even if no thread waits for them."""
+        self._has_begun = False
+        """Whether a call was begun since the last one that waited."""
+        self._is_main_inside = False
+        """Whether the main thread waits in a call. A signal that comes meanwhile cancels that, and is raised at its
+        end: raised in the middle it could hit a finaliser, where Python drops it."""
+        self._cancel: Callable[[], object] | None = None
+        """Cancels what the main thread waits for."""
+        self._interruption: BaseException | None = None
         self._leaving = threading.RLock()
         self._leaver: threading.Thread | None = None
         """The thread that closes the portal: from then on simulated time stands still only for that thread."""
+        self._program_ends = False
         self._is_ending = False
-        """Whether all tasks were told to end: simulated time then stands still for no thread."""
-        self._callers: dict[threading.Thread, float] = {}
-        """Threads that have called, and when each of them last returned to its own work."""
-        self._waiting: set[threading.Thread] = set()
-        self._begun: set[concurrent.futures.Future[Any]] = set()
-        """Begun calls in simulated time, which go on even if no thread waits for them."""
-        self._stalled: SimulationStalled | None = None
-        self._must_end = False
-        self._alarm: threading.Timer | None = None
-        self._death: BaseException | None = None
         self._pool = CallbackPool(self._wake)
-        self.before_close: Callable[[], Coroutine[Any, Any, None]] | None = None
-        self.after_close: Callable[[], None] | None = None
         if isinstance(self.loop, SimulatedLoop):
             self.loop.may_jump = self._may_jump
         if not self._is_simulated or running_loop() is not None:
@@ -111,102 +121,86 @@ class Portal:
 
         With *in_order* it runs after the calls that were begun before it.
         """
-        return self._attend(lambda: self._call(coroutine, in_order))
-
-    def _call(self, coroutine: Coroutine[Any, Any, T], in_order: bool) -> T:
-        if self.is_closed:
-            coroutine.close()
-            raise LinkClosed("the robot was closed", hint="open a new connection")
         try:
-            is_mine = self._borrow()
-        except RuntimeError:
+            is_runner = self._enter()
+        except BaseException:
             coroutine.close()
             raise
-        if not is_mine:
-            return self._wait_elsewhere(self.start(coroutine), None)
         try:
+            if not is_runner:
+                return self._outcome_of(asyncio.run_coroutine_threadsafe(coroutine, self.loop))
             if in_order and self._has_begun:
-                self._has_begun = False
                 coroutine = _behind_others(coroutine)
-            return self._run_here(self.loop.create_task(coroutine))
+                self._has_begun = False
+            return self._run(self.loop.create_task(coroutine))
         finally:
-            self._give_back()
+            self._exit()
 
-    def _attend(self, wait: Callable[[], T]) -> T:
-        """Run *wait*; in the main thread, with signals held back until a safe place."""
-        if threading.current_thread() is not threading.main_thread():
-            try:
-                return wait()
-            except LinkError:
-                if self._program_ends and threading.current_thread().daemon:
-                    threading.Event().wait()  # Python ends such a thread silently, and so does elib
-                raise
-        # A signal that comes while the main thread is in here is recorded and raised below, at a safe place: raised in
-        # the middle it could hit a finaliser, where Python drops it.
-        self._main_depth += 1
-        try:
-            return wait()
-        finally:
-            self._main_depth -= 1
-            if self._main_depth == 0:
-                self._raise_interruption()
-
-    def start(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
-        """Start *coroutine* in the loop and return its future at once."""
-        with self._lock:
+    def begin(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
+        """Start *coroutine* in the loop, to run even if no thread waits for it, and return its future at once."""
+        with self._turn:
             if self.is_closed:
                 coroutine.close()
                 raise LinkClosed("the robot was closed", hint="open a new connection")
             self._has_begun = True
-            return asyncio.run_coroutine_threadsafe(coroutine, self.loop)
-
-    def begin(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
-        """Start *coroutine* in the loop, to run even if no thread waits for it, and return its future at once.
-
-        In simulated time it runs while a thread waits in a call, and also when this thread has not called for a while,
-        because it then waits for something else.
-        """
-        future = self.start(coroutine)
-        if self._is_simulated:
-            self._begun.add(future)
-            future.add_done_callback(self._begun.discard)
-            if running_loop() is not self.loop:
-                with self._lock:
+            self._uses += 1
+            future = asyncio.run_coroutine_threadsafe(coroutine, self.loop)
+            if self._is_simulated:
+                self._begun.add(future)
+                if running_loop() is not self.loop:
                     self._note(threading.current_thread())
-                    self._last_use = time.monotonic()
                     self._start_thread()
-            self._take_back.set()
-            self._wake()  # the loop may have asked whether time may move before this call was there
+            self._demand.notify_all()
+        future.add_done_callback(self._begun.discard)
         return future
 
     def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
         """Wait for *future* and return its result.
 
         Args:
-            future: From :meth:`start`.
+            future: From :meth:`begin`.
             timeout: Robot time, s; None for as long as the call itself may take.
 
         Raises:
             TimeoutError: *timeout* passed; the call goes on.
         """
-        return self._attend(lambda: self._wait(future, timeout))
-
-    def _wait(self, future: concurrent.futures.Future[T], timeout: float | None) -> T:
-        if not self._borrow():
-            return self._wait_elsewhere(future, timeout)
+        is_runner = self._enter()
+        expiry = None if timeout is None else asyncio.run_coroutine_threadsafe(asyncio.sleep(timeout), self.loop)
+        futures = (future,) if expiry is None else (future, expiry)
         try:
-            self._run_here(self.loop.create_task(self._await(future, timeout)))
+            if is_runner or self._follow(*futures):
+                self._run(self.loop.create_task(_first_of(futures)))
         finally:
-            self._give_back()
+            self._exit()
+            if expiry is not None:
+                expiry.cancel()
         if not future.done():
             raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
-        return _outcome(future)
+        return _result(future)
 
-    async def _await(self, future: concurrent.futures.Future[T], timeout: float | None) -> None:
-        outcome = asyncio.wrap_future(future, loop=self.loop)
-        # The outcome is read from *future*; asyncio would report that this one was not.
-        outcome.add_done_callback(lambda each: each.cancelled() or each.exception())
-        await asyncio.wait([outcome], timeout=timeout)
+    @contextlib.contextmanager
+    def lent(self) -> Iterator[None]:
+        """Let the portal's own thread run the loop, and time pass, while this thread waits for something else."""
+        with self._turn:
+            self._callers.pop(threading.current_thread(), None)
+            self._needy += 1
+            self._start_thread()
+            self._demand.notify_all()
+        try:
+            yield
+        finally:
+            with self._turn:
+                self._needy -= 1
+            self._note(threading.current_thread())
+
+    def check(self) -> None:
+        """Raise what ended the loop on the portal's own thread, if something did."""
+        failure, self._failure = self._failure, None
+        if isinstance(failure, SimulationStalled):
+            raise failure
+        if failure is not None:
+            self._failure = failure
+            raise LinkLost(f"the robot's event loop ended: {failure!r}", hint="open a new connection")
 
     def time(self) -> float:
         """Return the robot's time, s."""
@@ -225,143 +219,162 @@ class Portal:
             )
         return now
 
-    # -- lending the loop --
+    def later(self, function: Callable[[], None], name: str) -> None:
+        """Run *function* in a callback thread, where it may block or raise without harm to the link."""
+        self._pool.put(function, name)
 
-    def _borrow(self) -> bool:
-        """Take the loop over, to run it on this thread while it waits; return False if that is not possible.
+    # -- running the loop --
 
-        The loop changes threads once a call, not twice: the portal's thread takes it back only when no thread has
-        called for a while, or when other threads wait in it.
+    def _enter(self) -> bool:
+        """Let this thread wait; return whether it is the runner.
+
+        Raises:
+            LinkClosed: The portal was closed.
+            RuntimeError: This thread runs the loop already.
         """
-        self._refuse_inside()
-        me = threading.current_thread()
-        with self._lock:
-            if me not in self._callers:
-                self._note(me)
-            if self.is_closed or self._borrower is not None or running_loop() is not None:
-                return False
-            if self._is_simulated and any(each is not me and each.is_alive() for each in self._callers):
-                return False  # time may move only while all of them wait; the portal's thread checks that
-            self._borrower = me
-            if self._thread_runs:
-                self.loop.call_soon_threadsafe(self.loop.stop)
-        self._baton.acquire()
-        return True
+        me, here = threading.current_thread(), running_loop()
+        self._refuse_inside(here)
+        with self._turn:
+            if self.is_closed:
+                raise LinkClosed("the robot was closed", hint="open a new connection")
+            self._is_main_inside = self._is_main_inside or me is threading.main_thread()
+            self._uses += 1
+            if self._runner is None and here is None:
+                self._runner = me
+                self._waiting.add(me)
+        return self._runner is me
 
-    def _refuse_inside(self) -> None:
-        if running_loop() is self.loop or self._borrower is threading.current_thread():
+    def _refuse_inside(self, here: asyncio.AbstractEventLoop | None) -> None:
+        if here is self.loop or self._runner is threading.current_thread():
             raise RuntimeError(
                 "a blocking call from within the robot's own event loop would wait for ever; use robot.begin"
             )
 
+    def _exit(self) -> None:
+        """Let this thread return to its own work, and another one run the loop."""
+        me = threading.current_thread()
+        with self._turn:
+            self._note(me)
+            self._waiting.discard(me)
+            if self._runner is me:
+                self._runner = None
+            self._turn.notify_all()
+        if self._program_ends and me.daemon and me is not self._leaver:
+            threading.Event().wait()  # Python ends such a thread silently, and so does elib
+        if me is threading.main_thread():
+            self._is_main_inside, self._cancel = False, None
+            interruption, self._interruption = self._interruption, None
+            if interruption is not None:
+                raise interruption from None
+
     def _note(self, thread: threading.Thread) -> None:
         """Record that *thread* returns to its own work; simulated time stands still for it, for a while."""
-        if not self._pool.resume(thread):
+        if self._is_simulated and not self._pool.resume(thread):
             self._callers[thread] = time.monotonic()
 
-    def _give_back(self) -> None:
-        with self._lock:
-            self._note(threading.current_thread())
-            self._last_use = time.monotonic()
-            self._borrower = None
-            is_wanted = self._foreign > 0
-            if is_wanted:
-                self._start_thread()  # others wait in this loop: the portal's thread must go on running it
-        self._baton.release()
-        if is_wanted:
-            self._take_back.set()
-
-    def _run_here(self, task: asyncio.Task[T]) -> T:
-        """Run the borrowed loop on this thread until *task* has ended."""
-        self._inline_task = task
-        if self._interruption is not None and self._borrower is threading.main_thread():
-            # The signal came before there was a task to cancel.
-            self.loop.call_soon(task.cancel)  # after its first step: a task that never ran stops no robot
+    def _run(self, task: asyncio.Future[T]) -> T:
+        """Run the loop on this thread until *task* has ended."""
+        self._let_signals(task.cancel)
         try:
             while True:
                 try:
                     return self.loop.run_until_complete(task)
                 except RuntimeError:
                     if task.done():
-                        raise  # the task's own error; else another thread stopped the loop to borrow it
+                        raise  # the task's own error; else the loop was stopped late: meant was the portal's thread
         except asyncio.CancelledError:
-            self._raise_interruption()
             raise LinkClosed("the call was cancelled") from None
         except BaseException:
             task.cancel()
             raise
-        finally:
-            self._inline_task = None
 
-    def _wait_elsewhere(self, future: concurrent.futures.Future[T], timeout: float | None) -> T:
-        """Wait while the portal's thread, or another one that has borrowed the loop, runs it."""
-        with self._lock:
-            self._foreign += 1
-            self._start_thread()
-        self._take_back.set()
+    def _let_signals(self, cancel: Callable[[], object]) -> None:
+        """Let a signal call *cancel* in the loop, until this thread returns to its work, if it is the main thread."""
+        if threading.current_thread() is threading.main_thread():
+            self._cancel = cancel
+            if self._interruption is not None:  # it came before there was something to cancel
+                self.loop.call_soon_threadsafe(cancel)  # after the first step: a task that never ran stops no robot
+
+    def _outcome_of(self, future: concurrent.futures.Future[T]) -> T:
+        """Wait for *future*, which only this thread wants."""
         try:
-            return self._watch(future, timeout)
-        finally:
-            with self._lock:
-                self._foreign -= 1
-
-    def _watch(self, future: concurrent.futures.Future[T], timeout: float | None) -> T:
-        me = threading.current_thread()
-        expiry = None if timeout is None else self.start(asyncio.sleep(timeout))
-
-        def resume(_: concurrent.futures.Future[Any]) -> None:
-            # On the loop's thread, before the waiting thread wakes: from now on time must stand still for it.
-            self._note(me)
-            self._waiting.discard(me)
-
-        self._stalled = None
-        self._waiting.add(me)
-        future.add_done_callback(resume)
-        if expiry is not None:
-            expiry.add_done_callback(resume)
-        self._wake()
-        try:
-            while True:
-                concurrent.futures.wait([future], HOLDING_TIME)
-                if future.done():
-                    return _outcome(future)
-                if expiry is not None and expiry.done():
-                    raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
-                if me is threading.main_thread():
-                    self._raise_interruption()
-                self.check_progress()
-        except (KeyboardInterrupt, SystemExit):
+            if self._follow(future):
+                self._run(asyncio.wrap_future(future, loop=self.loop))
+        except BaseException:
             future.cancel()
             raise
-        finally:
-            self._waiting.discard(me)
-            if expiry is not None:
-                expiry.cancel()
+        return _result(future)
 
-    def check_progress(self) -> None:
-        """Make sure that a thread runs the loop, and that the loop has not stalled."""
-        stalled, self._stalled = self._stalled, None
-        if stalled is not None:
-            raise stalled
-        if self._death is not None:
-            raise LinkLost(f"the robot's event loop ended: {self._death!r}", hint="open a new connection")
-        self._take_back.set()
-        self._wake()
+    def _follow(self, *futures: AnyFuture, until: float = math.inf) -> bool:
+        """Wait until one of *futures* has ended; return True as soon as this thread has to run the loop for that.
 
-    def interrupt(self, error: BaseException) -> bool:
-        """Cancel the call that the main thread waits for, to raise *error* there; return False if there is none."""
-        is_inline = self._inline_task is not None and self._borrower is threading.main_thread()
-        if self._main_depth == 0 and not is_inline:
-            return False
-        self._interruption = error
-        if is_inline and self._inline_task is not None:
-            self.loop.call_soon_threadsafe(self._inline_task.cancel)
-        return True
+        Args:
+            futures: What it waits for.
+            until: When to give up, s of the monotonic clock.
+        """
+        me, may_run = threading.current_thread(), running_loop() is None
 
-    def _raise_interruption(self) -> None:
-        interruption, self._interruption = self._interruption, None
-        if interruption is not None:
-            raise interruption from None
+        def resume(_: AnyFuture) -> None:
+            # In the runner, before the waiting thread wakes: from now on time must stand still for it.
+            with self._turn:
+                if me in self._waiting:
+                    self._note(me)
+                    self._waiting.discard(me)
+                self._turn.notify_all()
+
+        self._waiting.add(me)  # what it waits for is in the loop by now, or time could move before it is
+        for future in futures:
+            future.add_done_callback(resume)
+        self._let_signals(futures[0].cancel)
+        with contextlib.nullcontext() if may_run else self.lent():
+            while True:
+                with self._turn:
+                    if any(future.done() for future in futures) or time.monotonic() > until:
+                        return False
+                    if may_run and self._runner is None and not self._must_end:
+                        self._runner = me
+                        return True
+                    if may_run and self._runner is self._thread:
+                        self.loop.call_soon_threadsafe(self.loop.stop)
+                    self._turn.wait(HOLDING_TIME)
+                self.check()
+
+    def _start_thread(self) -> None:
+        if self._thread is None and not self._must_end:
+            thread = threading.Thread(target=self._serve, name="elib event loop", daemon=True)
+            thread.start()  # it may fail, and a thread that never started must not be joined
+            self._thread = thread
+
+    def _serve(self) -> None:
+        """Run the loop on the portal's own thread whenever that is needed."""
+        asyncio.set_event_loop(self.loop)
+        while self._take_turn():
+            try:
+                self.loop.run_forever()
+            except SimulationStalled as error:
+                self._failure = error
+            except BaseException as error:  # a hook that raises SystemExit, say
+                self._failure, self._must_end = error, True
+                log.exception("the robot's event loop ended")
+            finally:
+                with self._turn:
+                    self._runner = None
+                    self._turn.notify_all()
+
+    def _take_turn(self) -> bool:
+        """Wait until the loop needs this thread as its runner; return False at the end."""
+        limit = HOLDING_TIME if self._is_simulated else IDLE_TIME
+        idle, uses = 0.0, -1
+        with self._turn:
+            while not self._must_end:
+                # Turns are counted, not seconds: a computer that is busy with something else delays all threads alike.
+                idle, uses = (idle + IDLE_TIME if uses == self._uses and self._runner is None else 0.0), self._uses
+                goes_on = not self._is_simulated or self._begun
+                if self._runner is None and (self._needy or (goes_on and idle > limit)):
+                    self._runner = threading.current_thread()
+                    return True
+                self._demand.wait(IDLE_TIME if goes_on else None)
+        return False
 
     def _wake(self) -> None:
         with contextlib.suppress(RuntimeError):
@@ -371,85 +384,30 @@ class Portal:
         """Return whether simulated time may move: a call goes on, and no thread of the program works."""
         if self._is_ending:
             return True
-        me = threading.current_thread()
         if self._leaver is not None:
-            return self._leaver is me or self._leaver in self._waiting
-        if not self._waiting and not self._begun and self._inline_task is None:
+            return self._leaver in self._waiting
+        if not self._waiting and not self._begun:
             return False
-        now = time.monotonic()
-        holding = self._pool.is_at_work(self._waiting)
+        me, now = threading.current_thread(), time.monotonic()
         for thread, seen in tuple(self._callers.items()):
             if thread is me or thread in self._waiting:
                 continue  # when the interpreter ends, the main thread counts as dead, but it still waits here
             if not thread.is_alive():
                 self._callers.pop(thread, None)
             elif now - seen < HOLDING_TIME:
-                holding = True
-        if holding:
-            self._wake_later()
-        return not holding
+                return False
+        return not self._pool.is_at_work(self._waiting)
 
-    def _wake_later(self) -> None:
-        """Let the loop ask again when the holding time is over."""
-        if self._alarm is None:
-            self._alarm = threading.Timer(HOLDING_TIME, self._on_alarm)
-            self._alarm.daemon = True
-            self._alarm.start()
+    def interrupt(self, error: BaseException) -> bool:
+        """Cancel the call that the main thread waits for, to raise *error* there; return False if there is none."""
+        if not self._is_main_inside:
+            return False
+        self._interruption = error
+        if self._cancel is not None:
+            self.loop.call_soon_threadsafe(self._cancel)
+        return True
 
-    def _on_alarm(self) -> None:
-        self._alarm = None  # first, because the loop that it wakes may set it again
-        self._wake()
-
-    # -- callbacks --
-
-    def later(self, function: Callable[[], None], name: str) -> None:
-        """Run *function* in a callback thread, where it may block or raise without harm to the link."""
-        self._pool.put(function, name)
-
-    # -- running and closing --
-
-    def _start_thread(self) -> None:
-        if self._thread is None and not self.is_closed:
-            thread = threading.Thread(target=self._run_loop, name="elib event loop", daemon=True)
-            thread.start()  # it may fail, and a thread that never started must not be joined
-            self._thread = thread
-
-    def _run_loop(self) -> None:
-        asyncio.set_event_loop(self.loop)
-        while not self._must_end:
-            self._rest()
-            with self._baton:
-                with self._lock:
-                    self._thread_runs = self._borrower is None and not self._must_end
-                if self._thread_runs:
-                    try:
-                        self.loop.run_forever()
-                    except SimulationStalled as error:
-                        self._stalled = error
-                    except BaseException as error:  # a hook that raises SystemExit, say
-                        self._death = error
-                        log.exception("the robot's event loop ended")
-                        self._must_end = True
-                    finally:
-                        with self._lock:
-                            self._thread_runs = False
-
-    def _rest(self) -> None:
-        """Wait while a thread has borrowed the loop, until the loop is idle or other threads wait in it."""
-        idle_limit = HOLDING_TIME if self._is_simulated else LOAN
-        idle = 0.0
-        while not self._must_end:
-            use = self._last_use
-            may_wait = not self._is_simulated or self._begun
-            if self._take_back.wait(LOAN if may_wait else None):
-                self._take_back.clear()
-                if self._foreign or self.is_closed:
-                    return
-                continue
-            # Turns are counted, not seconds: a computer that is busy with something else delays all threads alike.
-            idle = idle + LOAN if self._borrower is None and use == self._last_use else 0.0
-            if may_wait and idle >= idle_limit:
-                return
+    # -- closing --
 
     def leave(self, timeout: float | None = None) -> None:
         """Run :attr:`before_close`, which stops the robot, close, and run :attr:`after_close`. Safe to repeat.
@@ -459,7 +417,7 @@ class Portal:
         Args:
             timeout: Robot time that stopping may take, s; None for no limit.
         """
-        self._refuse_inside()
+        self._refuse_inside(running_loop())
         with self._leaving:
             if self.is_closed:
                 return
@@ -500,33 +458,27 @@ class Portal:
 
     def close(self) -> None:
         """Cancel what still runs and end the loop, within :data:`CLOSING_TIME`. Safe to repeat."""
-        with self._lock:
+        with self._turn:
             if self.is_closed:
                 return
-            self.is_closed = True
+            self.is_closed = self._is_ending = True
         self._signals.interrupt = self._signals.at_exit = None
         self._signals.leave()
-        if running_loop() is not None:
-            ending = asyncio.run_coroutine_threadsafe(_cancel_all_tasks(), self.loop)
-            self._is_ending = True
-            self._take_back.set()
-            with contextlib.suppress(concurrent.futures.TimeoutError, concurrent.futures.CancelledError, ElibError):
-                ending.result(CLOSING_TIME)
-        with self._lock:
+        ended = asyncio.run_coroutine_threadsafe(_cancel_all_tasks(), self.loop)
+        with contextlib.suppress(ElibError):
+            if self._follow(ended, until=time.monotonic() + CLOSING_TIME):
+                self._run(asyncio.wrap_future(ended, loop=self.loop))
+        with self._turn:
             self._must_end = True
-            if self._thread_runs:
+            if self._runner is threading.current_thread():
+                self._runner = None
+            elif self._runner is not None:
                 self.loop.call_soon_threadsafe(self.loop.stop)
-            elif self._inline_task is not None:
-                self.loop.call_soon_threadsafe(self._inline_task.cancel)  # another thread waits in a call
-            self._is_ending = True
-        if not self._baton.acquire(timeout=CLOSING_TIME):
-            log.error("the robot's event loop did not end within %g s", CLOSING_TIME)
-            return
-        if running_loop() is None:
-            with contextlib.suppress(ElibError, LinkClosed):
-                self._run_here(self.loop.create_task(_cancel_all_tasks()))
-        self._baton.release()
-        self._take_back.set()
+            self._turn.notify_all()
+            self._demand.notify_all()
+            if not self._turn.wait_for(lambda: self._runner is None, CLOSING_TIME):
+                log.error("the robot's event loop did not end within %g s", CLOSING_TIME)
+                return
         if self._thread is not None:
             self._thread.join(CLOSING_TIME)
         self._pool.close()
@@ -542,7 +494,15 @@ async def _behind_others(coroutine: Coroutine[Any, Any, T]) -> T:
         coroutine.close()
 
 
-def _outcome(future: concurrent.futures.Future[T]) -> T:
+async def _first_of(futures: Sequence[AnyFuture]) -> None:
+    """Wait until one of *futures* has ended, whatever its outcome."""
+    outcomes = [asyncio.wrap_future(future) for future in futures]
+    for each in outcomes:
+        each.add_done_callback(lambda each: each.cancelled() or each.exception())  # asyncio would report it as not read
+    await asyncio.wait(outcomes, return_when=asyncio.FIRST_COMPLETED)
+
+
+def _result(future: concurrent.futures.Future[T]) -> T:
     try:
         return future.result()
     except concurrent.futures.CancelledError:

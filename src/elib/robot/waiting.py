@@ -84,18 +84,18 @@ def _wait(
         except LinkClosed:
             concurrent.futures.wait([over], CLOSING_TIME)  # the robot is being closed, which ends all its calls
         return
-    # Meanwhile a thread of its own runs each robot's loop.
     if timeout is not None:
         for portal in portals:
             with contextlib.suppress(LinkClosed):  # it is being closed, which ends all its calls
                 expiries.add(portal.begin(asyncio.sleep(timeout)))
         for expiry in tuple(expiries):
             expiry.add_done_callback(lambda expiry: end(expiry, expiries))
-    try:
+    with contextlib.ExitStack() as stay:
+        for portal in portals:
+            stay.enter_context(portal.lent())
+        for expiry in tuple(expiries):
+            stay.callback(expiry.cancel)
         while not over.done():
             concurrent.futures.wait([over], HOLDING_TIME)
             for portal in portals:
-                portal.check_progress()
-    finally:
-        for expiry in tuple(expiries):
-            expiry.cancel()
+                portal.check()

@@ -168,12 +168,16 @@ class BufferedTransport(ABC):
         if self._loss is not None:
             self._report_loss()
 
+    def deliver(self, data: bytes) -> bool:
+        """Give *data* from the other side to the listener at once; return False if it cannot take them."""
+        if self._listener is None or self._buffer or not 0 < len(data) <= SLICE:
+            return False
+        self._listener(data)
+        return True
+
     def feed(self, data: bytes) -> None:
         """Take *data* from the other side."""
-        if self._closed or not data:
-            return
-        if self._listener is not None and not self._buffer and len(data) <= SLICE:
-            self._listener(data)
+        if self._closed or not data or self.deliver(data):
             return
         self._buffer += data
         while self._listener is not None and self._buffer:

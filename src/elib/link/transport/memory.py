@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from elib.link.transport.buffered import BUFFER_LIMIT, SLICE, BufferedTransport
+from elib.link.transport.buffered import BUFFER_LIMIT, BufferedTransport
 
 
 class MemoryTransport(BufferedTransport):
@@ -24,10 +24,9 @@ class MemoryTransport(BufferedTransport):
         peer = self._peer
         if peer is None or self._closed or self._loss is not None:
             return False
-        if peer._listener is not None and not self._out and len(data) <= SLICE:
-            peer.feed(data)
+        if not self._out and peer.deliver(data):
             return True
-        if len(self._out) + len(peer._buffer) + len(data) > BUFFER_LIMIT:
+        if len(self._out) + peer.unread + len(data) > BUFFER_LIMIT:
             return False
         self._out += data
         self.flush()

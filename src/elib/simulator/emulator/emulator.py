@@ -108,12 +108,13 @@ class Emulator:
         Returns:
             What left the robot up to then, in order.
         """
-        event = self._event()
+        event = self._next_event() if self._next is None else self._next
         self._obey_remote(min(event, max(self._free_at, self._line.next_arrival), time))
         while event <= time:
             self._clock = max(self._clock, event)
             self._run(event, time)
-            event = self._next = self._next_event()
+            event = self._next_event()
+        self._next = event
         if self._line.next_arrival <= time and self._steps is None:
             self._read(time)  # of a command that is not complete
         self._clock = max(self._clock, time)
@@ -125,7 +126,9 @@ class Emulator:
     @property
     def due(self) -> float | None:
         """When :meth:`advance` has something to do next, s; None while only bytes or a new state can change that."""
-        event = self._event()
+        if self._next is None:
+            self._next = self._next_event()
+        event = self._next
         if self._out:
             event = min(event, self._out[0].time)
         return None if event == inf else event
@@ -188,11 +191,6 @@ class Emulator:
     def _new_buffer(self) -> ReceiveRing | ReceiveQueue:
         size = PROFILES[self._program.NAME].receive_ring
         return ReceiveQueue(size) if self.firmware.DROPS else ReceiveRing(size)
-
-    def _event(self) -> float:
-        if self._next is None:
-            self._next = self._next_event()
-        return self._next
 
     def _next_event(self) -> float:
         """Return when the program, or one of its threads, does something next."""

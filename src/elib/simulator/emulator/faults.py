@@ -44,11 +44,9 @@ class Fault:
             INDEX.require(self.corrupt, "corrupt")
 
 
-def both(first: Fault | None, second: Fault | None) -> Fault | None:
+def both(first: Fault | None, second: Fault) -> Fault:
     """Return two faults of one answer as one."""
-    if first is None or second is None:
-        return first or second
-    if second.lose:
+    if first is None or second.lose:
         return second
     return replace(
         first,

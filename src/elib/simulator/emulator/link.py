@@ -287,24 +287,25 @@ class Link:
         self._wake(self.now)
 
     def _from_host(self, data: bytes) -> None:
-        self._take_in(data)
-        now = self.now
+        now = self._take_in(data)
         if self._line_free - now > self._backlog > 0:
             self._is_full = True
             self._listen()
         self._wake(now)
 
-    def _take_in(self, data: bytes) -> None:
-        """Put *data* on its way to the robot."""
+    def _take_in(self, data: bytes) -> float:
+        """Put *data* on its way to the robot, and return the time."""
         for impairment in self.impairments:
             impairment.begin()
+        now = self.now
         if self._end is None:  # a script may begin with a cut
-            return
+            return now
         # What comes while the world stands still arrives in its next instant.
         instant = INSTANT if self.clock.is_paused else 0.0
-        self._last_in = max(self._last_in, self.now + self._delay() + instant)
+        self._last_in = max(self._last_in, now + self._delay() + instant)
         self._inbound.append((self._last_in, data))
         self._line_free = max(self._line_free, self._last_in) + len(data) * self._byte_time
+        return now
 
     def _delay(self) -> float:
         if not self._jitter:
@@ -351,7 +352,7 @@ class Link:
             self._timer = None
         self._armed = due
         if due < float("inf"):
-            at = self.loop_time(due)
+            at = self.clock.loop_time(self._origin + due)
             if at < float("inf"):
                 self._timer = self._loop.call_at(at, self._on_timer)
 
@@ -379,7 +380,8 @@ class Link:
     def _put_on_its_way(self, sent: Chunk) -> None:
         """Apply the faults of an answer to a piece of it, and put what is left on its way."""
         if sent.answer != self._answer:
-            self._finish_answer()
+            if self._faulty is not None:
+                self._finish_answer()
             self._answer = sent.answer
             if sent.answer:
                 fault = self.faults.popleft() if self.faults else None
@@ -387,7 +389,8 @@ class Link:
                     fault = Fault(lose=True)
                 elif fault is None:
                     for impairment in self.impairments:
-                        fault = both(fault, impairment.fault_at(sent.time))
+                        if (more := impairment.fault_at(sent.time)) is not None:
+                            fault = both(fault, more)
                 self._faulty = None if fault is None else FaultyAnswer(fault, self._rng)
         time, data = sent.time, sent.data
         if self._faulty is not None:
@@ -396,10 +399,10 @@ class Link:
         self._send(self._last_out, data)
 
     def _finish_answer(self) -> None:
-        faulty, self._faulty = self._faulty, None
-        if faulty is not None:
-            time, data = faulty.copy()
-            self._send(max(self._last_out, time + self._delay()), data)
+        assert self._faulty is not None
+        time, data = self._faulty.copy()
+        self._faulty = None
+        self._send(max(self._last_out, time + self._delay()), data)
 
     def _send(self, time: float, data: bytes) -> None:
         if data and self._end is not None:

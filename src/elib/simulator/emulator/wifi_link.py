@@ -160,7 +160,8 @@ class WifiLink(Link):
         fault: Fault | None = self.faults.popleft() if self.faults else None
         if fault is None:
             for impairment in self.impairments:
-                fault = both(fault, impairment.fault_at(time))
+                if (more := impairment.fault_at(time)) is not None:
+                    fault = both(fault, more)
         losses = 0
         if fault is not None and (fault.lose or fault.halve or fault.corrupt is not None):
             losses = 1
