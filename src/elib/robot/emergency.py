@@ -66,10 +66,6 @@ class EmergencyStop:
         self._has_ended_stream = self._streams
         return number if self._streams else None
 
-    def stop_in_loop(self) -> None:
-        """Tell the robot to stop, in its event loop: there no call takes the stop's answer for its own."""
-        self._channel.send_unqueued(self._stop())
-
     def leave(self) -> None:
         """Forget the robot: it was stopped, or is lost. Safe to repeat."""
         OPEN_STOPS.discard(self)

@@ -20,14 +20,11 @@ from collections.abc import AsyncGenerator, Awaitable, Callable
 from types import FrameType
 from typing import Any
 
-from elib.base.timebase import running_loop
 from elib.link.session import Channel
-from elib.robot.emergency import OPEN_STOPS, EmergencyStop, stop_at_once
+from elib.robot.emergency import EmergencyStop, stop_at_once
 
 SHUTDOWN_TIME = 2.0
 """s after a signal in which more signals change nothing: robots are being stopped, and that must not be cut short."""
-SUSPENSION_TIME = 0.1
-"""s after which a program is suspended even if its event loop is busy and does not suspend it."""
 NOTICE_TIME = 0.5
 """s in which an event loop notices a signal, unless something blocks it."""
 SUSPENSION, QUIT = getattr(signal, "SIGTSTP", None), getattr(signal, "SIGQUIT", None)
@@ -46,7 +43,6 @@ class Signals:
 
     def __init__(self) -> None:
         self._loops: dict[asyncio.AbstractEventLoop, LoopSignals] = {}
-        self._is_suspending = False
         self._before: dict[int, Any] = {}
 
     def signals_of(self, loop: asyncio.AbstractEventLoop) -> LoopSignals:
@@ -99,33 +95,8 @@ class Signals:
             raise error
 
     def _suspend(self, number: int, frame: FrameType | None) -> None:
-        loop = running_loop()
-        if not self._is_suspending and any(each.loop is loop for each in OPEN_STOPS) and loop is not None:
-            # Not in the middle of a call: what it sends behind the stop would take the stop's answer for its own.
-            self._is_suspending = True
-            loop.call_soon_threadsafe(self._suspend_in, loop, number)
-            _thread.start_new_thread(self._suspend_anyway, (number,))
-            return
+        """Stop the robots, then suspend the program. What its link reads behind that is answered by a resync."""
         stop_at_once()
-        self._stand_still(number)
-
-    def _suspend_in(self, loop: asyncio.AbstractEventLoop, number: int) -> None:
-        if self._is_suspending and threading.current_thread() is threading.main_thread():
-            for each in tuple(OPEN_STOPS):
-                if each.loop is loop:
-                    each.stop_in_loop()
-            for other in {each.loop for each in OPEN_STOPS} - {loop}:
-                stop_at_once(other)
-            self._stand_still(number)
-
-    def _suspend_anyway(self, number: int) -> None:
-        """Suspend a program whose event loop is too busy to do it."""
-        time.sleep(SUSPENSION_TIME)
-        if self._is_suspending:
-            signal.pthread_kill(threading.main_thread().ident or 0, number)
-
-    def _stand_still(self, number: int) -> None:
-        self._is_suspending = False
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)  # the program is suspended in here, until it gets SIGCONT
         signal.signal(number, self._suspend)
