@@ -7,7 +7,7 @@ from importlib.resources import files
 
 from elib.base.files import FAULTS
 from elib.simulator.emulator import faultscript
-from elib.simulator.emulator.faultscript import KINDS, Kind, Strength, When
+from elib.simulator.emulator.faultkinds import KINDS, Kind, Strength, When
 from elib.testing import faults as testing
 from elib.testing import plugin
 from generator.markdown import docstring, inline, section, table
@@ -73,14 +73,19 @@ def kinds() -> str:
         "## Kinds\n\nA number that may change can be two, `[first, last]`: it goes from one to the other meanwhile."
     ]
     for name, kind in KINDS.items():
-        parts.append(f"### {name}\n\n{' '.join([kind.effect, *rules(kind)])}")
+        parts.append(f"### {name}\n\n{' '.join([effect(kind), *rules(kind)])}")
         if kind.keys:
             head = ("Key", "What it sets", "Unit", "Range", "Default", "May change")
             parts.append(table(head, (row(key) for key in kind.keys)))
     return "\n\n".join(parts)
 
 
-def rules(kind: Kind) -> list[str]:
+def effect(kind: type[Kind]) -> str:
+    """Return what a kind does, in a sentence."""
+    return (kind.__doc__ or "").partition("\n")[0]
+
+
+def rules(kind: type[Kind]) -> list[str]:
     """Return what is special about a kind's times."""
     found = []
     if kind.is_instant:
@@ -105,7 +110,7 @@ def summary() -> str:
     for name, kind in KINDS.items():
         keys = [f"`{key.name}`" + (f" ({key.default:g})" if key.default is not None else "") for key in kind.keys]
         rows.append(
-            (f"[`{name}`](../reference/faults.md#{name})", " ".join([kind.effect, *rules(kind)]), ", ".join(keys))
+            (f"[`{name}`](../reference/faults.md#{name})", " ".join([effect(kind), *rules(kind)]), ", ".join(keys))
         )
     return table(("Kind", "What happens", "Its keys (default)"), rows)
 

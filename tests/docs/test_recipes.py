@@ -360,13 +360,14 @@ def an_action_of_et_is_a_file_with_a_class(copy: Copy) -> Asking:
 
 
 @carries_out("a kind of fault")
-def a_kind_of_fault_is_an_entry_and_what_it_does(copy: Copy) -> Asking:
-    kind = '        "theft": Kind("A whole answer is stolen.", (_probability(),)),\n'
-    copy.replace(
-        "src/elib/simulator/emulator/faultscript.py", '        "delay": Kind(\n', kind + '        "delay": Kind(\n'
-    )
-    copy.replace("src/elib/simulator/emulator/faultplayer.py", 'self._of("loss", ', 'self._of("theft", "loss", ')
-    copy.replace("src/elib/simulator/emulator/faultplayer.py", 'case "loss":', 'case "loss" | "theft":')
+def a_kind_of_fault_is_a_class(copy: Copy) -> Asking:
+    theft = '''class Theft(Loss):
+    """A whole answer is stolen."""
+
+
+KINDS: Mapping'''
+    copy.replace("src/elib/simulator/emulator/faultkinds.py", "KINDS: Mapping", theft)
+    copy.replace("src/elib/simulator/emulator/faultkinds.py", "for kind in (Loss, ", "for kind in (Theft, Loss, ")
     script = 'description = "A thief"\n[[fault]]\nkind = "theft"\nprobability = 1.0\n'
     (copy.root / "thief.toml").write_text(script)
     answers = yield ask("send version --robot sim://?fault=thief.toml&speed=max", pages=("faults.md",))
@@ -474,9 +475,9 @@ class Distance(Single):
     )
     copy.add("src/elib/robot/snapshot.py", "        temperature: v.Temperature\n", "        humidity: v.Humidity\n")
     copy.add(
-        "src/elib/__init__.py",
-        "    from elib.link.protocol.values import Ground as Ground\n",
-        "    from elib.link.protocol.values import Humidity as Humidity\n",
+        "src/elib/__init__.pyi",
+        "from elib.link.protocol.values import Ground as Ground\n",
+        "from elib.link.protocol.values import Humidity as Humidity\n",
     )
     copy.add(
         "src/elib/simulator/emulator/firmware/epuck2.py",
@@ -599,9 +600,9 @@ def an_error_is_a_class_its_public_name_and_its_cure(copy: Copy) -> Asking:
         "src/elib/base/errors.py", "    ├── SimulationError\n", "    ├── RobotAsleep\n    ├── SimulationError\n"
     )
     copy.add(
-        "src/elib/__init__.py",
-        "    from elib.base.errors import ReplyTimeout as ReplyTimeout\n",
-        "    from elib.base.errors import RobotAsleep as RobotAsleep\n",
+        "src/elib/__init__.pyi",
+        "from elib.base.errors import ReplyTimeout as ReplyTimeout\n",
+        "from elib.base.errors import RobotAsleep as RobotAsleep\n",
     )
     copy.add("docs/generator/errors.py", "CURES = {\n", '    "RobotAsleep": "Wake the robot.",\n')
     answers = yield ask(

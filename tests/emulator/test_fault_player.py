@@ -7,8 +7,9 @@ import pytest
 from link_rig import Parrot, Rig, make_rig
 
 from elib.base.errors import LinkLost, SimulationStalled
-from elib.simulator.emulator.faultplayer import Counts, FaultPlayer
-from elib.simulator.emulator.faultscript import FaultScript, Ramp, TimedFault, When, parse
+from elib.simulator.emulator.faultkinds import Counts, Ramp, TimedFault, When
+from elib.simulator.emulator.faultplayer import FaultPlayer
+from elib.simulator.emulator.faultscript import FaultScript, parse
 from elib.testing import simulated
 from shared import now
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from elib.base.errors import ArgumentError, SimulationError
-from elib.simulator.emulator.faultscript import KINDS, FaultScript, Ramp, When, gallery, load, parse
+from elib.simulator.emulator.faultkinds import KINDS, Ramp, When
+from elib.simulator.emulator.faultscript import FaultScript, gallery, load, parse
 
 SHIPPED = ["dead-battery", "flaky-bluetooth", "half-answers", "robot-reset", "walks-out-of-range"]
 

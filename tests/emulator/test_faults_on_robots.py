@@ -10,7 +10,7 @@ from fault_rig import CUT, ask, open_url, with_script
 
 import elib
 from elib.link.protocol.profiles import PROFILES
-from elib.simulator.emulator.faultscript import EMPTY, WEAK
+from elib.simulator.emulator.faultkinds import EMPTY, WEAK
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.emulator.simulation import Simulation
 from elib.testing import faults_of, simulated

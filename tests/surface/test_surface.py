@@ -1,6 +1,5 @@
 """The public surface, pinned: a change here is a change for users and belongs in the CHANGELOG."""
 
-import ast
 import concurrent.futures
 import inspect
 import subprocess
@@ -50,12 +49,6 @@ def test_the_exported_names_are_these() -> None:
         """.split()
     )
     assert all(hasattr(elib, name) for name in elib.__all__)
-
-
-def test_a_type_checker_reads_the_same_names_and_modules() -> None:
-    nodes = ast.walk(ast.parse(inspect.getsource(elib)))
-    imports = [node for node in nodes if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("elib.")]
-    assert {each.asname: node.module for node in imports for each in node.names} == elib._HOME
 
 
 def test_what_would_hide_a_builtin_is_there_by_name_but_not_with_a_star() -> None:

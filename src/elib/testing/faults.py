@@ -7,7 +7,8 @@ from pathlib import Path
 
 from elib.base.errors import ArgumentError
 from elib.link.transport.url import Url, parse_url
-from elib.simulator.emulator.faultplayer import Counts, FaultPlayer
+from elib.simulator.emulator.faultkinds import Counts
+from elib.simulator.emulator.faultplayer import FaultPlayer
 from elib.simulator.emulator.faultscript import FaultScript, gallery, load
 from elib.testing.inside import AnyEpuck, transport_of
 
