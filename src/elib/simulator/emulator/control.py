@@ -22,6 +22,7 @@ from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Light, Pos
 from elib.simulator.physics.geometry import Painted
 from elib.simulator.physics.scene import Scene
 
+T = TypeVar("T", bound=Callable[..., object])
 _Thing = TypeVar("_Thing", Box, Cylinder, Light, Sound, Wall)
 
 
@@ -65,6 +66,16 @@ ADDED = "#c8963c"
 
 MOST_BY_HAND = 500
 """Boxes, and walls, of a world that can have another one: each that comes or goes lays the whole floor out again."""
+
+
+ORDERS: dict[str, Callable[..., object]] = {}
+"""The methods of :class:`Control` that other programs may ask for, by their names."""
+
+
+def order(method: T) -> T:
+    """Let other programs ask for a method of :class:`Control`: its arguments are checked by their annotations."""
+    ORDERS[method.__name__] = method
+    return method
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +181,7 @@ class Control:
         last = self.names[-1] if self.names else "none"
         raise ArgumentError(f"there is no robot {robot!r}", hint=f"they are called epuck-1 to {last}, or 0 and up")
 
+    @order
     def move_robot(self, robot: Which, x: Place, y: Place, heading: Heading | None = None) -> None:
         """Lift a robot and put it down elsewhere; its wheels go on turning.
 
@@ -185,6 +197,7 @@ class Control:
         heading = world.pose(index).heading if heading is None else heading
         world.move_robot(index, Pose(x, y, math.remainder(heading, math.tau) if math.isfinite(heading) else heading))
 
+    @order
     def move_box(self, box: Which, x: Place, y: Place, angle: Heading | None = None) -> None:
         """Put a box down elsewhere.
 
@@ -198,6 +211,7 @@ class Control:
         index = _index("box", box, snapshot.boxes)
         self.world.move_box(index, Pose(*_place(x, y), snapshot.boxes[index].angle if angle is None else angle))
 
+    @order
     def move_cylinder(self, cylinder: Which, x: Place, y: Place) -> None:
         """Put a cylinder down elsewhere.
 
@@ -209,6 +223,7 @@ class Control:
         index = _index("cylinder", cylinder, self.snapshot().cylinders)
         self.world.move_cylinder(index, *_place(x, y))
 
+    @order
     def add_box(
         self,
         x: Place,
@@ -241,10 +256,12 @@ class Control:
         world.add_box(box)
         return len(self.world.scene.boxes) - 1
 
+    @order
     def remove_box(self, box: Which) -> None:
         """Take a box out of the world; those counted behind it move up."""
         self.world.remove_box(_index("box", box, self.snapshot().boxes))
 
+    @order
     def add_wall(self, x1: End, y1: End, x2: End, y2: End, *, colour: Painted = Colour.parse(ADDED)) -> int:  # noqa: B008
         """Put another wall into the world, and return its index.
 
@@ -264,6 +281,7 @@ class Control:
         world.add_wall(Wall(x1, y1, x2, y2, colour=colour))
         return len(self.world.scene.walls) - 1
 
+    @order
     def move_wall(self, wall: Which, x1: End, y1: End, x2: End, y2: End) -> None:
         """Put the ends of a wall elsewhere; arguments as of :meth:`add_wall`.
 
@@ -275,6 +293,7 @@ class Control:
         index = _index("wall", wall, world.scene.walls)
         world.move_wall(index, replace(world.scene.walls[index], x1=x1, y1=y1, x2=x2, y2=y2))
 
+    @order
     def remove_wall(self, wall: Which) -> None:
         """Take a wall out of the world; those counted behind it move up."""
         world = self._ready()
@@ -289,6 +308,7 @@ class Control:
         self.simulation.catch_up()
         return as_scene(self.world)
 
+    @order
     def set_light(
         self,
         light: Which,
@@ -312,6 +332,7 @@ class Control:
         changes = _given(x=x, y=y, height=height, intensity=intensity)
         self.world.set_light(index, replace(snapshot.lights[index], **changes))
 
+    @order
     def set_sound(
         self,
         sound: Which,
@@ -335,6 +356,7 @@ class Control:
         changes = _given(x=x, y=y, volume=volume, frequency=frequency)
         self.world.set_sound(index, replace(snapshot.sounds[index], **changes))
 
+    @order
     def set_ambient(self, ambient: Ambient) -> None:
         """Set what the infrared sensors read in the room's light.
 
@@ -346,6 +368,7 @@ class Control:
         self.simulation.catch_up()
         world.set_ambient(ambient)
 
+    @order
     def turn_selector(self, robot: Which, position: Selector) -> None:
         """Turn the rotary switch of a robot. Its firmware reads it when it is asked, and when it starts.
 
@@ -355,6 +378,7 @@ class Control:
         """
         self.hardware(robot).turn_selector(position)
 
+    @order
     def press_remote(self, robot: Which, key: RemoteKey, *, address: RemoteAddress = 0) -> None:
         """Press a key of an infrared remote control that points at a robot.
 
@@ -365,6 +389,7 @@ class Control:
         """
         self.hardware(robot).receive(address, key)
 
+    @order
     def press_button(self, robot: Which, *, pressed: bool = True) -> None:
         """Hold the user button of an e-puck2 down, or release it.
 
@@ -384,6 +409,7 @@ class Control:
         else:
             hardware.release_button()
 
+    @order
     def restart(self, robot: Which) -> None:
         """Switch a robot off and on. It stops, and its program loses a connection over Wi-Fi.
 
@@ -406,6 +432,7 @@ class Control:
             raise SimulationError("this simulation has constant readings and no world", hint="leave --hardware out")
         return hardware
 
+    @order
     def pause(self) -> None:
         """Let the world stand still, with the robots' firmwares and links.
 
@@ -416,10 +443,12 @@ class Control:
         """
         self.simulation.pause()
 
+    @order
     def resume(self) -> None:
         """End a pause."""
         self.simulation.resume()
 
+    @order
     def step(self, seconds: Seconds | None = None) -> None:
         """Let a paused world go on by some time.
 
@@ -432,6 +461,7 @@ class Control:
         """
         self.simulation.step(self.world.scene.step if seconds is None else seconds)
 
+    @order
     def set_speed(self, speed: WorldRate) -> None:
         """Let the world run faster or slower; programs keep their own time.
 
@@ -444,6 +474,7 @@ class Control:
         """
         self.simulation.set_rate(speed)
 
+    @order
     def set_faults(
         self,
         robot: Which,
@@ -466,10 +497,12 @@ class Control:
         for name, value in _checked(Control.set_faults, latency=latency, jitter=jitter, loss=loss).items():
             setattr(faults, name, value)
 
+    @order
     def cut(self, robot: Which) -> None:
         """Cut a robot's link: its program loses it, and no program can open it until :meth:`mend`."""
         self._connected(robot).link.take_down("hand")
 
+    @order
     def mend(self, robot: Which) -> None:
         """Let programs open a robot again. What a fault script cut stays cut as long as the script says.
 

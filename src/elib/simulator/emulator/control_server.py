@@ -15,13 +15,13 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Mapping
 from types import MappingProxyType
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.fields import REQUIRED, Field, fields_of, nearest, shown
 from elib.base.files import parse_json
-from elib.simulator.emulator.control import Control, LinkState
+from elib.simulator.emulator.control import ORDERS, Control, LinkState
 from elib.simulator.emulator.loopback import bind, named
 
 LONGEST = 4096
@@ -37,36 +37,11 @@ PORT = 8650
 
 Value = float | int | str
 
-METHODS: tuple[Callable[..., object], ...] = (
-    Control.move_robot,
-    Control.move_box,
-    Control.move_cylinder,
-    Control.add_box,
-    Control.remove_box,
-    Control.add_wall,
-    Control.move_wall,
-    Control.remove_wall,
-    Control.set_light,
-    Control.set_sound,
-    Control.set_ambient,
-    Control.turn_selector,
-    Control.press_remote,
-    Control.press_button,
-    Control.restart,
-    Control.pause,
-    Control.resume,
-    Control.step,
-    Control.set_speed,
-    Control.set_faults,
-    Control.cut,
-    Control.mend,
-)
-
 MESSAGES: Mapping[str, Mapping[str, Field]] = MappingProxyType(
-    {"state": {}} | {method.__name__: {each.name: each for each in fields_of(method)} for method in METHODS}
+    {"state": {}} | {name: {each.name: each for each in fields_of(order)} for name, order in ORDERS.items()}
 )
 """What may be asked with ``do``, and the keys beside ``do`` and ``id``: ``state`` asks for everything there is, the
-others are methods of :class:`~elib.simulator.emulator.control.Control` with their arguments."""
+others are the orders of :class:`~elib.simulator.emulator.control.Control` with their arguments."""
 
 
 def parse(line: str | bytes) -> dict[str, object]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import os
 import socket
 import sys
@@ -101,49 +102,52 @@ async def serve(
     """
     require_real_time("a server")
     require_speed(settings.speed)
-    host, port = split(tcp, 4000) if tcp is not None else (LOOPBACK, 0)
-    wifi_host, wifi_port = split(wifi, 1000) if wifi is not None else (LOOPBACK, 0)
-    wants_pty = pty if pty is not None else link is not None or tcp is None
     async with contextlib.AsyncExitStack() as stack:
         simulation = Simulation(settings)
         stack.callback(simulation.close)
-        links = [simulation.robots[index].link for index in range(simulation.count)]
-        on_wifi = sum(isinstance(link, WifiLink) for link in links)
+        robots = simulation.robots.values()
+        on_wifi = sum(isinstance(robot.link, WifiLink) for robot in robots)
         if wifi is not None and not on_wifi:
             raise ArgumentError("no robot of this simulation has Wi-Fi", hint="add --firmware epuck2-wifi")
-        if on_wifi == len(links) and (pty or link is not None or tcp is not None):
+        if on_wifi == len(robots) and (pty or link is not None or tcp is not None):
             raise ArgumentError("a robot with the firmware epuck2-wifi has no serial line", hint="use --wifi alone")
-        for first, count in ((port, simulation.count), (wifi_port, on_wifi)):
-            if first and first + count - 1 > 65535:
-                raise ArgumentError(
-                    f"{count} robots from port {first} on pass port 65535", hint="take a lower port, or 0"
-                )
-        served: list[Served] = []
-        players = [robot.player for robot in simulation.robots.values() if robot.player is not None]
-        may_cut = control is not None or any(player.cuts for player in players)
+        tcp_place, wifi_place = _Place(tcp, 4000, len(robots)), _Place(wifi, 1000, on_wifi)
+        wants_pty = pty if pty is not None else link is not None or tcp is None
+        may_cut = control is not None or any(robot.player is not None and robot.player.cuts for robot in robots)
         if wants_pty and link is None and may_cut:
             link = f"{stack.enter_context(tempfile.TemporaryDirectory(prefix='elib-'))}/epuck-1"
         if control is not None:
             control(Control(simulation))
-        for index, name in enumerate(simulation.names):
-            robot_link = links[index]
+        served: list[Served] = []
+        numbers = itertools.count()
+        for index, (name, robot) in enumerate(zip(simulation.names, robots, strict=True)):
             if traffic is not None:
-                robot_link.trace = partial(traffic, name)
-            if isinstance(robot_link, WifiLink):
-                if warn is not None:
-                    robot_link.robot.on_stuck = partial(warn, f"{name}: {STUCK}")
-                place = WifiPort(robot_link, wifi_host, wifi_port)
-                stack.callback(place.close)
-                served.append(Served(name, place.url))
-                wifi_port += wifi_port > 0
-                continue
-            ports = _Ports(robot_link)
-            if wants_pty:
-                served.append(Served(name, _offer_pty(stack, ports, link and _counted(link, index))))
-            if tcp is not None:
-                address = await _offer_tcp(stack, ports, host, port + index if port else 0)
-                served.append(Served(name, f"tcp://{address}"))
+                robot.link.trace = partial(traffic, name)
+            if isinstance(robot.link, WifiLink):
+                stuck = None if warn is None else partial(warn, f"{name}: {STUCK}")
+                urls = [_offer_wifi(stack, robot.link, wifi_place.address(next(numbers)), stuck)]
+            else:
+                ports = _Ports(robot.link)
+                urls = [_offer_pty(stack, ports, link and _counted(link, index))] if wants_pty else []
+                if tcp is not None:
+                    urls.append(await _offer_tcp(stack, ports, *tcp_place.address(index)))
+            served += [Served(name, url) for url in urls]
         yield served
+
+
+class _Place:
+    """The addresses of *count* robots: ``HOST:PORT`` or ``PORT`` of the first one, from which the others count up."""
+
+    def __init__(self, place: str | None, low: int, count: int) -> None:
+        self._host, self._port = (LOOPBACK, 0) if place is None else split(place, low)
+        if self._port and self._port + count - 1 > 65535:
+            raise ArgumentError(
+                f"{count} robots from port {self._port} on pass port 65535", hint="take a lower port, or 0"
+            )
+
+    def address(self, index: int) -> tuple[str, int]:
+        """Return host and port of a robot; port 0 takes a free one."""
+        return self._host, self._port and self._port + index
 
 
 class _Ports:
@@ -290,6 +294,16 @@ class _PtyPort:
         pty.abort()
 
 
+def _offer_wifi(
+    stack: contextlib.AsyncExitStack, link: WifiLink, address: tuple[str, int], on_stuck: Callable[[], None] | None
+) -> str:
+    """Listen for the robot's client and return the URL."""
+    link.robot.on_stuck = on_stuck
+    port = WifiPort(link, *address)
+    stack.callback(port.close)
+    return port.url
+
+
 def _offer_pty(stack: contextlib.AsyncExitStack, ports: _Ports, link: str | None) -> str:
     """Open a pty for the robot, link to it, and return its URL."""
     if sys.platform == "win32":
@@ -301,7 +315,7 @@ def _offer_pty(stack: contextlib.AsyncExitStack, ports: _Ports, link: str | None
 
 
 async def _offer_tcp(stack: contextlib.AsyncExitStack, ports: _Ports, host: str, port: int) -> str:
-    """Listen for the robot's clients and return the address as ``host:port``."""
+    """Listen for the robot's clients and return the URL."""
     loop = asyncio.get_running_loop()
     try:
         server = await loop.create_server(lambda: _TcpClient(ports), host, port)
@@ -316,7 +330,7 @@ async def _offer_tcp(stack: contextlib.AsyncExitStack, ports: _Ports, host: str,
             ports.client.abort()
 
     stack.callback(shut)
-    return named(server.sockets[0])
+    return f"tcp://{named(server.sockets[0])}"
 
 
 def _counted(link: str, index: int) -> str:
