@@ -10,17 +10,19 @@ from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TypeVar, get_args
+from typing import TYPE_CHECKING, TypeVar, get_args
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.exits import INTERRUPTED, complain
 from elib.link.transport import parse_url, speed_of
 from elib.records.log import Log, Vocabulary
-from elib.records.recorder import Recorder, check_new
 from elib.robot.aio import Epuck
 from elib.robot.link import Link, LinkSettings
 from elib.robot.running import run_coroutine
 from elib.robot.substitute import DEFAULT_URL, VARIABLE, choose_robot, choose_robots
+
+if TYPE_CHECKING:  # most programs record nothing
+    from elib.records.recorder import Recorder
 
 T = TypeVar("T")
 
@@ -50,6 +52,8 @@ class Records:
             if name is not None and not Path(name).parent.is_dir():
                 raise ArgumentError(f"there is no folder {str(Path(name).parent)!r} for the {what} {name!r}")
         if self.record is not None:
+            from elib.records.recorder import check_new
+
             check_new(self.record)
 
     def begin(self, robot: Epuck) -> list[Log | Recorder]:
