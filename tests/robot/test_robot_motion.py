@@ -253,7 +253,7 @@ def test_a_motion_that_takes_too_long_says_what_was_asked_what_was_driven_and_th
             ReplyTimeout, match=r"^turn\(3\) did not end within 1 s: \d\.\d\d rad turned; the robot stands$"
         ):
             await robot.within(1).turn(3)
-        with pytest.raises(ReplyTimeout, match=r"^drive\(0.1, speed=0.01\) did not end within 0 s: nothing driven; "):
+        with pytest.raises(ReplyTimeout, match=r"^drive\(0.1\) did not end within 0 s: nothing driven; "):
             await robot.within(0).drive(0.1, speed=0.01)
 
     on(f"{FIELD}&firmware={firmware}", main)
@@ -368,7 +368,7 @@ async def test_a_negative_sleep_is_refused_as_a_sleep(robot: Epuck) -> None:
         await robot.sleep(-1)
 
 
-def test_of_two_motions_the_one_that_was_called_first_drives() -> None:
+def test_of_two_motions_the_one_that_began_first_drives() -> None:
     with elib.connect(FIELD) as robot:
         first = robot.begin.drive(0.05)
         with pytest.raises(MotionBusy, match=r"drive\(0.1\): drive\(0.05\) is still under way"):
@@ -386,10 +386,7 @@ def test_of_two_motions_the_one_that_was_called_first_drives() -> None:
 @inside(elib.open, FIELD)
 async def test_a_motion_that_nobody_will_run_gives_the_wheels_back(robot: Epuck) -> None:
     never = robot.drive(0.5)
-    with pytest.raises(MotionBusy):
-        await robot.drive(0.1)
     never.close()
-    del never
     cancelled = asyncio.create_task(robot.drive(0.5))
     cancelled.cancel()
     await asyncio.wait([cancelled])

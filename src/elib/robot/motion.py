@@ -10,13 +10,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import functools
-import inspect
 import math
-import threading
-import weakref
-from collections.abc import AsyncIterator, Callable, Coroutine
-from typing import Annotated, Any, Concatenate, ParamSpec, Protocol, TypeVar, get_args
+from collections.abc import AsyncIterator
+from typing import Annotated, Any, ParamSpec, Protocol, TypeVar, get_args
 
 from elib.base.body import AXLE, METRES_PER_STEP, STEPS_PER_REVOLUTION
 from elib.base.errors import (
@@ -127,28 +123,6 @@ class Mover(Robot, Protocol):
         """The state of its motions and its odometry."""
 
 
-class Reservation:
-    """A motion's reservation of the wheels, from its call on.
-
-    Args:
-        name: The call, as text.
-    """
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self._coroutine: Callable[[], Coroutine[Any, Any, Any] | None] = lambda: None
-
-    def hold_for(self, coroutine: Coroutine[Any, Any, Any]) -> None:
-        """Last as long as *coroutine*: until it has ended, or was dropped before it ran."""
-        self._coroutine = weakref.ref(coroutine)
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the motion has ended, or can never run."""
-        coroutine = self._coroutine()
-        return coroutine is None or inspect.getcoroutinestate(coroutine) == inspect.CORO_CLOSED
-
-
 class Motion:
     """The motions of one robot and its odometry. All views of the robot share it.
 
@@ -159,8 +133,6 @@ class Motion:
     odometry: Odometry
 
     def __init__(self) -> None:
-        self._reservations: tuple[Reservation, ...] = ()
-        self._reserving = threading.Lock()
         self._under_way = ""
         self._own: Request[Any] | None = None
         self._interrupted_by = ""
@@ -192,34 +164,24 @@ class Motion:
             if event.error is None or not math.isnan(event.round_trip):  # else it was never sent
                 self._interrupted_by, self._is_driven = event.request.name, event.error is None
 
-    def reserve(self, reservation: Reservation) -> None:
-        """Add a reservation of the wheels, behind the earlier ones. Any thread may call this."""
-        with self._reserving:
-            self._reservations = (*(each for each in self._reservations if not each.is_over), reservation)
-
-    @property
-    def _first(self) -> Reservation | None:
-        return next((each for each in self._reservations if not each.is_over), None)
-
-    def check_free(self, name: str, reservation: Reservation | None = None) -> None:
-        """Raise MotionBusy if another motion has the wheels: it is under way, or was called earlier."""
-        first = self._first
-        if first is not None and first is not reservation:
-            other = first.name
+    def check_free(self, name: str) -> None:
+        """Raise MotionBusy for the call *name* if a motion is under way."""
+        if self._under_way:
             raise MotionBusy(
-                f"{name}: {other} is still under way",
+                f"{name}: {self._under_way} is still under way",
                 hint="wait for it, or cancel it first; stop() ends it too",
             )
 
     @contextlib.asynccontextmanager
-    async def under_way(self, mover: Mover) -> AsyncIterator[None]:
-        """Move while the block lasts, for the motion that reserved the wheels first. An error in it stops the wheels.
+    async def under_way(self, mover: Mover, name: str) -> AsyncIterator[None]:
+        """Have the wheels while the block lasts, for the call *name*. An error in it stops them.
 
         Raises:
+            MotionBusy: Another motion has them.
             ReplyTimeout: The time given was over, or the robot did not answer for :data:`SILENCE` seconds.
         """
-        first = self._first
-        self._under_way = "" if first is None else first.name
+        self.check_free(name)
+        self._under_way = name
         self._interrupted_by, self._is_driven, self._other = "", False, None
         self._answered = asyncio.get_running_loop().time()
         self._channel.hooks.append(self._observe, Called, Ended, Greeted, ResetNoticed, Reconnected)
@@ -400,30 +362,6 @@ def _speeds(mover: Mover, left: int, right: int) -> Request[Any]:
     return SPECS["set_speed"].request(mover.session.context, left_speed, right_speed)
 
 
-def motion(
-    function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]],
-) -> Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]:
-    """Make a coroutine method a motion: it reserves the wheels when it is called, not when its coroutine begins to run.
-
-    So of two motions the one that was called first drives.
-    """
-
-    async def run(reservation: Reservation, mover: Mover, args: Any, kwargs: Any) -> T:
-        mover.motion.check_free(reservation.name, reservation)
-        return await function(mover, *args, **kwargs)
-
-    @functools.wraps(function)
-    def called(mover: Mover, /, *args: Any, **kwargs: Any) -> Coroutine[Any, Any, T]:
-        shown = [*map(str, args), *(f"{name}={value}" for name, value in kwargs.items())]
-        reservation = Reservation(f"{function.__name__}({', '.join(shown)})")
-        coroutine = run(reservation, mover, args, kwargs)
-        reservation.hold_for(coroutine)
-        mover.motion.reserve(reservation)
-        return coroutine
-
-    return called
-
-
 class Motions(Commands):
     """Motions in metres and radians, closed by the step counters.
 
@@ -434,7 +372,6 @@ class Motions(Commands):
     """
 
     @action
-    @motion
     async def drive(self: Mover, distance: Distance, *, speed: Speed = CRUISE) -> Pose:
         """Drive straight on, m, backwards if negative, and return the pose at the end.
 
@@ -451,12 +388,11 @@ class Motions(Commands):
         """
         way = _checked(Distance, "distance", distance)
         fastest = _checked(Speed, "speed", speed)
-        async with self.motion.under_way(self):
+        async with self.motion.under_way(self, f"drive({distance})"):
             await self.motion.roll(self, way, way, fastest)
         return self.motion.odometry.pose
 
     @action
-    @motion
     async def turn(self: Mover, angle: Angle, *, turn_rate: TurnRate = TURN_RATE) -> Pose:
         """Turn on the spot, rad, to the left if positive, and return the pose at the end.
 
@@ -473,12 +409,11 @@ class Motions(Commands):
         """
         rotation = _checked(Angle, "angle", angle)
         fastest = _checked(TurnRate, "turn_rate", turn_rate)
-        async with self.motion.under_way(self):
+        async with self.motion.under_way(self, f"turn({angle})"):
             await self.motion.turn(self, rotation, fastest)
         return self.motion.odometry.pose
 
     @action
-    @motion
     async def go_to(
         self: Mover,
         x: Coordinate | Pose,
@@ -515,7 +450,7 @@ class Motions(Commands):
         place = _checked(Coordinate, "x", x), _checked(Coordinate, "y", y)
         end = None if heading is None else _checked(Angle, "heading", heading)
         fastest, turn_rate_limit = _checked(Speed, "speed", speed), _checked(TurnRate, "turn_rate", turn_rate)
-        async with self.motion.under_way(self):
+        async with self.motion.under_way(self, f"go_to({x}, {y})"):
             await self.motion.go(self, *place, fastest, turn_rate_limit)
             if end is not None:
                 rotation = math.remainder(end - self.motion.odometry.pose.heading, math.tau)
