@@ -7,7 +7,7 @@ from importlib.resources import files
 
 from elib.base.files import FAULTS
 from elib.simulator.emulator import faultscript
-from elib.simulator.emulator.faultkinds import KINDS, Kind, Strength, When
+from elib.simulator.emulator.faultkinds import KINDS, Counts, Kind, Strength, When
 from elib.testing import faults as testing
 from elib.testing import plugin
 from generator.markdown import docstring, inline, section, table
@@ -141,8 +141,8 @@ def tests() -> str:
     for what in (testing.fault_scripts, testing.with_faults, testing.faults_of):
         names = ", ".join(str(item).partition(":")[0] for item in inspect.signature(what).parameters.values())
         parts.append(f"### {what.__name__}\n\n```text\n{what.__name__}({names})\n```\n\n{docstring(what.__doc__)}")
-    counts = section(testing.Counts.__doc__, "Attributes")
-    about = inline((testing.Counts.__doc__ or "").partition("\n")[0])
+    counts = section(Counts.__doc__, "Attributes")
+    about = inline((Counts.__doc__ or "").partition("\n")[0])
     rows = ((f"`{name}`", inline(text)) for name, text in counts.items())
     parts.append(f"### Counts\n\n{about}\n\n{table(('Field', 'What it is'), rows)}")
     fixture = inspect.cleandoc(inspect.getsource(plugin.elib_link_faults)).partition('"""')[2].partition('"""')[0]

@@ -22,9 +22,9 @@ from mcp_types import CallToolRequestParams, CallToolResult
 
 from elib.base.errors import ArgumentError
 from elib.cli import main
-from elib.doors.agent.driver import Refused
+from elib.doors.agent.driver import CallRefused
 from elib.doors.agent.limits import Limits
-from elib.doors.agent.server import Door, Journal, serve_pipes
+from elib.doors.agent.server import AgentDoor, Journal, serve_pipes
 from elib.doors.agent.tools import Tools
 from elib.doors.robots import connected
 from elib.panel.watching import virtual
@@ -74,7 +74,7 @@ def speeds(tools, key="1"):
 
 def door_of(tools):
     """Return the server of tools, with a journal that says nothing."""
-    return Door(tools, Journal(tools, SimpleNamespace(say=lambda text: None), None))
+    return AgentDoor(tools, Journal(tools, SimpleNamespace(say=lambda text: None), None))
 
 
 async def call(tools, name, /, **arguments):
@@ -266,7 +266,7 @@ async def test_wrong_arguments_are_refused_with_the_rule():
         ):
             with pytest.raises(ArgumentError):
                 tools.tools[name].check(arguments)
-        with pytest.raises(Refused):
+        with pytest.raises(CallRefused):
             tools.drivers["1"].slot.stop()
             tools.drivers["1"].check_free()
 

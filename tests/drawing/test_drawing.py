@@ -13,7 +13,7 @@ from elib.simulator.drawing.fittings import LAMP, TONE
 from elib.simulator.drawing.floor import PIT
 from elib.simulator.drawing.png import render
 from elib.simulator.drawing.robot import BODY_LIGHT, FRONT_LIGHT
-from elib.simulator.drawing.shapes import Disc, Drawing, Polygon, Stroke, Text
+from elib.simulator.drawing.shapes import Circle, Drawing, Polygon, Stroke, Text
 from elib.simulator.drawing.top import FLOOR, PAPER, TRAIL_HUES, Zone, top_view
 from elib.simulator.physics import Box, Colour, Cylinder, Lamps, Pose, Scene, Wall, World
 from elib.simulator.physics.fittings import Light, Patch, Sound, Stripe
@@ -173,12 +173,12 @@ def test_what_can_be_pushed_has_a_second_outline(furnished):
     drawing = top_view(furnished.snapshot(), (), None, 900)
     blocks = [shape for shape in drawing.shapes if isinstance(shape, Polygon) and shape.fill == BLUE]
     assert [shape.outline is not None and sum(shape.outline) > 500 for shape in blocks] == [False, True, False]
-    rings = [shape for shape in drawing.shapes if isinstance(shape, Disc) and shape.fill is None]
+    rings = [shape for shape in drawing.shapes if isinstance(shape, Circle) and shape.fill is None]
     assert pytest.approx(min(abs(ring.radius) for ring in rings if ring.radius > 20)) == 0.62 * 0.05 * 900
 
 
 def test_a_ring_is_open_in_both_formats():
-    ring = Drawing(60, 60, PAPER, (Disc((30, 30), 20, None, BLUE, 4),))
+    ring = Drawing(60, 60, PAPER, (Circle((30, 30), 20, None, BLUE, 4),))
     image = render(ring)
     assert image.getpixel((30, 30)) == tuple(PAPER)
     assert image.getpixel((50, 30)) == tuple(BLUE)
@@ -206,7 +206,7 @@ def test_a_floor_of_one_colour_has_it_and_shadows_are_darker(furnished):
     world = World(Scene(1, 0.5, floor=Colour(40, 90, 50), cylinders=(Cylinder(0.5, 0.25, 0.05),)))
     drawing = top_view(world.snapshot(), (), None, 500)
     assert drawing.shapes[0].fill == Colour(40, 90, 50)
-    shadow = next(shape for shape in drawing.shapes if isinstance(shape, Disc))
+    shadow = next(shape for shape in drawing.shapes if isinstance(shape, Circle))
     assert sum(shadow.fill) < sum(drawing.shapes[0].fill)
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from elib.link.transport.buffered import BufferedTransport
+from elib.link.transport.base import BufferedTransport
 from elib.link.transport.pty import PtyTransport
 from elib.simulator.emulator import server, wifi_server
 

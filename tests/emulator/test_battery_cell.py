@@ -5,14 +5,14 @@ import itertools
 import pytest
 
 from elib.base.errors import ArgumentError
-from elib.simulator.emulator.battery import IDLE, MOTOR, SAVING_MOTOR, Cell, power_of
+from elib.simulator.emulator.battery import IDLE, MOTOR, SAVING_MOTOR, BatteryCell, power_of
 
 HOUR = 3600.0
 IN_USE = power_of((1000, 1000), 1.5)
 
 
 def test_five_watt_hours_last_about_three_hours_in_use():
-    cell = Cell()
+    cell = BatteryCell()
     cell.load(IN_USE, 0.0)
     assert cell.charge(2.7 * HOUR) > 0.03
     assert cell.volts(2.7 * HOUR) > 3.4
@@ -21,7 +21,7 @@ def test_five_watt_hours_last_about_three_hours_in_use():
 
 
 def test_the_voltage_falls_from_4_2_without_a_jump():
-    cell = Cell()
+    cell = BatteryCell()
     cell.load(IN_USE, 0.0)
     volts = [cell.volts(60.0 * minute) for minute in range(200)]
     assert volts[0] == 4.2
@@ -29,7 +29,7 @@ def test_the_voltage_falls_from_4_2_without_a_jump():
 
 
 def test_what_is_taken_counts_from_when_it_is_switched_on():
-    cell = Cell()
+    cell = BatteryCell()
     cell.load(0.0, 0.0)
     assert cell.charge(1.0 * HOUR) == 1.0
     cell.load(5.0, 1.0 * HOUR)
@@ -39,7 +39,7 @@ def test_what_is_taken_counts_from_when_it_is_switched_on():
 
 
 def test_how_often_it_is_looked_at_changes_nothing_and_time_never_goes_back():
-    cell = Cell()
+    cell = BatteryCell()
     cell.load(2.0, 100.0)
     looked = [cell.charge(time) for time in (200.0, 150.0, 200.0, 0.0)]
     assert looked[0] == looked[2] < looked[1] < 1.0
@@ -58,4 +58,4 @@ def test_a_motor_takes_half_below_601_steps_per_second(rates, power):
 def test_an_impossible_charge_is_refused():
     for charge in (-0.1, 1.1, float("nan")):
         with pytest.raises(ArgumentError, match="from 0 to 1"):
-            Cell(charge)
+            BatteryCell(charge)

@@ -5,7 +5,7 @@ import pytest
 from link_rig import Parrot, make_rig
 
 from elib.base.errors import ArgumentError, LinkLost
-from elib.link.transport.buffered import BUFFER_LIMIT
+from elib.link.transport.base import BUFFER_LIMIT
 from elib.link.transport.memory import memory_pair
 from elib.simulator.emulator.faults import Fault
 from elib.testing import simulated

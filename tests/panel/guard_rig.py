@@ -13,7 +13,7 @@ from elib.panel import server
 from elib.panel.listening import listen
 from elib.panel.page import Page
 from elib.panel.panel import Panel
-from elib.panel.recents import Recents
+from elib.panel.recents import RecentRobots
 from elib.panel.server import Server, served
 from shared import PATIENCE
 
@@ -127,7 +127,7 @@ async def guarded(*, token: str | None = None, urls: Iterable[str] = ()) -> Asyn
     """Serve a panel, whose pages note what they hear."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        panel = Panel(is_shared=token is not None, folder=folder, recents=Recents(folder / "recents.json"))
+        panel = Panel(is_shared=token is not None, folder=folder, recents=RecentRobots(folder / "recents.json"))
         address = listen(port=0)
 
         class NotingPage(Page):

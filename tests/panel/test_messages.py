@@ -22,7 +22,7 @@ from elib.panel import messages, page
 from elib.panel.messages import MESSAGES, Message, decode
 from elib.panel.page import Page
 from elib.panel.panel import Panel
-from elib.panel.recents import Recents
+from elib.panel.recents import RecentRobots
 from shared import until
 
 # clock: simulated
@@ -97,7 +97,7 @@ class Ears(mock.Mock):
 @pytest.fixture
 async def ears(tmp_path) -> AsyncIterator[Ears]:
     """Open a page on two virtual robots."""
-    panel = Panel(folder=tmp_path, recents=Recents(tmp_path / "recents.json"))
+    panel = Panel(folder=tmp_path, recents=RecentRobots(tmp_path / "recents.json"))
     for key in (panel.add("sim://"), panel.add("sim://line")):
         panel.connect(key)
     ears = Ears()

@@ -14,7 +14,7 @@ from elib.base.errors import ArgumentError, LinkClosed, RobotSilent
 from elib.base.timebase import SimulatedLoop
 from elib.panel import lifecycle
 from elib.panel.panel import LONGEST_NAME, LONGEST_URL, MOST_ROBOTS, Panel
-from elib.panel.recents import Recents
+from elib.panel.recents import RecentRobots
 from elib.panel.slot import Phase, Slot
 from elib.records.reader import read_recording
 from shared import until
@@ -175,7 +175,7 @@ async def test_a_shared_panel_opens_the_shipped_worlds_and_every_port() -> None:
 
 
 async def test_the_url_of_a_world_adds_each_of_its_robots_in_one_world_and_is_remembered_once(tmp_path: Path) -> None:
-    panel = Panel(recents=Recents(tmp_path / "recents.json"))
+    panel = Panel(recents=RecentRobots(tmp_path / "recents.json"))
     keys = panel.add_all("sim://crowd?robots=3&speed=max")
     for key in keys:
         panel.connect(key)

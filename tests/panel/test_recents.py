@@ -8,21 +8,21 @@ from pathlib import Path
 import pytest
 
 from elib.base.errors import ArgumentError
-from elib.panel.recents import MOST, Recents, state_folder
+from elib.panel.recents import MOST, RecentRobots, state_folder
 
 
 def test_robots_are_remembered_the_newest_first_and_once(tmp_path: Path) -> None:
     path = tmp_path / "state" / "robots.json"
     for url in ("sim://", "serial:///dev/rfcomm0", "sim://maze", "sim://"):
-        assert Recents(path).add(url)
-    assert Recents(path).urls == ["sim://", "sim://maze", "serial:///dev/rfcomm0"]
-    assert Recents(path).remove("sim://maze")
-    assert Recents(path).urls == ["sim://", "serial:///dev/rfcomm0"]
+        assert RecentRobots(path).add(url)
+    assert RecentRobots(path).urls == ["sim://", "sim://maze", "serial:///dev/rfcomm0"]
+    assert RecentRobots(path).remove("sim://maze")
+    assert RecentRobots(path).urls == ["sim://", "serial:///dev/rfcomm0"]
     assert [each.name for each in path.parent.iterdir()] == ["robots.json"]
 
 
 def test_only_so_many_are_remembered(tmp_path: Path) -> None:
-    recents = Recents(tmp_path / "robots.json")
+    recents = RecentRobots(tmp_path / "robots.json")
     for number in range(MOST + 5):
         recents.add(f"tcp://127.0.0.1:{4000 + number}")
     assert len(recents.urls) == MOST
@@ -34,7 +34,7 @@ def test_a_damaged_file_counts_as_none_and_is_kept_beside(tmp_path: Path) -> Non
     for number, text in enumerate(texts):
         path = tmp_path / f"{number}.json"
         path.write_bytes(text)
-        recents = Recents(path)
+        recents = RecentRobots(path)
         assert recents.urls == [], text[:20]
         assert recents.add("sim://")
         assert recents.urls == ["sim://"]
@@ -44,11 +44,11 @@ def test_a_damaged_file_counts_as_none_and_is_kept_beside(tmp_path: Path) -> Non
 def test_what_is_no_url_in_the_file_is_left_out(tmp_path: Path) -> None:
     path = tmp_path / "robots.json"
     path.write_text(json.dumps({"robots": [7, None, "no://such", "sim://", "a" * 9999, "sim://", "sim://a\nb"]}))
-    assert Recents(path).urls == ["sim://"]
+    assert RecentRobots(path).urls == ["sim://"]
 
 
 def test_what_is_no_url_is_not_remembered(tmp_path: Path) -> None:
-    recents = Recents(tmp_path / "robots.json")
+    recents = RecentRobots(tmp_path / "robots.json")
     for url in ("", "no://such", 7, None, "sim://" + "a" * 999, "sim://a\nb"):
         with pytest.raises(ArgumentError):
             recents.add(url)  # type: ignore[arg-type]
@@ -57,7 +57,7 @@ def test_what_is_no_url_is_not_remembered(tmp_path: Path) -> None:
 
 def test_where_nothing_can_be_written_nothing_fails(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
-    recents = Recents(tmp_path / "file" / "robots.json")
+    recents = RecentRobots(tmp_path / "file" / "robots.json")
     assert recents.urls == []
     assert not recents.add("sim://")
 

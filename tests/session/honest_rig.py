@@ -15,8 +15,7 @@ from elib.link.protocol.table import Request
 from elib.link.protocol.values import AmbientLight, CameraSettings, Distance, Microphones, Steps, Wheels
 from elib.link.session import GRACE, LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Session
 from elib.link.transport import open_transport
-from elib.link.transport.base import Transport
-from elib.link.transport.buffered import BufferedTransport
+from elib.link.transport.base import BufferedTransport, Transport
 from elib.link.transport.memory import memory_pair
 from elib.link.transport.pty import PtyTransport
 from elib.simulator.emulator.emulator import Emulator

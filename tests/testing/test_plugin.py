@@ -54,7 +54,7 @@ def project(tmp_path: Path):
 
 def test_a_project_may_have_an_option_and_a_fixture_of_the_same_use_and_pays_for_no_emulator(project) -> None:
     said = project(OWN)
-    assert "loaded: elib.testing elib.testing.plugin\n" in said
+    assert "loaded: elib.base elib.base.lazy elib.testing elib.testing.plugin\n" in said
 
 
 def test_the_fixtures_of_elib_are_there_by_their_own_names(project) -> None:

@@ -3,7 +3,7 @@ import asyncio
 import pytest
 
 from elib.base.errors import LinkClosed, LinkError, LinkLost
-from elib.link.transport.buffered import BUFFER_LIMIT, SLICE
+from elib.link.transport.base import BUFFER_LIMIT, SLICE
 from elib.link.transport.memory import memory_pair
 from elib.testing import simulated
 from shared import now

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from elib.base.errors import LinkClosed, LinkLost
-from elib.link.transport.buffered import BUFFER_LIMIT
+from elib.link.transport.base import BUFFER_LIMIT
 from elib.link.transport.stream import CLOSE_GRACE, StreamTransport
 from elib.testing import simulated
 from shared import now

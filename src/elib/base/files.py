@@ -188,17 +188,3 @@ def _umask() -> int:
     mask = os.umask(0o077)
     os.umask(mask)
     return mask
-
-
-__all__ = [
-    "LARGEST_STATE",
-    "create_file",
-    "guide",
-    "named",
-    "open_file",
-    "parse_json",
-    "read_file",
-    "reason_of",
-    "replacing",
-    "write_file",
-]

@@ -47,6 +47,3 @@ def html_bar(share: float) -> Html:
     """Return a bar for a cell of :func:`html_table`, full for 1 and empty for 0."""
     width = round(120 * min(max(share, 0.0), 1.0))
     return Html(f"<div style='width:{width}px;height:0.8em;background:#3d7ebf'></div>")
-
-
-__all__ = ["Html", "html_bar", "html_table", "plain"]

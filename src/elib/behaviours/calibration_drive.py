@@ -51,7 +51,7 @@ async def calibration_drive(robot: Epuck, run: RunContext, *, duration: Duration
         run: The run.
         duration: How long the drive may take; movements that would take longer are left out.
     """
-    drive = Drive(robot)
+    drive = CalibrationDrive(robot)
     await drive.read()
     in_the_open = drive.front
     movements = (
@@ -68,7 +68,7 @@ async def calibration_drive(robot: Epuck, run: RunContext, *, duration: Duration
                 await move()
 
 
-class Drive:
+class CalibrationDrive:
     """The movements, and the readings during them.
 
     Attributes:

@@ -175,6 +175,3 @@ def _writes(event: str, arguments: tuple[Any, ...]) -> bool:
 
 def _is_within(path: str, folder: str) -> bool:
     return path == folder or path.startswith(folder + "/")
-
-
-__all__ = ["Forbidden", "watch"]

@@ -20,7 +20,7 @@ from elib.base.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, Si
 from elib.base.fields import Whole
 from elib.base.timebase import LoopMaker, SimulatedLoop, running_loop
 from elib.link.protocol.values import Neighbour
-from elib.link.transport.buffered import BufferedTransport
+from elib.link.transport.base import BufferedTransport
 from elib.link.transport.url import Scheme, Url
 
 VERSION = 1

@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 
 from elib.base.errors import ElibError
-from elib.lab import Lab, Variant, VariantResult, load_lab, run_variant
+from elib.lab import Lab, VariantResult, load_lab, run_variant
 from elib.lab.attempts import Forbidden
 from elib.lab.sandbox import LIMITS, Child, Limits, start
 from elib.lab.submissions import Submission
@@ -36,7 +36,7 @@ FORBIDDEN = f": {Forbidden.__module__}.{Forbidden.__name__}: "
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class MarkedRun:
     """One submission in one variant.
 
     Attributes:
@@ -72,7 +72,7 @@ class Mark:
     points: float
     most: float
     goals: dict[str, int] = field(default_factory=dict)
-    runs: list[Run] = field(default_factory=list)
+    runs: list[MarkedRun] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     attempts: list[str] = field(default_factory=list)
     output: str = ""
@@ -183,7 +183,9 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
         result.goals[goal.goal.name] += goal.holds
     with contextlib.suppress(ValueError):
         picture = found.draw(size=PICTURE_SIZE) or ""
-    result.runs.append(Run(name, {goal.goal.name: (goal.holds, goal.text) for goal in found.goals}, remark, picture))
+    result.runs.append(
+        MarkedRun(name, {goal.goal.name: (goal.holds, goal.text) for goal in found.goals}, remark, picture)
+    )
     result.output = child.output[-SHOWN_OUTPUT:]
     return not (attempts or child.exceeded or found.ending == "wall")
 
@@ -202,6 +204,3 @@ def _last_error(output: str) -> str:
 @cache
 def _lab(folder: Path) -> Lab:
     return load_lab(folder, hidden=True)
-
-
-__all__ = ["Mark", "Run", "Variant", "mark", "mark_all"]

@@ -9,7 +9,7 @@ from html import escape
 
 from elib.base.plaintext import plain
 from elib.lab import Lab
-from elib.lab.marking import Mark, Run
+from elib.lab.marking import Mark, MarkedRun
 
 Marked = Sequence[tuple[Lab, Sequence[Mark]]]
 """Labs, each with the marks of its submissions."""
@@ -143,7 +143,7 @@ def _details(index: int, mark: Mark) -> str:
     )
 
 
-def _figure(run: Run) -> str:
+def _figure(run: MarkedRun) -> str:
     goals = "".join(
         f'<li class="{"all" if holds else "none"}"><b>{escape(name)}</b> {"holds" if holds else "fails"}:'
         f" {escape(text)}</li>"
@@ -189,5 +189,3 @@ pre {{ overflow-x: auto; padding: .7rem; border: 1px solid var(--line); border-r
 {details}
 </body></html>
 """
-
-__all__ = ["to_csv", "to_html", "to_json", "to_rows"]

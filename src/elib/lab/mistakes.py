@@ -50,6 +50,3 @@ def wrong_claim(lab: Lab, text: str, runs: Sequence[Goals]) -> str:
     if any(not holds for holds, _ in judged):
         return f"it should fail {name}, but {name} fails only where another goal fails: {others}"
     return f"it should fail {name}, but {name} holds: {others}"
-
-
-__all__ = ["is_mistake", "wrong_claim"]

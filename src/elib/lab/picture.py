@@ -24,6 +24,3 @@ def draw_lab(lab: Lab) -> str:
     world = World.load(variant.world, robots=variant.robots, seed=variant.seed)
     zones = tuple(lab.zones_of(variant).values())
     return draw_svg(world.snapshot(), caption="", size=SIZE, zones=zones)
-
-
-__all__ = ["PICTURE", "draw_lab"]

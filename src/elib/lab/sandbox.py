@@ -389,6 +389,3 @@ def _environment(home: str) -> dict[str, str]:
         "OPENBLAS_NUM_THREADS": "1",
         "OMP_NUM_THREADS": "1",
     }
-
-
-__all__ = ["LIMITS", "Child", "Limits", "check_walls", "family", "start"]

@@ -110,6 +110,3 @@ def _content(path: Path, room: int) -> bytes:
     if len(content) > room:
         raise ValueError(f"it has more than {LARGEST >> 20} MB")
     return content
-
-
-__all__ = ["Submission", "find_submissions"]

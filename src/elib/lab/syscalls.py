@@ -79,6 +79,3 @@ def call_filter() -> bytes | None:
         (RETURN, 0, 0, REFUSE),
     ]
     return b"".join(struct.pack("=HBBI", *step) for step in steps)
-
-
-__all__ = ["call_filter"]

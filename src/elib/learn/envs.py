@@ -417,6 +417,3 @@ class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
 def _told(name: str, values: Any, which: NDArray[np.bool_]) -> dict[str, Any]:
     """Return an info of those worlds, as Gymnasium writes the infos of several worlds."""
     return {name: values, f"_{name}": which.copy()}
-
-
-__all__ = ["TaskEnv", "TaskVectorEnv", "Worlds"]

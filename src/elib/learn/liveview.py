@@ -159,6 +159,3 @@ class LiveView:
         """Close the page. Safe to repeat."""
         self._look = None
         self._page.close()
-
-
-__all__ = ["LiveView", "picture"]

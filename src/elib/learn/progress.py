@@ -104,6 +104,3 @@ class Progress:
         if winner is not None:
             self.bests.append(winner)
         self.outcome = outcome
-
-
-__all__ = ["Best", "Progress", "Spread"]

@@ -23,6 +23,3 @@ def register() -> None:
                 vector_entry_point="elib.learn.envs:TaskVectorEnv",
                 kwargs={"task": module.name.replace("_", "-")},
             )
-
-
-__all__ = ["register"]

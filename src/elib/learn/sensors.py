@@ -54,6 +54,3 @@ def _described(sensor: str, kind: type[Reading]) -> tuple[Channel, ...]:
         for info in describe(kind, Role.NUMBER)
         for name in info.names or (info.name,)
     )
-
-
-__all__ = ["Channel", "channels_of"]

@@ -206,6 +206,3 @@ class Life:
             view.time, view.left, view.right = world.time, 0.0, 0.0
             self._controller.function(view, self._parameters, memory)
             world.set_step_rates(robot, view.left, view.right)
-
-
-__all__ = ["Life", "Show", "study_page"]

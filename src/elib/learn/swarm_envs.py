@@ -146,6 +146,3 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
         """Close the page in the browser. Safe to repeat."""
         if self._view is not None:
             self._view.close()
-
-
-__all__ = ["SwarmEnv"]

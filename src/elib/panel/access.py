@@ -105,6 +105,3 @@ def _is_reached_at(request: web.BaseRequest, name: str) -> bool:
         return ipaddress.ip_address(name) == ipaddress.ip_address(own[0])
     except ValueError:
         return False
-
-
-__all__ = ["Access", "is_same"]

@@ -419,6 +419,3 @@ def _checked(name: object) -> str:
     if not isinstance(name, str) or len(name) > LONGEST_NAME:
         raise ArgumentError("a behaviour is named by a short text")
     return name
-
-
-__all__ = ["BehaviourRunner", "RunPhase", "catalogue", "runner_state", "source_of"]

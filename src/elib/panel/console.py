@@ -219,6 +219,3 @@ def _rule(quantity: Quantity | None, profile: Profile | None) -> str:
 
 def _count(number: int) -> str:
     return f"{number} argument{'' if number == 1 else 's'}"
-
-
-__all__ = ["Answer", "Call", "answer", "complete", "help_line", "overview", "parse", "result_text"]

@@ -327,6 +327,3 @@ class DriveLock:
 def _is_number(value: object) -> bool:
     """Return whether *value* is a finite number; a page may send anything."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
-
-
-__all__ = ["DEAD_MAN", "DriveLock", "Speeds"]

@@ -72,6 +72,3 @@ class EventLog:
             return True
         self._spoken = time
         return False
-
-
-__all__ = ["EventLog", "Line"]

@@ -111,6 +111,3 @@ def plain_name(name: object, suffix: str) -> str:
     if stem.partition(".")[0].strip().lower() in DEVICES:
         raise ArgumentError(f"{text!r} is the name of a device on Windows", hint="take another name")
     return text
-
-
-__all__ = ["LOG", "LONGEST", "RECORDING", "Folder", "plain_name"]

@@ -109,6 +109,3 @@ def physical(reading: v.Reading) -> Sequence[float]:
     """Return the same values in a physical unit; none for a reading that does not have it."""
     info = v.physical_of(type(reading))
     return () if info is None else cast("Sequence[float]", getattr(reading, info.name))
-
-
-__all__ = ["Instrument", "instruments", "numbers", "physical", "words"]

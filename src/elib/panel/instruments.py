@@ -21,8 +21,9 @@ from elib.link.protocol import values as v
 from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.protocol.quantities import CameraMode
+from elib.panel.events import Line
 from elib.panel.gauges import instruments, numbers, physical
-from elib.panel.slot import Line, Phase, Slot
+from elib.panel.slot import Phase, Slot
 from elib.robot.snapshot import IMAGE
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
@@ -289,6 +290,3 @@ def _recorder(slot: Slot) -> Json:
         armed = slot.records.armed_recording
         return {"path": armed, "bytes": 0, "messages": 0} if armed else None
     return {"path": str(recorder.path), "bytes": recorder.size, "messages": recorder.messages}
-
-
-__all__ = ["Cursor", "Json", "scheme", "summary", "tick"]

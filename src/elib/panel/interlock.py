@@ -285,6 +285,3 @@ class Bridge(Portal):
         """Take no more calls."""
         self.is_closed = True
         self._pool.close()
-
-
-__all__ = ["Bridge", "Interlock", "ProxiedRobot"]

@@ -54,6 +54,3 @@ def in_thread(
         with contextlib.suppress(RuntimeError):  # the page has failed, and its loop is closed
             loop.call_soon_threadsafe(stop.set)
         thread.join(CLOSING_TIME)
-
-
-__all__ = ["in_thread"]

@@ -95,6 +95,3 @@ async def drive(robot: Epuck, left: float, right: float) -> None:
 async def stop(robot: Epuck) -> None:
     """Stop the robot, past all commands that wait."""
     await robot.within(patience(robot)).stop()
-
-
-__all__ = ["CAMERA", "drive", "live_camera", "patience", "prepare", "stop"]

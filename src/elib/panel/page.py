@@ -305,6 +305,3 @@ class Page:
             task.cancel()
         if tasks:
             await asyncio.wait(tasks)
-
-
-__all__ = ["OVERVIEW", "START", "Page"]

@@ -15,7 +15,7 @@ from elib.base.errors import ArgumentError, ElibError, LinkLost
 from elib.link.transport import robots_of
 from elib.link.transport.url import parse_url
 from elib.panel.files import LOG, RECORDING, Folder
-from elib.panel.recents import Recents
+from elib.panel.recents import RecentRobots
 from elib.panel.slot import Slot
 from elib.simulator.emulator.control import Control
 from elib.simulator.physics.worldfile import gallery
@@ -78,14 +78,14 @@ class Panel:
         control: Control | None = None,
         study: Study | None = None,
         folder: Path | None = None,
-        recents: Recents | None = None,
+        recents: RecentRobots | None = None,
     ) -> None:
         self.is_shared = is_shared
         self.is_closed = is_closed
         self.control = control
         self.study = study
         self.folder = Folder(Path.cwd() if folder is None else folder)
-        self.recents = Recents() if recents is None else recents
+        self.recents = RecentRobots() if recents is None else recents
         self.on_empty: Callable[[], object] = lambda: None
         self.on_visit: Callable[[], object] = lambda: None
         self._slots: dict[str, Slot] = {}
@@ -319,6 +319,3 @@ def _refuse_files(text: str) -> None:
             "a page of a shared panel may not open files of the computer it runs on",
             hint="name the file on the command line: elib joystick URL",
         )
-
-
-__all__ = ["LONGEST_NAME", "LONGEST_URL", "MOST_ROBOTS", "Panel", "check_standing"]

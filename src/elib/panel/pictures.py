@@ -33,6 +33,3 @@ def world_list() -> list[dict[str, object]]:
         robots = max(1, len(file.scene.starts))  # a whole world takes long to build
         found.append({"name": name, "about": file.about, "robots": robots, "firmware": ", ".join(firmwares)})
     return found
-
-
-__all__ = ["world_list", "world_picture"]

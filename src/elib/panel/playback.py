@@ -200,6 +200,3 @@ def _picture(entry: Entry, now: float) -> Image:
         )
         pixels = b"".join(word.to_bytes(2, "big") for word in words)
     return Image(CameraMode.GREY if is_grey else CameraMode.COLOUR, width, height, pixels, time=now, origin=ORIGIN)
-
-
-__all__ = ["Playback"]

@@ -33,7 +33,7 @@ def state_folder() -> Path:
     return (Path(chosen) if os.path.isabs(chosen) else home / ".local/state") / "elib"
 
 
-class Recents:
+class RecentRobots:
     """The URLs of robots, the newest first. Nothing here fails: a file that cannot be read or written is empty.
 
     Args:
@@ -123,6 +123,3 @@ def _check(url: object) -> None:
     if not isinstance(url, str) or not url.strip() or len(url) > LONGEST or not url.isprintable():
         raise ArgumentError(f"a robot's URL is one line of 1 to {LONGEST} characters")
     parse_url(url)
-
-
-__all__ = ["MOST", "Recents", "state_folder"]

@@ -115,6 +115,3 @@ def _opened(start: Callable[[str], T], path: str) -> T:
         return start(path)
     except OSError as error:
         raise ArgumentError(f"{path!r} cannot be written: {error.strerror or error}") from None
-
-
-__all__ = ["Records"]

@@ -587,6 +587,3 @@ def _static_files() -> dict[str, tuple[bytes, str]]:
             body = file.read_bytes()
             found[f"/{file.name}"] = body, f'"{hashlib.sha256(body).hexdigest()[:16]}"'
     return found
-
-
-__all__ = ["Door", "Server", "closed_view_of", "own_address", "serve", "served", "shown", "view_of"]

@@ -24,7 +24,7 @@ from elib.link.transport.url import Url
 from elib.panel import lifecycle
 from elib.panel.behaviours import BehaviourRunner
 from elib.panel.drivelock import DriveLock
-from elib.panel.events import EventLog, Line
+from elib.panel.events import EventLog
 from elib.panel.playback import Playback
 from elib.panel.records import Records
 from elib.panel.watching import ReadingsWatcher, virtual
@@ -532,6 +532,3 @@ def may_drive(name: str, arguments: tuple[object, ...]) -> bool:
     if name == "text":  # the e-puck2 reads small letters as capitals
         return str(arguments[0]).lstrip().upper().startswith("D")
     return catalogue()[name].wheels == "drive"
-
-
-__all__ = ["Line", "Phase", "Slot", "may_drive"]

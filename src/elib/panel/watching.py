@@ -186,6 +186,3 @@ def _place(robot: Epuck) -> Pose:
     if transport is not None and transport.simulation.world is not None:
         return transport.simulation.world.pose(transport.robot.index)
     return robot.odometry_pose
-
-
-__all__ = ["RATE", "STALE", "ReadingsWatcher", "virtual"]

@@ -19,7 +19,7 @@ from pathlib import Path
 from elib.base.errors import LinkBusy, LinkNotFound, ReplayDiffers
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.protocol.wifi import COMMAND
-from elib.link.transport.buffered import BufferedTransport
+from elib.link.transport.base import BufferedTransport
 from elib.link.transport.lease import lease_of
 from elib.link.transport.url import Url
 from elib.records.reader import Recording, Transfer

@@ -300,5 +300,3 @@ def _speed(url: Url) -> LoopSpeed:
 
 SCHEME = Scheme(open_replay, keys=("speed", "fork", "world"), check=_check, speed=_speed)
 """``replay://FILE``."""
-
-__all__ = ["SCHEME", "fork", "open_replay", "place", "put_things", "recorded_world"]

@@ -7,12 +7,9 @@ from pathlib import Path
 
 from elib.base.errors import ArgumentError
 from elib.link.transport.url import Url, parse_url
-from elib.simulator.emulator.faultkinds import Counts
 from elib.simulator.emulator.faultplayer import FaultPlayer
-from elib.simulator.emulator.faultscript import FaultScript, gallery, load
+from elib.simulator.emulator.faultscript import gallery, load
 from elib.testing.inside import AnyEpuck, transport_of
-
-__all__ = ["Counts", "FaultPlayer", "FaultScript", "fault_scripts", "faults_of", "with_faults"]
 
 
 def fault_scripts() -> list[str]:

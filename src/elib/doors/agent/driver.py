@@ -75,7 +75,7 @@ class Outcome:
         return not self.began or self.ended in ("link", "person", "failed")
 
 
-class Refused(Exception):
+class CallRefused(Exception):
     """An action that does not begin.
 
     Attributes:
@@ -161,24 +161,28 @@ class Driver:
         """Refuse an action that may not begin now.
 
         Raises:
-            Refused: A person stopped the robot or drives it, an action is under way, the budget is spent, or there is
-                no link.
+            CallRefused: A person stopped the robot or drives it, an action is under way, the budget is spent, or there
+                is no link.
         """
         if self.is_latched:
-            raise Refused("person", STOPPED_BY_A_PERSON, RELEASE)
+            raise CallRefused("person", STOPPED_BY_A_PERSON, RELEASE)
         if self.busy:
-            raise Refused("busy", f"the robot is busy: {self.busy}", "wait for its result, or call stop")
+            raise CallRefused("busy", f"the robot is busy: {self.busy}", "wait for its result, or call stop")
         if self.slot.phase is not Phase.CONNECTED:
             reason = "" if self.slot.error is None else f": {self.slot.error.message}"
-            raise Refused("link", f"the robot is {self.slot.phase.value}{reason}", "call status until it is connected")
+            raise CallRefused(
+                "link", f"the robot is {self.slot.phase.value}{reason}", "call status until it is connected"
+            )
         if self.slot.drive.has_hand:
-            raise Refused(
+            raise CallRefused(
                 "person", "a person drives the robot", "wait until the person lets go; status says who drives"
             )
         if self.slot.runner.is_active or self.slot.is_playing:
-            raise Refused("person", f"a person runs {self.slot.runner.name} on the robot", "wait until it has ended")
+            raise CallRefused(
+                "person", f"a person runs {self.slot.runner.name} on the robot", "wait until it has ended"
+            )
         if self.budget.seconds <= 0:
-            raise Refused("budget", "no seconds of driving are left", "report to the person what was found")
+            raise CallRefused("budget", "no seconds of driving are left", "report to the person what was found")
 
     def end(self, why: str) -> None:
         """End the action that is under way, for one word of a reason, and stop the robot. Waits for nothing."""
@@ -438,6 +442,3 @@ async def approach(
         pose = await robot.turn(angle, turn_rate=turn_rate)
         leads(True)
         await robot.drive(math.hypot(x - pose.x, y - pose.y), speed=speed)
-
-
-__all__ = ["FRONT", "NAME", "OBSTACLE", "REAR", "SLACK", "Driver", "Outcome", "Refused", "approach", "is_near"]

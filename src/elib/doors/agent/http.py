@@ -12,7 +12,7 @@ from mcp.server.transport_security import TransportSecuritySettings
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from elib.doors.agent.pipes import LONGEST_LINE
-from elib.doors.agent.server import Door
+from elib.doors.agent.server import AgentDoor
 from elib.robot.running import ending
 
 IDLE_TIME = 600.0
@@ -74,7 +74,7 @@ class _Uvicorn(uvicorn.Server):
         yield
 
 
-async def serve_http(door: Door, sock: socket.socket) -> None:
+async def serve_http(door: AgentDoor, sock: socket.socket) -> None:
     """Serve agents until a signal comes.
 
     A request that names an Origin comes from a page in a browser and is refused, and so is one for another host: a name
@@ -119,6 +119,3 @@ async def serve_http(door: Door, sock: socket.socket) -> None:
             stopping.cancel()
             serving.cancel()
     serving.result()
-
-
-__all__ = ["serve_http"]

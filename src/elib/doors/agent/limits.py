@@ -207,6 +207,3 @@ class Guard(ForwardingChannel):
     def send_unqueued(self, data: bytes) -> bool:
         """Send nothing: the panel stops the robot itself."""
         return False
-
-
-__all__ = ["FASTEST", "REACTION", "Budget", "Guard", "Limits"]

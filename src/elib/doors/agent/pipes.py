@@ -197,6 +197,3 @@ def standard_pipes() -> Iterator[tuple[int, int]]:
         sys.stdout.flush()
         os.dup2(source, 0)
         os.dup2(target, 1)
-
-
-__all__ = ["Complaints", "Lines", "Output", "standard_pipes"]

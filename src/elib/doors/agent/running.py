@@ -12,7 +12,7 @@ from typing import TextIO
 
 from elib.doors.agent.limits import Limits
 from elib.doors.agent.pipes import Complaints
-from elib.doors.agent.server import Door, Journal, quiet, serve_pipes
+from elib.doors.agent.server import AgentDoor, Journal, quiet, serve_pipes
 from elib.doors.agent.tools import Tools
 from elib.doors.robots import connected
 from elib.panel.listening import listen
@@ -51,7 +51,7 @@ async def run(
                 print(f"watch and stop the robots: {page.url}", file=sys.stderr, flush=True)
                 threading.Thread(target=webbrowser.open, args=(page.url,), daemon=True).start()
             tools = Tools(panel, limits)
-            door = Door(tools, Journal(tools, complaints, file))
+            door = AgentDoor(tools, Journal(tools, complaints, file))
             if pipes is not None:
                 await serve_pipes(door, *pipes)
             elif http is not None:

@@ -75,7 +75,7 @@ class Journal:
             self._file = None
 
 
-class Door:
+class AgentDoor:
     """The MCP server of one agent.
 
     Args:
@@ -198,7 +198,7 @@ def quiet() -> None:
         logger.propagate = False
 
 
-async def serve_pipes(door: Door, source: int, target: int) -> None:
+async def serve_pipes(door: AgentDoor, source: int, target: int) -> None:
     """Serve one client on two file descriptors, until it closes its end, or sends much and reads nothing.
 
     Args:
@@ -212,6 +212,3 @@ async def serve_pipes(door: Door, source: int, target: int) -> None:
         async with stdio_server(stdin, stdout) as (messages, answers):
             await door.server.run(messages, answers, door.server.create_initialization_options())
             asyncio.get_running_loop().call_later(LAST_WORDS, output.end)
-
-
-__all__ = ["Door", "Journal", "quiet", "serve_pipes"]

@@ -145,6 +145,3 @@ class Tool:
             else:
                 found[name] = each.default
         return found
-
-
-__all__ = ["Json", "Parameter", "Result", "Tool"]

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError, ElibError
-from elib.doors.agent.driver import FRONT, OBSTACLE, REAR, SLACK, Driver, Outcome, Refused, approach, is_near
+from elib.doors.agent.driver import FRONT, OBSTACLE, REAR, SLACK, CallRefused, Driver, Outcome, approach, is_near
 from elib.doors.agent.limits import Budget, Limits
 from elib.doors.agent.tool import Json, Parameter, Result, Tool
 from elib.link.protocol import values as v
@@ -205,7 +205,7 @@ class Tools:
             return self._acted(str(arguments.get("robot", next(iter(self.drivers)))), refusal)
         try:
             return await tool.call(**arguments)
-        except Refused as refusal:
+        except CallRefused as refusal:
             return self._acted(str(arguments["robot"]), refusal.outcome)
         except ArgumentError as error:
             return wrong(error)
@@ -355,7 +355,7 @@ class Tools:
         driver.check_free()
         room = driver.way_to_fence(backwards=distance < 0)
         if abs(distance) > room:
-            raise Refused(
+            raise CallRefused(
                 "fence",
                 f"the goal lies beyond the fence of {self.limits.fence:g} m; nothing moved",
                 f"from here at most {room:.3f} m {'backwards' if distance < 0 else 'ahead'}, or turn first",
@@ -383,7 +383,7 @@ class Tools:
         driver = self.drivers[robot]
         driver.check_free()
         if math.hypot(x, y) > self.limits.fence:
-            raise Refused(
+            raise CallRefused(
                 "fence",
                 f"({x:g}, {y:g}) is {math.hypot(x, y):.3f} m from the start; the fence is {self.limits.fence:g} m",
                 "choose a place nearer to (0, 0)",
@@ -538,6 +538,3 @@ def _png(picture: Image) -> bytes:
         image = image.resize(size, PIL.Image.Resampling.NEAREST)
     image.save(stream, "PNG")
     return stream.getvalue()
-
-
-__all__ = ["Tools", "wrong"]

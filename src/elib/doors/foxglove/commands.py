@@ -35,7 +35,7 @@ class Vector(msgspec.Struct, forbid_unknown_fields=True):
     z: float = 0.0
 
 
-class Drive(msgspec.Struct, forbid_unknown_fields=True):
+class Steering(msgspec.Struct, forbid_unknown_fields=True):
     """Speeds: of both wheels in m/s, or as a Twist: forwards in m/s and turning in rad/s, positive to the left."""
 
     left: float | None = None
@@ -113,7 +113,7 @@ class Commands:
             if topic == STOP:
                 self._slot.stop()
             elif topic == DRIVE:
-                self._drive(client, msgspec.json.decode(data, type=Drive))
+                self._drive(client, msgspec.json.decode(data, type=Steering))
             else:
                 self._light(client, msgspec.json.decode(data, type=Leds))
         except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
@@ -131,7 +131,7 @@ class Commands:
             self._lighting.cancel()
             await asyncio.wait([self._lighting])
 
-    def _drive(self, client: str, message: Drive) -> None:
+    def _drive(self, client: str, message: Steering) -> None:
         wheels = message.wheels()
         _ = self._slot.robot  # raises if it is not connected
         drive = self._slot.drive

@@ -57,7 +57,7 @@ async def opened(
     origins: Collection[str] = ORIGINS,
     token: str | None = None,
     on_refused: Callable[[str], object] = lambda origin: None,
-) -> AsyncIterator[Door]:
+) -> AsyncIterator[FoxgloveDoor]:
     """Serve the robots of a panel to Foxglove until the block is left.
 
     Args:
@@ -69,7 +69,7 @@ async def opened(
     """
     # The SDK writes what is wrong with clients' messages to the terminal, which strangers should not be able to fill.
     foxglove.set_log_level(logging.CRITICAL)
-    door = Door(panel)
+    door = FoxgloveDoor(panel)
     server = door.start(await free_target())
     relay = Relay(address, (door.host, server.port), origins, token, on_refused)
     door.relay = relay
@@ -85,7 +85,7 @@ async def opened(
         await asyncio.to_thread(server.stop)
 
 
-class Door(ServerListener):
+class FoxgloveDoor(ServerListener):
     """Hears the clients of one server.
 
     The methods that begin with ``on_`` are called in threads of the SDK. They only note what came; the event loop

@@ -79,5 +79,3 @@ class Event(Told, tag="event", kw_only=True):
 
 TOLD: tuple[type[Told], ...] = (Answer, Failure, Error, Readings, Event)
 """All of them."""
-
-__all__ = ["TOLD", "Answer", "Error", "Event", "Failure", "Readings", "Told", "Trouble"]

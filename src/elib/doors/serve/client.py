@@ -480,6 +480,3 @@ def _refusal(slot: Slot) -> ArgumentError:
 
 def _listed(keys: Iterable[str]) -> str:
     return ", ".join(f'"{key}"' for key in keys) or "none"
-
-
-__all__ = ["PROTOCOL", "Client"]

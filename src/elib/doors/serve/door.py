@@ -179,6 +179,3 @@ async def serve(
             yield
 
     await hold_open(opened())
-
-
-__all__ = ["PATH", "ProgramDoor", "serve"]

@@ -280,6 +280,3 @@ def _hint(do: object) -> str:
         return "a whole motion is a loop of set_speed and encoders in your program"
     near = get_close_matches(do[:40], NAMES, 1)
     return f"did you mean {near[0]!r}?" if near else "elib serve --schema prints every message"
-
-
-__all__ = ["COMMANDS", "DOOR_MESSAGES", "LONGEST", "MESSAGES", "Command", "Message", "decode"]

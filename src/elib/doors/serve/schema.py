@@ -169,6 +169,3 @@ def _field(info: FieldInfo, hint: object) -> Schema:
 def _title(kind: type[Reading]) -> str:
     """Return the name of a reading's schema; some are called like the commands that read them."""
     return f"{kind.__name__}Reading"
-
-
-__all__ = ["reading_kinds", "reading_schema", "result_of", "schema"]

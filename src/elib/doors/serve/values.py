@@ -85,6 +85,3 @@ def _png(image: Image) -> str:
 
 def _moment(seconds: float) -> float | None:
     return round(seconds, 6) if math.isfinite(seconds) else None
-
-
-__all__ = ["Json", "all_plain", "picture", "plain", "reading"]

@@ -124,6 +124,3 @@ class Broadcasts:
                 broadcast.end()
 
         return leave
-
-
-__all__ = ["Broadcasts", "What"]

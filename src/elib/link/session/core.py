@@ -57,8 +57,7 @@ from elib.link.session.trace import (
     Transcript,
     Wrote,
 )
-from elib.link.transport.base import Transport
-from elib.link.transport.buffered import buffered
+from elib.link.transport.base import Transport, buffered
 
 T = TypeVar("T")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from elib.link.transport.buffered import BUFFER_LIMIT, BufferedTransport
+from elib.link.transport.base import BUFFER_LIMIT, BufferedTransport
 
 
 class MemoryTransport(BufferedTransport):

@@ -11,7 +11,7 @@ import termios
 import tty
 from collections.abc import Callable
 
-from elib.link.transport.buffered import BufferedTransport
+from elib.link.transport.base import BufferedTransport
 
 CHUNK = 4096  # most bytes that a pty gives at once
 CHUNKS_AT_ONCE = 16  # so that a client that floods the port does not block the event loop

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import cast
 
-from elib.link.transport.buffered import BufferedTransport
+from elib.link.transport.base import BufferedTransport
 
 CLOSE_GRACE = 0.2
 """Seconds that closing waits for bytes that were written, before it drops them."""

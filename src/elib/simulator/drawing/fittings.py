@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 
-from elib.simulator.drawing.shapes import Disc, Point, Polygon, Shape, Stroke, blend
+from elib.simulator.drawing.shapes import Circle, Point, Polygon, Shape, Stroke, blend
 from elib.simulator.physics import Box, Colour, Cylinder
 from elib.simulator.physics.fittings import Light, Sound
 
@@ -38,7 +38,7 @@ def glow_shapes(
         for light in lights:
             reach = min(0.5 * light.intensity, FURTHEST) * scale
             if reach > 1:
-                yield Disc(at(light.x, light.y), reach * (1 - step / GLOW_STEPS), colour)
+                yield Circle(at(light.x, light.y), reach * (1 - step / GLOW_STEPS), colour)
 
 
 def lamp_shapes(light: Light, centre: Point, size: float) -> Iterator[Shape]:
@@ -50,7 +50,7 @@ def lamp_shapes(light: Light, centre: Point, size: float) -> Iterator[Shape]:
         cosine, sine = math.cos(k * math.pi / 4), math.sin(k * math.pi / 4)
         ends = tuple((x + far * size * cosine, y + far * size * sine) for far in (0.66, 0.92))
         yield Stroke(ends, edge, 0.11 * size)
-    yield Disc(centre, 0.46 * size, LAMP if is_on else WHITE, edge, 0.11 * size)
+    yield Circle(centre, 0.46 * size, LAMP if is_on else WHITE, edge, 0.11 * size)
 
 
 def sound_shapes(sound: Sound, centre: Point, size: float) -> Iterator[Shape]:
@@ -58,8 +58,8 @@ def sound_shapes(sound: Sound, centre: Point, size: float) -> Iterator[Shape]:
     is_on = sound.volume > 0
     rings = 1 + round(min(2.0, sound.volume / 1000)) if is_on else 0
     for ring in range(rings, 0, -1):
-        yield Disc(centre, (0.3 + 0.3 * ring) * size, None, blend(TONE, WHITE, 0.22 * ring), 0.1 * size)
-    yield Disc(centre, 0.3 * size, TONE if is_on else OFF)
+        yield Circle(centre, (0.3 + 0.3 * ring) * size, None, blend(TONE, WHITE, 0.22 * ring), 0.1 * size)
+    yield Circle(centre, 0.3 * size, TONE if is_on else OFF)
 
 
 def push_shapes(thing: Box | Cylinder, at: Callable[[float, float], Point], width: float) -> Iterator[Shape]:
@@ -75,7 +75,7 @@ def push_shapes(thing: Box | Cylinder, at: Callable[[float, float], Point], widt
     pale = blend(thing.colour, WHITE, 0.7)
     if isinstance(thing, Cylinder):
         centre, rim = at(thing.x, thing.y), at(thing.x + thing.radius, thing.y)
-        yield Disc(centre, MARK * (rim[0] - centre[0]), None, pale, width)
+        yield Circle(centre, MARK * (rim[0] - centre[0]), None, pale, width)
         return
     corners = tuple(at(thing.x + MARK * (x - thing.x), thing.y + MARK * (y - thing.y)) for x, y in thing.corners)
     yield Polygon(corners, thing.colour, pale, width)

@@ -8,7 +8,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from elib.base.files import write_file
-from elib.simulator.drawing.shapes import Disc, Drawing, Picture, Point, Polygon, Stroke, Text
+from elib.simulator.drawing.shapes import Circle, Drawing, Picture, Point, Polygon, Stroke, Text
 from elib.simulator.drawing.top import Trail, Zone, top_view
 from elib.simulator.physics import Snapshot
 
@@ -84,14 +84,14 @@ def _paste(canvas: Image, picture: Picture, scale: int) -> None:
     )
 
 
-def _draw(pen: ImageDraw, shape: Polygon | Disc | Stroke | Text, scale: int) -> None:
+def _draw(pen: ImageDraw, shape: Polygon | Circle | Stroke | Text, scale: int) -> None:
     match shape:
         case Polygon():
             points = _enlarged(shape.points, scale)
             pen.polygon(points, fill=tuple(shape.fill))
             if shape.outline is not None:
                 _stroke(pen, [*points, points[0]], tuple(shape.outline), shape.width * scale)
-        case Disc():
+        case Circle():
             (x, y), radius = _enlarged((shape.centre,), scale)[0], shape.radius * scale
             if shape.fill is None:
                 if shape.outline is not None:

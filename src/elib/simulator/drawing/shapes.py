@@ -27,7 +27,7 @@ class Polygon:
 
 
 @dataclass(frozen=True, slots=True)
-class Disc:
+class Circle:
     """A circle; without *fill* only its outline of *width* pixels."""
 
     centre: Point
@@ -71,7 +71,7 @@ class Picture:
     bare: Colour
 
 
-Shape: TypeAlias = Polygon | Disc | Stroke | Text | Picture
+Shape: TypeAlias = Polygon | Circle | Stroke | Text | Picture
 
 
 @dataclass(frozen=True, slots=True)

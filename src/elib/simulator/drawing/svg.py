@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from html import escape
 from io import BytesIO
 
-from elib.simulator.drawing.shapes import Disc, Picture, Point, Polygon, Shape, Stroke, Text
+from elib.simulator.drawing.shapes import Circle, Picture, Point, Polygon, Shape, Stroke, Text
 from elib.simulator.drawing.top import Trail, Zone, top_view
 from elib.simulator.physics import Colour, Snapshot
 
@@ -50,7 +50,7 @@ def _element(shape: Shape) -> str:
         case Polygon():
             ink = _ink(shape.fill, shape.outline, shape.width)
             return f'<polygon points="{_points(shape.points)}"{ink}/>'
-        case Disc():
+        case Circle():
             x, y = shape.centre
             ink = _ink(shape.fill, shape.outline, shape.width)
             return f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{shape.radius:.2f}"{ink}/>'

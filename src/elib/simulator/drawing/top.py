@@ -11,7 +11,7 @@ from typing import TypeAlias
 from elib.base.fields import Whole
 from elib.simulator.drawing.fittings import glow_shapes, lamp_shapes, push_shapes, sound_shapes
 from elib.simulator.drawing.robot import robot_shapes
-from elib.simulator.drawing.shapes import Disc, Drawing, Picture, Point, Polygon, Shape, Stroke, Text, blend
+from elib.simulator.drawing.shapes import Circle, Drawing, Picture, Point, Polygon, Shape, Stroke, Text, blend
 from elib.simulator.physics import Box, Colour, Pose, RobotView, Snapshot
 from elib.simulator.physics.fittings import FLOOR_COLOUR
 from elib.simulator.physics.floor import packed
@@ -146,7 +146,7 @@ def _floor(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
 
 def _zone(zone: Zone, frame: _Frame) -> Iterator[Shape]:
     if zone.radius:
-        yield Disc(frame.at(zone.x, zone.y), zone.radius * frame.scale, None, ZONE, 2.4 * frame.line)
+        yield Circle(frame.at(zone.x, zone.y), zone.radius * frame.scale, None, ZONE, 2.4 * frame.line)
     else:
         left, right = zone.x - zone.width / 2, zone.x + zone.width / 2
         low, high = zone.y - zone.depth / 2, zone.y + zone.depth / 2
@@ -180,10 +180,10 @@ def _shadows(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
     for box in snapshot.boxes:
         yield Polygon(_corners(box, frame, shift), shadow)
     for post in snapshot.cylinders:
-        yield Disc(frame.at(post.x + shift, post.y - shift), post.radius * frame.scale, shadow)
+        yield Circle(frame.at(post.x + shift, post.y - shift), post.radius * frame.scale, shadow)
     for robot in snapshot.robots:
         centre = frame.at(robot.pose.x + 0.6 * shift, robot.pose.y - 0.6 * shift)
-        yield Disc(centre, robot.radius * frame.scale, shadow)
+        yield Circle(centre, robot.radius * frame.scale, shadow)
 
 
 def _obstacles(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
@@ -193,9 +193,9 @@ def _obstacles(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
         yield from push_shapes(box, frame.at, 2 * frame.line)
     for post in snapshot.cylinders:
         centre, radius = frame.at(post.x, post.y), post.radius * frame.scale
-        yield Disc(centre, radius, post.colour, blend(post.colour, EDGE, 0.45), 2 * frame.line)
+        yield Circle(centre, radius, post.colour, blend(post.colour, EDGE, 0.45), 2 * frame.line)
         if not post.is_pushable:
-            yield Disc(centre, 0.62 * radius, blend(post.colour, FLOOR, 0.22))
+            yield Circle(centre, 0.62 * radius, blend(post.colour, FLOOR, 0.22))
         yield from push_shapes(post, frame.at, 2 * frame.line)
     for wall in snapshot.walls:
         yield Stroke(
@@ -245,8 +245,8 @@ def _start(trail: Trail, colour: Colour, frame: _Frame) -> Iterator[Shape]:
         return
     x, y = frame.at(trail[0].x, trail[0].y)
     radius = 0.62 * frame.text
-    yield Disc((x, y), radius, FLOOR, colour, 2.4 * frame.line)
-    yield Disc((x, y), 0.3 * radius, colour)
+    yield Circle((x, y), radius, FLOOR, colour, 2.4 * frame.line)
+    yield Circle((x, y), 0.3 * radius, colour)
     below = y + 2.2 * frame.text < frame.bottom
     place = (x, y + (1.9 if below else -1.0) * frame.text)
     ink = blend(colour, FLOOR, 0.75) if frame.is_dark else blend(colour, INK, 0.3)

@@ -53,7 +53,7 @@ def power_of(rates: Sequence[float], lamps: float) -> float:
     return power
 
 
-class Cell:
+class BatteryCell:
     """The cell. An empty one stays at 3 V: the virtual robot drives on.
 
     Args:

@@ -106,6 +106,3 @@ class WorldClock:
 
     def _begin(self, seconds: float = 0.0) -> None:
         self._began = self._loop.time(), self.time() + seconds
-
-
-__all__ = ["RATE", "WorldClock"]

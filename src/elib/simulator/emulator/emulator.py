@@ -15,7 +15,7 @@ from elib.link.protocol.robot_connection import Event, Opcode, RobotConnection, 
 from elib.simulator.emulator.firmware import firmware_named
 from elib.simulator.emulator.firmware.base import Firmware
 from elib.simulator.emulator.firmware.bootloader import ProgramMemory
-from elib.simulator.emulator.firmware.steps import Busy, Deaf, FirmwareStep, FirmwareSteps, Hang, Listen, Reset, Send
+from elib.simulator.emulator.firmware.steps import Busy, Deaf, FirmwareStep, FirmwareSteps, Hang, Listen, Restart, Send
 from elib.simulator.emulator.hardware import Hardware
 from elib.simulator.emulator.serial_line import IncomingLine, ReceiveQueue, ReceiveRing
 from elib.simulator.emulator.timing import DEFAULT_BAUD, Timing
@@ -287,7 +287,7 @@ class Emulator:
                 case Deaf(seconds):
                     self._free_at = time + seconds
                     self._is_deaf = True
-                case Reset():
+                case Restart():
                     self.firmware.switch_off()
                     self._start(cold=False, resets=self.firmware.resets + 1)
                 case Hang():

@@ -11,7 +11,7 @@ from typing import Literal
 
 from elib.base.errors import ArgumentError
 from elib.base.fields import DELAY, PROBABILITY
-from elib.link.transport.buffered import BufferedTransport
+from elib.link.transport.base import BufferedTransport
 from elib.simulator.emulator.clock import WorldClock
 from elib.simulator.emulator.emulator import Chunk, Emulator
 from elib.simulator.emulator.faults import Fault, FaultyAnswer, Impairment, both

@@ -21,7 +21,7 @@ from elib.base.errors import ArgumentError
 from elib.base.fields import Whole
 from elib.link.protocol.camera import SENSOR_HEIGHT, SENSOR_WIDTH, CameraWindow
 from elib.link.protocol.image import Mounting, check_mounting
-from elib.simulator.emulator.battery import FULL_VOLTS, LOW_VOLTS, Cell, power_of
+from elib.simulator.emulator.battery import FULL_VOLTS, LOW_VOLTS, BatteryCell, power_of
 from elib.simulator.emulator.build import EPUCK1, Build
 from elib.simulator.emulator.hardware import Lights
 from elib.simulator.emulator.robotprofile import RobotProfile
@@ -117,7 +117,7 @@ class SimulatedHardware:
         self.volts: Callable[[], float | None] | None = None
         self.hard_iron = (0.0, 0.0, 0.0)
         self.soft_iron = (1.0, 0.0, 0.0, 1.0)
-        self._cell = Cell(charge, switched_on)
+        self._cell = BatteryCell(charge, switched_on)
         self._sound, self._sound_ends = 0, switched_on
         self._rates = (0.0, 0.0)
         self._lit = 0.0
@@ -280,7 +280,7 @@ class SimulatedHardware:
         Raises:
             ArgumentError: The charge is out of its range.
         """
-        self._cell = Cell(charge, self._now)
+        self._cell = BatteryCell(charge, self._now)
         self._load()
 
     def battery(self) -> int:

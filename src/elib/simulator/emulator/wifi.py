@@ -104,7 +104,7 @@ class Connection:
         self.is_ended = self.is_closed = self.is_reset = False
 
 
-class Task:
+class EspTask:
     """A task of the ESP32.
 
     Attributes:
@@ -258,9 +258,9 @@ class WifiEmulator(Emulator):
         self._count = 0
         self._show(DARK)
         self._tasks = (
-            Task(self._exchange(), listens_at),
-            Task(self._film(), listens_at),
-            Task(self._serve(), listens_at),
+            EspTask(self._exchange(), listens_at),
+            EspTask(self._film(), listens_at),
+            EspTask(self._serve(), listens_at),
         )
 
     def _new_buffer(self) -> ReceiveRing | ReceiveQueue:

@@ -10,7 +10,7 @@ import heapq
 from collections import deque
 from typing import Any
 
-from elib.link.transport.buffered import BufferedTransport
+from elib.link.transport.base import BufferedTransport
 from elib.simulator.emulator.emulator import Chunk
 from elib.simulator.emulator.faults import Fault, both
 from elib.simulator.emulator.link import Link

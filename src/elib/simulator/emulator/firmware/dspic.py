@@ -15,7 +15,7 @@ from elib.simulator.emulator.firmware.acceleration import (
 )
 from elib.simulator.emulator.firmware.base import BANNER, Firmware, binary, text, words
 from elib.simulator.emulator.firmware.bootloader import ProgramMemory, run_bootloader
-from elib.simulator.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Reset, Send
+from elib.simulator.emulator.firmware.steps import Busy, FirmwareStep, FirmwareSteps, Restart, Send
 from elib.simulator.emulator.hardware import Hardware, Lights
 from elib.simulator.emulator.motors import PowerSavingMotor, StepMotor, wrap
 from elib.simulator.emulator.timing import Timing
@@ -199,7 +199,7 @@ class DsPicFirmware(Firmware):
     def _text_reset(self, line: bytes) -> FirmwareSteps:
         # The reset cuts off the last byte, which the transmitter has just begun to send (wire-protocol.md, 1.2).
         yield Send(b"r\r")
-        yield Reset()
+        yield Restart()
 
     @binary(0xBF)
     def _binary_attitude(self, parameters: bytes) -> Iterator[FirmwareStep | bytes]:

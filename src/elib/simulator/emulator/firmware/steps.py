@@ -43,7 +43,7 @@ class Deaf:
 
 
 @dataclass(frozen=True, slots=True)
-class Reset:
+class Restart:
     """Start again from the bootloader; everything in memory and all bytes on their way in are lost."""
 
 
@@ -52,5 +52,5 @@ class Hang:
     """Wait for ever. Only a power cycle helps."""
 
 
-FirmwareStep = Send | Busy | Listen | Deaf | Reset | Hang
+FirmwareStep = Send | Busy | Listen | Deaf | Restart | Hang
 FirmwareSteps = Generator[FirmwareStep, int | None, None]

@@ -1,0 +1,11 @@
+from elib.testing.emulated import EmulatedRobot as EmulatedRobot
+from elib.testing.faults import fault_scripts as fault_scripts
+from elib.testing.faults import faults_of as faults_of
+from elib.testing.faults import with_faults as with_faults
+from elib.testing.inside import emulator_of as emulator_of
+from elib.testing.inside import hardware_of as hardware_of
+from elib.testing.inside import link_of as link_of
+from elib.testing.inside import simulation_of as simulation_of
+from elib.testing.inside import world_of as world_of
+from elib.testing.simulated_time import simulated as simulated
+from elib.testing.transports import check_transport as check_transport
