@@ -82,7 +82,7 @@ class Reconnector(ForwardingChannel):
         self._url = url
         self._start = start
         self._policy = policy
-        self.hooks = Hooks()
+        self.hooks = Hooks(self._watch, Ending, Greeted, Ended)
         self.error: ElibError | None = None
         self._session: Session
         self._firmware = ""
@@ -205,14 +205,13 @@ class Reconnector(ForwardingChannel):
 
     def _adopt(self, session: Session) -> None:
         self._session = session
-        session.hooks.append(self._watch)
+        session.hooks = self.hooks
         sensors, images = self._streams
         session.stream(sensors=sensors, images=images)
         self.hooks.call(self._loop.time(), SessionOpened(session.opening, session.counters))
 
     def _watch(self, time: float, event: TraceEvent) -> None:
-        """Follow the events of the newest session, and pass them on."""
-        self.hooks.call(time, event)
+        """Follow the events of the newest session."""
         match event:
             case Ending(error=error) if not isinstance(error, LinkClosed):
                 self._on_down(self._session)

@@ -164,10 +164,17 @@ class Hooks(dict[type, tuple[TraceHook, ...]]):
     """The trace hooks of a channel, by the kind of event that they are called with.
 
     An event is made only if a hook wants its kind, so a hook should name those that it needs.
+
+    Args:
+        last: A hook that is called after all others.
+        kinds: The kinds of events that it needs.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, last: TraceHook | None = None, *kinds: type) -> None:
         super().__init__(dict.fromkeys(get_args(TraceEvent), ()))
+        self._last = last
+        if last is not None:
+            self.append(last, *kinds)
 
     def append(self, hook: TraceHook, *kinds: type) -> None:
         """Call *hook* from now on with events of these kinds, or of all of them.
@@ -175,7 +182,7 @@ class Hooks(dict[type, tuple[TraceHook, ...]]):
         Hooks must be quick. One that raises is removed, and its error is reported to the event loop.
         """
         for kind in kinds or self:
-            self[kind] += (hook,)
+            self[kind] = tuple(sorted((*self[kind], hook), key=lambda each: each == self._last))
 
     def remove(self, hook: TraceHook) -> None:
         """Call *hook* no longer. Safe to repeat."""
