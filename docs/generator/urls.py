@@ -8,7 +8,7 @@ from elib.base.fields import Number, fields_of
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.transport.url import scheme_named
 from elib.simulator.emulator.settings import SimulationSettings
-from elib.simulator.physics.worldfile import gallery
+from elib.simulator.worlds.files import gallery
 from generator.markdown import inline, section, table
 
 INTRODUCTION = """# URLs

@@ -7,10 +7,10 @@ import re
 
 from elib.base.fields import Flag, Number, rule_of
 from elib.base.tables import LARGEST_FILE, Key, Table
-from elib.simulator.physics import worldfile
 from elib.simulator.physics.fittings import MOST_POINTS
 from elib.simulator.physics.scene import MOST_THINGS
-from elib.simulator.physics.worldtables import PAINT, TABLES, THINGS, TOP
+from elib.simulator.worlds import files as worldfile
+from elib.simulator.worlds.tables import PAINT, TABLES, THINGS, TOP
 from generator.markdown import inline, section, table
 
 INTRODUCTION = """# World files

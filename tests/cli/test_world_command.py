@@ -10,7 +10,7 @@ from elib_process import Told
 from PIL import Image
 
 from elib.cli import main
-from elib.simulator.physics.worldfile import gallery, load_file
+from elib.simulator.worlds.files import gallery, load_file
 
 GATE = """about = "A gate to push open."
 [arena]

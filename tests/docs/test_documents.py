@@ -17,7 +17,7 @@ from elib.link.transport import parse_url, serial
 from elib.robot.actions import catalogue
 from elib.simulator.emulator.faultscript import parse
 from elib.simulator.physics import World
-from elib.simulator.physics.worldfile import parse as parse_world
+from elib.simulator.worlds.files import parse as parse_world
 
 ELSEWHERE = {ROOT / "docs/cookbook", ROOT / "docs/tutorial"}
 """Their programs are run in ``test_cookbook.py`` and ``test_tutorial.py``."""

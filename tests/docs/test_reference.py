@@ -26,7 +26,7 @@ from elib.robot.events import RobotEvent
 from elib.simulator.emulator.faultkinds import KINDS
 from elib.simulator.emulator.faultscript import gallery
 from elib.simulator.emulator.sim_transport import open_sim
-from elib.simulator.physics.worldtables import TABLES
+from elib.simulator.worlds.tables import TABLES
 from shared import PATIENCE
 
 REFERENCE = {page.name: page.read_text() for page in (ROOT / "docs/reference").glob("*.md")}

@@ -8,7 +8,7 @@ from random import Random
 
 from elib.simulator.physics import Pose, Scene
 from elib.simulator.physics.geometry import Box
-from elib.simulator.physics.worldwriter import written_scene
+from elib.simulator.worlds.writer import written_scene
 
 RED = "red 1"
 REACH = {"robot": 0.045}

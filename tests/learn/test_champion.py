@@ -17,7 +17,7 @@ from elib.learn.networks import INPUTS
 from elib.robot.running import run_coroutine
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Light, Pose, Scene, SensorView, Sound, World
 from elib.simulator.physics.records import SENSORS
-from elib.simulator.physics.worldwriter import written_scene
+from elib.simulator.worlds.writer import written_scene
 from elib.testing import world_of
 
 SCENE = Scene(

@@ -27,7 +27,7 @@ from elib.learn.transferreport import COLUMNS, row_of, to_json, write_folder
 from elib.robot.aio import Epuck
 from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, RobotProfile, Wheels, write
 from elib.simulator.physics import Episodes, SensorView, World
-from elib.simulator.physics.worldwriter import written_scene
+from elib.simulator.worlds.writer import written_scene
 from elib.testing import world_of
 
 TASKS = """

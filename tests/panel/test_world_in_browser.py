@@ -14,7 +14,7 @@ from panel_rig import panel, virtual_robot
 from world_page_rig import PAINT, ROOM, Rig, watched
 
 from elib.link.transport import open_transport
-from elib.simulator.physics.worldfile import load_file
+from elib.simulator.worlds.files import load_file
 from shared import until
 
 pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]

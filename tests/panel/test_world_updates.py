@@ -16,7 +16,7 @@ from world_page_rig import PAINT, ROOM, Page, Rig, opened, watched
 from elib.link.transport import open_transport
 from elib.panel import world
 from elib.panel.world import AHEAD
-from elib.simulator.physics.worldfile import load_file
+from elib.simulator.worlds.files import load_file
 from shared import PATIENCE, until
 
 

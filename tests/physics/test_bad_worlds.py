@@ -22,8 +22,8 @@ from elib.simulator.physics.fittings import MOST_POINTS, CourseRule
 from elib.simulator.physics.geometry import ColourRule
 from elib.simulator.physics.placement import MOST_ROBOTS, _Ground, places
 from elib.simulator.physics.scene import MOST_THINGS
-from elib.simulator.physics.worldfile import gallery, parse
-from elib.simulator.physics.worldtables import TABLES, TOP
+from elib.simulator.worlds.files import gallery, parse
+from elib.simulator.worlds.tables import TABLES, TOP
 from lanes import few_and_many
 
 ARENA = b"[arena]\nsize = [2, 1]\n"

@@ -9,7 +9,7 @@ from elib.simulator.physics import Colour, Pose, Scene, World
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.fittings import Patch, Stripe
 from elib.simulator.physics.floor import floor_of
-from elib.simulator.physics.worldfile import gallery, load_file
+from elib.simulator.worlds.files import gallery, load_file
 
 WORLDS = ["arena", "beeper", "billiard", "corridor", "crowd", "light", "line", "maze", "red-boxes", "soccer", "square"]
 CELL = 0.05

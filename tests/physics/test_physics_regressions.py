@@ -29,7 +29,7 @@ from elib.simulator.physics import (
 from elib.simulator.physics.assembly import MOST_ENTRIES, Grid, Solids
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.engine import digest_of
-from elib.simulator.physics.worldfile import parse
+from elib.simulator.worlds.files import parse
 
 ONE = (Pose(0.5, 0.5),)
 

@@ -8,8 +8,8 @@ from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.simulator.physics.geometry import gap
 from elib.simulator.physics.moving import SLACK
-from elib.simulator.physics.worldfile import parse
-from elib.simulator.physics.worldwriter import written_scene
+from elib.simulator.worlds.files import parse
+from elib.simulator.worlds.writer import written_scene
 
 
 def disc(x, y, radius=0.037):

@@ -13,7 +13,7 @@ from elib.base.errors import ArgumentError, LinkNotFound, SimulationError
 from elib.simulator.physics import Batch, Box, Colour, EpuckModel, Lamps, Pose, Scene, World, simulation
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.controller import Controller
-from elib.simulator.physics.worldfile import gallery
+from elib.simulator.worlds.files import gallery
 
 
 def wander(world, ticks):

@@ -13,8 +13,8 @@ from elib.base.fields import LARGEST_NUMBER, Degrees, Mistake, Number, Several, 
 from elib.base.tables import line_of
 from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
-from elib.simulator.physics.worldfile import gallery, load_file, parse, parse_file
-from elib.simulator.physics.worldtables import TABLES
+from elib.simulator.worlds.files import gallery, load_file, parse, parse_file
+from elib.simulator.worlds.tables import TABLES
 
 WHOLE = b"""about = "All there is."
 [arena]

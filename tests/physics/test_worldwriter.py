@@ -10,8 +10,8 @@ from elib.base.errors import SimulationError
 from elib.simulator.physics import Box, Cylinder, Pose, Scene, World
 from elib.simulator.physics.fittings import Checkers, Patch, Print, Stripe
 from elib.simulator.physics.placement import cleared
-from elib.simulator.physics.worldfile import gallery, load_file, parse
-from elib.simulator.physics.worldwriter import written_scene
+from elib.simulator.worlds.files import gallery, load_file, parse
+from elib.simulator.worlds.writer import written_scene
 
 PAINTS = [Checkers, Print, Patch, Stripe]
 """A file has what is painted in this order."""

@@ -17,7 +17,7 @@ from elib.cli.terminal import DIM, LiveLine, columns
 from elib.records.reader import Recording, read_recording
 from elib.simulator.emulator.robotprofile import load as load_profile
 from elib.simulator.physics import Scene, Snapshot, World
-from elib.simulator.physics.worldfile import parse
+from elib.simulator.worlds.files import parse
 from elib.studies import comparison
 from elib.studies.compared import draw_comparison
 from elib.studies.comparison import NONE, Comparison, PathComparison, Run, run_of

@@ -32,7 +32,7 @@ from elib.robot.runner import run_on
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.sim_transport import SimTransport
 from elib.simulator.physics import Snapshot, World
-from elib.simulator.physics.worldfile import parse
+from elib.simulator.worlds.files import parse
 from elib.studies.drive import SENSES, charts_of, floor_around
 from elib.studies.report import check_report, draw_report
 

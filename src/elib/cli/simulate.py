@@ -28,7 +28,7 @@ from elib.simulator.emulator.loopback import EVERYWHERE, LOOPBACK
 from elib.simulator.emulator.registry import registered
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import DEFAULT_WORLD, SimulationSettings
-from elib.simulator.physics.worldfile import gallery
+from elib.simulator.worlds.files import gallery
 
 ANY_FREE = ""
 """The value of ``--pty`` without one: a port with the name that the system gives. That of ``--wifi`` without one: free

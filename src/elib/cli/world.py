@@ -24,7 +24,7 @@ from elib.simulator.drawing import draw_png
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Scene, Wall, World
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.simulator.physics.geometry import WALL_COLOUR, Solid, extent, gap
-from elib.simulator.physics.worldfile import WorldFile, gallery, load_file, source_of
+from elib.simulator.worlds.files import WorldFile, gallery, load_file, source_of
 
 MOST_COMPARED = 2000
 """Largest number of things that are checked for overlaps: all pairs of more would take too long."""

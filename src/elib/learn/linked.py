@@ -26,7 +26,7 @@ from elib.robot.watchdog import is_supported
 from elib.simulator.emulator.sim_transport import SimTransport, robots_of
 from elib.simulator.physics import Records, SensorView, Task, World
 from elib.simulator.physics.records import Robot, Setting
-from elib.simulator.physics.worldwriter import written_scene
+from elib.simulator.worlds.writer import written_scene
 from elib.testing import world_of
 
 GRACE = 10.0

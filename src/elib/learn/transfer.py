@@ -32,7 +32,7 @@ from elib.simulator.emulator.robotprofile import load as load_profile
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.physics import Episodes, EpuckModel, Randomisation, Task
 from elib.simulator.physics.profiles import PROFILES
-from elib.simulator.physics.worldwriter import written_scene
+from elib.simulator.worlds.writer import written_scene
 
 BROKEN = 0.8
 """A trouble breaks a controller where its mean fitness falls below this part of that in physics."""

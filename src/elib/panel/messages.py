@@ -20,7 +20,7 @@ from elib.link.protocol.quantities import CameraMode
 from elib.panel import console
 from elib.panel.behaviours import source_of
 from elib.simulator.emulator.control_server import answer
-from elib.simulator.physics.worldwriter import written_scene
+from elib.simulator.worlds.writer import written_scene
 from elib.tools import discovery
 
 if TYPE_CHECKING:

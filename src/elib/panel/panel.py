@@ -18,7 +18,7 @@ from elib.panel.files import LOG, RECORDING, Folder
 from elib.panel.recents import RecentRobots
 from elib.panel.slot import Slot
 from elib.simulator.emulator.control import Control
-from elib.simulator.physics.worldfile import gallery
+from elib.simulator.worlds.files import gallery
 
 MOST_ROBOTS = 64
 """Robots that the panel has room for: two classes full."""

@@ -7,7 +7,7 @@ from functools import cache
 
 from elib.simulator.drawing.png import png_of
 from elib.simulator.physics import World
-from elib.simulator.physics.worldfile import gallery, load_file
+from elib.simulator.worlds.files import gallery, load_file
 
 SIZE = 320
 """Pixels of the longer side."""

@@ -23,7 +23,7 @@ from elib.simulator.emulator.robotprofile import (
     is_nominal,
 )
 from elib.simulator.physics import Scene
-from elib.simulator.physics.worldfile import parse
+from elib.simulator.worlds.files import parse
 from elib.studies.comparison import Latencies, latencies_of
 from elib.studies.infrared import REACH, CurveFit, fit_curve
 from elib.studies.rays import depths

@@ -29,7 +29,7 @@ from elib.simulator.emulator.firmware import step_rate
 from elib.simulator.emulator.sim_transport import SimTransport, open_sim
 from elib.simulator.physics import Pose, World
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.worldfile import source_of
+from elib.simulator.worlds.files import source_of
 
 log = logging.getLogger("elib")
 

@@ -27,8 +27,8 @@ from elib.simulator.emulator.simulation import (
 )
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.world import World
-from elib.simulator.physics.worldfile import source_of
-from elib.simulator.physics.worldwriter import written_scene
+from elib.simulator.worlds.files import source_of
+from elib.simulator.worlds.writer import written_scene
 
 _has_warned = False
 log = logging.getLogger("elib")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from dataclasses import dataclass, field
 from typing import Annotated
@@ -93,9 +94,10 @@ class Scene:
             LinkNotFound: There is no such world.
             SimulationError: The file breaks a rule; the message names the file, the line, the key and a cure.
         """
-        from elib.simulator.physics.worldfile import load_file  # Only worlds from files need the reader.
-
-        return load_file(os.fspath(name), robots=robots).scene
+        # By name: the physics knows no files, and what reads them stands on it.
+        files = importlib.import_module("elib.simulator.worlds.files")
+        scene: Scene = files.load_file(os.fspath(name), robots=robots).scene
+        return scene
 
     @property
     def edge(self) -> tuple[Wall, ...]:

@@ -1,4 +1,4 @@
-"""A scene as the text of a world file: what ``worldfile`` reads opens as the same scene again.
+"""A scene as the text of a world file: what ``files.py`` reads opens as the same scene again.
 
 Angles are degrees in such a file, so they may differ in the last bit; all other numbers are equal.
 """
@@ -15,7 +15,7 @@ from elib.simulator.physics.fittings import Checkers, Patch, Print, Stripe
 from elib.simulator.physics.geometry import Colour
 from elib.simulator.physics.profiles import Profile
 from elib.simulator.physics.scene import Scene
-from elib.simulator.physics.worldtables import TABLES, TOP
+from elib.simulator.worlds.tables import TABLES, TOP
 
 ROUND = 9
 """Decimals of an angle, degrees, beyond which it is written in full."""

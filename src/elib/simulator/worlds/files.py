@@ -49,7 +49,7 @@
     position = [0.5, 0.2]
     heading = 90               # degrees, 0 along x, positive to the left
 
-Lengths are metres, angles degrees: such files are written by hand. ``worldtables`` has every key.
+Lengths are metres, angles degrees: such files are written by hand. ``tables.py`` has every key.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ from elib.simulator.physics.floor import opened
 from elib.simulator.physics.geometry import Box, Cylinder, Wall
 from elib.simulator.physics.placement import first_taken, inside_hint, places
 from elib.simulator.physics.scene import Scene
-from elib.simulator.physics.worldtables import PAINT, TABLES, THINGS, TOP, Arena, Start
+from elib.simulator.worlds.tables import PAINT, TABLES, THINGS, TOP, Arena, Start
 
 LARGEST_COVER = 4
 """Width of a picture in widths of the arena, and depth likewise: what lies outside is painted in vain."""
