@@ -146,7 +146,11 @@ class Events:
         """Keep the events of *channel* from now on. Safe to repeat."""
         if self._channel is not channel:
             self._channel = channel
-            channel.hooks.append(self._note)
+            kinds = [Greeted, trace.ResetNoticed, trace.Disconnected, trace.Reconnected, Ending]
+            if channel.context.profile.codec == "serial":
+                # Over Wi-Fi bytes come all the time, and the packets behind a marker that returns late are right.
+                kinds += [Ended, Received, Wrote, Resynced]
+            channel.hooks.append(self._note, *kinds)
             if channel.error is not None:
                 self.close()
 
@@ -180,8 +184,6 @@ class Events:
                     if not isinstance(error, LinkClosed):
                         self.add(LinkDown(time=time, error=error))
                     self.close()
-            case _ if self._channel is not None and self._channel.context.profile.codec == "wifi":
-                pass  # bytes come all the time, and the packets behind a marker that returns late are right
             case _:
                 late = self._late_answers.observe(event)
                 if late is not None:
