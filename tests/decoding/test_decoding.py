@@ -225,12 +225,13 @@ def test_a_greeting_in_the_middle_of_a_picture_ends_it() -> None:
 def test_the_robots_own_answers_tell_the_firmware() -> None:
     decoder = Decoder()
     assert (decoder.firmware, decoder.source) == (ASSUMED, "assumed")
+    decoder.feed("to robot", None, b"V\r")
     decoder.feed("to host", None, b"v,Version 2.0 January 2018 GCtronic\r\nHW version: FFF7\r\n")
     assert (decoder.firmware, decoder.source) == ("epuck2", "by its version")
 
 
 def test_what_the_caller_says_of_the_firmware_holds_and_a_contradiction_is_told() -> None:
-    (line,) = talk(b"v,Version 2.0.0 January 2008\r\n", firmware="asercom-1.2.2")
+    _, line = talk("V\r", b"v,Version 2.0.0 January 2008\r\n", firmware="asercom-1.2.2")
     assert line.problem == "a robot with btcom-2.0 says so; it is decoded as asercom-1.2.2"
     with pytest.raises(ArgumentError, match="no firmware 'c64'"):
         Decoder("c64")
@@ -242,7 +243,7 @@ def test_a_refusal_belongs_to_the_request_that_is_refused() -> None:
 
 
 def test_a_malformed_answer_and_a_surplus_one_are_named() -> None:
-    lines = answers(talk("N\r", b"n,1,2\r\n", b"q,3,4\r\n", b"hello\r\n", "S\r", b"s\r\n"))
+    lines = answers(talk("N\r", b"n,1,2\r\n", b"q,3,4\r\n", b"\xff\r\n", "S\r", b"s\r\n"))
     assert [line.kind for line in lines] == [Kind.MALFORMED, Kind.SURPLUS, Kind.UNKNOWN, Kind.ANSWER]
     assert "expected 'n' and 8 numbers" in lines[0].problem
 
@@ -290,39 +291,25 @@ def test_a_number_beyond_all_bounds_is_malformed() -> None:
 # -- one direction alone -----------------------------------------------------------------------------------------------
 
 
-def test_answers_alone_are_known_by_their_form() -> None:
-    lines = talk(b"n,1,2,3,4,5,6,7,8\r\nb\r\nb,2400 (67%)\r\ng,1,2,3\r\nt\r\nc,5\r\nz,Command not found\r\n")
-    assert [line.name for line in lines] == [
-        "proximity",
-        "set_body_led",
-        "battery",
-        "gyroscope",
-        "play_sound",
-        "selector",
-        "an unknown command",
-    ]
-    assert {line.kind for line in lines} == {Kind.ANSWER}
+def test_the_robots_half_alone_is_cut_into_lines_and_no_name_is_guessed() -> None:
+    alone = [b"n,1,2,3,4,5,6,7,8\r\n", b"b\r\n", bytes(range(16, 32)), b"c,3\r\n", b"\x00" * 4]
+    lines = talk(*alone)
+    assert [line.data for line in lines] == alone
+    assert {(line.kind, line.name, line.value, line.problem) for line in lines} == {(Kind.BYTES, "", None, "")}
 
 
-def test_binary_answers_alone_are_known_by_their_length() -> None:
-    lines = talk(
-        bytes(range(16)) + b"c,3\r\n" + bytes(4) + b"c,3\r\n" + bytes(7) + b"c,3\r\n", firmware="asercom-1.2.2"
-    )
-    assert lines[0].candidates == ("proximity", "ambient_light")
-    assert set(lines[2].candidates) == {"speed", "encoders"}
-    assert lines[4].problem == "no binary answer has 7 bytes"
+def test_the_robots_half_alone_tells_that_the_robot_has_started() -> None:
+    lines = talk(b"\xff\xfe" + b"Selector pos 3\r\n" + BANNER)
+    assert [line.kind for line in lines] == [Kind.BYTES, Kind.GREETING, Kind.GREETING]
 
 
-def test_a_picture_alone_is_known_by_its_header() -> None:
-    assert talk(bytes((0, 40, 40)) + bytes(1600) + b"c,3\r\n")[0].name == "image"
-
-
-def test_an_answer_of_several_lines_alone_is_one_line() -> None:
-    text = FIRMWARES["epuck2"].HELP + b"y,192,0\r\ny,3\r\n"
-    assert [(line.name, line.kind) for line in talk(text)] == [
-        ("help_text", Kind.ANSWER),
-        ("i2c_read", Kind.ANSWER),
-    ]
+def test_a_capture_that_begins_with_an_answer_has_no_fault_and_is_decoded_from_its_first_request_on() -> None:
+    decoder = Decoder()
+    assert [line.kind for line in decoder.feed("to host", None, b"q,1,2\r\n")] == [Kind.BYTES]
+    assert decoder.lacks_requests
+    decoder.feed("to robot", None, b"Q\r")
+    assert [line.name for line in answers(decoder.feed("to host", None, b"q,1,2\r\n"))] == ["encoders"]
+    assert not decoder.lacks_requests
 
 
 # -- properties --------------------------------------------------------------------------------------------------------
@@ -421,6 +408,8 @@ def test_every_recorded_byte_of_the_real_firmware_is_understood(firmware: str) -
             decoder, is_over = Decoder(firmware), False
         # Hung and dead robots, and pictures larger than their memory, prove nothing (golden/README.md).
         is_over = is_over or bool(record.keys() & {"hang", "crash", "undefined_on_robot"})
+        if str(record["send"]).upper().startswith("'X") and firmware == "btcom-2.0":
+            continue  # it sends what its receive buffer still held
         if not is_over:
             lines += decoder.feed("to robot", None, bytes.fromhex(str(record["send_hex"])))
             lines += decoder.feed("to host", None, bytes.fromhex(str(record["recv_hex"])))

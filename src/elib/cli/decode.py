@@ -27,6 +27,11 @@ from elib.robot.running import run_coroutine
 
 LOOK_AHEAD = 1 << 20
 """Bytes of a file that are searched for the version of the robot before anything is shown."""
+HALF = (
+    "only the robot's half is here, and nothing else tells what its bytes answer: capture both directions, as with "
+    "`elib record`, `robot.trace(...)` or `socat -x`"
+)
+"""What is said of a capture without the host's half."""
 _VERSION = re.compile(rb"v,(Version [^\r\n]{1,80})\r?\n")
 _SENDERS: dict[str, Direction] = {"robot": "to host", "host": "to robot"}
 
@@ -138,6 +143,8 @@ class Printer:
         if last:
             parts.append(f"no answer to {', '.join(last)}")
         say("; ".join(parts))
+        if decoder.lacks_requests:
+            say(HALF)
 
 
 def _counted(number: int, what: str) -> str:

@@ -25,7 +25,7 @@ def to_text(line: Line, *, robot: str = "", colour: bool = False) -> str:
     place += f" {robot}" if robot else ""
     arrow = ">" if line.direction == "to robot" else "<"
     mark = "!" if line.kind in FAULTS else " "
-    shown = f"{shorten(line.data):<{TEXT_SHOWN}}"
+    shown = f"{whole(line.data) if line.kind is Kind.BYTES else shorten(line.data):<{TEXT_SHOWN}}"
     said = meaning(line)
     if line.unanswered:
         said += f"  (no answer came to {', '.join(line.unanswered)})"
@@ -57,19 +57,26 @@ def to_json(line: Line) -> dict[str, object]:
         if isinstance(value, Image) and isinstance(shown, dict):
             shown.pop("pixels")  # the bytes have them
         found["value"] = shown
-    for name in ("candidates", "problem", "unanswered"):
+    for name in ("problem", "unanswered"):
         if getattr(line, name):
             found[name] = getattr(line, name)
     return found
 
 
+def whole(data: bytes) -> str:
+    r"""Return text with its line ends as ``\r\n``, or bytes in hexadecimal."""
+    if not is_text(data):
+        return data.hex(" ")
+    text = data.decode("ascii").replace("\a", "\\a").encode("unicode_escape").decode("ascii")
+    return text.replace("\\\\a", "\\a").replace("\\x0c", "\\f")
+
+
 def shorten(data: bytes) -> str:
-    r"""Return text with its line ends as ``\r\n``, or bytes in hexadecimal; of long ones only the beginning."""
+    """Return the same as :func:`whole`, of long data only the beginning."""
     if len(data) > 3 and data.count(data[0]) == len(data) and not is_text(data):
         return f"{data[0]:02x} x {len(data)}"
     if is_text(data):
-        text = data.decode("ascii").replace("\a", "\\a").encode("unicode_escape").decode("ascii")
-        text = text.replace("\\\\a", "\\a").replace("\\x0c", "\\f")
+        text = whole(data)
         return text if len(text) <= TEXT_SHOWN else f"{text[: TEXT_SHOWN - 3]}..."
     if len(data) <= BYTES_SHOWN:
         return data.hex(" ")
@@ -80,10 +87,8 @@ def meaning(line: Line) -> str:
     """Return the meaning of a line, in words."""
     if line.calls:
         said = " + ".join(map(str, line.calls))
-    elif line.candidates and line.value is None:
-        said = f"{len(line.data)} bytes: {' or '.join(line.candidates)}"
     elif line.kind is Kind.ANSWER or line.value is not None:
-        said = f"{' or '.join(line.candidates) or line.name}: {worded(line.value)}"
+        said = f"{line.name}: {worded(line.value)}"
     else:
         said = line.name
     if line.kind in FAULTS:

@@ -1,7 +1,7 @@
 """The decoder: bytes between a program and a robot in, lines with their meaning out. No I/O, no clock.
 
 Requests are cut out by the robot's own state machine; answers are matched with them by the shapes of the command table.
-A capture of one direction alone is decoded as far as possible.
+In a capture of the robot's half alone nothing tells what its bytes answer; they are cut into lines without a meaning.
 """
 
 from __future__ import annotations
@@ -36,9 +36,7 @@ class Decoder:
         self._context = Context(profile_named(firmware or assumed or ASSUMED), origin="replay")
         self._answers = AnswerReader(self._context, self._restarted, self._learned)
         self._requests = RequestReader(self._context, self._answers.expect)
-        self._is_told = firmware is not None
-        self._answers.is_certain = self._is_told
-        self.source = "as told" if self._is_told else "assumed" if assumed is None else "by its version"
+        self.source = "as told" if firmware is not None else "assumed" if assumed is None else "by its version"
 
     @property
     def firmware(self) -> str:
@@ -49,6 +47,11 @@ class Decoder:
     def is_two_sided(self) -> bool:
         """Whether bytes of both directions have come."""
         return self._answers.hears_host and self._answers.hears_robot
+
+    @property
+    def lacks_requests(self) -> bool:
+        """Whether only the robot's bytes have come: nothing tells what they answer."""
+        return self._answers.hears_robot and not self._answers.hears_host
 
     @property
     def unanswered(self) -> list[str]:
@@ -82,12 +85,11 @@ class Decoder:
         """Note the firmware that the robot names; return what is wrong with that."""
         says_selector = (profile for profile in PROFILES.values() if profile.says_selector)
         found = recognise(version) if version else next(says_selector)
-        if self._is_told:
+        if self.source == "as told":
             is_other = found is not self._context.profile
             return f"a robot with {found.name} says so; it is decoded as {self.firmware}" if is_other else ""
-        if version or not self._answers.is_certain:
+        if version or self.source == "assumed":
             self.source = "by its version" if version else "by its greeting"
-            self._answers.is_certain = True
             if found is not self._context.profile:
                 self._context.profile = found
                 self._context.requests.clear()

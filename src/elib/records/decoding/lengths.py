@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from elib.base.errors import RemoteProtocolError
 from elib.link.protocol import shapes
-from elib.link.protocol.commands import SPECS
-from elib.link.protocol.context import Context, Parsed, Profile, Reply
-from elib.link.protocol.profiles import PROFILES
+from elib.link.protocol.context import Context, Parsed, Reply
 from elib.link.protocol.replies import Packed
-from elib.records.decoding.opcodes import binary_commands
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +35,11 @@ class Measure:
     length: int | None = None
     error: str = ""
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether every part is there."""
+        return bool(self.parts) and self.parts[-1].end == self.length
+
     def lacks(self, count: int) -> str:
         """Return the message that *count* bytes are not what there should be."""
         if self.length is None:
@@ -63,30 +64,6 @@ def measure(parts: Iterable[tuple[str, Reply[object]]], data: bytes | bytearray,
         at += length
     found.length = at
     return found
-
-
-def candidates(data: bytes, profiles: Sequence[Profile]) -> tuple[str, ...]:
-    """Return the names of binary answers with the length of *data*: of one command, and of elib's ``sensors()``."""
-    found: dict[str, None] = {}
-    for profile in profiles:
-        for name, length in _lengths(profile.name):
-            if length == len(data):
-                found[name] = None
-        picture = measure([("image", shapes.PICTURE)], data, Context(profile))
-        if picture.length == len(data) and picture.parts and not picture.parts[0].problem:
-            found["image"] = None
-    return tuple(found)
-
-
-@functools.cache
-def _lengths(name: str) -> tuple[tuple[str, int], ...]:
-    profile = PROFILES[name]
-    commands = binary_commands(profile)
-    single = [(each.name, each.reply.length) for each in commands.values() if isinstance(each.reply, Packed)]
-    forms = [SPECS[row].binary_form(profile) for row in profile.chain]
-    replies = [commands[form.code].reply for form in forms if form is not None and form.code is not None]
-    chain = sum(reply.length for reply in replies if isinstance(reply, Packed))
-    return (*single, ("sensors", chain + (shapes.PACKET.length if profile.sends_packet else 0)))
 
 
 def _length(reply: Reply[object], data: bytes | bytearray, start: int, context: Context) -> int | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from collections import deque
 from dataclasses import dataclass
-from typing import Literal, TypedDict, Unpack
+from typing import Literal
 
 Direction = Literal["to robot", "to host"]
 
@@ -18,8 +18,10 @@ class Kind(enum.Enum):
     """Zeros and line ends that are not a request."""
     ANSWER = "answer"
     GREETING = "greeting"
+    BYTES = "bytes"
+    """What the robot sent before the capture has a byte of the host: nothing tells what it answers."""
     SURPLUS = "surplus"
-    """A whole answer without a request."""
+    """A whole line of text without a request."""
     MALFORMED = "malformed"
     """An answer with a wrong content or length."""
     HALF = "half"
@@ -78,7 +80,6 @@ class Line:
         calls: The commands of a request.
         name: The command that is answered, or what the bytes are, in words.
         value: The value of an answer; None for an acknowledgement and for other kinds.
-        candidates: The commands that may be answered, if the bytes alone do not tell.
         problem: What is wrong or unusual.
         unanswered: Earlier requests that, as this line shows, get no answer any more.
     """
@@ -91,20 +92,8 @@ class Line:
     calls: tuple[Call, ...] = ()
     name: str = ""
     value: object = None
-    candidates: tuple[str, ...] = ()
     problem: str = ""
     unanswered: tuple[str, ...] = ()
-
-
-class Meaning(TypedDict, total=False):
-    """What a line may say besides its kind; see :class:`Line`."""
-
-    calls: tuple[Call, ...]
-    name: str
-    value: object
-    candidates: tuple[str, ...]
-    problem: str
-    unanswered: tuple[str, ...]
 
 
 class CaptureBuffer:
@@ -124,7 +113,17 @@ class CaptureBuffer:
             self._times.append((self._start + len(self.bytes), time))
         self.bytes += data
 
-    def cut(self, count: int, kind: Kind, **meaning: Unpack[Meaning]) -> Line:
+    def cut(
+        self,
+        count: int,
+        kind: Kind,
+        *,
+        calls: tuple[Call, ...] = (),
+        name: str = "",
+        value: object = None,
+        problem: str = "",
+        unanswered: tuple[str, ...] = (),
+    ) -> Line:
         """Remove the first *count* bytes and return them as a line."""
         data = bytes(self.bytes[:count])
         offset, time = self._start, self.time
@@ -132,7 +131,7 @@ class CaptureBuffer:
         self._start += count
         while len(self._times) > 1 and self._times[1][0] <= self._start:
             self._times.popleft()
-        return Line(self.direction, offset, time, data, kind, **meaning)
+        return Line(self.direction, offset, time, data, kind, calls, name, value, problem, unanswered)
 
     @property
     def time(self) -> float | None:

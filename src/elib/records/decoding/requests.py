@@ -15,7 +15,7 @@ from elib.link.protocol.table import Spec
 from elib.records.decoding.lines import Argument, Call, CaptureBuffer, Kind, Line
 from elib.records.decoding.opcodes import BinaryCommand, binary_commands, named
 
-LONGEST = 4139
+MAX_LENGTH = 4139
 """Bytes. Longer requests are shown in pieces: no robot's buffer holds them (wire-protocol.md, 1.5)."""
 LINE_ENDS = b"\r\n"
 _BYTES = [bytes((byte,)) for byte in range(256)]
@@ -88,7 +88,6 @@ class RequestReader:
         self._answers: list[tuple[str, Reply[object]]] = []
         self._swallowed = 0
         self._is_complete = False  # the buffer holds a text line; only the LF of a CR LF may still belong to it
-        self._was_cut = False
         self._start()
 
     def feed(self, data: bytes, time: float | None) -> list[Line]:
@@ -110,7 +109,7 @@ class RequestReader:
                 lines.append(self._session())
             if is_tail:
                 lines += self.close()
-            elif len(self._buffer.bytes) >= LONGEST and not self._is_complete:
+            elif len(self._buffer.bytes) >= MAX_LENGTH and not self._is_complete:
                 lines.append(self._piece())
         return lines
 
@@ -225,14 +224,9 @@ class RequestReader:
 
     def _line(self) -> Line:
         count = len(self._buffer.bytes)
-        calls, problem, was_cut = tuple(self._calls), "; ".join(self._oddities), self._was_cut
-        self._was_cut = False
+        calls, problem = tuple(self._calls), "; ".join(self._oddities)
         self._begin()
         name = "" if calls else "unknown command"
-        if was_cut:
-            problem = "; ".join(
-                [f"the end of a line longer than any robot's buffer ({LONGEST} bytes)", problem]
-            ).rstrip("; ")
         return self._buffer.cut(count, Kind.REQUEST, calls=calls, name=name, problem=problem)
 
     def _filler(self, name: str) -> Line:
@@ -264,16 +258,14 @@ class RequestReader:
             kind = Kind.SWALLOWED
         more = [f"and {self._swallowed - 3} bytes more"] if self._swallowed > 3 else []
         oddities = [*([problem] if problem else []), *self._oddities, *more]
-        self._was_cut = False
         self._begin()
         name = "" if calls else "a binary session without a known command"
         return self._buffer.cut(len(self._buffer.bytes), kind, calls=calls, name=name, problem="; ".join(oddities))
 
     def _piece(self) -> Line:
         """Return what is in the buffer: a request that is too long."""
-        self._was_cut = True
         what = "a binary session" if self._connection.is_in_session else "a line"
-        problem = f"{what} that goes on after {LONGEST} bytes"
+        problem = f"{what} that goes on after {MAX_LENGTH} bytes"
         if not self._connection.is_in_session and not self._buffer.bytes.strip(b"\0\r\n"):
             return self._filler("zeros and line ends")
         calls = tuple(self._calls)

@@ -41,9 +41,11 @@ class WifiDecoder:
         firmware: The name of the firmware.
         source: How the firmware is known.
         is_two_sided: Whether bytes of both directions have come.
+        lacks_requests: Whether nothing tells what packets mean; they do so themselves.
     """
 
     firmware = EPUCK2_WIFI.name
+    lacks_requests = False
 
     def __init__(self, source: str = "as told") -> None:
         self.source = source
