@@ -10,7 +10,7 @@ import json
 import os
 import platform
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
 from pathlib import Path
@@ -20,9 +20,6 @@ from elib.base.extras import install
 from elib.records.mcapwriter import McapWriter
 from elib.records.messages import WARNING, Event, Message, Noted, Translator, channel_of, json_of
 from elib.records.topics import ABOUT, WORLD_FILE
-
-AT_ONCE = 8
-"""Events that are written between two pauses for other threads, some 50 us: an answer waits no longer than that."""
 
 
 def check_mcap() -> None:
@@ -146,19 +143,17 @@ class Parts:
         """Size of all parts, bytes."""
         return self._before[1] + self._file.size
 
-    def write(self, batch: list[tuple[float, Event]], dropped: int, yield_gil: Callable[[], None]) -> None:
-        """Write and flush a batch of events; call *yield_gil* between some of them."""
+    def write(self, batch: list[tuple[float, Event]], dropped: int) -> None:
+        """Write and flush a batch of events."""
         if dropped:
             text = f"{dropped} events were lost: they came faster than they could be written"
             batch.append((batch[-1][0], Noted(text, "recorder", WARNING)))
         messages = self._translator.messages
-        for number, (time, event) in enumerate(batch):
+        for time, event in batch:
             if self._part_seconds is not None and time - self._began >= self._part_seconds:
                 self._turn(time)
             for message in messages(time, event):
                 self._file.write(message)
-            if number % AT_ONCE == 0:
-                yield_gil()
             if self._part_bytes is not None and self._file.pending >= self._part_bytes:
                 self._flush(time)
         self._flush(batch[-1][0])

@@ -156,7 +156,7 @@ class Recorder:
         self._parts = Parts(self.path, about, began, about.pop("scene", ""), part_bytes, part_seconds, keep)
         self._work: Background[tuple[float, Event]] = Background(
             f"the recording {self.path}",
-            self._write,
+            self._parts.write,
             self._parts.finish,
             most=MOST_EVENTS,
             many=MANY_EVENTS,
@@ -243,9 +243,6 @@ class Recorder:
         """End with the robot."""
         self._tap.leave()
         self._work.end(ROBOT_CLOSING_TIME)
-
-    def _write(self, batch: list[tuple[float, Event]], dropped: int) -> None:
-        self._parts.write(batch, dropped, self._work.yield_gil)
 
     def _check_open(self) -> None:
         self._check()
