@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from elib.records.reader import Health, read_recording
+from elib.records.mcapreader import Health
+from elib.records.reader import read_recording
 
 SPEED = 20
 STALL = 0.1

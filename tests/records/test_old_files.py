@@ -10,7 +10,8 @@ import pytest
 import elib
 from elib.cli import main
 from elib.records.et import main as et
-from elib.records.reader import Health, read_recording
+from elib.records.mcapreader import Health
+from elib.records.reader import read_recording
 from elib.records.state import state_at
 from elib.records.timeline import timeline
 from elib.studies.comparison import compare, run_of

@@ -21,8 +21,9 @@ from recordings import read, recorded
 import elib
 from elib.base.errors import ArgumentError, Unsupported
 from elib.records import mcapfile
+from elib.records.mcapreader import Health
 from elib.records.mcapwriter import CHUNK, MAGIC, METADATA, McapWriter
-from elib.records.reader import Entry, Health, Recording, read_recording, summary_of
+from elib.records.reader import Entry, Recording, read_recording, summary_of
 from elib.records.recorder import Recorder
 from elib.records.repair import repair, repaired_name
 from elib.records.state import state_at

@@ -182,9 +182,7 @@ async def test_a_picture_has_the_pixels_that_the_program_got(robot: elib.Epuck, 
 
 def test_the_files_clock_runs_with_the_robots(path: Path) -> None:
     found = run_of_everything(path)
-    offsets = {
-        round(each.log_time / 1e9 - each.data["time"], 3) for each in found if not each.topic.startswith("/pose")
-    }
+    offsets = {each.log_time - round(each.data["time"] * 1e9) for each in found if not each.topic.startswith("/pose")}
     assert len(offsets) == 1
     assert [each.sequence for each in found] == list(range(1, len(found) + 1))
 

@@ -12,7 +12,8 @@ from elib.base.errors import ArgumentError
 from elib.base.files import reason_of
 from elib.records.et.formats import Writer, writing
 from elib.records.et.table import Header, Table
-from elib.records.reader import Entry, Health, Recording
+from elib.records.mcapreader import Health
+from elib.records.reader import Entry, Recording
 from elib.records.tables import FIXED, Tabulator, topics_of
 from elib.records.topics import PICTURES, READINGS
 

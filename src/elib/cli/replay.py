@@ -25,7 +25,8 @@ from elib.cli.live import SHOWN, bars
 from elib.cli.player import Player, keys_of
 from elib.cli.readings import Json, json_line
 from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, is_live, paint, say
-from elib.records.reader import Health, Recording
+from elib.records.mcapreader import Health
+from elib.records.reader import Recording
 from elib.records.timeline import KINDS, Moment, timeline
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on

@@ -1,6 +1,7 @@
 """A writer of MCAP files (format: https://mcap.dev/spec) that writes each chunk in one system call.
 
-The writer of the package mcap takes some 8 us for a message, most of it in the index; this one takes 1 us.
+The writer of the package mcap (1.6) names a channel in one chunk only, so that a damaged chunk costs all later messages
+of its channels, and has no public way to name it again. It also takes 6 us for a message; this one takes 1 us.
 """
 
 from __future__ import annotations

@@ -3,44 +3,37 @@
 from __future__ import annotations
 
 import base64
-import math
 import os
-import struct
-import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Annotated, Any, cast
 
 import msgspec
 from msgspec.json import Decoder
 
 from elib.base.errors import ArgumentError
-from elib.base.files import open_file, reason_of
 from elib.base.plaintext import html_table
 from elib.base.pose import Pose
 from elib.records.mcapfile import check_mcap, part_of
-from elib.records.mcapwriter import CHANNEL, MAGIC, MESSAGE, MOST_PACKED, SCHEMA
+from elib.records.mcapreader import Health, records_of
 from elib.records.tables import FIXED, Row, Table, Tabulator, arrays, names_of, topics_of
 from elib.records.topics import (
     ABOUT,
     BYTES,
     FORMAT,
-    LARGEST_NUMBER,
     MEASURED,
     NOTES,
     ODOMETRY,
     WORLD_FILE,
     Data,
+    Finite,
+    Integer,
     Time,
     decoder_of,
 )
 
-LARGEST_CHUNK = 1 << 24
-"""Bytes of an unpacked chunk. A larger one is damaged: chunks of elib have 1 MiB, those of other tools 4 MiB."""
-LARGEST_RECORD = LARGEST_CHUNK + (1 << 16)
-"""Bytes of any other record. A longer one is damaged, too."""
 LARGEST_MESSAGE = 1 << 22
 """Bytes. A picture has 52 KB, and a world of ten thousand robots 600 KB."""
 
@@ -86,21 +79,15 @@ class Transfer:
     data: bytes
 
 
-@dataclass(slots=True)
-class Health:
-    """The state of a file.
-
-    Attributes:
-        is_complete: Whether the file was closed properly, with its index.
-        damaged: Number of chunks and messages that could not be read.
-        messages: Number of messages that could be read.
-        ends_at: Number of bytes of the file that could be read.
-    """
-
-    is_complete: bool = False
-    damaged: int = 0
-    messages: int = 0
-    ends_at: int = 0
+FACTS: tuple[tuple[str, Any, str], ...] = (
+    ("began", Finite, "when it began"),
+    ("seed", Annotated[int, msgspec.Meta(ge=0)] | None, "which seed its world has"),
+    ("robot_index", Integer | None, "which robot of its world it was"),
+    ("calls_before", Integer | None, "how many calls were before it"),
+    ("robot", str, "which robot it was"),
+    ("firmware", str, "which firmware the robot ran"),
+)
+"""Facts that a recording must have, or may have: their names, what they are, and in words."""
 
 
 class Recording:
@@ -123,15 +110,17 @@ class Recording:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         check_mcap()
+        from mcap.records import Attachment, Metadata
+
         self.paths = _parts(Path(path))
         self.about: dict[str, str] = {}
         self.scene = ""
         for record in records_of(self.paths[0], Health(), only_header=True):
-            kind = type(record).__name__
-            if kind == "Metadata" and record.name == ABOUT:
-                self.about = dict(record.metadata)
-            elif kind == "Attachment" and record.name == WORLD_FILE:
-                self.scene = record.data.decode("utf-8", "replace")
+            match record:
+                case Metadata() if record.name == ABOUT:
+                    self.about = dict(record.metadata)
+                case Attachment() if record.name == WORLD_FILE:
+                    self.scene = record.data.decode("utf-8", "replace")
         if not self.about:
             raise ArgumentError(f"{os.fspath(path)!r} is not a recording of elib: it does not say what was recorded")
         if self.about.get("format") != FORMAT:
@@ -139,16 +128,11 @@ class Recording:
                 f"{os.fspath(path)!r} has format {self.about.get('format')!r}; this version of elib reads {FORMAT}",
                 hint="install a newer elib",
             )
-        for key, (number, what) in NUMBERS.items():
+        for name, kind, what in FACTS:
             try:
-                value = number(self.about.get(key, "0" if key != "began" else ""))
-            except ValueError:
-                value = math.nan
-            if not abs(value) < (MOST_SEEDS if key == "seed" else LARGEST_NUMBER):
-                raise ArgumentError(f"{os.fspath(path)!r} is damaged: it does not say {what}")
-        for key, what in WORDS.items():
-            if key not in self.about:
-                raise ArgumentError(f"{os.fspath(path)!r} is damaged: it does not say {what}")
+                msgspec.convert(self.about.get(name), kind, strict=False)
+            except msgspec.ValidationError:
+                raise ArgumentError(f"{os.fspath(path)!r} is damaged: it does not say {what}") from None
         self.began = float(self.about["began"])
 
     @property
@@ -168,14 +152,15 @@ class Recording:
 
     def entries_of(self, path: Path, *topics: str, health: Health | None = None) -> Iterator[Entry]:
         """Yield the messages of one part; see :meth:`entries`."""
+        from mcap.records import Channel, Message
+
         health = Health() if health is None else health
         wanted: dict[int, tuple[str, Decoder[Any]]] = {}
         for record in records_of(path, health):
-            kind = type(record).__name__
-            if kind == "Channel":
+            if isinstance(record, Channel):
                 if not topics or any(_is_meant(record.topic, topic) for topic in topics):
                     wanted[record.id] = record.topic, decoder_of(record.topic)
-            elif kind == "Message" and record.channel_id in wanted:
+            elif isinstance(record, Message) and record.channel_id in wanted:
                 topic, decoder = wanted[record.channel_id]
                 data = _data_of(record.data, decoder)
                 if data is None:
@@ -306,164 +291,6 @@ def summary_of(recording: Recording) -> Summary:
         summary.parts.append(FileSummary(path, path.stat().st_size, health))
     summary.first, summary.last = times[0], times[-1]
     return summary
-
-
-NUMBERS: Mapping[str, tuple[Callable[[str], float], str]] = {
-    "began": (float, "when it began"),
-    "seed": (int, "which seed its world has"),
-    "robot_index": (int, "which robot of its world it was"),
-    "calls_before": (int, "how many calls were before it"),
-}
-WORDS: Mapping[str, str] = {"robot": "which robot it was", "firmware": "which firmware the robot ran"}
-"""Facts that a recording must have: numbers and words, each with what it says."""
-MOST_SEEDS = 1 << 64
-
-
-def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iterator[Any]:
-    """Yield the records of an MCAP file, also those inside chunks, as far as they are whole.
-
-    Args:
-        path: Path of the file.
-        health: The state of the file is noted here.
-        only_header: Stop at the first chunk.
-
-    Raises:
-        ArgumentError: The file cannot be read, or is not an MCAP file.
-    """
-    from mcap.exceptions import McapError
-    from mcap.stream_reader import StreamReader
-
-    try:
-        stream = open_file(path)
-    except (OSError, ValueError) as error:
-        raise ArgumentError(f"{os.fspath(path)!r} cannot be read: {reason_of(error)}") from None
-    with stream:
-        if stream.read(len(MAGIC)) != MAGIC:
-            raise ArgumentError(
-                f"{os.fspath(path)!r} is not an MCAP file", hint="robot.record(FILE) and elib record FILE write them"
-            )
-        stream.seek(0)
-        size = os.fstat(stream.fileno()).st_size
-        reader = StreamReader(cast("Any", _Bounded(stream, size)), emit_chunks=True, record_size_limit=LARGEST_RECORD)
-        try:
-            for record in reader.records:
-                kind = type(record).__name__
-                if kind != "Chunk":
-                    yield record
-                elif only_header:
-                    return
-                else:
-                    try:
-                        for part in _parts_in(_unpacked(cast("Any", record))):
-                            health.messages += type(part).__name__ == "Message"
-                            yield part
-                    except _Damaged:
-                        health.damaged += stream.tell() < size  # the last chunk is cut off, not damaged
-                        continue
-                health.ends_at = stream.tell()
-            health.is_complete, health.ends_at = True, stream.tell()
-        except (McapError, EOFError, struct.error, ValueError, UnicodeDecodeError):
-            return  # the file is cut off here; all whole records were yielded
-
-
-class _Damaged(Exception):
-    """A chunk cannot be read."""
-
-
-class _Bounded:
-    """A file that never returns more than it has: a damaged length must not make the reader fill the memory."""
-
-    def __init__(self, stream: BinaryIO, size: int) -> None:
-        self._stream, self._size = stream, size
-
-    def read(self, length: int) -> bytes:
-        """Return *length* bytes, or what is left; never more than a record may have."""
-        return self._stream.read(max(0, min(length, LARGEST_RECORD, self._size - self._stream.tell())))
-
-
-def _unpacked(chunk: Any) -> bytes:
-    """Return the unpacked records of a chunk.
-
-    Raises:
-        _Damaged: The data do not match the chunk's header, or would unpack to far more: a few bytes can claim to be
-            gigabytes.
-    """
-    size = chunk.uncompressed_size
-    if size > LARGEST_CHUNK or (chunk.compression and size > MOST_PACKED * len(chunk.data)):
-        raise _Damaged
-    try:
-        data = _DECOMPRESSORS[chunk.compression](chunk.data, size)
-    except Exception:  # damaged data can raise anything in a decompressor
-        raise _Damaged from None
-    # A chunk without a checksum has 0 there; it is refused.
-    if len(data) != size or zlib.crc32(data) != chunk.uncompressed_crc or not chunk.uncompressed_crc:
-        raise _Damaged
-    return data
-
-
-def _unpack_zstd(data: bytes, size: int) -> bytes:
-    import zstandard
-
-    if zstandard.frame_content_size(data) > size:  # zstandard would allocate that much
-        raise _Damaged
-    return zstandard.ZstdDecompressor(max_window_size=LARGEST_CHUNK).decompress(data, max_output_size=size)
-
-
-def _unpack_lz4(data: bytes, size: int) -> bytes:
-    import lz4.frame
-
-    found: bytes = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
-    return found
-
-
-_DECOMPRESSORS: Mapping[str, Callable[[bytes, int], bytes]] = {
-    "": lambda data, size: data,
-    "zstd": _unpack_zstd,
-    "lz4": _unpack_lz4,
-}
-
-
-def _parts_in(data: bytes) -> Iterator[Any]:
-    """Yield the schemas, channels and messages of a chunk one by one: there may be half a million.
-
-    Raises:
-        _Damaged: A record is not whole.
-    """
-    from mcap.records import Channel, Message, Schema
-
-    place = 0
-    try:
-        while place < len(data):
-            kind, length = _HEAD.unpack_from(data, place)
-            begin, place = place + _HEAD.size, place + _HEAD.size + length
-            if place > len(data):
-                raise _Damaged
-            if kind == MESSAGE:
-                channel, sequence, logged, published = _MESSAGE.unpack_from(data, begin)
-                yield Message(channel, logged, data[begin + _MESSAGE.size : place], published, sequence)
-            elif kind == CHANNEL:
-                number, schema = struct.unpack_from("<HH", data, begin)
-                topic, then = _text_at(data, begin + 4)
-                encoding, _ = _text_at(data, then)
-                yield Channel(number, topic, encoding, {}, schema)
-            elif kind == SCHEMA:
-                (number,) = struct.unpack_from("<H", data, begin)
-                name, then = _text_at(data, begin + 2)
-                encoding, then = _text_at(data, then)
-                (length,) = struct.unpack_from("<I", data, then)
-                yield Schema(number, data[then + 4 : then + 4 + length], encoding, name)
-    except (struct.error, UnicodeDecodeError):
-        raise _Damaged from None
-
-
-def _text_at(data: bytes, place: int) -> tuple[str, int]:
-    """Return a text inside a record, and the position after it."""
-    (length,) = struct.unpack_from("<I", data, place)
-    end = place + 4 + length
-    return data[place + 4 : end].decode(), end
-
-
-_HEAD, _MESSAGE = struct.Struct("<BQ"), struct.Struct("<HIQQ")
 
 
 def _parts(path: Path) -> list[Path]:

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.records.mcapfile import exists
+from elib.records.mcapreader import Health, records_of
 from elib.records.mcapwriter import McapWriter
-from elib.records.reader import Health, Recording, records_of
+from elib.records.reader import Recording
 from elib.records.topics import ABOUT
 
 
@@ -79,21 +80,23 @@ def repair(path: str | os.PathLike[str], target: str | os.PathLike[str] | None =
 
 
 def _copy(path: Path, health: Health, writer: McapWriter) -> None:
+    from mcap.records import Attachment, Channel, Message, Metadata, Schema
+
     schemas: dict[int, tuple[str, bytes]] = {}
     numbers: dict[int, int] = {}
     for record in records_of(path, health):
-        match type(record).__name__:
-            case "Metadata":
+        match record:
+            case Metadata():
                 more = {"repaired": path.name} if record.name == ABOUT else {}
                 writer.add_metadata(record.name, {**record.metadata, **more})
-            case "Attachment":
+            case Attachment():
                 writer.add_attachment(record.log_time, record.name, record.media_type, record.data)
-            case "Schema":
+            case Schema():
                 schemas[record.id] = record.name, record.data
-            case "Channel":
+            case Channel():
                 # The chunk with the schema may be lost.
                 if record.id not in numbers:
                     numbers[record.id] = writer.register(record.topic, *schemas.get(record.schema_id, ("", b"{}")))
-            case "Message":
+            case Message():
                 if record.channel_id in numbers:
                     writer.add_message(numbers[record.channel_id], record.log_time, record.data)

@@ -19,7 +19,7 @@ from elib.records.reader import Entry, Recording
 from elib.records.topics import CALLS, MEASURED, ODOMETRY, OUTCOMES, READINGS, SCENE, WORLD
 
 TOPICS = (CALLS, OUTCOMES, READINGS, MEASURED, ODOMETRY, WORLD, SCENE)
-"""What tells of the state."""
+"""Topics whose messages change the state."""
 ROUNDING = 1e-9
 """s. Times that differ by less are equal."""
 
@@ -32,7 +32,7 @@ class RobotState:
         time: s on the robot's clock.
         pose: Pose of the robot: in the world if it was measured, otherwise from where odometry began.
         is_measured: Whether the pose was measured.
-        speed: Wheel speeds that the robot was told, steps/s.
+        speed: Wheel speeds that were set last, steps/s.
         steps: The step counters.
         memory: The last settings of lamps and camera.
         world: The last message of ``/world`` before the moment; None without a simulated world.
@@ -93,6 +93,24 @@ def request_again(spec: Spec[Any], numbers: Sequence[int], context: Context) -> 
     return spec.request(context, **{each.name: value for each, value in zip(spec.parameters, values, strict=True)})
 
 
+def done_at(outcome: Entry) -> float | None:
+    """Return when the robot did a command, s; None if it did not do it, as far as is known.
+
+    Args:
+        outcome: The message of ``/outcomes``.
+    """
+    data = outcome.data
+    trip = data["round_trip"] or 0.0
+    is_lost = not data["ok"] and data["round_trip"] is not None and data["error"].startswith("ReplyTimeout")
+    if is_lost:  # it may have been done: the time of sending is all that is known
+        return outcome.time - trip
+    if not data["ok"]:
+        return None
+    if data["command"] in ("stop", "reset"):  # done as it arrives, however long the confirmation takes
+        return outcome.time - trip
+    return outcome.time - trip / 2
+
+
 class _StateReader:
     """Follows the messages of a recording up to a moment."""
 
@@ -101,7 +119,7 @@ class _StateReader:
         self._rate = rate
         self._context = Context(profile_named(recording.about["firmware"]))
         self._arguments: dict[int, tuple[int, ...]] = {}
-        self._told: list[tuple[float, int, tuple[int, int]]] = [(-math.inf, 0, (0, 0))]
+        self._speeds: list[tuple[float, int, tuple[int, int]]] = [(-math.inf, 0, (0, 0))]
         self._steps: tuple[float, tuple[int, int]] = (recording.began, (0, 0))
         self._poses: dict[str, list[Pose]] = {MEASURED.name: [], ODOMETRY.name: []}
         self._world: Mapping[str, Any] | None = None
@@ -132,38 +150,32 @@ class _StateReader:
             self._scene = entry.data["scene"]
 
     def _ended(self, entry: Entry) -> None:
-        """Take the end of a call into account, at the time when the robot probably did it: before the answer came."""
-        data = entry.data
-        arguments = self._arguments.pop(data["call"], ())
-        trip = data["round_trip"]
-        self._half = (trip or 0.0) / 2
-        spec = SPECS.get(data["command"])
-        is_lost = not data["ok"] and str(data["error"]).startswith("ReplyTimeout") and trip is not None
-        if spec is None or not (data["ok"] or is_lost):
+        """Take the end of a call into account, at the time when the robot probably did it."""
+        call = entry.data["call"]
+        arguments = self._arguments.pop(call, ())
+        self._half = (entry.data["round_trip"] or 0.0) / 2
+        spec = SPECS.get(entry.data["command"])
+        when = None if spec is None else done_at(entry)
+        if spec is None or when is None:
             return
-        # The robot does a stop or a reset as soon as it arrives, however long the confirmation takes. If the answer was
-        # lost, the time of sending is all that is known.
-        began = entry.time - (trip or 0.0)
-        when = began if is_lost or spec.name in ("stop", "reset") else entry.time - self._half
+        wheels = (arguments[0], arguments[1]) if len(arguments) == 2 else (0, 0)
         if spec.name in ("set_speed", "stop", "reset"):  # also after the moment: needed up to the next pose
-            left, right = arguments if len(arguments) == 2 else (0, 0)
             # A call that a newer one replaced before it was sent ends together with that one.
-            insort(self._told, (when, data["call"], (left, right)))
+            insort(self._speeds, (when, call, wheels))
         if when >= self._time:
             return
         if spec.remember is not None:
             with contextlib.suppress(ElibError):  # what a damaged call has set is not known
                 request_again(spec, arguments, self._context).confirmed(self._context)
         if spec.name in ("set_encoders", "reset"):
-            left, right = arguments if len(arguments) == 2 else (0, 0)
-            self._steps = when, (left, right)
+            self._steps = when, wheels
 
     def state(self) -> RobotState:
         """Return the state at the moment."""
         is_measured = bool(self._poses[MEASURED.name])
         since, (left, right) = self._steps
         more = self._turned(since, self._time)
-        speed = next(speed for when, _, speed in reversed(self._told) if when < self._time)
+        speed = next(speed for when, _, speed in reversed(self._speeds) if when < self._time)
         return RobotState(
             self._time,
             self._pose(self._poses[MEASURED.name if is_measured else ODOMETRY.name]),
@@ -187,21 +199,21 @@ class _StateReader:
         # The path by the wheel commands is shifted bit by bit so that it ends at the next recorded pose: the true size
         # of the wheels is not known.
         before = poses[-2]
-        told = advanced(before, *self._turned(before.time, self._time))
+        here = advanced(before, *self._turned(before.time, self._time))
         goal = advanced(before, *self._turned(before.time, last.time))
         share = (self._time - before.time) / (last.time - before.time)
         return Pose(
-            told.x + share * (last.x - goal.x),
-            told.y + share * (last.y - goal.y),
-            math.remainder(told.heading + share * math.remainder(last.heading - goal.heading, math.tau), math.tau),
+            here.x + share * (last.x - goal.x),
+            here.y + share * (last.y - goal.y),
+            math.remainder(here.heading + share * math.remainder(last.heading - goal.heading, math.tau), math.tau),
             time=self._time,
         )
 
     def _turned(self, since: float, until: float) -> tuple[float, float]:
         """Return the steps of both wheels between two times by the wheel commands."""
-        ends = [time for time, _, _ in self._told[1:]] + [math.inf]
+        ends = [time for time, _, _ in self._speeds[1:]] + [math.inf]
         left = right = 0.0
-        for (begin, _, speed), end in zip(self._told, ends, strict=True):
+        for (begin, _, speed), end in zip(self._speeds, ends, strict=True):
             seconds = min(end, until) - max(begin, since)
             if seconds > 0:
                 left += self._rate(speed[0]) * seconds

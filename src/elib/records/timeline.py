@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from elib.base.pose import Pose
 from elib.records.encoding import numbers_in, skipped_fields
@@ -24,7 +25,7 @@ class Moment:
         text: What happened, in one line.
         is_bad: Whether it went wrong.
         readings: The numbers of the readings, by name.
-        speed: Wheel speeds that the robot was told, rev/s; None if this was another call.
+        speed: Wheel speeds that the call set, rev/s; None if it set none.
         pose: Last known pose of the robot, measured if possible.
     """
 
@@ -66,39 +67,38 @@ class _Assembler:
 
     def take(self, entry: Entry) -> Iterator[Moment]:
         """Take a message; yield the moments that it completes."""
-        data = entry.data
-        if entry.topic.startswith(READINGS.name):
-            name = entry.topic.removeprefix(READINGS.name)
-            self._read[name] = tuple(numbers_in(data, self._skipped).values())
-            words = [_short(value) for key, value in data.items() if key not in self._skipped and value is not None]
-            self._shown.append(f"{name} {' '.join(words)}" if len(self._shown) or self._is_several else " ".join(words))
-            return
-        if entry.topic == PICTURES.name:
+        topic, data = entry.topic, entry.data
+        if topic.startswith(READINGS.name):
+            self._take_reading(topic.removeprefix(READINGS.name), data)
+        elif topic == PICTURES.name:
             self._shown.append(f"{data['width']}x{data['height']} {data['encoding']}")
-            return
-        if entry.topic in (MEASURED.name, ODOMETRY.name):
-            is_measured = entry.topic == MEASURED.name
-            if is_measured or not self._is_measured:
-                self._pose, self._is_measured = entry.pose, is_measured
-            return
-        yield from self._finished()
-        if entry.topic == CALLS.name:
-            self._calls[data["call"]] = entry.time, str(data["text"]), tuple(data["arguments"])
-        elif entry.topic == OUTCOMES.name:
+        elif topic == MEASURED.name or (topic == ODOMETRY.name and not self._is_measured):
+            self._pose, self._is_measured = entry.pose, topic == MEASURED.name
+        elif topic == CALLS.name:
+            yield from self._finished()
+            self._calls[data["call"]] = entry.time, data["text"], tuple(data["arguments"])
+        elif topic == OUTCOMES.name:
+            yield from self._finished()
             self._outcome = entry
-        else:
+        elif topic == NOTES.name:
+            yield from self._finished()
             kind = data["name"] if data["name"] in KINDS else "note"
-            yield Moment(entry.time - self._began, kind, str(data["message"]), data["level"] > 2, pose=self._pose)
+            yield Moment(entry.time - self._began, kind, data["message"], data["level"] > 2, pose=self._pose)
+
+    def _take_reading(self, name: str, data: Mapping[str, Any]) -> None:
+        """Add a reading to the call whose outcome came last."""
+        self._read[name] = tuple(numbers_in(data, self._skipped).values())
+        words = " ".join(_short(value) for key, value in data.items() if key not in self._skipped and value is not None)
+        is_one_of_several = bool(self._shown) or (
+            self._outcome is not None and self._outcome.data["command"] == "sensors"
+        )
+        self._shown.append(f"{name} {words}" if is_one_of_several else words)
 
     def end(self) -> Iterator[Moment]:
         """Yield what is left, also calls without an outcome."""
         yield from self._finished()
         for time, text, _ in self._calls.values():
             yield Moment(time - self._began, "call", f"{text}  no outcome was recorded", is_bad=True, pose=self._pose)
-
-    @property
-    def _is_several(self) -> bool:
-        return self._outcome is not None and self._outcome.data["command"] == "sensors"
 
     def _finished(self) -> Iterator[Moment]:
         """Yield the call whose outcome came last, with its readings."""

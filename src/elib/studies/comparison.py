@@ -15,7 +15,8 @@ import numpy as np
 
 from elib.base.pose import Pose
 from elib.base.quantiles import quantile
-from elib.records.reader import Entry, Health, Recording
+from elib.records.mcapreader import Health
+from elib.records.reader import Entry, Recording
 from elib.records.topics import MEASURED, ODOMETRY, OUTCOMES, READINGS
 from elib.studies.series import Numbers, Series, common_fields, may_set_counters, path_series, series_of
 
