@@ -341,7 +341,7 @@ def test_two_robots_may_share_a_stream() -> None:
 async def test_a_target_that_accepts_no_text_does_not_hold_the_robot_up(
     robot: elib.Epuck, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(writer, "MOST_LINES", 10)
+    monkeypatch.setattr(writer, "MAX_LINES", 10)
     monkeypatch.setattr(writer, "MANY_LINES", 1)
     stream = Gate()
     log = Log(robot, stream)

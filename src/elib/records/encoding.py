@@ -10,7 +10,7 @@ from elib.link.protocol.image import Image
 from elib.link.protocol.values import Reading, Role, describe
 from elib.records.topics import PictureData
 
-MOST_FIELDS = 16
+MAX_FIELDS = 16
 """Numbers of a list in a reading; a longer list holds samples of sound."""
 
 
@@ -54,7 +54,7 @@ def numbers_in(data: Mapping[str, object], skipped: Collection[str] | None = Non
             continue
         if isinstance(value, int | float):
             found[name] = float(value)
-        elif isinstance(value, list) and len(value) <= MOST_FIELDS:
+        elif isinstance(value, list) and len(value) <= MAX_FIELDS:
             found.update({f"{name}[{k}]": float(each) for k, each in enumerate(value) if isinstance(each, int | float)})
     return found
 

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, BinaryIO, cast
 
 from elib.base.errors import ArgumentError
 from elib.base.files import open_file, reason_of
-from elib.records.mcapwriter import CHANNEL, MAGIC, MESSAGE, MOST_PACKED, SCHEMA
+from elib.records.mcapwriter import CHANNEL, MAGIC, MAX_PACKED, MESSAGE, SCHEMA
 
 if TYPE_CHECKING:
     from mcap.records import Chunk, McapRecord
 
-LARGEST_CHUNK = 1 << 24
+MAX_CHUNK = 1 << 24
 """Bytes of an unpacked chunk. A larger one is damaged: chunks of elib have 1 MiB, those of other tools 4 MiB."""
-LARGEST_RECORD = LARGEST_CHUNK + (1 << 16)
+MAX_RECORD = MAX_CHUNK + (1 << 16)
 """Bytes of any other record. A longer one is damaged, too."""
 
 
@@ -67,7 +67,7 @@ def records_of(path: Path, health: Health, *, only_header: bool = False) -> Iter
             )
         stream.seek(0)
         size = os.fstat(stream.fileno()).st_size
-        reader = StreamReader(cast("Any", _Bounded(stream, size)), emit_chunks=True, record_size_limit=LARGEST_RECORD)
+        reader = StreamReader(cast("Any", _Bounded(stream, size)), emit_chunks=True, record_size_limit=MAX_RECORD)
         try:
             for record in reader.records:
                 if not isinstance(record, Chunk):
@@ -100,7 +100,7 @@ class _Bounded:
 
     def read(self, length: int) -> bytes:
         """Return *length* bytes, or what is left; never more than a record may have."""
-        return self._stream.read(max(0, min(length, LARGEST_RECORD, self._size - self._stream.tell())))
+        return self._stream.read(max(0, min(length, MAX_RECORD, self._size - self._stream.tell())))
 
 
 def _unpacked(chunk: Chunk) -> bytes:
@@ -111,7 +111,7 @@ def _unpacked(chunk: Chunk) -> bytes:
             gigabytes.
     """
     size = chunk.uncompressed_size
-    if size > LARGEST_CHUNK or (chunk.compression and size > MOST_PACKED * len(chunk.data)):
+    if size > MAX_CHUNK or (chunk.compression and size > MAX_PACKED * len(chunk.data)):
         raise _Damaged
     try:
         data = _DECOMPRESSORS[chunk.compression](chunk.data, size)
@@ -128,7 +128,7 @@ def _unpack_zstd(data: bytes, size: int) -> bytes:
 
     if zstandard.frame_content_size(data) > size:  # zstandard would allocate that much
         raise _Damaged
-    return zstandard.ZstdDecompressor(max_window_size=LARGEST_CHUNK).decompress(data, max_output_size=size)
+    return zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK).decompress(data, max_output_size=size)
 
 
 def _unpack_lz4(data: bytes, size: int) -> bytes:

@@ -18,7 +18,7 @@ CHUNK_SIZE = 1 << 20
 """Size of a full chunk, bytes before compression."""
 LEVEL = 1
 """Level of zstd: it takes half the time of the usual level and makes a tenth more bytes."""
-MOST_PACKED = 100
+MAX_PACKED = 100
 """Largest ratio of compression of a chunk; a chunk that would exceed it is written uncompressed. Measured: 11 to 24. So
 the reader can refuse a few bytes that unpack to gigabytes."""
 _pack_message = struct.Struct("<BQHIQQ").pack
@@ -101,7 +101,7 @@ class McapWriter:
             return
         records = b"".join(self._parts)
         packed, method = self._compress(records), "zstd"
-        if len(records) > MOST_PACKED * len(packed):
+        if len(records) > MAX_PACKED * len(packed):
             packed, method = records, ""
         times = [time for index in self._index.values() for time in (min(index[::2]), max(index[::2]))]
         first, last = min(times), max(times)

@@ -104,17 +104,6 @@ class Located:
 
 
 @dataclass(frozen=True, slots=True)
-class LinkChecked:
-    """The health of the link.
-
-    Attributes:
-        statistics: The statistics at that moment.
-    """
-
-    statistics: LinkStats
-
-
-@dataclass(frozen=True, slots=True)
 class Observed:
     """The state of a simulated world.
 
@@ -127,7 +116,8 @@ class Observed:
     scene: str = ""
 
 
-Event = TraceEvent | Noted | Located | LinkChecked | Observed
+Event = TraceEvent | Noted | Located | LinkStats | Observed
+"""Everything that is recorded."""
 
 
 class Message(NamedTuple):
@@ -207,7 +197,7 @@ class Translator:
             SessionOpened: self._opened,
             Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
             Located: self._located,
-            LinkChecked: self._checked,
+            LinkStats: self._checked,
             Observed: self._observed,
             **dict.fromkeys((Resynced, Greeted, ResetNoticed, Disconnected, Reconnected, Ending), self._happened),
         }
@@ -282,8 +272,8 @@ class Translator:
             )
             yield Message(time, TRANSFORM, moved)
 
-    def _checked(self, time: float, event: LinkChecked) -> Iterable[Message]:
-        data = dataclasses.asdict(event.statistics)
+    def _checked(self, time: float, event: LinkStats) -> Iterable[Message]:
+        data = dataclasses.asdict(event)
         del data["age"]  # the time of /outcomes says it better
         return (Message(time, LINK, LinkData(time=time, **data)),)
 

@@ -12,7 +12,7 @@ from elib.base.infrared import SPACING, USUAL_RESPONSE
 from elib.records.encoding import base64_of
 from elib.records.topics import PackedField, Placement, PointsData, Quaternion, Vector3
 
-LEAST = 60
+MIN_COUNT = 60
 """counts. Below it a wall is farther than 6.5 cm by the usual curve, and the sensors' noise of 10 counts is more than
 5 mm."""
 _FALLING = [-count for count in USUAL_RESPONSE]
@@ -31,7 +31,7 @@ ROBOT = "robot"
 
 def infrared_points(time: float, counts: Sequence[int]) -> PointsData:
     """Return the data of ``/ranges/infrared`` for the counts of the eight sensors."""
-    seen = ((ray, _metres(count)) for ray, count in zip(_RAYS, counts, strict=True) if count >= LEAST)
+    seen = ((ray, _metres(count)) for ray, count in zip(_RAYS, counts, strict=True) if count >= MIN_COUNT)
     return _points(time, seen)
 
 

@@ -34,7 +34,7 @@ from elib.records.topics import (
     decoder_of,
 )
 
-LARGEST_MESSAGE = 1 << 22
+MAX_MESSAGE = 1 << 22
 """Bytes. A picture has 52 KB, and a world of ten thousand robots 600 KB."""
 
 
@@ -313,7 +313,7 @@ def _parts(path: Path) -> list[Path]:
 
 def _data_of(content: bytes, decoder: Decoder[Any]) -> dict[str, Any] | None:
     """Return the data of a message; None if it is damaged."""
-    if len(content) > LARGEST_MESSAGE:
+    if len(content) > MAX_MESSAGE:
         return None
     try:
         data = decoder.decode(content)

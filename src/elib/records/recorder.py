@@ -18,12 +18,12 @@ from elib.base.pose import Pose
 from elib.link.session import Ended, Ending, Pushed, Reconnected, Robot, SessionOpened, TraceEvent
 from elib.records.background import CLOSING_TIME, Background
 from elib.records.mcapfile import Parts, check_mcap, exists, versions
-from elib.records.messages import Event, LinkChecked, Located, Noted, Observed
+from elib.records.messages import Event, Located, Noted, Observed
 from elib.records.topics import FORMAT
 
 ROBOT_CLOSING_TIME = 0.2
 """s of real time for which closing a robot waits for its recording: closing must be quick, however slow the disk is."""
-MOST_EVENTS = 200_000
+MAX_EVENTS = 200_000
 """Number of events that may wait for a slow disk; more are lost, and the recording says how many."""
 MANY_EVENTS = 20_000
 """Number of events that are written at once, without gathering more."""
@@ -98,7 +98,7 @@ class Tap:
                 self._observe(time)
             if time - self._checked >= CHECKING_PERIOD:
                 self._checked = time
-                self._put((time, LinkChecked(self._robot.statistics)))
+                self._put((time, self._robot.statistics))
         elif isinstance(event, Reconnected):
             self._observe(time)
         elif isinstance(event, Ending) and self._channel.error is not None:
@@ -158,7 +158,7 @@ class Recorder:
             f"the recording {self.path}",
             self._parts.write,
             self._parts.finish,
-            most=MOST_EVENTS,
+            most=MAX_EVENTS,
             many=MANY_EVENTS,
             gathered=GATHERED,
         )

@@ -8,7 +8,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, TypeAlias, get_type_hints
 
 from elib.link.protocol.values import READING_TYPES, FieldInfo, Reading, Role, describe
-from elib.records.encoding import MOST_FIELDS
+from elib.records.encoding import MAX_FIELDS
 from elib.records.topics import CALLS, MEASURED, NOTES, ODOMETRY, OUTCOMES, READINGS, WORLD
 
 if TYPE_CHECKING:
@@ -24,10 +24,10 @@ Table: TypeAlias = "dict[str, NDArray[Any]]"
 
 ROWS = 10_000
 """Rows that are gathered before they are passed on: some 10 MB."""
-MOST_OPEN = 10_000
+MAX_OPEN = 10_000
 """Calls without an outcome that are waited for; a robot has a handful."""
-LONGEST_NAME = 64
-MOST_TABLES, MOST_KEYS = 64, 64
+MAX_NAME = 64
+MAX_TABLES, MAX_KEYS = 64, 64
 """Readings of a recording, and fields of one: elib has some twenty of either. A damaged file may hold anything."""
 _KINDS: Mapping[object, Kind] = {int: "whole", float: "number", bool: "truth", str: "text"}
 _TYPES: Mapping[Kind, frozenset[type]] = {
@@ -112,12 +112,12 @@ class _Layout:
         known = {info.name: info for info in describe(kind)}
         columns: dict[str, Kind] = {}
         cells: list[tuple[Kind, str, int | None]] = []
-        for key, value in islice(data.items(), MOST_KEYS):
+        for key, value in islice(data.items(), MAX_KEYS):
             info = known.get(key) or FieldInfo(name=key)
             if info.role in (Role.STAMP, Role.CONSTANT) or isinstance(value, dict) or not key.isidentifier():
                 continue
             places = range(len(value)) if isinstance(value, list) else (None,)
-            if len(places) > MOST_FIELDS:
+            if len(places) > MAX_FIELDS:
                 continue  # samples of sound
             for place in places:
                 holds = _kind_of(hints.get(key), info, value if place is None else value[place])
@@ -201,7 +201,7 @@ class Tabulator:
         if topic.startswith(READINGS.name):
             name = topic.removeprefix(READINGS.name)
             layout = self._layouts.get(name)
-            if layout is None and _is_name(name) and len(self._layouts) < MOST_TABLES:
+            if layout is None and _is_name(name) and len(self._layouts) < MAX_TABLES:
                 layout = self._layouts[name] = _Layout.of(name, data)
                 self.columns[name] = layout.columns
             row = None if layout is None else layout.row(data, self._robot)
@@ -246,7 +246,7 @@ class Tabulator:
         """Yield the oldest calls as far as they have ended: a call that ended early waits for those before it."""
         while self._open:
             number, call = next(iter(self._open.items()))
-            if call[4] is None and len(self._open) <= MOST_OPEN:
+            if call[4] is None and len(self._open) <= MAX_OPEN:
                 return
             del self._open[number]
             yield tuple(call)
@@ -254,7 +254,7 @@ class Tabulator:
 
 def _is_name(name: str) -> bool:
     """Return whether a table may have a name that stands in a recording: it becomes that of a file."""
-    return name.isidentifier() and name.isascii() and len(name) <= LONGEST_NAME and name not in FIXED
+    return name.isidentifier() and name.isascii() and len(name) <= MAX_NAME and name not in FIXED
 
 
 def topics_of(tables: Iterable[str]) -> list[str]:

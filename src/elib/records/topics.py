@@ -20,13 +20,13 @@ ABOUT: Final = "elib"
 """Name of the metadata record with the facts about a recording."""
 WORLD_FILE: Final = "world.toml"
 """Name of the attachment with the simulated world."""
-LARGEST_NUMBER: Final = 1e15
+MAX_NUMBER: Final = 1e15
 """No time, length or count of a recording comes near this number, and a float holds whole numbers up to it."""
 
 Schema = dict[str, Any]
 
-Finite = Annotated[float, Meta(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
-Integer = Annotated[int, Meta(ge=-int(LARGEST_NUMBER), le=int(LARGEST_NUMBER))]
+Finite = Annotated[float, Meta(ge=-MAX_NUMBER, le=MAX_NUMBER)]
+Integer = Annotated[int, Meta(ge=-int(MAX_NUMBER), le=int(MAX_NUMBER))]
 Time = Annotated[Finite, Meta(description="s on the robot's clock")]
 Base64 = Annotated[
     str,

@@ -10,7 +10,7 @@ from typing import Protocol
 from elib.base.errors import ArgumentError, ElibError
 from elib.records.background import CLOSING_TIME, Background
 
-MOST_LINES = 100_000
+MAX_LINES = 100_000
 """Number of lines that may wait for a slow target, some 6 MB; more are lost, and the log says how many."""
 MANY_LINES = 10_000
 """Number of lines that are written at once, without gathering more."""
@@ -82,7 +82,7 @@ class LineWriter(Background[str]):
         else:
             self._stream = _checked(target)
             self.target = str(getattr(target, "name", type(target).__name__))
-        super().__init__(f"the log {self.target}", self._write, self._free, most=MOST_LINES, many=MANY_LINES)
+        super().__init__(f"the log {self.target}", self._write, self._free, most=MAX_LINES, many=MANY_LINES)
 
     def check(self) -> None:
         """Raise the error that the thread met, if any.

@@ -16,7 +16,7 @@ from elib.records.decoding.requests import ExpectedAnswer
 
 TEXT = frozenset(b"\a\t\n\f\r") | frozenset(range(0x20, 0x7F))
 """Bytes that text answers are made of."""
-LONGEST_ANSWER = 2048
+MAX_ANSWER = 2048
 """Bytes. The longest answer of several lines, the help text, has 1112 (wire-protocol.md, 2.8)."""
 
 
@@ -120,7 +120,7 @@ def _interrupts(
     """Return whether the last line does not belong to the unfinished answer before it."""
     found = find(others, window[line:], 0, context)
     if found is None or found.start or found.kind is Kind.MALFORMED:
-        return len(window) > LONGEST_ANSWER
+        return len(window) > MAX_ANSWER
     if found.answer is STARTED:
         return begun.reply is not shapes.BANNER
     return found.kind is not None
