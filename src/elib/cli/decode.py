@@ -134,7 +134,7 @@ class Printer:
     def summary(self, decoder: AnyDecoder) -> None:
         """Say how many lines there were, how many faults, and how many requests without an answer."""
         sys.stdout.flush()
-        last = decoder.unanswered if decoder.is_two_sided else []
+        last = decoder.unanswered
         unanswered = self._unanswered + len(last)
         wrong = [f"{self._faults} of them marked !"] * (self._faults > 0)
         wrong += [f"{_counted(unanswered, 'request')} without an answer"] * (unanswered > 0)

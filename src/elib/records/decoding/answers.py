@@ -4,6 +4,9 @@ A line is matched with the requests that wait, the oldest first. If it answers a
 get an answer any more. Binary answers have no framing: the request tells their length. If a text question was sent
 behind the request, its answer must stand right behind that length. Each decision needs only the bytes up to a certain
 one and the requests sent before it, so it is the same however a capture is cut into pieces.
+
+The session's own :class:`~elib.link.protocol.connection.HostConnection` cannot do this: it has one request under way
+and drops bytes that do not answer it. Other programs send several at once, and here every byte comes out in a line.
 """
 
 from __future__ import annotations

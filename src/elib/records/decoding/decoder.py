@@ -44,19 +44,14 @@ class Decoder:
         return self._context.profile.name
 
     @property
-    def is_two_sided(self) -> bool:
-        """Whether bytes of both directions have come."""
-        return self._answers.hears_host and self._answers.hears_robot
-
-    @property
     def lacks_requests(self) -> bool:
         """Whether only the robot's bytes have come: nothing tells what they answer."""
         return self._answers.hears_robot and not self._answers.hears_host
 
     @property
     def unanswered(self) -> list[str]:
-        """The requests that still wait for an answer."""
-        return [each.request for each in self._answers.expected if not each.may_lack]
+        """The requests that still wait for an answer; none without the robot's half."""
+        return [each.request for each in self._answers.expected if self._answers.hears_robot and not each.may_lack]
 
     def feed(self, direction: Direction, time: float | None, data: bytes) -> list[Line]:
         """Take bytes, and return the lines they complete.

@@ -40,7 +40,6 @@ class WifiDecoder:
     Attributes:
         firmware: The name of the firmware.
         source: How the firmware is known.
-        is_two_sided: Whether bytes of both directions have come.
         lacks_requests: Whether nothing tells what packets mean; they do so themselves.
     """
 
@@ -49,7 +48,6 @@ class WifiDecoder:
 
     def __init__(self, source: str = "as told") -> None:
         self.source = source
-        self.is_two_sided = False
         self._context = Context(EPUCK2_WIFI, origin="replay")
         self._commands, self._packets = CaptureBuffer("to robot"), CaptureBuffer("to host")
         self._heard: set[Direction] = set()
@@ -61,12 +59,11 @@ class WifiDecoder:
     @property
     def unanswered(self) -> list[str]:
         """The markers that were not taken yet."""
-        return ["marker"] * self._markers if self.is_two_sided else []
+        return ["marker"] * self._markers if "to host" in self._heard else []
 
     def feed(self, direction: Direction, time: float | None, data: bytes) -> list[Line]:
         """Take bytes, and return the lines they complete; see :meth:`elib.records.decoding.Decoder.feed`."""
         self._heard.add(direction)
-        self.is_two_sided = len(self._heard) == 2
         if direction == "to robot":
             self._commands.append(data, time)
             return list(self._read_commands())
