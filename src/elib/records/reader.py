@@ -279,17 +279,15 @@ class Summary:
 
 def summary_of(recording: Recording) -> Summary:
     """Read a whole recording and count what it holds."""
-    summary = Summary(dict(recording.about), [])
-    times: list[float] = [recording.began]
+    summary = Summary(dict(recording.about), [], first=recording.began, last=recording.began)
     for path in recording.paths:
         health = Health()
         for entry in recording.entries_of(path, health=health):
             summary.messages[entry.topic] += 1
-            times = [min(times[0], entry.time), max(times[-1], entry.time)]
+            summary.first, summary.last = min(summary.first, entry.time), max(summary.last, entry.time)
             if entry.topic == NOTES.name:
                 summary.notes.append(entry)
         summary.parts.append(FileSummary(path, path.stat().st_size, health))
-    summary.first, summary.last = times[0], times[-1]
     return summary
 
 
