@@ -103,8 +103,9 @@ class AnswerReader:
         """Return the binary answer at the front, up to its length or to the text answer that stands before that."""
         data = self._buffer.bytes
         whole = measure(head.parts, data, self._context)
-        follower = self.expected[1] if len(self.expected) > 1 else None
-        is_followed = follower is not None and not (follower.is_binary or follower.may_lack or whole.error)
+        follower = self.expected[1] if len(self.expected) > 1 and not whole.error else None
+        if follower is not None and (follower.is_binary or follower.may_lack):
+            follower = None  # nothing tells where it must stand
         while (end := data.find(b"\n", self._line) + 1) and (whole.length is None or end <= whole.length):
             at = begins(self._texts(), data[:end], max(0, end - LONGEST_LINE))
             if at is not None:
@@ -114,7 +115,7 @@ class AnswerReader:
         if whole.length is None or len(data) < whole.length:
             return None
         problem = ""
-        if is_followed and follower is not None:
+        if follower is not None:
             limit = whole.length + BEHIND
             if not end and len(data) < limit:
                 return None
