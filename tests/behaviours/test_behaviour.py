@@ -171,7 +171,7 @@ def test_an_impossible_time_is_refused(seconds: float) -> None:
 
 @pytest.mark.parametrize(
     ("name", "seconds"),
-    [(name, 10) for name in behaviours()] + [pytest.param(name, 30, marks=pytest.mark.long) for name in behaviours()],
+    [(name, 5) for name in behaviours()] + [pytest.param(name, 30, marks=pytest.mark.long) for name in behaviours()],
 )
 def test_every_behaviour_runs_its_time_at_home_and_leaves_the_robots_standing(
     name: str, seconds: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -179,7 +179,7 @@ def test_every_behaviour_runs_its_time_at_home_and_leaves_the_robots_standing(
     monkeypatch.chdir(tmp_path)  # some write pictures
     what = find(name)
     url = what.url + ("&" if "?" in what.url else "?") + "speed=max"
-    if seconds == 10:  # three robots are a swarm
+    if seconds == 5:  # three robots are a swarm
         url = re.sub(r"robots=\d+", "robots=3", url)
     worlds = []
 

@@ -316,24 +316,42 @@ def test_several_labs_make_one_table_with_a_row_for_each_student(lab: Path, scho
         assert said in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("first", "wrong"),
-    [
-        ("# fails: ahead: it does not drive", ""),
-        ("# fails: end: it does not drive", "it should fail end, but end fails only where another goal fails: ahead"),
-        ("# fails: ahed: it does not drive", "it should fail ahed, but there is no such goal: did you mean ahead?"),
-        ("import os", "its first line does not say what fails: # fails: GOAL: reason"),
-    ],
-)
-def test_a_mistake_that_does_not_fail_as_its_first_line_says_is_named(lab: Path, first: str, wrong: str) -> None:
+MISTAKES = {
+    "right.py": ("# fails: ahead: it does not drive", ""),
+    "end.py": (
+        "# fails: end: it does not drive",
+        "it should fail end, but end fails only where another goal fails: ahead",
+    ),
+    "ahed.py": (
+        "# fails: ahed: it does not drive",
+        "it should fail ahed, but there is no such goal: did you mean ahead?",
+    ),
+    "none.py": ("import os", "its first line does not say what fails: # fails: GOAL: reason"),
+}
+
+
+def test_a_mistake_that_does_not_fail_as_its_first_line_says_is_named(lab: Path) -> None:
     mistakes = lab / "teacher" / "mistakes"
     mistakes.mkdir()
-    (mistakes / "stands.py").write_text(f"{first}\nimport elib\n\nwith elib.connect() as robot:\n    robot.sleep(1)\n")
-    for words in (("mark", mistakes, "--unsafe", "--jobs", "1"), ("check", mistakes / "stands.py")):
-        done = run([sys.executable, "-m", "elib", "lab", *map(str, words)])
-        assert done.returncode == bool(wrong), done.stderr
-        said = wrong or ("it fails as its first line says" if words[0] == "check" else "")
-        assert (f"stands.py: {said}" in done.stderr) == bool(said)
+    for name, (first, _) in MISTAKES.items():
+        (mistakes / name).write_text(f"{first}\nimport elib\n\nwith elib.connect() as robot:\n    robot.sleep(1)\n")
+    done = run(command(mistakes, "--unsafe", "--jobs", 1))
+    assert done.returncode == 1
+    for name, (_, wrong) in MISTAKES.items():
+        assert (f"{name}: {wrong}" in done.stderr) == bool(wrong), done.stderr
+
+
+@pytest.mark.parametrize(
+    "name", ["right.py", *(pytest.param(name, marks=pytest.mark.long) for name in list(MISTAKES)[1:])]
+)
+def test_a_mistake_that_is_checked_alone_says_whether_it_fails_as_its_first_line_says(lab: Path, name: str) -> None:
+    first, wrong = MISTAKES[name]
+    mistakes = lab / "teacher" / "mistakes"
+    mistakes.mkdir()
+    (mistakes / name).write_text(f"{first}\nimport elib\n\nwith elib.connect() as robot:\n    robot.sleep(1)\n")
+    done = run([sys.executable, "-m", "elib", "lab", "check", str(mistakes / name)])
+    assert done.returncode == bool(wrong), done.stderr
+    assert f"{name}: {wrong or 'it fails as its first line says'}" in done.stderr
 
 
 def test_a_mistake_that_passes_is_named(lab: Path) -> None:

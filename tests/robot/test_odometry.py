@@ -60,7 +60,7 @@ speeds = st.floats(-1, 1, allow_subnormal=False)
 legs = st.lists(st.tuples(speeds, speeds, st.floats(0.1, 3)), min_size=10, max_size=10)
 
 
-@few_and_many(2, 40)
+@few_and_many(1, 40)
 @pytest.mark.parametrize("watched", [(), ("proximity",)], ids=["unwatched", "watched"])
 @pytest.mark.parametrize("script", ["", FLAKY])
 @firmwares
