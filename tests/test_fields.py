@@ -66,6 +66,8 @@ def test_a_number_of_numpy_becomes_a_plain_one() -> None:
         (Number(0, 10), np.bool_(True), "it must be a number from 0 to 10"),
         (Number(0, 10), "5", "is '5'; it must be a number from 0 to 10"),
         (Number(0, 10), np.float32(12.5), "is 12.5; it must be a number from 0 to 10"),
+        (Number(0, unit="s", is_open=True), 0, "is 0 s; it must be a number above 0 s"),
+        (Number(0, 60, "s", is_open=True), 0, "is 0 s; it must be a number above 0 s, at most 60 s"),
         (Number(), math.inf, "is inf; it must be a finite number"),
         (Number(), 10**400, "is a number of 1329 bits; it must be a finite number"),
         (Degrees(), 361, "is 361 degrees; it must be a number from -360 to 360 degrees"),
@@ -113,6 +115,21 @@ def test_a_number_that_fits_in_another_unit_is_answered_with_what_it_is_in_this_
     with pytest.raises(ArgumentError) as caught:
         rule.accept(value)
     assert caught.value.hint == hint
+
+
+@pytest.mark.parametrize(
+    ("rule", "text", "value"),
+    [
+        (Number(0, is_open=True), "5e-324", 5e-324),
+        (Number(0, 10), "0.5", 0.5),
+        (Whole(0, 100), "0x60", 96),
+        (Several(Number(0, 1), 1, 3), "0.5,1", (0.5, 1)),
+        (Choice(("csv", "json")), "CSV", "csv"),
+        (Text(), "5", "5"),
+    ],
+)
+def test_a_word_of_a_command_line_is_read_as_its_rule_needs_it(rule: Rule, text: str, value: object) -> None:
+    assert rule.accept(rule.read(text)) == value
 
 
 def test_a_message_names_whose_value_it_is() -> None:

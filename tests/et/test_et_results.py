@@ -1,23 +1,19 @@
 """What et finds out: statistics, counts, rates, histograms, latencies."""
 
 import math
-import os
 import random
-import re
 import statistics
-from pathlib import Path
 
 import numpy as np
 import pytest
 from et_runs import SAMPLE, complaint, result, run
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from elib.records.et import samples
+from elib.base.quantiles import quantile
+from elib.records.et.groups import Groups, deviation, mean, quantiles
 from elib.records.et.pairing import Pairing
 from elib.records.et.rows import BLOCK, Block, RowError, blocks_of
-from elib.records.et.samples import RunningStats, Samples
-from lanes import few_and_many
 
 DRAW = random.Random(1)
 VALUES = [round(DRAW.gauss(50, 10), 3) for _ in range(1000)]
@@ -62,89 +58,33 @@ def test_stats_of_no_rows_are_dashes() -> None:
     assert len(cells(result("Stats", "0", "--by", "1", log=""))) == 1
 
 
-def test_portions_give_what_the_whole_gives() -> None:
-    late = np.array(VALUES) + 1e9  # a sum of squares would lose everything here
-    stats = RunningStats()
-    for batch in np.array_split(late, 7):
-        stats.add(batch)
-    found = stats.of()
-    assert (found.count, found.minimum, found.maximum) == (1000, late.min(), late.max())
-    assert found.mean == pytest.approx(statistics.fmean(VALUES) + 1e9, abs=1e-6)
-    assert found.deviation == pytest.approx(statistics.stdev(VALUES), rel=1e-6)
+def test_late_times_keep_their_digits() -> None:
+    late = "".join(f"{value + 1e9:.3f} x\n" for value in VALUES)  # a sum of squares would lose everything here
+    assert float(result("Avg", "0", log=late)) == pytest.approx(statistics.fmean(VALUES) + 1e9, abs=1e-6)
+    assert float(result("Sd", "0", log=late)) == pytest.approx(statistics.stdev(VALUES), rel=1e-6)
 
 
-def test_groups_have_moments_of_their_own_whenever_they_appear() -> None:
-    stats = RunningStats()
-    groups = np.arange(1000) % 7 * (np.arange(1000) // 500)  # the last six appear in the second half only
-    for place in range(0, 1000, 50):
-        stats.add(np.array(VALUES)[place : place + 50], groups[place : place + 50])
-    for group in range(7):
-        own = [value for value, its in zip(VALUES, groups, strict=True) if its == group]
-        found = stats.of(group)
-        assert (found.count, found.minimum, found.maximum) == (len(own), min(own), max(own))
-        assert found.mean == pytest.approx(statistics.fmean(own))
-        assert found.deviation == pytest.approx(statistics.stdev(own))
-    assert stats.of(7).count == 0
-
-
-def on_disk(values: np.ndarray, groups: np.ndarray | None = None) -> Samples:
-    """Return samples of which only a hundred numbers are in memory."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(samples, "MAX_IN_MEMORY", 100)
-        found = Samples()
-        for place in range(0, len(values), 37):
-            found.add(values[place : place + 37], None if groups is None else groups[place : place + 37])
-    assert found._file is not None
-    return found
-
-
-@pytest.mark.parametrize(("most", "few"), [(100, 0), (100, 50), (10_000, 0)], ids=["bisected", "partly", "sorted"])
-def test_numbers_on_disk_give_what_those_in_memory_give(most: int, few: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = on_disk(np.array(VALUES))
-    monkeypatch.setattr(samples, "MAX_IN_MEMORY", most)
-    monkeypatch.setattr(samples, "SORTED_AT_ONCE", few)
-    assert found.quantiles([0.5, 0, 1, 0.05]) == [sorted(VALUES)[rank] for rank in (499, 0, 999, 49)]
-    counts, edges = found.histogram(10)
-    expected, expected_edges = np.histogram(VALUES, 10)
-    assert counts.tolist() == expected.tolist()
-    assert edges == pytest.approx(expected_edges)
-
-
-@few_and_many(20, 100)
-def test_every_rank_is_found_on_disk(examples: int) -> None:
-    @settings(max_examples=examples)
-    @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=101, max_size=300), st.floats(0, 1))
-    def holds(values: list[float], share: float) -> None:
-        found = on_disk(np.array(values))
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(samples, "MAX_IN_MEMORY", 100)
-            patch.setattr(samples, "SORTED_AT_ONCE", 10)
-            assert found.quantiles([share]) == [sorted(values)[max(0, math.ceil(share * len(values)) - 1)]]
-
-    holds()
-
-
-def test_groups_on_disk_are_kept_apart() -> None:
-    groups = np.arange(1000) % 30
-    found = on_disk(np.array(VALUES), groups)
-    for group in range(30):
-        own = sorted(value for value, its in zip(VALUES, groups, strict=True) if its == group)
-        assert found.quantiles([0, 0.5, 1], group) == [own[0], own[math.ceil(len(own) / 2) - 1], own[-1]]
-    assert math.isnan(found.quantiles([0.5], 30)[0])
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no such device")
-def test_a_disk_that_is_too_small_for_the_numbers_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(samples, "MAX_IN_MEMORY", 100)
-    full = os.fdopen(os.open("/dev/full", os.O_RDWR), "w+b", buffering=0)
-    monkeypatch.setattr("tempfile.TemporaryFile", lambda prefix: full)
-    found = run("Percentile", "0", "50", log=LOG)
-    assert found.code == 1
-    assert re.match(
-        r"error: there are too many numbers for the memory, and they do not fit into .*: No space left on device\n"
-        r"hint: free some room there, or let TMPDIR name a directory that has more\n$",
-        found.err,
-    )
+@given(
+    st.lists(st.tuples(st.floats(-1e9, 1e9), st.sampled_from([b"", b"a", b"b"])), max_size=60),
+    st.integers(1, 20),
+    st.floats(0, 1),
+)
+def test_the_numbers_of_each_word_are_described_apart_however_they_come(
+    rows: list[tuple[float, bytes]], size: int, share: float
+) -> None:
+    numbers = Groups()
+    for place in range(0, len(rows), size):
+        part = rows[place : place + size]
+        numbers.add(np.array([value for value, _ in part]), [word for _, word in part])
+    assert numbers.words == list(dict.fromkeys(word for _, word in rows))
+    for word in numbers.words:
+        own = sorted(value for value, its in rows if its == word)
+        found = numbers.of(word)
+        assert found.tolist() == own
+        assert quantiles(found, [share]) == [quantile(own, share)]
+        assert mean(found) == pytest.approx(statistics.fmean(own), abs=1e-6)
+        if len(own) > 1:
+            assert deviation(found) == pytest.approx(statistics.stdev(own), abs=1e-6, rel=1e-6)
 
 
 def test_count_gives_shares_the_most_frequent_first() -> None:
@@ -185,8 +125,6 @@ def test_grouping_by_numbers_is_refused_before_it_fills_the_memory(monkeypatch: 
     log = "".join(f"{place} a\n" for place in range(1000))
     for arguments in (("Stats", "0", "--by", "0"), ("Count", "0")):
         assert "more than 900 different words to tell apart" in complaint(*arguments, log=log)
-    monkeypatch.setattr("elib.records.et.groups.MAX_BYTES", 100)
-    assert "more than 55 different words" in complaint("Count", "0", log=log)
 
 
 def test_many_words_in_many_windows_are_refused_before_they_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from elib.base.quantiles import quantile
 from elib.link.protocol.values import Acceleration, AngularVelocity, Battery
 from elib.link.session import LinkCounter
 from elib.records.encoding import fields_of, numbers_in
-from elib.records.et.samples import Samples
+from elib.records.et.groups import Groups, quantiles
 from elib.records.reader import Entry
 from elib.studies.comparison import Latencies, compare_series, distances
 from elib.studies.series import Series, path_series, series_of
@@ -175,6 +175,6 @@ def check_percentiles(chance: random.Random) -> None:
     counter._trips.extend(values)
     found = counter.read(0.0)
     assert (found.median, found.p99) == (quantile(values, 0.5), quantile(values, 0.99))
-    samples = Samples()
-    samples.add(np.array(values))
-    assert samples.quantiles([share]) == [expected]
+    numbers = Groups()
+    numbers.add(np.array(values))
+    assert quantiles(numbers.of(), [share]) == [expected]

@@ -17,6 +17,7 @@ A class declares the rule of each field in its type, and checks itself::
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import enum
 import inspect
@@ -159,6 +160,15 @@ def is_truth(value: object) -> typing.TypeGuard[Any]:
     return isinstance(value, bool) or type(value).__name__ in ("bool", "bool_")  # bool_ is NumPy's
 
 
+def number_from(text: str) -> object:
+    """Return *text* as a number, decimal or like ``0x60``; if it is not a number, return *text* itself."""
+    with contextlib.suppress(ValueError):
+        return int(text, 0)
+    with contextlib.suppress(ValueError):
+        return float(text)
+    return text
+
+
 class _Meant(float):
     """A number that was passed through :func:`really`."""
 
@@ -204,6 +214,10 @@ class Rule:
         """
         raise NotImplementedError
 
+    def read(self, text: str) -> object:
+        """Return the value that *text* of a command line or a URL means; whether it keeps the rule is not checked."""
+        return text
+
     def require(self, value: object, name: str, whose: str = "") -> Any:
         """Return *value* as the field holds it; a message begins with *whose* and the *name* of the value.
 
@@ -235,28 +249,38 @@ class Number(Rule):
         high: Greatest value.
         unit: Unit of the number, or "".
         usual: Largest magnitude that is taken without :func:`really`.
+        is_open: The number must be above *low*; *low* itself is refused.
     """
 
     low: float = -LARGEST_NUMBER
     high: float = LARGEST_NUMBER
     unit: str = ""
     usual: float = field(default=math.inf, kw_only=True)
+    is_open: bool = field(default=False, kw_only=True)
 
     @property
     def bounds(self) -> tuple[float, float]:
         """The least and the greatest value without :func:`really`."""
-        return max(self.low, -self.usual), min(self.high, self.usual)
+        low = math.nextafter(self.low, math.inf) if self.is_open else self.low
+        return max(low, -self.usual), min(self.high, self.usual)
 
     @property
     def range(self) -> str:
         """The bounds, in words."""
         low, high = self.bounds
         unit = self.unit and f" {self.unit}"
+        if self.is_open:
+            below = "" if high == LARGEST_NUMBER else f", at most {short(high)}{unit}"
+            return f"above {short(self.low)}{unit}{below}"
         return f"from {short(low)}{unit} on" if high == LARGEST_NUMBER else f"from {short(low)} to {short(high)}{unit}"
 
     def __str__(self) -> str:
         is_any = (self.low, self.high) == (-LARGEST_NUMBER, LARGEST_NUMBER)
         return "a finite number" if is_any else f"a number {self.range}"
+
+    def read(self, text: str) -> object:
+        """Return the number that *text* is."""
+        return number_from(text)
 
     def accept(self, value: object) -> float:
         """Return *value* as a float."""
@@ -265,7 +289,7 @@ class Number(Rule):
         if is_number(value):
             number = value if isinstance(value, int) else float(value)
             usual = math.inf if isinstance(value, _Meant) else self.usual
-            if self.low <= number <= self.high and abs(number) <= usual:
+            if self.low <= number <= self.high and abs(number) <= usual and not (self.is_open and number == self.low):
                 return float(number)
         raise self.refuse(value)
 
@@ -351,6 +375,10 @@ class Several(Rule):
                 raise Mistake(self.refuse(value).what, hint=mistake.hint) from None
         raise self.refuse(value)
 
+    def read(self, text: str) -> object:
+        """Return the numbers in *text*, which has commas between them."""
+        return [number_from(each) for each in text.split(",")]
+
     def written(self, value: object) -> str:
         """Return the list."""
         assert isinstance(value, tuple)
@@ -398,6 +426,10 @@ class Choice(Rule):
         if is_whole(value) and value in self.among:
             return int(value)
         raise self.refuse(value)
+
+    def read(self, text: str) -> object:
+        """Return the value that is *text*, in upper or lower case."""
+        return text.lower() if text.lower() in self.among else text
 
     def refuse(self, value: object) -> Mistake:
         """Return what is wrong with *value*, and which one was probably meant."""

@@ -14,7 +14,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
-from elib.base.fields import Number
+from elib.base.fields import Number, number_from
 from elib.base.plaintext import plain, summary
 from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
@@ -24,7 +24,7 @@ from elib.link.protocol import values
 from elib.link.protocol.context import Context
 from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES, rule
-from elib.link.protocol.quantities import SECONDS, number_from
+from elib.link.protocol.quantities import SECONDS
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on

@@ -24,7 +24,7 @@ from typing import Any, Literal
 
 from elib import __version__
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.fields import Whole, nearest
+from elib.base.fields import Whole, nearest, number_from
 from elib.base.files import parse_json, read_file, write_file
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, find, play
 from elib.learn.catalogue import importing
@@ -32,7 +32,6 @@ from elib.learn.champion import Champion, load_champion
 from elib.learn.executor import Executor, versions_of
 from elib.learn.journal import Journal
 from elib.learn.study import Evaluation, evaluate
-from elib.link.protocol.quantities import number_from
 from elib.link.session.statistics import merged
 from elib.link.transport import Url, parse_url
 from elib.records.et.formats import write_table

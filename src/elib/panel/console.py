@@ -9,11 +9,12 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, NamedTuple
 
 from elib.base.errors import ArgumentError, ElibError
+from elib.base.fields import number_from
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Profile
 from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES
-from elib.link.protocol.quantities import CameraMode, Quantity, number_from
+from elib.link.protocol.quantities import CameraMode, Quantity
 from elib.panel.gauges import instruments, words
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.snapshot import SENSORS

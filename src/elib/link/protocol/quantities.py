@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import enum
 import math
 from collections.abc import Collection
@@ -100,15 +99,6 @@ class Quantity:
     def to_wire(self, value: float) -> int:
         """Return *value* as the nearest whole number on the wire."""
         return round(value * self.scale) if self.scale else int(value)
-
-
-def number_from(text: str) -> object:
-    """Return *text* as a number, decimal or like ``0x60``; if it is not a number, return *text* itself."""
-    with contextlib.suppress(ValueError):
-        return int(text, 0)
-    with contextlib.suppress(ValueError):
-        return float(text)
-    return text
 
 
 SECONDS = Quantity("seconds", "s", 0, 1e9, scale=1, usual=3600)

@@ -1,38 +1,33 @@
-"""Arguments of a command line, declared as annotated fields of a dataclass: what each is called, and how it is read."""
+"""Arguments of a command line, declared as annotated fields of a dataclass: what each is called, and its rule."""
 
 from __future__ import annotations
 
-import math
 import re
 import typing
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
-from typing import Annotated, Any, Generic, TypeVar
+from typing import Annotated, Any
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import REQUIRED
-from elib.records.et.rows import NAMES, NUMBER
-
-T = TypeVar("T")
+from elib.base.fields import REQUIRED, Number, Rule, Several
+from elib.records.et.rows import NAMES
 
 
 @dataclass(frozen=True, slots=True)
-class Argument(Generic[T]):
+class Argument:
     """How a field is given on the command line. It stands in the field's type, behind ``Annotated``.
 
     Attributes:
-        label: ``COLUMN``, or ``--by COLUMN`` for an option.
-        convert: Function that returns the value of a word, or raises a ValueError that says what the word must be.
+        label: ``COLUMN``, ``--by COLUMN`` for an option, or ``WORD...`` for all the words that are left.
+        rule: What its value must be.
         help: What the argument is.
-        is_many: The argument takes all the words that are left.
         field: Name of the field; set by :func:`arguments_of`.
         default: Value of an argument that is left out; set by :func:`arguments_of`.
     """
 
     label: str
-    convert: Callable[[str], T]
+    rule: Rule
     help: str
-    is_many: bool = False
     field: str = ""
     default: object = REQUIRED
 
@@ -44,7 +39,28 @@ class Argument(Generic[T]):
     @property
     def is_required(self) -> bool:
         """Whether the argument must be given."""
-        return self.default is REQUIRED and not self.is_many
+        return self.default is REQUIRED
+
+
+class Words(Rule):
+    """Any words."""
+
+    def accept(self, value: object) -> Any:
+        """Return *value*."""
+        return value
+
+
+class FileName(Rule):
+    """The name of a file; ``-`` is None, which stands for standard input or output."""
+
+    def __str__(self) -> str:
+        return "the name of a file"
+
+    def accept(self, value: object) -> str | None:
+        """Return the name, or None."""
+        if not isinstance(value, str) or not value or "\0" in value:
+            raise self.refuse(value)
+        return None if value == "-" else value
 
 
 class ColumnNumber(int):
@@ -57,61 +73,38 @@ class ColumnNumber(int):
     label: str
 
 
-def to_column(text: str) -> ColumnNumber:
-    """Return the number of a column that was given by number or by name."""
-    if text.lower() not in NAMES and not re.fullmatch(r"[+-]?[0-9]{1,6}", text):
-        raise ValueError(f"it must be a number, counted from 0, or one of {', '.join(NAMES)}")
-    name = text.lower() if text.lower() in NAMES else ""
-    column = ColumnNumber(NAMES[name] if name else text)
-    column.label = name or f"column {column}"
-    return column
+class _ColumnRule(Rule):
+    def __str__(self) -> str:
+        return f"a number, counted from 0, or one of {', '.join(NAMES)}"
+
+    def accept(self, value: object) -> ColumnNumber:
+        """Return the number of a column that was given by number or by name."""
+        name = str(value).lower()
+        if name not in NAMES and not re.fullmatch(r"[+-]?[0-9]{1,6}", name):
+            raise self.refuse(value)
+        column = ColumnNumber(NAMES.get(name, name))
+        column.label = name if name in NAMES else f"column {column}"
+        return column
 
 
-def to_number(text: str) -> float:
-    """Return a finite number."""
-    if not NUMBER.fullmatch(text.encode("utf-8", "replace")) or not math.isfinite(float(text)):
-        raise ValueError("it must be a number")
-    return float(text)
-
-
-def to_count(least: int, most: int) -> Callable[[str], int]:
-    """Return a function that reads a whole number from *least* to *most*."""
-
-    def convert(text: str) -> int:
-        if not re.fullmatch(r"[0-9]{1,9}", text) or not least <= int(text) <= most:
-            raise ValueError(f"it must be a whole number from {least} to {most}")
-        return int(text)
-
-    return convert
-
-
-def to_percentage(text: str) -> float:
-    """Return a percentage from 0 to 100."""
-    try:
-        value = to_number(text)
-    except ValueError:
-        value = -1
-    if not 0 <= value <= 100:
-        raise ValueError("it must be from 0 to 100")
-    return value
-
-
-def to_percentages(text: str) -> tuple[float, ...]:
-    """Return percentages that were given with commas between them."""
-    return tuple(map(to_percentage, text.split(",")))
-
-
-Column = Annotated[ColumnNumber, Argument("COLUMN", to_column, "A number from 0, or a name; -1 is the last column.")]
+PERCENTAGE = Number(0, 100)
+Column = Annotated[
+    ColumnNumber, Argument("COLUMN", _ColumnRule(), "A number from 0, or a name; -1 is the last column.")
+]
 By = Annotated[
-    ColumnNumber | None, Argument("--by COLUMN", to_column, "A row of results for each word of this column.")
+    ColumnNumber | None, Argument("--by COLUMN", _ColumnRule(), "A row of results for each word of this column.")
 ]
 Percentiles = Annotated[
     tuple[float, ...],
-    Argument("--percentiles P,P", to_percentages, "Which to print; each is a value of the log (the nearest rank)."),
+    Argument(
+        "--percentiles P,P",
+        Several(PERCENTAGE, 1, 100),
+        "Which to print; each is a value of the log (the nearest rank).",
+    ),
 ]
 
 
-def arguments_of(kind: type) -> list[Argument[Any]]:
+def arguments_of(kind: type) -> list[Argument]:
     """Return the arguments that a dataclass declares, in order."""
     hints = typing.get_type_hints(kind, include_extras=True)
     return [
@@ -137,14 +130,13 @@ def values_of(kind: type, options: Mapping[str, str], words: Sequence[str] = (),
     left = list(words)
     values: dict[str, Any] = {}
     for argument in arguments_of(kind):
-        if argument.option:
-            if argument.option in options:
-                values[argument.field] = _converted(argument, options[argument.option], kind, name)
-        elif argument.is_many:
-            values[argument.field] = tuple(_converted(argument, word, kind, name) for word in left)
-            left = []
-        elif left:
-            values[argument.field] = _converted(argument, left.pop(0), kind, name)
+        rule, label = argument.rule, (argument.option or argument.label) + (name and f" of {name}")
+        if argument.option in options:
+            values[argument.field] = rule.require(rule.read(options[argument.option]), label)
+        elif argument.label.endswith("..."):
+            values[argument.field], left = tuple(rule.require(word, label) for word in left), []
+        elif left and not argument.option:
+            values[argument.field] = rule.require(rule.read(left.pop(0)), label)
         elif argument.is_required:
             what = argument.help[:1].lower() + argument.help[1:].rstrip(".")
             raise ArgumentError(f"{name} needs {argument.label}: {what}", hint=f"et {name} --help")
@@ -155,17 +147,5 @@ def values_of(kind: type, options: Mapping[str, str], words: Sequence[str] = (),
 
 def usage(kind: type) -> str:
     """Return how an action is called, on one line, without the program's name."""
-    words = [kind.__name__]
-    for argument in arguments_of(kind):
-        label = argument.label + ("..." if argument.is_many else "")
-        words.append(label if argument.is_required else f"[{label}]")
-    return " ".join(words)
-
-
-def _converted(argument: Argument[T], text: str, kind: type, name: str) -> T:
-    try:
-        return argument.convert(text)
-    except ValueError as error:
-        label = argument.option or argument.label
-        hint = f"usage: et {usage(kind)}" if name else f"usage: {argument.label}"
-        raise ArgumentError(f"{label}{name and f' of {name}'} is {text!r}; {error}", hint=hint) from None
+    labels = (each.label if each.is_required else f"[{each.label}]" for each in arguments_of(kind))
+    return " ".join([kind.__name__, *labels])

@@ -6,15 +6,15 @@ import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from inspect import getdoc
 from typing import Annotated
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import REQUIRED
+from elib.base.fields import REQUIRED, Choice, nearest
 from elib.records.et.action import Action, Plotted
 from elib.records.et.actions import actions
-from elib.records.et.arguments import Argument, arguments_of, usage, values_of
+from elib.records.et.arguments import Argument, FileName, arguments_of, usage, values_of
+from elib.records.et.formats import FORMATS
 
 WIDTH = 80
 
@@ -40,13 +40,6 @@ EXAMPLES = (
 LONG = {"--source": "-s", "--destination": "-d", "--help": "-h"}
 
 
-def to_path(text: str) -> str | None:
-    """Return the path of a file; None for ``-``."""
-    if not text or "\0" in text:
-        raise ValueError("it must be the name of a file")
-    return None if text == "-" else text
-
-
 @dataclass(frozen=True, slots=True)
 class Help:
     """A request for help: about *action*, or about all actions if it is None."""
@@ -68,16 +61,22 @@ class Request:
 
     action: Action
     source: Annotated[
-        str | None, Argument("-s SOURCE", to_path, "The log; standard input by default, or if it is -.")
+        str | None, Argument("-s SOURCE", FileName(), "The log; standard input by default, or if it is -.")
     ] = None
     destination: Annotated[
-        str | None, Argument("-d DEST", to_path, "Where results go; standard output by default, or if it is -.")
+        str | None, Argument("-d DEST", FileName(), "Where results go; standard output by default, or if it is -.")
     ] = None
     format: Annotated[
         str | None,
-        Argument("--format FORMAT", str, "text, csv, json, jsonl or parquet; by default the ending of DEST says it."),
+        Argument(
+            "--format FORMAT",
+            Choice(FORMATS),
+            "text, csv, json, jsonl or parquet; by default the ending of DEST says it.",
+        ),
     ] = None
-    plot: Annotated[str | None, Argument("--plot FILE", to_path, "Also draw the results: a .png, .svg or .pdf.")] = None
+    plot: Annotated[str | None, Argument("--plot FILE", FileName(), "Also draw the results: a .png, .svg or .pdf.")] = (
+        None
+    )
 
 
 def parse(tokens: Sequence[str]) -> Request | Help:
@@ -92,15 +91,11 @@ def parse(tokens: Sequence[str]) -> Request | Help:
         return Help(kind)
     if kind is None:
         raise ArgumentError("et needs an action", hint=f"one of {', '.join(actions())}; et --help explains them")
-    known = [argument.option for argument in (*arguments_of(Request), *arguments_of(kind)) if argument.option]
+    known = [each.option for each in (*arguments_of(kind), *arguments_of(Request)) if each.option]
     for option in options:
         if option not in known:
-            near = get_close_matches(option, known, 1, cutoff=0.6)
-            hint = (
-                f"did you mean {near[0]}?"
-                if near
-                else f"et {kind.__name__} --help; words that begin with - go after --"
-            )
+            near = nearest(option, known)
+            hint = near if near.startswith("did") else f"{near}; words that begin with - go after --"
             raise ArgumentError(f"{kind.__name__} has no option {option!r}", hint=hint)
     action = kind(**values_of(kind, options, words[1:], name=kind.__name__))
     return Request(action, **values_of(Request, options))
@@ -125,21 +120,17 @@ def _split(tokens: Sequence[str]) -> tuple[list[str], dict[str, str]]:
         else:
             given = next(rest, None)
             if given is None:
-                labels = {argument.option: argument.label for argument in arguments_of(Request)}
-                raise ArgumentError(f"{name} needs a value: {labels.get(name, f'{name} VALUE')}", hint="et --help")
+                raise ArgumentError(f"{name} needs a value", hint="et --help explains it")
             options[name] = given
     return words, options
 
 
 def _action(word: str) -> type[Action]:
     found = actions()
-    for name, kind in found.items():
-        if name.lower() == word.lower():
-            return kind
-    by_lower = {name.lower(): name for name in found}
-    near = get_close_matches(word.lower(), by_lower, 1, cutoff=0.5)
-    hint = f"did you mean {by_lower[near[0]]}?" if near else f"one of {', '.join(found)}"
-    raise ArgumentError(f"et has no action {word!r}", hint=hint)
+    kind = {name.lower(): kind for name, kind in found.items()}.get(word.lower())
+    if kind is None:
+        raise ArgumentError(f"et has no action {word!r}", hint=nearest(word, found))
+    return kind
 
 
 def summary(kind: type[Action]) -> str:
@@ -188,7 +179,7 @@ def _rows(kind: type) -> list[tuple[str, str]]:
 def _default(value: object) -> str:
     if value is REQUIRED or value is None or value == ():
         return ""
-    shown = ",".join(f"{each:g}" for each in value) if isinstance(value, tuple) else str(value)
+    shown = ",".join(f"{each:g}" for each in value) if isinstance(value, tuple) else value
     return f" (default: {shown})"
 
 

@@ -51,13 +51,11 @@ def format_of(name: str | None, destination: str | None) -> str:
     """Return the format to write: the one with this name, or the one that the file's ending names.
 
     Raises:
-        ArgumentError: The format does not exist, or cannot go to this destination.
+        ArgumentError: The format cannot go to this destination.
         Unsupported: DuckDB, which writes Parquet, is not installed.
     """
-    suffix = Path(destination).suffix.lower().removeprefix(".") if destination else ""
-    asked = name.lower() if name is not None else suffix if suffix in FORMATS else "text"
-    if asked not in FORMATS:
-        raise ArgumentError(f"--format is {name!r}; it must be one of {', '.join(FORMATS)}")
+    suffix = Path(destination or "").suffix.lower().removeprefix(".")
+    asked = name or (suffix if suffix in FORMATS else "text")
     if asked == "parquet":
         if destination is None:
             raise ArgumentError("Parquet cannot go to standard output", hint="give it a file: -d FILE.parquet")
@@ -114,7 +112,7 @@ class Writer:
         self._format = format_name
         self._headers: Sequence[Header] = ()
         self._is_begun = False
-        self._has_rows = False
+        self._before = "\n"
 
     @property
     def headers(self) -> Sequence[Header]:
@@ -161,7 +159,7 @@ class Writer:
         if self._format != "text":
             self._begin(LOG)
         if self._format == "json":
-            self._put("\n]\n" if self._has_rows else "]\n")
+            self._put("]\n" if self._before == "\n" else "\n]\n")
 
     def _begin(self, headers: Sequence[Header]) -> None:
         if not self._is_begun:
@@ -187,8 +185,8 @@ class Writer:
             if self._format == "jsonl":
                 self._put("".join(f"{record}\n" for record in records))
             else:
-                self._put((",\n" if self._has_rows else "\n") + ",\n".join(records))
-            self._has_rows = True
+                self._put(self._before + ",\n".join(records))
+                self._before = ",\n"
 
     def _record(self, row: Sequence[Cell]) -> dict[str, Cell]:
         return {header.name: _json(header, cell) for header, cell in zip(self._headers, row, strict=True)}

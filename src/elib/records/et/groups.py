@@ -1,87 +1,114 @@
-"""The numbers of one column, grouped by the words of another, and their distribution."""
+"""The numbers of a column in memory, sorted into groups, and what describes a group."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+import math
+from array import array
+from collections.abc import Iterable, Sequence, Sized
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
-from elib.records.et.samples import Codes, RunningStats, Samples, Values
+from elib.base.quantiles import rank
 from elib.records.et.table import Cell
 
 MAX_WORDS = 100_000
 """Different words that are told apart. A column of names has a handful; a column of numbers would fill the memory."""
-MAX_BYTES = 64 << 20
-"""Bytes of all these words together."""
+
+Values = NDArray[np.float64]
 
 
-class Categories(dict[bytes, int]):
-    """The different words of a column, numbered in the order in which they appear."""
+class Groups:
+    """Numbers by the word that their row has in another column; each takes 8 bytes."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self._bytes = 0
+        self._values: dict[bytes, array[float]] = {}
 
-    def __missing__(self, word: bytes) -> int:
-        self._bytes += len(word)
-        if len(self) >= MAX_WORDS or self._bytes > MAX_BYTES:
-            raise ArgumentError(
-                f"there are more than {len(self)} different words to tell apart",
-                hint="take a column of words, such as the command's, which is 3",
-            )
-        self[word] = code = len(self)
-        return code
-
-    def codes(self, words: Sequence[bytes]) -> Codes:
-        """Return the number of each word.
+    def add(self, values: Values, words: Sequence[bytes] | None = None) -> None:
+        """Add numbers to the groups of their *words*; without these, to the group of the empty word.
 
         Raises:
             ArgumentError: There are more different words than the memory is meant for.
         """
-        return np.fromiter(map(self.__getitem__, words), np.intp, len(words))
+        if not len(values):
+            return
+        by_word = {b"": values}
+        if words is not None:
+            places = {word: place for place, word in enumerate(dict.fromkeys(words))}
+            codes = np.fromiter(map(places.__getitem__, words), np.intp, len(words))
+            ends = np.cumsum(np.bincount(codes))
+            by_word = dict(zip(places, np.split(values[codes.argsort(kind="stable")], ends[:-1]), strict=True))
+        for word, part in by_word.items():
+            self._values.setdefault(word, array("d")).frombytes(part.tobytes())
+        check_words(self._values)
 
-    def texts(self) -> list[str]:
-        """Return the words as text."""
-        return list(map(text_of, self))
+    @property
+    def words(self) -> list[bytes]:
+        """The words, in the order in which they came."""
+        return list(self._values)
+
+    def of(self, word: bytes = b"") -> Values:
+        """Return the numbers of a group, sorted; none for a word that did not come."""
+        values: Values = np.asarray(self._values.get(word, array("d")))
+        values.sort()  # in place: no second copy
+        return values
 
 
-@dataclass(slots=True)
-class Distribution:
-    """The distribution of the numbers of each group."""
+def check_words(words: Sized) -> None:
+    """Check that there are not too many different words to tell apart.
 
-    stats: RunningStats = field(default_factory=RunningStats)
-    samples: Samples = field(default_factory=Samples)
+    Raises:
+        ArgumentError: There are.
+    """
+    if len(words) > MAX_WORDS:
+        raise ArgumentError(
+            f"there are more than {MAX_WORDS} different words to tell apart",
+            hint="take a column of words, such as the command's, which is 3",
+        )
 
-    def add(self, values: Values, groups: Codes | None = None) -> None:
-        """Add numbers to their groups; without *groups*, to group 0."""
-        self.stats.add(values, groups)
-        self.samples.add(values, groups)
 
-    def count(self, group: int = 0) -> int:
-        """Return how many numbers a group has."""
-        return self.stats.of(group).count
+def mean(values: Values) -> float:
+    """Return the arithmetic mean; 0 without numbers."""
+    with np.errstate(all="ignore"):  # at the end of the range it becomes inf or nan, and a warning would not help
+        return float(values.mean()) if len(values) else 0.0
 
-    @staticmethod
-    def names(percentages: Sequence[float]) -> list[str]:
-        """Return the names of what :meth:`cells` returns."""
-        return ["mean", "sd", "min", *(f"p{each:g}" for each in percentages), "max"]
 
-    def cells(self, percentages: Sequence[float], scale: float = 1.0, group: int = 0) -> list[Cell]:
-        """Return mean, deviation, minimum, percentiles and maximum of a group; None for each that does not exist."""
-        found = self.stats.of(group)
-        if not found.count:
-            return [None] * (4 + len(percentages))
-        ranks = self.samples.quantiles([each / 100 for each in percentages], group)
-        deviation = found.deviation if found.count > 1 else None
-        values = [found.mean, deviation, found.minimum, *ranks, found.maximum]
-        return [None if value is None else value * scale for value in values]
+def deviation(values: Values) -> float:
+    """Return the standard deviation of a sample (n - 1); nan for fewer than two numbers."""
+    if len(values) < 2:
+        return math.nan
+    middle, parts = mean(values), np.array_split(values, 1 + len(values) // (1 << 20))  # no copy of them all
+    with np.errstate(all="ignore"):
+        return math.sqrt(sum(float(np.square(part - middle).sum()) for part in parts) / (len(values) - 1))
 
-    def box(self, scale: float = 1.0, group: int = 0) -> dict[str, float]:
-        """Return what a box plot needs of a group that has numbers."""
-        ranks = self.samples.quantiles([0.05, 0.25, 0.5, 0.75, 0.95], group)
-        return dict(zip(("whislo", "q1", "med", "q3", "whishi"), (rank * scale for rank in ranks), strict=True))
+
+def quantiles(values: Values, shares: Iterable[float]) -> list[float]:
+    """Return for each share, 0 to 1, the least of sorted *values* that it does not exceed: the nearest rank.
+
+    Without values each is nan.
+    """
+    return [float(values[rank(share, len(values))]) if len(values) else math.nan for share in shares]
+
+
+def names(percentages: Sequence[float]) -> list[str]:
+    """Return the names of what :func:`describe` returns."""
+    return ["mean", "sd", "min", *(f"p{each:g}" for each in percentages), "max"]
+
+
+def describe(values: Values, percentages: Sequence[float], scale: float = 1.0) -> list[Cell]:
+    """Return mean, deviation, minimum, percentiles and maximum of sorted values; None for each that does not exist."""
+    if not len(values):
+        return [None] * (4 + len(percentages))
+    ranks = quantiles(values, [0, *(each / 100 for each in percentages), 1])
+    found = [mean(values), deviation(values), *ranks]
+    return [None if math.isnan(value) else value * scale for value in found]
+
+
+def box(values: Values, scale: float = 1.0) -> dict[str, float]:
+    """Return what a box plot needs of sorted values."""
+    ranks = quantiles(values, [0.05, 0.25, 0.5, 0.75, 0.95])
+    return dict(zip(("whislo", "q1", "med", "q3", "whishi"), (rank * scale for rank in ranks), strict=True))
 
 
 def text_of(word: bytes) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from array import array
+from collections.abc import Iterable, Iterator
 from typing import Any
 from urllib.parse import unquote
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from elib.base.errors import ArgumentError
 from elib.base.files import open_file, reason_of
 from elib.records.et.groups import text_of
-from elib.records.et.pairing import COMMAND, EVENT, Pair, Pairing
+from elib.records.et.pairing import COMMAND, EVENT, Pairing
 from elib.records.et.rows import Block, RowError, blocks_of
 from elib.records.log import Vocabulary, check_names, logged_name
 from elib.records.lognames import python_name
@@ -41,31 +42,45 @@ def read_log(path: str | os.PathLike[str], *, names: Vocabulary = "python") -> d
     """
     check_names(names)
     pairing = Pairing()
-    calls: list[tuple[float, bytes, bytes]] = []
-    queues: list[NDArray[np.float64]] = []
-    pairs: list[Pair] = []
+    calls, seconds, are_ok = array("q"), array("d"), bytearray()
+    robots: dict[bytes, int] = {}
+    commands: dict[bytes, int] = {}
+    columns = [[np.zeros(0, kind)] for kind in ("f8", "i4", "i4", "i8", "i8")]
     for block in _whole_blocks(path):
-        pairs += pairing.pairs(block)
+        for pair in pairing.pairs(block):
+            calls.append(pair.call)
+            seconds.append(pair.latency)
+            are_ok.append(pair.event == b"ok")
         is_call = np.array([word == b"call" for word in block.words(EVENT)], bool)
-        numbers = np.stack([block.numbers(NOT_SENT), block.numbers(NOT_ANSWERED)])
-        for place, time in zip(np.flatnonzero(is_call), block.numbers(0)[is_call].tolist(), strict=True):
-            row = block.rows[place].split(b" ", 1)[1].rsplit(b" ", -EVENT)
-            calls.append((time, row[0], row[COMMAND]))
-        queues.append(numbers[:, is_call])
-    waiting = np.concatenate([np.zeros((2, 0)), *queues], axis=1).astype(np.int64)
-    outcomes, seconds = np.full(len(calls), "", "<U2"), np.full(len(calls), np.nan)
-    for pair in pairs:
-        outcomes[pair.call], seconds[pair.call] = text_of(pair.event), pair.latency
-    shown = {word: logged_name(python_name(text_of(word)), names) for word in {word for *_, word in calls}}
+        rows = [block.rows[place].split(b" ", 1)[1].rsplit(b" ", -EVENT) for place in np.flatnonzero(is_call)]
+        found = (
+            block.numbers(0)[is_call],
+            _codes((row[0] for row in rows), robots),
+            _codes((row[COMMAND] for row in rows), commands),
+            block.numbers(NOT_SENT)[is_call].astype("i8"),
+            block.numbers(NOT_ANSWERED)[is_call].astype("i8"),
+        )
+        for column, part in zip(columns, found, strict=True):
+            column.append(part)
+    time, robot, command, not_sent, not_answered = map(np.concatenate, columns)
+    outcomes, waited = np.zeros(len(time), np.int8), np.full(len(time), np.nan)
+    outcomes[calls] = 2 - np.frombuffer(are_ok, np.int8)
+    waited[calls] = seconds
+    shown = [logged_name(python_name(text_of(word)), names) for word in commands]
     return {
-        "time": np.array([time for time, _, _ in calls], np.float64),
-        "robot": np.array([unquote(text_of(robot)) for _, robot, _ in calls], str),
-        "command": np.array([shown[command] for *_, command in calls], str),
-        "outcome": outcomes,
-        "seconds": seconds,
-        "not_sent": waiting[0],
-        "not_answered": waiting[1],
+        "time": time,
+        "robot": np.array([unquote(text_of(word)) for word in robots], str)[robot],
+        "command": np.array(shown, str)[command],
+        "outcome": np.array(["", "ok", "ko"])[outcomes],
+        "seconds": waited,
+        "not_sent": not_sent,
+        "not_answered": not_answered,
     }
+
+
+def _codes(words: Iterable[bytes], known: dict[bytes, int]) -> NDArray[np.int32]:
+    """Return a number for each word; *known* grows by the words that are new."""
+    return np.fromiter((known.setdefault(word, len(known)) for word in words), np.int32)
 
 
 def _whole_blocks(path: str | os.PathLike[str]) -> Iterator[Block]:

@@ -1,7 +1,8 @@
-"""Read the rows of a log, one block at a time: in constant memory, and fast enough for millions of rows."""
+"""Read the rows of a log, one block at a time: its text is never in memory as a whole."""
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Callable, Iterator
 from itertools import islice
@@ -79,15 +80,11 @@ class Block:
         if b"," in joined:
             joined = joined.replace(b",", b".")
             words = joined.split(b" ")
-        # Python's float() also accepts "nan", "1_0" and more; they have bytes that translate() leaves over here.
-        if not joined.translate(None, BYTES_OF_NUMBERS):
-            try:
-                values = np.fromiter(map(float, words), np.float64, len(words))
-            except ValueError:
-                pass
-            else:
-                if np.isfinite(values).all():
-                    return values
+        with contextlib.suppress(ValueError):
+            values = np.fromiter(map(float, words), np.float64, len(words))
+            # Python's float() also accepts "nan", "1_0" and more; they have bytes that translate() leaves over here.
+            if not joined.translate(None, BYTES_OF_NUMBERS) and np.isfinite(values).all():
+                return values
         bad = next(place for place, word in enumerate(words) if not _is_finite(word))
         raise self.error(bad, f"column {column} is {_shown(self.words(column)[bad])}, which is not a number")
 

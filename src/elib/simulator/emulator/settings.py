@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Self
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import Delay, Number, Probability, Seed, Whole, check, fields_of, rule_of
+from elib.base.fields import Delay, Probability, Seed, Whole, check, fields_of
 from elib.base.timebase import Speed, parse_speed
 from elib.link.transport.url import Url
 
@@ -77,7 +77,7 @@ class SimulationSettings:
         values: dict[str, object] = {**keys}
         for field in fields_of(SimulationSettings):
             if field.name in keys and field.name != "view":
-                values[field.name] = _number(field.name, keys[field.name])
+                values[field.name] = field.rule.read(keys[field.name])
         if "speed" in keys:
             values["speed"] = parse_speed(keys["speed"])
         if "view" in keys:
@@ -100,12 +100,3 @@ def settings_of(url: Url) -> SimulationSettings:
         ArgumentError: A value is out of its range.
     """
     return SimulationSettings.from_text(url.target or DEFAULT_WORLD, url.keys)
-
-
-def _number(name: str, text: str) -> float:
-    rule = rule_of(SimulationSettings, name)
-    try:
-        return int(text) if isinstance(rule, Whole) else float(text)
-    except ValueError:
-        assert isinstance(rule, Number)
-        raise ArgumentError(f"{name} is {text!r}; it must be {rule}") from None

@@ -4,32 +4,27 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 
+from elib.base.fields import Choice
 from elib.records.et.action import Plotted, Summary
 from elib.records.et.arguments import Argument, Percentiles
-from elib.records.et.groups import Categories, Distribution
+from elib.records.et.groups import Groups, box, check_words, describe, names, text_of
 from elib.records.et.pairing import Pairing
 from elib.records.et.plot import MAX_NAMES, draw_boxes, from_zero
 from elib.records.et.rows import Block
 from elib.records.et.table import Cell, Header, Table
 
-Key = Literal["command", "robot"]
 DECIMALS = 5
 """Decimals of milliseconds: a log does not have more."""
 
 
-def to_key(text: str) -> Key:
-    """Return the column whose words get a row each."""
-    match text.lower():
-        case "command" | "3":
-            return "command"
-        case "robot" | "1":
-            return "robot"
-        case _:
-            raise ValueError("it must be command or robot")
+class _Key(Choice):
+    def read(self, text: str) -> object:
+        """Return the name of a column that was given by name or number."""
+        return {"1": "robot", "3": "command"}.get(text) or Choice.read(self, text)
 
 
 @dataclass
@@ -39,12 +34,13 @@ class Latency(Summary, Plotted):
     `open` counts the calls without ok or ko: the log ended, or was begun again, before they did.
     """
 
-    by: Annotated[Key, Argument("--by COLUMN", to_key, "A row of results for each command, or each robot.")] = "command"
+    by: Annotated[
+        str, Argument("--by COLUMN", _Key(("command", "robot")), "A row of results for each command, or each robot.")
+    ] = "command"
     percentiles: Percentiles = (50.0, 95.0)
     pairing: Pairing = field(default_factory=Pairing, init=False)
-    words: Categories = field(default_factory=Categories, init=False)
-    distribution: Distribution = field(default_factory=Distribution, init=False)
-    failed: Counter[int] = field(default_factory=Counter, init=False)
+    latencies: Groups = field(default_factory=Groups, init=False)
+    failed: Counter[bytes] = field(default_factory=Counter, init=False)
 
     def add(self, block: Block) -> None:
         """Add the latencies of the calls whose outcome is in *block*."""
@@ -55,24 +51,22 @@ class Latency(Summary, Plotted):
                 words.append(word)
                 latencies.append(pair.latency)
             else:
-                self.failed[self.words[word]] += 1
-        self.distribution.add(np.array(latencies), self.words.codes(words))
+                self.failed[word] += 1
+        self.latencies.add(np.array(latencies), words)
+        check_words(self.failed)
 
     def table(self) -> Table:
         """Return a row for each command or robot, in the order of their names."""
-        unanswered: Counter[int] = Counter()
+        unanswered: Counter[bytes] = Counter()
         for (robot, command), count in self.pairing.unanswered.items():
-            unanswered[self.words[command if self.by == "command" else robot]] += count
+            unanswered[command if self.by == "command" else robot] += count
         headers = [
             Header(self.by, "text"),
             *(Header(name, "whole") for name in ("ok", "ko", "open")),
-            *(Header(f"{name}_ms", decimals=3) for name in self.distribution.names(self.percentiles)),
+            *(Header(f"{name}_ms", decimals=3) for name in names(self.percentiles)),
         ]
-        rows: list[list[Cell]] = [
-            [word, self.distribution.count(group), self.failed[group], unanswered[group], *self._times(group)]
-            for word, group in self._sorted()
-        ]
-        return Table(headers, rows)
+        words = sorted({*self.latencies.words, *self.failed, *unanswered}, key=text_of)
+        return Table(headers, ([text_of(word), *self._cells(word, unanswered[word])] for word in words))
 
     @property
     def notes(self) -> list[str]:
@@ -81,14 +75,13 @@ class Latency(Summary, Plotted):
 
     def draw(self, axes: Any) -> None:
         """Draw a box for each row, with whiskers from 5 % to 95 %."""
-        found = [(word, group) for word, group in self._sorted() if self.distribution.count(group)][:MAX_NAMES]
-        boxes = [self.distribution.box(1000, group) for _, group in found]
-        draw_boxes(axes, [word for word, _ in found], boxes, "latency, ms")
+        words = sorted(self.latencies.words, key=text_of)[:MAX_NAMES]
+        boxes = [box(self.latencies.of(word), 1000) for word in words]
+        draw_boxes(axes, list(map(text_of, words)), boxes, "latency, ms")
         from_zero(axes, boxes)
 
-    def _times(self, group: int) -> list[Cell]:
-        cells = self.distribution.cells(self.percentiles, 1000, group)
-        return [round(cell, DECIMALS) if isinstance(cell, float) else cell for cell in cells]
-
-    def _sorted(self) -> list[tuple[str, int]]:
-        return sorted(zip(self.words.texts(), self.words.values(), strict=True))
+    def _cells(self, word: bytes, unanswered: int) -> list[Cell]:
+        values = self.latencies.of(word)
+        times = describe(values, self.percentiles, 1000)
+        rounded = [round(cell, DECIMALS) if isinstance(cell, float) else cell for cell in times]
+        return [len(values), self.failed[word], unanswered, *rounded]

@@ -7,10 +7,10 @@ from typing import Any
 
 from elib.records.et.action import Plotted, Summary
 from elib.records.et.arguments import By, Column, Percentiles
-from elib.records.et.groups import Categories, Distribution
+from elib.records.et.groups import Groups, box, describe, names, text_of
 from elib.records.et.plot import MAX_NAMES, draw_boxes
 from elib.records.et.rows import Block
-from elib.records.et.table import Cell, Header, Table
+from elib.records.et.table import Header, Table
 
 
 @dataclass
@@ -20,28 +20,20 @@ class Stats(Summary, Plotted):
     column: Column
     by: By = None
     percentiles: Percentiles = (5.0, 50.0, 95.0)
-    words: Categories = field(default_factory=Categories, init=False)
-    distribution: Distribution = field(default_factory=Distribution, init=False)
+    numbers: Groups = field(default_factory=Groups, init=False)
 
     def add(self, block: Block) -> None:
         """Add the numbers of the column."""
-        groups = None if self.by is None else self.words.codes(block.words(self.by))
-        self.distribution.add(block.numbers(self.column), groups)
+        self.numbers.add(block.numbers(self.column), None if self.by is None else block.words(self.by))
 
     def table(self) -> Table:
         """Return a row for each word, or a single row."""
-        names = self.distribution.names(self.percentiles)
-        headers = [Header("word", "text"), Header("count", "whole"), *map(Header, names)]
-        if self.by is None:
-            return Table(headers[1:], [self._row(0)])
-        return Table(headers, ([word, *self._row(group)] for group, word in enumerate(self.words.texts())))
+        headers = [Header("word", "text"), Header("count", "whole"), *map(Header, names(self.percentiles))]
+        groups = ((word, self.numbers.of(word)) for word in (self.numbers.words if self.by is not None else [b""]))
+        rows = ((text_of(word), len(values), *describe(values, self.percentiles)) for word, values in groups)
+        return Table(headers, rows) if self.by is not None else Table(headers[1:], (row[1:] for row in rows))
 
     def draw(self, axes: Any) -> None:
         """Draw a box for each word, with whiskers from 5 % to 95 %."""
-        words = [""] if self.by is None else self.words.texts()
-        found = [(word, group) for group, word in enumerate(words) if self.distribution.count(group)][:MAX_NAMES]
-        boxes = [self.distribution.box(group=group) for _, group in found]
-        draw_boxes(axes, [word for word, _ in found], boxes, self.column.label)
-
-    def _row(self, group: int) -> list[Cell]:
-        return [self.distribution.count(group), *self.distribution.cells(self.percentiles, group=group)]
+        words = self.numbers.words[:MAX_NAMES]
+        draw_boxes(axes, list(map(text_of, words)), [box(self.numbers.of(word)) for word in words], self.column.label)
