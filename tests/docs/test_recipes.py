@@ -333,7 +333,8 @@ def an_action_of_et_is_a_file_with_a_class(copy: Copy) -> Asking:
     copy.write(
         "src/elib/records/et/actions/longest.py",
         '''
-        from dataclasses import dataclass, field
+        from collections.abc import Iterable
+        from dataclasses import dataclass
 
         from elib.records.et.action import Figure
         from elib.records.et.rows import Block
@@ -342,14 +343,8 @@ def an_action_of_et_is_a_file_with_a_class(copy: Copy) -> Asking:
         class Longest(Figure):
             """Print the length of the longest row."""
 
-            length: int = field(default=0, init=False)
-
-            def add(self, block: Block) -> None:
-                self.length = max(self.length, *map(len, block.rows))
-
-            @property
-            def figure(self) -> float:
-                return self.length
+            def figure(self, blocks: Iterable[Block]) -> float:
+                return max((len(row) for block in blocks for row in block.rows), default=0)
         ''',
     )
     (copy.root / "run.log").write_text("0.1 Ada call speed 0 0\n0.2 Ada ok speed 0 0\n")

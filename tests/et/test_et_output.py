@@ -321,17 +321,13 @@ def test_a_new_action_is_a_class_in_a_file(monkeypatch: pytest.MonkeyPatch, tmp_
     from elib.records.et import actions as package
 
     (tmp_path / "longest.py").write_text(
-        "from dataclasses import dataclass, field\n"
+        "from dataclasses import dataclass\n"
         "from elib.records.et.action import Figure\n"
         "@dataclass\n"
         "class Longest(Figure):\n"
         '    """Print the length of the longest row."""\n'
-        "    length: int = field(default=0, init=False)\n"
-        "    def add(self, block):\n"
-        "        self.length = max([self.length, *map(len, block.rows)])\n"
-        "    @property\n"
-        "    def figure(self):\n"
-        "        return float(self.length)\n"
+        "    def figure(self, blocks):\n"
+        "        return max(len(row) for block in blocks for row in block.rows)\n"
     )
     monkeypatch.setattr(package, "__path__", [*package.__path__, str(tmp_path)])
     assert result("longest") == "41.00000000\n"

@@ -6,14 +6,8 @@ A new action is a class in a file of :mod:`elib.records.et.actions`; nothing els
     class Longest(Figure):
         \"\"\"Print the length of the longest row.\"\"\"
 
-        length: int = field(default=0, init=False)
-
-        def add(self, block: Block) -> None:
-            self.length = max(self.length, *map(len, block.rows))
-
-        @property
-        def figure(self) -> float:
-            return self.length
+        def figure(self, blocks: Iterable[Block]) -> float:
+            return max((len(row) for block in blocks for row in block.rows), default=0)
 
 Fields of :mod:`elib.records.et.arguments`, such as ``column: Column``, are given on the command line.
 """
@@ -72,31 +66,24 @@ class Summary(Action):
     """An action that prints a table when all rows are read."""
 
     @abstractmethod
-    def add(self, block: Block) -> None:
-        """Add the rows of *block*."""
-
-    @abstractmethod
-    def table(self) -> Table:
-        """Return the results."""
+    def table(self, blocks: Iterable[Block]) -> Table:
+        """Read all rows and return the results."""
 
     def run(self, blocks: Iterable[Block], writer: Writer) -> None:
         """Print the table."""
-        for block in blocks:
-            self.add(block)
-        writer.write(self.table())
+        writer.write(self.table(blocks))
 
 
 class Figure(Summary):
     """An action that prints one number, with 8 decimals."""
 
-    @property
     @abstractmethod
-    def figure(self) -> float:
-        """The number."""
+    def figure(self, blocks: Iterable[Block]) -> float:
+        """Read all rows and return the number."""
 
-    def table(self) -> Table:
-        """Return the number."""
-        return Table.of_figure(type(self).__name__.lower(), self.figure)
+    def table(self, blocks: Iterable[Block]) -> Table:
+        """Return the number as a table."""
+        return Table.of_figure(type(self).__name__.lower(), self.figure(blocks))
 
 
 class Plotted(ABC):

@@ -79,8 +79,6 @@ class StandardOutput:
 
     def flush(self) -> None:
         """Pass on what was written."""
-        if isinstance(sys.stdout, io.TextIOWrapper):
-            sys.stdout.buffer.flush()
         sys.stdout.flush()
 
 
@@ -91,9 +89,8 @@ ByteStream = IO[bytes] | StandardOutput
 def opened(target: str | None) -> Iterator[ByteStream]:
     """Open an output for bytes: standard output, or a file that is replaced at the end."""
     if target is None:
-        output = StandardOutput()
-        yield output
-        output.flush()
+        yield StandardOutput()
+        sys.stdout.flush()
     else:
         with replacing(target) as path, path.open("wb") as file:
             yield file

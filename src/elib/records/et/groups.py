@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
 from elib.base.quantiles import rank
+from elib.records.et.rows import Block
 from elib.records.et.table import Cell
 
 MAX_WORDS = 100_000
@@ -53,6 +54,14 @@ class Groups:
         values: Values = np.asarray(self._values.get(word, array("d")))
         values.sort()  # in place: no second copy
         return values
+
+
+def grouped(blocks: Iterable[Block], column: int, by: int | None = None) -> Groups:
+    """Return the numbers of a column by the words of column *by*; without it, in the group of the empty word."""
+    groups = Groups()
+    for block in blocks:
+        groups.add(block.numbers(column), None if by is None else block.words(by))
+    return groups
 
 
 def check_words(words: Sized) -> None:
@@ -109,8 +118,3 @@ def box(values: Values, scale: float = 1.0) -> dict[str, float]:
     """Return what a box plot needs of sorted values."""
     ranks = quantiles(values, [0.05, 0.25, 0.5, 0.75, 0.95])
     return dict(zip(("whislo", "q1", "med", "q3", "whishi"), (rank * scale for rank in ranks), strict=True))
-
-
-def text_of(word: bytes) -> str:
-    """Return a word of a log as text."""
-    return word.decode("utf-8", "replace")

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
 from elib.base.files import open_file, reason_of
-from elib.records.et.groups import text_of
 from elib.records.et.pairing import COMMAND, EVENT, Pairing
-from elib.records.et.rows import Block, RowError, blocks_of
+from elib.records.et.rows import Block, RowError, blocks_of, text_of
 from elib.records.log import Vocabulary, check_names, logged_name
 from elib.records.lognames import python_name
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from elib.records.et.rows import Block
+from elib.records.et.rows import Block, text_of
 
 EVENT, COMMAND = -4, -3
 """Columns, counted from the end: in 2011 a space in the robot's name made one column more."""
@@ -84,8 +84,7 @@ class Pairing:
                 if self._count > MAX_OPEN:
                     raise block.error(place, f"more than {MAX_OPEN} calls have no ok or ko; this is not a log")
             elif event not in (b"ok", b"ko"):
-                said = event.decode("utf-8", "replace")
-                raise block.error(place, f"the third column is {said!r}; it must be call, ok or ko")
+                raise block.error(place, f"the third column is {text_of(event)!r}; it must be call, ok or ko")
             elif waiting is None:
                 self.orphans += 1
             else:

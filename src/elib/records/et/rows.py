@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
+from elib.base.fields import shown
 
 BLOCK = 1 << 20
 """Bytes that are read at once: enough that the overhead of a block does not count, and few enough for the cache."""
@@ -24,6 +25,11 @@ NUMBER = re.compile(rb"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 BYTES_OF_NUMBERS = b"0123456789+-.eE "
 BOM = b"\xef\xbb\xbf"
 """The byte order mark that .NET writes in front of UTF-8."""
+
+
+def text_of(word: bytes) -> str:
+    """Return a word of a log as text."""
+    return word.decode("utf-8", "replace")
 
 
 class RowError(ArgumentError):
@@ -86,7 +92,7 @@ class Block:
             if not joined.translate(None, BYTES_OF_NUMBERS) and np.isfinite(values).all():
                 return values
         bad = next(place for place, word in enumerate(words) if not _is_finite(word))
-        raise self.error(bad, f"column {column} is {_shown(self.words(column)[bad])}, which is not a number")
+        raise self.error(bad, f"column {column} is {shown(text_of(self.words(column)[bad]))}, which is not a number")
 
     def error(self, place: int, message: str) -> RowError:
         """Return an error about the row with this index; its message names file and line."""
@@ -134,9 +140,4 @@ def _is_finite(word: bytes) -> bool:
 
 def _short(row: bytes, column: int) -> str:
     count = row.count(b" ") + 1
-    return f"there is no column {column}: the row has {count}, counted from 0: {_shown(row)}"
-
-
-def _shown(data: bytes) -> str:
-    text = data.decode("utf-8", "replace")
-    return repr(text if len(text) <= 60 else f"{text[:57]}...")
+    return f"there is no column {column}: the row has {count}, counted from 0: {shown(text_of(row))}"

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 from elib.records.et.action import Plotted, Summary
 from elib.records.et.arguments import Column
-from elib.records.et.groups import check_words, text_of
+from elib.records.et.groups import check_words
 from elib.records.et.plot import COLOURS, MAX_NAMES, label_of
-from elib.records.et.rows import Block
+from elib.records.et.rows import Block, text_of
 from elib.records.et.table import Header, Table
 
 
@@ -21,13 +22,11 @@ class Count(Summary, Plotted):
     column: Column
     counts: Counter[bytes] = field(default_factory=Counter, init=False)
 
-    def add(self, block: Block) -> None:
-        """Count the words."""
-        self.counts.update(block.words(self.column))
-        check_words(self.counts)
-
-    def table(self) -> Table:
+    def table(self, blocks: Iterable[Block]) -> Table:
         """Return words, counts and shares."""
+        for block in blocks:
+            self.counts.update(block.words(self.column))
+            check_words(self.counts)
         rows = [(text_of(word), count, count / self.counts.total()) for word, count in self.counts.most_common()]
         return Table([Header("word", "text"), Header("count", "whole"), Header("share", decimals=4)], rows)
 

@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Annotated
 
 from elib.records.et.action import Figure
 from elib.records.et.arguments import PERCENTAGE, Argument, Column
-from elib.records.et.groups import Groups, Values, deviation, mean, quantiles
+from elib.records.et.groups import Values, deviation, grouped, mean, quantiles
 from elib.records.et.rows import Block
 
 
 @dataclass
 class _ColumnFigure(Figure):
     column: Column
-    numbers: Groups = field(default_factory=Groups, init=False)
 
-    def add(self, block: Block) -> None:
-        """Add the numbers of the column."""
-        self.numbers.add(block.numbers(self.column))
-
-    @property
-    def figure(self) -> float:
-        """What the class computes of the numbers."""
-        return self._of(self.numbers.of())
+    def figure(self, blocks: Iterable[Block]) -> float:
+        """Return what the class computes of the sorted numbers."""
+        return self._of(grouped(blocks, self.column).of())
 
     @abstractmethod
     def _of(self, values: Values) -> float: ...

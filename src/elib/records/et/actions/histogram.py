@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from elib.base.fields import Whole
 from elib.records.et.action import Plotted, Summary
 from elib.records.et.arguments import Argument, Column
-from elib.records.et.groups import Groups, Values
+from elib.records.et.groups import Values, grouped
 from elib.records.et.plot import COLOURS
 from elib.records.et.rows import Block
 from elib.records.et.table import Header, Table
@@ -26,36 +27,31 @@ class Histogram(Summary, Plotted):
 
     column: Column
     bins: Annotated[int, Argument("--bins N", Whole(1, 1000), "How many bins, 1 to 1000.")] = 20
-    numbers: Groups = field(default_factory=Groups, init=False)
+    counts: NDArray[np.int64] = field(init=False)
+    edges: Values = field(init=False)
 
-    def add(self, block: Block) -> None:
-        """Add the numbers of the column."""
-        self.numbers.add(block.numbers(self.column))
-
-    def table(self) -> Table:
+    def table(self, blocks: Iterable[Block]) -> Table:
         """Return edges, counts and bars."""
         headers = [Header("from"), Header("to"), Header("count", "whole"), Header("bar", "text")]
-        counts, edges = self._counted()
-        bins = zip(edges[:-1].tolist(), edges[1:].tolist(), counts.tolist(), strict=True)
-        rows = [[low, high, count, "#" * round(BAR * count / int(counts.max()))] for low, high, count in bins]
-        return Table(headers, rows)
+        self.counts, self.edges = _counted(grouped(blocks, self.column).of(), self.bins)
+        most = self.counts.max(initial=1)
+        bins = zip(self.edges.tolist(), self.edges[1:].tolist(), self.counts.tolist(), strict=False)
+        return Table(headers, [[low, high, count, "#" * round(BAR * count / most)] for low, high, count in bins])
 
     def draw(self, axes: Any) -> None:
         """Draw the bars."""
-        counts, edges = self._counted()
-        if len(counts):
-            axes.stairs(counts, edges, fill=True, color=COLOURS[0])
+        if len(self.counts):
+            axes.stairs(self.counts, self.edges, fill=True, color=COLOURS[0])
         axes.set_xlabel(self.column.label)
         axes.set_ylabel("rows")
 
-    def _counted(self) -> tuple[NDArray[np.int64], Values]:
-        """Return the counts of the bins and their edges; nothing without numbers."""
-        values = self.numbers.of()
-        if not len(values):
-            return np.zeros(0, np.int64), np.zeros(0)
-        with np.errstate(all="ignore"):
-            edges = np.linspace(values[0], values[-1], self.bins + 1)
-            if not (np.diff(edges) > 0).all():  # between the least and the greatest there are not that many floats
-                edges = values[[0, -1]]
-        below = values.searchsorted(edges[1:-1])
-        return np.diff(below, prepend=0, append=len(values)), edges
+
+def _counted(values: Values, bins: int) -> tuple[NDArray[np.int64], Values]:
+    """Return the counts of the bins of sorted values, and their edges; nothing without values."""
+    if not len(values):
+        return np.zeros(0, np.int64), values
+    with np.errstate(all="ignore"):
+        edges = np.linspace(values[0], values[-1], bins + 1)
+        if not (np.diff(edges) > 0).all():  # between the least and the greatest there are not that many floats
+            edges = values[[0, -1]]
+    return np.diff(values.searchsorted(edges[1:-1]), prepend=0, append=len(values)), edges

@@ -8,10 +8,9 @@ from typing import Any
 
 from elib.records.et.action import Action, Plotted
 from elib.records.et.formats import PAIRS, Writer
-from elib.records.et.groups import text_of
 from elib.records.et.pairing import Pair, Pairing
 from elib.records.et.plot import COLOURS, draw_legend, label_of
-from elib.records.et.rows import Block
+from elib.records.et.rows import Block, text_of
 from elib.records.et.table import Table
 
 DECIMALS = 8

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -11,10 +12,10 @@ import numpy as np
 from elib.base.fields import Choice
 from elib.records.et.action import Plotted, Summary
 from elib.records.et.arguments import Argument, Percentiles
-from elib.records.et.groups import Groups, box, check_words, describe, names, text_of
+from elib.records.et.groups import Groups, box, check_words, describe, names
 from elib.records.et.pairing import Pairing
 from elib.records.et.plot import MAX_NAMES, draw_boxes, from_zero
-from elib.records.et.rows import Block
+from elib.records.et.rows import Block, text_of
 from elib.records.et.table import Cell, Header, Table
 
 DECIMALS = 5
@@ -42,21 +43,19 @@ class Latency(Summary, Plotted):
     latencies: Groups = field(default_factory=Groups, init=False)
     failed: Counter[bytes] = field(default_factory=Counter, init=False)
 
-    def add(self, block: Block) -> None:
-        """Add the latencies of the calls whose outcome is in *block*."""
-        words, latencies = [], []
-        for pair in self.pairing.pairs(block):
-            word = pair.command if self.by == "command" else pair.robot
-            if pair.event == b"ok":
-                words.append(word)
-                latencies.append(pair.latency)
-            else:
-                self.failed[word] += 1
-        self.latencies.add(np.array(latencies), words)
-        check_words(self.failed)
-
-    def table(self) -> Table:
+    def table(self, blocks: Iterable[Block]) -> Table:
         """Return a row for each command or robot, in the order of their names."""
+        for block in blocks:
+            words, latencies = [], []
+            for pair in self.pairing.pairs(block):
+                word = pair.command if self.by == "command" else pair.robot
+                if pair.event == b"ok":
+                    words.append(word)
+                    latencies.append(pair.latency)
+                else:
+                    self.failed[word] += 1
+            self.latencies.add(np.array(latencies), words)
+            check_words(self.failed)
         unanswered: Counter[bytes] = Counter()
         for (robot, command), count in self.pairing.unanswered.items():
             unanswered[command if self.by == "command" else robot] += count

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -12,9 +13,8 @@ from elib.base.errors import ArgumentError
 from elib.base.fields import Number
 from elib.records.et.action import Plotted, Summary
 from elib.records.et.arguments import Argument, By
-from elib.records.et.groups import text_of
 from elib.records.et.plot import COLOURS, draw_legend, label_of
-from elib.records.et.rows import Block
+from elib.records.et.rows import Block, text_of
 from elib.records.et.table import Header, Table
 
 MAX_WINDOWS = 100_000
@@ -33,8 +33,31 @@ class Rate(Summary, Plotted):
     windows: range = field(default=range(0), init=False)
     counts: Counter[tuple[bytes, int]] = field(default_factory=Counter, init=False)
 
-    def add(self, block: Block) -> None:
-        """Count the rows of each window."""
+    def table(self, blocks: Iterable[Block]) -> Table:
+        """Return a row for each window of each word."""
+        for block in blocks:
+            self._add(block)
+        headers = [Header("word", "text"), Header("time"), Header("count", "whole"), Header("per_s")]
+        counts = ((word, window, self.counts[word, window]) for word in self.words for window in self.windows)
+        rows = ((text_of(word), self._time(window), count, count / self.every) for word, window, count in counts)
+        return Table(headers, rows) if self.by is not None else Table(headers[1:], (row[1:] for row in rows))
+
+    def draw(self, axes: Any) -> None:
+        """Draw a line for each word."""
+        edges = [self._time(window) for window in range(self.windows.start, self.windows.stop + 1)]
+        totals: Counter[bytes] = Counter()
+        for (word, _), count in self.counts.items():
+            totals[word] += count
+        for (word, _), colour in zip(totals.most_common(), COLOURS, strict=False):
+            rates = [self.counts[word, window] / self.every for window in self.windows]
+            axes.stairs(rates, edges, color=colour, linewidth=1.2, baseline=None, label=label_of(text_of(word)))
+        axes.set_xlabel("time, s")
+        axes.set_ylabel("rows per second")
+        axes.set_ylim(bottom=0)
+        if self.by is not None and totals:
+            draw_legend(axes, len(totals), "most frequent")
+
+    def _add(self, block: Block) -> None:
         times = block.numbers(0)
         if not len(times):
             return
@@ -56,28 +79,6 @@ class Rate(Summary, Plotted):
                 hint="take a longer --every, or another column",
             )
         self.counts.update(zip(words, windows.astype(np.int64).tolist(), strict=True))
-
-    def table(self) -> Table:
-        """Return a row for each window of each word."""
-        headers = [Header("word", "text"), Header("time"), Header("count", "whole"), Header("per_s")]
-        counts = ((word, window, self.counts[word, window]) for word in self.words for window in self.windows)
-        rows = ((text_of(word), self._time(window), count, count / self.every) for word, window, count in counts)
-        return Table(headers, rows) if self.by is not None else Table(headers[1:], (row[1:] for row in rows))
-
-    def draw(self, axes: Any) -> None:
-        """Draw a line for each word."""
-        edges = [self._time(window) for window in range(self.windows.start, self.windows.stop + 1)]
-        totals: Counter[bytes] = Counter()
-        for (word, _), count in self.counts.items():
-            totals[word] += count
-        for (word, _), colour in zip(totals.most_common(), COLOURS, strict=False):
-            rates = [self.counts[word, window] / self.every for window in self.windows]
-            axes.stairs(rates, edges, color=colour, linewidth=1.2, baseline=None, label=label_of(text_of(word)))
-        axes.set_xlabel("time, s")
-        axes.set_ylabel("rows per second")
-        axes.set_ylim(bottom=0)
-        if self.by is not None and totals:
-            draw_legend(axes, len(totals), "most frequent")
 
     def _time(self, window: int) -> float:
         """Return the time at which a window begins, without the digits that binary fractions add."""

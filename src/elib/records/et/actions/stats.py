@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 from elib.records.et.action import Plotted, Summary
 from elib.records.et.arguments import By, Column, Percentiles
-from elib.records.et.groups import Groups, box, describe, names, text_of
+from elib.records.et.groups import Groups, box, describe, grouped, names
 from elib.records.et.plot import MAX_NAMES, draw_boxes
-from elib.records.et.rows import Block
+from elib.records.et.rows import Block, text_of
 from elib.records.et.table import Header, Table
 
 
@@ -20,14 +21,11 @@ class Stats(Summary, Plotted):
     column: Column
     by: By = None
     percentiles: Percentiles = (5.0, 50.0, 95.0)
-    numbers: Groups = field(default_factory=Groups, init=False)
+    numbers: Groups = field(init=False)
 
-    def add(self, block: Block) -> None:
-        """Add the numbers of the column."""
-        self.numbers.add(block.numbers(self.column), None if self.by is None else block.words(self.by))
-
-    def table(self) -> Table:
+    def table(self, blocks: Iterable[Block]) -> Table:
         """Return a row for each word, or a single row."""
+        self.numbers = grouped(blocks, self.column, self.by)
         headers = [Header("word", "text"), Header("count", "whole"), *map(Header, names(self.percentiles))]
         groups = ((word, self.numbers.of(word)) for word in (self.numbers.words if self.by is not None else [b""]))
         rows = ((text_of(word), len(values), *describe(values, self.percentiles)) for word, values in groups)
