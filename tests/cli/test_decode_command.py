@@ -171,11 +171,11 @@ def test_requests_without_an_answer_are_counted_and_those_that_waited_at_the_end
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--from", "me"], "--from is 'me'; it must be robot or host"),
-        (["--as", "zip"], "--as is 'zip'; it must be one of raw, hex, mcap"),
+        (["--from", "me"], '--from is \'me\'; it must be "robot" or "host"'),
+        (["--as", "zip"], '--as is \'zip\'; it must be "raw" or "hex" or "mcap"'),
         (["--firmware", "c64"], "there is no firmware 'c64'"),
         (["--for", "3"], "--for is for ports"),
-        (["--for", "-1"], "--for is -1 s; it must be a finite number above 0"),
+        (["--for", "-1"], "--for is -1.0 s; it must be a number above 0 s"),
     ],
 )
 def test_wrong_options_are_explained(arguments: list[str], message: str, run: Run) -> None:

@@ -135,7 +135,7 @@ def test_a_picture_whose_name_is_taken_by_a_folder_is_a_failure_after_the_summar
 @pytest.mark.parametrize(
     ("tokens", "code", "message"),
     [
-        (["--for", "-1"], 2, "--for is -1 s"),
+        (["--for", "-1"], 2, "--for is -1.0 s"),
         (["--seed", "-1"], 2, "seed is -1; it must be a whole number from 0"),
         (["--seed", "one"], 2, "--seed"),
         (["--seed", "1", "--robot", "tcp://127.0.0.1:9"], 2, "is not a simulation"),

@@ -113,7 +113,7 @@ def test_a_robot_that_is_named_needs_no_task(best: Path, capsys: pytest.CaptureF
         (("else/no.toml",), 2, "hint: elib evolve TASK writes the best controller"),
         (("bad.toml",), 1, "error: bad.toml:5: hiden is not a key of a controller's file\nhint: did you mean hidden?"),
         (("best.toml", "--robot", "tcp://127.0.0.1:1"), 1, "error: "),
-        (("best.toml", "--robot", "sim://?speed=max", "--for", "0"), 2, "error: --for is 0 s"),
+        (("best.toml", "--robot", "sim://?speed=max", "--for", "0"), 2, "error: --for is 0.0 s"),
     ],
 )
 def test_what_cannot_run_is_refused_with_a_cure(

@@ -60,7 +60,7 @@ def test_a_simulation_without_a_world_has_what_the_behaviour_needs(capsys: pytes
     ("tokens", "message"),
     [
         (["avid"], "there is no behaviour 'avid'\nhint: did you mean avoid?"),
-        (["avoid", "--for", "0"], "--for is 0 s; it must be a finite number above 0"),
+        (["avoid", "--for", "0"], "--for is 0.0 s; it must be a number above 0 s"),
         (["avoid", "--cruise", "7"], "cruise is 7 rev/s; it must be a number from 0.05 to 1 rev/s"),
         (["avoid", "--cruise", "fast"], "cruise is 'fast'"),
         (["avoid", "--speed", "1"], "--speed"),

@@ -406,7 +406,7 @@ except KeyboardInterrupt:
         (["my_folder"], "my_folder is a folder\nhint: name a program in it: elib run my_folder/my_robot.py"),
         (["notes.txt"], "notes.txt is not a program: its name does not end in .py"),
         (["my_robot.py", "--bogus"], "what belongs to the program stands after --"),
-        (["my_robot.py", "--for", "0"], "--for is 0 s"),
+        (["my_robot.py", "--for", "0"], "--for is 0.0 s"),
         (["my_robot.py", "--plot", "x.gif"], "its name must end in .png"),
         (["my_robot.py", "--log", "no/x.log"], "there is no folder 'no' for the log 'no/x.log'"),
         (["my_robot.py", "--record", "no/x.mcap"], "there is no folder 'no' for the recording 'no/x.mcap'"),

@@ -151,7 +151,7 @@ def test_the_robot_may_be_named_before_the_command(printed: Told) -> None:
         (["i2c_read", "3", "0"], "device is 3; it must be a multiple of 2 from 0 to 254"),
         (["text", " D"], "is not a text command"),
         (["proximity", "--within", "-1"], "--within is -1.0 s; it must be a number from 0 to 3600 s"),
-        (["proximity", "--within", "soon"], 'unable to convert "soon" into float'),
+        (["proximity", "--within", "soon"], "--within is 'soon'; it must be a number from 0 to 3600 s"),
         (["proximity", "--robot", "sim://?sped=max"], "sim:// has no key 'sped'\nhint: did you mean speed?"),
         (["image", "--save", "picture.jpg"], "it must end in .png"),
     ],

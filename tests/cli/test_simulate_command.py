@@ -131,7 +131,7 @@ def test_bytes_that_are_not_a_command_do_not_disturb_the_server() -> None:
         (["--speed", "fast"], 2, "speed is 'fast'"),
         (["--robots", "0"], 2, "robots is 0; it must be a whole number from 1 to 10000"),
         (["--robots", "two"], 2, "robots is 'two'; it must be a whole number"),
-        (["--loss", "2"], 2, "loss is 2.0; it must be a number from 0 to 1"),
+        (["--loss", "2"], 2, "loss is 2; it must be a number from 0 to 1"),
         (["--firmware", "btcom"], 2, "there is no firmware 'btcom'"),
         (["crowd", "--tcp", "65530"], 2, "20 robots from port 65530 on pass port 65535\nhint: take a lower port, or 0"),
         (["--tcp", "here"], 2, "'here' is neither HOST:PORT nor PORT"),

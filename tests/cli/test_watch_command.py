@@ -82,7 +82,7 @@ def test_names_may_be_written_with_dashes(printed: Told) -> None:
     [
         (["proximty"], 2, "there is no reading 'proximty' to watch\nhint: did you mean 'proximity'?"),
         (["--rate", "0"], 2, "rate is 0.0 Hz; it must be a number from 0.001 to 1000"),
-        (["--for", "-1"], 2, "--for is -1 s"),
+        (["--for", "-1"], 2, "--for is -1.0 s"),
         (["--rate", "quick"], 2, "quick"),
         (["distance", "--robot", FAST], 1, "distance cannot be watched: it does not exist on asercom-1.2.2"),
     ],

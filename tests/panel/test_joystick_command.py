@@ -135,8 +135,8 @@ def test_it_opens_the_browser_unless_told_otherwise(home: Path, monkeypatch: pyt
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        (["--port", "70000"], 2, "--port is '70000'; it must be from 0 to 65535"),
-        (["--port", "-1"], 2, "--port is '-1'"),
+        (["--port", "70000"], 2, "--port is 70000; it must be a whole number from 0 to 65535"),
+        (["--port", "-1"], 2, "--port is -1;"),
         (["--port", "http"], 2, "--port is 'http'"),
         (["--host", "192.0.2.77", "--port", "0"], 1, "cannot listen on 192.0.2.77"),
         (["--host", "no such host"], 1, "'no such host' is not an address of this computer"),

@@ -487,6 +487,12 @@ DELAY = Number(0, 60, "s")
 Delay = typing.Annotated[float, DELAY]
 """The delay of a link, or its standard deviation."""
 
+DURATION = Number(0, unit="s", is_open=True)
+"""How long something lasts."""
+
+PORT_NUMBER = Whole(0, 65535)
+"""The number of a TCP port; 0 is any free one."""
+
 PROBABILITY = Number(0, 1)
 Probability = typing.Annotated[float, PROBABILITY]
 
@@ -516,7 +522,7 @@ def fields_of(taker: Callable[..., object]) -> tuple[Field, ...]:
     A bool without a rule of its own is a :class:`Flag`.
     """
     hints = typing.get_type_hints(taker, include_extras=True)
-    found = ((each, _rule(hints.get(each.name))) for each in inspect.signature(taker).parameters.values())
+    found = ((each, rule_in(hints.get(each.name))) for each in inspect.signature(taker).parameters.values())
     return tuple(Field(each.name, rule, each.default) for each, rule in found if rule is not None)
 
 
@@ -525,13 +531,13 @@ def rule_of(taker: Callable[..., object], name: str) -> Rule:
     return next(each.rule for each in fields_of(taker) if each.name == name)
 
 
-def _rule(hint: Any) -> Rule | None:
+def rule_in(hint: Any) -> Rule | None:
     """Return the rule in a type; of ``Length | None`` it is that of the length."""
     if hint is bool:
         return Flag(example="true")
     inner = [each for each in getattr(hint, "__metadata__", ()) if isinstance(each, Rule)]
     if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
-        inner += [rule for part in typing.get_args(hint) if (rule := _rule(part)) is not None]
+        inner += [rule for part in typing.get_args(hint) if (rule := rule_in(part)) is not None]
     return inner[0] if inner else None
 
 

@@ -10,6 +10,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
+from elib.base.fields import PORT_NUMBER
 from elib.base.files import guide
 from elib.link.transport import parse_url, speed_of
 from elib.robot.running import run_coroutine
@@ -40,6 +41,7 @@ Seconds = Annotated[float, Cli(name="--driving", metavar="S", help="Seconds of d
 Http = Annotated[bool, Cli(name="--http", help="Serve HTTP on this computer instead of standard input and output.")]
 Port = Annotated[
     int | None,
+    PORT_NUMBER,
     Cli(name="--port", metavar="P", help=f"Port of --http; 0 takes a free one (default: the first from {PORT} on)."),
 ]
 View = Annotated[bool, Cli(name="--view", help="Show the robots in the browser, with Stop for a person.")]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.base.errors import ArgumentError
+from elib.base.fields import DURATION
 
 FAST_SIMULATION = "sim://?speed=max"
 """The robot if none is given and no person has to watch: a virtual one, as fast as the processor allows."""
@@ -34,14 +33,4 @@ Workers = Annotated[int | None, Cli(name="--workers", metavar="N", help="Worker 
 Cluster = Annotated[
     str | None, Cli(name="--cluster", metavar="URL", help="A Dask cluster's scheduler: tcp://HOST:8786.")
 ]
-Seconds = Annotated[float | None, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]
-
-
-def check_duration(seconds: float | None) -> None:
-    """Check the time that a command runs for.
-
-    Raises:
-        ArgumentError: *seconds* is not positive and finite.
-    """
-    if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
-        raise ArgumentError(f"--for is {seconds:g} s; it must be a finite number above 0")
+Seconds = Annotated[float | None, DURATION, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]

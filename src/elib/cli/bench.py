@@ -32,7 +32,7 @@ FEW = 3
 RECOVERY_TIME = 10.0
 """s in which a line must be in sync again after a lost answer; a robot that calibrates is busy for 3.7 s."""
 
-Count = Annotated[int, Cli(name="--count", metavar="N", help=f"Calls of each command, 1 to {MOST}.")]
+Count = Annotated[int, Whole(1, MOST), Cli(name="--count", metavar="N", help=f"Calls of each command, 1 to {MOST}.")]
 All = Annotated[bool, Cli(name="--all", help=f"Also sound, calibration and reset ({FEW} calls each).")]
 
 T = TypeVar("T")
@@ -149,7 +149,6 @@ def bench(
     back. What makes noise, calibrates or restarts the robot is left out unless --all is given. What was measured before
     a failure or Ctrl-C is printed too.
     """
-    Whole(1, MOST).require(count, "--count")
     report = Report(robot, count)
     line = LiveLine()
 

@@ -15,7 +15,7 @@ from typing import Annotated, cast
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
-from elib.cli.arguments import check_duration
+from elib.base.fields import DURATION, Choice
 from elib.cli.decoded import PAUSE, to_json, to_text
 from elib.cli.readings import json_line
 from elib.cli.terminal import has_colour, say
@@ -41,10 +41,13 @@ Firmware = Annotated[
 ]
 From = Annotated[
     str | None,
+    Choice(tuple(_SENDERS)),
     Cli(name="--from", metavar="WHO", help="Who sent the bytes, if the capture does not tell: robot or host."),
 ]
-As = Annotated[str | None, Cli(name="--as", metavar="FORM", help=f"Form of the capture: {', '.join(FORMS)}.")]
-For = Annotated[float | None, Cli(name="--for", metavar="S", help="Seconds to listen to a port.")]
+As = Annotated[
+    str | None, Choice(tuple(FORMS)), Cli(name="--as", metavar="FORM", help=f"Form of the capture: {', '.join(FORMS)}.")
+]
+For = Annotated[float | None, DURATION, Cli(name="--for", metavar="S", help="Seconds to listen to a port.")]
 AsJson = Annotated[bool, Cli(name="--json", help="An object of JSON for each line.")]
 
 
@@ -64,13 +67,8 @@ def decode(
     lines like `> 44 0d` (to the robot) and `< 64 0d 0a` (from it), with or without times. elib listens to a port or URL
     until Ctrl-C. Faults are marked with `!`: unknown bytes, halves, answers without a request.
     """
-    check_duration(seconds)
     if firmware is not None:
         profile_named(firmware)
-    if sender is not None and sender not in _SENDERS:
-        raise ArgumentError(f"--from is {sender!r}; it must be robot or host")
-    if form is not None and form not in FORMS:
-        raise ArgumentError(f"--as is {form!r}; it must be one of {', '.join(FORMS)}")
     direction = _SENDERS[sender] if sender else None
     printer = Printer(json=json)
     decoder: AnyDecoder

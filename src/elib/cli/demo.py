@@ -14,8 +14,9 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
+from elib.base.fields import DURATION
 from elib.behaviours import find, run_behaviour
-from elib.cli.arguments import FAST_SIMULATION, RobotUrl, check_duration
+from elib.cli.arguments import FAST_SIMULATION, RobotUrl
 from elib.cli.live import Watcher, beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.report import link_rows
@@ -37,7 +38,7 @@ FRAMES, PAUSE = 120, 1 / 30
 """Frames of the live line in simulated time, and the s that each is shown: a minute takes about four seconds. The world
 waits meanwhile, so that the run is the same whether somebody watches it or not."""
 
-DriveTime = Annotated[float, Cli(name="--for", metavar="S", help="Robot time to drive for, seconds.")]
+DriveTime = Annotated[float, DURATION, Cli(name="--for", metavar="S", help="Robot time to drive for, seconds.")]
 Seed = Annotated[int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: same seed, same run.")]
 
 WHAT_NEXT = [
@@ -59,7 +60,6 @@ def demo(
     Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is
     elib-demo.png.
     """
-    check_duration(seconds)
     url = with_seed(robot, seed)
     speed = speed_of(url)
     line, watcher = LiveLine(), Watcher()

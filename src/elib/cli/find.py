@@ -25,7 +25,9 @@ Wifi = Annotated[
 Network = Annotated[
     str | None, Cli(name="--network", metavar="NET", help="Ask this network of the computer: 192.168.1.0/24.")
 ]
-Within = Annotated[float, Cli(name="--within", metavar="S", help="Seconds for each link.")]
+Within = Annotated[
+    float, Number(0, SECONDS.usual, "s"), Cli(name="--within", metavar="S", help="Seconds for each link.")
+]
 
 
 def find(
@@ -46,7 +48,6 @@ def find(
     them. An e-puck2 that answers is stopped by that, for its Wi-Fi has no question without a command; one that another
     program drives is not disturbed.
     """
-    Number(0, SECONDS.usual, "s").require(within, "--within")
 
     async def main() -> Survey:
         return await survey(

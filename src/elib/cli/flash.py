@@ -26,7 +26,9 @@ from elib.tools.flash.uploader import NOT_THIS_ROBOT
 File = Annotated[Path, Cli(name="FILE.hex", help="The program, an Intel HEX file.")]
 Target = Annotated[str | None, Cli(help="The robot: serial:///dev/rfcomm0, rfcomm://..., tcp://HOST:PORT, ...")]
 Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same, as for the other commands.")]
-Number = Annotated[int | None, Cli(name="--id", metavar="N", help="The robot's number, on its label; 0 to 65535.")]
+Number = Annotated[
+    int | None, NUMBER, Cli(name="--id", metavar="N", help="The robot's number, on its label; 0 to 65535.")
+]
 DryRun = Annotated[bool, Cli(name="--dry-run", help="Show what would be written; no robot is needed.")]
 Verify = Annotated[bool, Cli(name="--verify", help="Say at the end how far the rows in the robot are checked.")]
 
@@ -62,8 +64,6 @@ def flash(
     """
     if url is not None and robot is not None:
         raise ArgumentError(f"two robots were named: {url} and {robot}", hint="name one of them")
-    if number is not None:
-        NUMBER.require(number, "--id")
     image = read_image(file)
     if dry_run:
         print(described(image, file.name, number))

@@ -14,8 +14,9 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
+from elib.base.fields import PORT_NUMBER
 from elib.base.files import write_file
-from elib.cli.joystick import TOKEN_BYTES, Host, port_number
+from elib.cli.joystick import TOKEN_BYTES, Host
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK, joined, reachable
 
@@ -27,7 +28,9 @@ PORT = 8765
 
 Robots = Annotated[str, Cli(help="sim://crowd?robots=3, serial:///dev/rfcomm0, replay://run.mcap, ...; several too.")]
 DoorPort = Annotated[
-    str | None, Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on).")
+    int | None,
+    PORT_NUMBER,
+    Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on)."),
 ]
 View = Annotated[bool, Cli(name="--view", help="Show the same robots in the browser too, to watch and to stop them.")]
 Origins = Annotated[
@@ -74,7 +77,7 @@ def foxglove(
     from elib.panel.listening import listen
 
     with contextlib.ExitStack() as stack:
-        address = listen(host, port_number(port), first=PORT)
+        address = listen(host, port, first=PORT)
         stack.callback(address.socket.close)
         page = listen() if view else None
         if page is not None:

@@ -11,8 +11,8 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.base.errors import ArgumentError
 from elib.base.extras import check_web
+from elib.base.fields import PORT_NUMBER
 from elib.panel.listening import PORT, listen
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK
@@ -24,7 +24,9 @@ CLOSE_AFTER = 120.0
 
 Robots = Annotated[str, Cli(help="sim://crowd?robots=20, serial:///dev/rfcomm0, ...; as many as you like.")]
 Port = Annotated[
-    str | None, Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on).")
+    int | None,
+    PORT_NUMBER,
+    Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on)."),
 ]
 Host = Annotated[
     str,
@@ -53,7 +55,7 @@ def joystick(
     check_web()
     from elib.panel.server import serve
 
-    address = listen(host, port_number(port))
+    address = listen(host, port)
     token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None
 
     def announce(url: str) -> None:
@@ -68,16 +70,3 @@ def joystick(
     close_after = CLOSE_AFTER if close_with_page else None
     with contextlib.closing(address.socket), contextlib.suppress(KeyboardInterrupt):
         run_coroutine(lambda: serve(address, urls, token=token, close_after=close_after, on_ready=announce))
-
-
-def port_number(text: str | None) -> int | None:
-    """Return the port that an option names; None without the option.
-
-    Raises:
-        ArgumentError: There is no such port.
-    """
-    if text is None:
-        return None
-    if not (text.isascii() and text.isdecimal() and int(text) <= 65535):
-        raise ArgumentError(f"--port is {text!r}; it must be from 0 to 65535", hint="--port 0 takes a free one")
-    return int(text)

@@ -53,7 +53,9 @@ LabFolder = Annotated[
 ]
 OneVariant = Annotated[str | None, Cli(name="--variant", metavar="NAME", help="Only this variant.")]
 Wall = Annotated[
-    float, Cli(name="--wall", metavar="S", help="Seconds by the clock on the wall that a variant may take.")
+    float,
+    Number(1, 3600, "s"),
+    Cli(name="--wall", metavar="S", help="Seconds by the clock on the wall that a variant may take."),
 ]
 
 
@@ -126,7 +128,6 @@ def check(
         raise ArgumentError(f"there is no program {program}", hint="name a .py file, such as start.py")
     if path.suffix != ".py":
         raise ArgumentError(f"{program} is not a program: its name does not end in .py")
-    Number(1, 3600, "s").require(wall, "--wall")
     found = load_lab(lab or find_lab(path))
     is_wrong = is_mistake(found, path)
     if is_wrong:

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
-from cyclopts import validators
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from elib.base.errors import ArgumentError
 from elib.base.exits import FAILED
+from elib.base.fields import Whole
 from elib.base.files import write_file
 from elib.base.plaintext import plain
 from elib.cli.arguments import AsJson
@@ -45,10 +45,10 @@ CsvFile = Annotated[Path | None, Cli(name="--csv", metavar="FILE", help="Also wr
 HtmlFile = Annotated[Path | None, Cli(name="--html", metavar="FILE", help="Also write a page with each path.")]
 Jobs = Annotated[
     int | None,
+    Whole(1),
     Cli(
         metavar="N",
         help="Submissions that run at once; as many as processors unless given.",
-        validator=validators.Number(gte=1),
     ),
 ]
 Unsafe = Annotated[bool, Cli(help="Run the programs with your rights, without bubblewrap.")]

@@ -5,17 +5,19 @@ from __future__ import annotations
 import os
 import re
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
-from inspect import BoundArguments
+from inspect import BoundArguments, isfunction
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
-from cyclopts import App, CycloptsError, MissingArgumentError, UnknownCommandError, UnusedCliTokensError
+from cyclopts import App, CoercionError, CycloptsError, MissingArgumentError, UnknownCommandError, UnusedCliTokensError
 from cyclopts import Parameter as Cli
 
 from elib import __version__
 from elib.base.errors import ArgumentError
+from elib.base.fields import rule_in
 from elib.cli.terminal import WIDEST, table
 
 if TYPE_CHECKING:
@@ -93,7 +95,7 @@ def execute(tokens: Sequence[str]) -> None:
         if tokens[0] == "run" and (program := next(filter(is_program, tokens), None)):
             hint = f"what belongs to the program stands after --: elib run {program} -- ...; {hint}"
         raise ArgumentError(_sentence(error, _called(error)), hint=hint) from None
-    command(*bound.args, **bound.kwargs)
+    _call(command, bound)
 
 
 def execute_own(called: str, function: Callable[..., object], tokens: Sequence[str], *, page: str) -> None:
@@ -115,7 +117,29 @@ def execute_own(called: str, function: Callable[..., object], tokens: Sequence[s
         command, bound, _ = app.parse_args(list(tokens))
     except CycloptsError as error:
         raise ArgumentError(_sentence(error, called), hint=f"{called} --help") from None
+    _call(command, bound)
+
+
+def _call(command: Callable[..., object], bound: BoundArguments) -> None:
+    if isfunction(command):  # a page is a method of the parser
+        check_values(command, bound.arguments)
     command(*bound.args, **bound.kwargs)
+
+
+def check_values(taker: Callable[..., object], values: Mapping[str, object]) -> None:
+    """Check what a command line gives by the rules in the types of a function, or of a dataclass of options.
+
+    Raises:
+        ArgumentError: A value breaks its rule; the message names its option.
+    """
+    hints = get_type_hints(taker, include_extras=True)
+    for name, value in values.items():
+        if is_dataclass(value):
+            check_values(type(value), {each.name: getattr(value, each.name) for each in fields(value)})
+        elif value is not None and (rule := rule_in(hints[name])):
+            named = (each.name for each in getattr(hints[name], "__metadata__", ()) if isinstance(each, Cli))
+            option = next((first for names in named for first in names or ()), f"--{name.replace('_', '-')}")
+            rule.require(value, option)
 
 
 def _app(name: str, page: str, tokens: Sequence[str]) -> App:
@@ -298,4 +322,8 @@ def _sentence(error: CycloptsError, called: str) -> str:
         return f"{called} needs {error.argument.name}" + (f": {about}" if about else "")
     if isinstance(error, UnusedCliTokensError):
         return f"{called} takes no {' '.join(map(repr, error.unused_tokens or ()))}"
+    if isinstance(error, CoercionError) and error.argument is not None and error.token is not None:
+        rule = rule_in(error.argument.field_info.annotation)
+        if rule is not None:
+            return rule.refuse(rule.read(error.token.value)).at(error.argument.name).message
     return str(error).rstrip(".")

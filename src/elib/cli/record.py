@@ -13,7 +13,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.plaintext import plain
-from elib.cli.arguments import AsJson, RobotUrl, Seconds, check_duration
+from elib.cli.arguments import AsJson, RobotUrl, Seconds
 from elib.cli.export import export
 from elib.cli.live import ENTER, Watcher, beside, period_of
 from elib.cli.readings import Json, print_json
@@ -77,7 +77,6 @@ def record(
     `elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off, and
     `elib record export FILE --csv FOLDER` makes tables of it.
     """
-    check_duration(seconds)
     wanted = chosen(names, rate)
     check_new(file, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
     line, watcher = LiveLine(), Watcher()

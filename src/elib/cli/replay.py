@@ -20,7 +20,7 @@ from elib.base.plaintext import plain
 from elib.base.pose import Pose
 from elib.base.timebase import parse_speed
 from elib.behaviours import find
-from elib.cli.arguments import Seconds, check_duration
+from elib.cli.arguments import Seconds
 from elib.cli.live import SHOWN, bars
 from elib.cli.player import Player, keys_of
 from elib.cli.readings import Json, json_line
@@ -131,7 +131,6 @@ def fork(
         ArgumentError: The command line is wrong, or the moment is not in the recording.
         ElibError: The simulator cannot continue from this moment.
     """
-    check_duration(seconds)
     url = f"replay://{quote(os.fspath(Path(file)))}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
     if behaviour is not None:
         from elib.cli.script import play_behaviour  # playing a recording needs none

@@ -9,8 +9,9 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
+from elib.base.fields import DURATION
 from elib.behaviours import behaviours, find
-from elib.cli.arguments import RobotUrl, Seconds, check_duration
+from elib.cli.arguments import RobotUrl, Seconds
 from elib.cli.behaviouroptions import with_options
 from elib.cli.program import is_program
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
@@ -41,7 +42,9 @@ SAMPLES = (
 EACH = 60.0
 """s for each sample that does not end by itself."""
 EachTime = Annotated[
-    float, Cli(name="--for", metavar="S", help="Robot time for each sample that does not end by itself, seconds.")
+    float,
+    DURATION,
+    Cli(name="--for", metavar="S", help="Robot time for each sample that does not end by itself, seconds."),
 ]
 
 
@@ -118,7 +121,6 @@ def run_all(*, robot: RobotUrl | None = None, seconds: EachTime = EACH) -> None:
 
     Without --robot, or with sim:// alone, each sample has a virtual robot in its own world.
     """
-    check_duration(seconds)
     for name in SAMPLES:
         say(f"\n== {name}: {find(name).summary}")
         play_behaviour(find(name), robot=robot, seconds=seconds)

@@ -26,7 +26,6 @@ from elib.base.extras import check_web
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, RunMessage, StateChanged, behaviours, play
 from elib.behaviours._run.context import DEFAULT_SEED
 from elib.behaviours._run.program import is_own, loops_at, own_traceback, run_file
-from elib.cli.arguments import check_duration
 from elib.cli.behaviouroptions import with_options
 from elib.cli.live import RunDisplay
 from elib.cli.program import execute_own, is_package
@@ -129,7 +128,6 @@ def run(
         ElibError: A robot failed; or the plot, the log or the recording could not be written.
         SystemExit: The program ended with another exit code than 0.
     """
-    check_duration(seconds)
     records.check()
     if plot is not None:
         check_report(plot)

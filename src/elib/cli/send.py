@@ -36,7 +36,11 @@ stays."""
 
 TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
-Within = Annotated[float | None, Cli(name="--within", metavar="S", help="Seconds to wait for the answer.")]
+Within = Annotated[
+    float | None,
+    Number(0, SECONDS.usual, "s"),
+    Cli(name="--within", metavar="S", help="Seconds to wait for the answer."),
+]
 SaveAs = Annotated[Path | None, Cli(name="--save", metavar="FILE.png", help="Write the picture to this file.")]
 
 
@@ -99,8 +103,6 @@ def send(what: CatalogueEntry, texts: Sequence[str], options: SendOptions) -> No
     """
     arguments = arguments_of(what, texts)
     within, save = options.within, options.save if isinstance(options, PictureOptions) else None
-    if within is not None:
-        Number(0, SECONDS.usual, "s").require(within, "--within")
     if save is not None and save.suffix.lower() != ".png":
         raise ArgumentError(f"--save is {str(save)!r}; it must end in .png")
 

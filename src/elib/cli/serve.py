@@ -11,7 +11,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.extras import check_web
-from elib.cli.joystick import TOKEN_BYTES, Port, Robots, port_number
+from elib.cli.joystick import TOKEN_BYTES, Port, Robots
 from elib.panel.listening import listen
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK
@@ -62,7 +62,7 @@ def serve(
         raise ArgumentError("a token has 1 to 200 ASCII characters")
     from elib.doors.serve.door import serve as serve_programs
 
-    address = listen(host, port_number(port))
+    address = listen(host, port)
     if token is None and address.is_shared:
         token = secrets.token_urlsafe(TOKEN_BYTES)
         print(f"token: {token}", file=sys.stderr)

@@ -118,6 +118,7 @@ class ClassOptions:
 
     students: Annotated[
         int | None,
+        Whole(1, MOST_STUDENTS),
         _text(
             "class",
             "N",
@@ -237,7 +238,6 @@ def _teach(
         raise ArgumentError(
             f"--class does not go with {' and '.join(others)}", hint="start another elib simulate for that"
         )
-    Whole(1, MOST_STUDENTS).require(options.students, "--class")
     check_web()
     from elib.cli.classroom import FIRST_PAGE, FIRST_ROBOT, Classroom, listed, sheet  # a simulation alone starts faster
 

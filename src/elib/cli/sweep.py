@@ -10,7 +10,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
-from elib.cli.arguments import AsJson, Cluster, Workers, check_duration
+from elib.cli.arguments import AsJson, Cluster, Workers
 from elib.cli.readings import print_json
 from elib.cli.terminal import say
 
@@ -79,7 +79,6 @@ def sweep(
     )
     from elib.learn.sweepplot import draw_sweep
 
-    check_duration(seconds)
     asked = Sweep(
         target,
         tuple(map(parse_grid, grid or ())),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter as Cli
 
 from elib.cli import readings
-from elib.cli.arguments import RobotUrl, Seconds, check_duration
+from elib.cli.arguments import RobotUrl, Seconds
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
@@ -48,7 +48,6 @@ def watch(
 
     Without NAMES it shows every reading that the robot has, except `image`. The robot is not told to do anything.
     """
-    check_duration(seconds)
     wanted = chosen(names, rate)
 
     async def main(epuck: Epuck) -> None:

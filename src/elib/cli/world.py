@@ -40,7 +40,9 @@ File = Annotated[str, Cli(help="Path of a .toml file.")]
 Shipped = Annotated[str, Cli(help=f"{', '.join(gallery())}.")]
 Target = Annotated[Path | None, Cli(help="The file to write: NAME.toml unless given.")]
 Png = Annotated[str | None, Cli(name="--png", metavar="FILE", help="Draw it from above into this file.")]
-Robots = Annotated[int | None, Cli(name="--robots", metavar="N", help="How many robots (default: as the world says).")]
+Robots = Annotated[
+    int | None, Whole(0), Cli(name="--robots", metavar="N", help="How many robots (default: as the world says).")
+]
 
 app = App(
     name="world",
@@ -66,8 +68,6 @@ def list_worlds(*, json: AsJson = False) -> None:
 @app.command
 def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson = False) -> None:
     """Show what is in a world."""
-    if robots is not None:
-        Whole(0).require(robots, "--robots")
     name = _file_or_name(name)
     file = load_file(name, robots=robots)
     world = _build_world(name, file.scene, robots)

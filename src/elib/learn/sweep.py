@@ -24,7 +24,7 @@ from typing import Any, Literal
 
 from elib import __version__
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.fields import Whole, nearest, number_from
+from elib.base.fields import Number, Whole, nearest, number_from
 from elib.base.files import parse_json, read_file, write_file
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, find, play
 from elib.learn.catalogue import importing
@@ -349,8 +349,7 @@ class _Episode:
         for name, value in run.parameters:
             if name not in known:
                 raise ArgumentError(f"a task has no parameter {name!r}", hint=nearest(name, known))
-            if isinstance(value, str):
-                raise ArgumentError(f"{name} is {value!r}; it must be a number")
+            Number().require(value, name)
         drawn: dict[str, Any] = {name: (value, value) for name, value in run.parameters}
         task = replace(
             task,

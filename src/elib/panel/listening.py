@@ -7,7 +7,8 @@ import ipaddress
 import socket
 from dataclasses import dataclass
 
-from elib.base.errors import ArgumentError, LinkBusy, LinkError
+from elib.base.errors import LinkBusy, LinkError
+from elib.base.fields import PORT_NUMBER
 from elib.simulator.emulator.loopback import LOOPBACK, PORTS, bound, joined, reachable, refusal
 
 PORT = 8700
@@ -55,8 +56,8 @@ def listen(host: str = LOOPBACK, port: int | None = None, option: str = "--port"
         LinkError: This computer has no such address.
     """
     first = PORT if first is None else first
-    if port is not None and not 0 <= port <= 65535:
-        raise ArgumentError(f"the port is {port}; it must be from 0 to 65535", hint="port 0 is any free one")
+    if port is not None:
+        PORT_NUMBER.require(port, "the port")
     try:
         *_, where = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
     except (OSError, UnicodeError):

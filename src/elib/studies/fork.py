@@ -14,6 +14,7 @@ from typing import Any
 
 from elib.base.body import STEPS_PER_REVOLUTION
 from elib.base.errors import ArgumentError, LinkNotFound
+from elib.base.fields import Number
 from elib.base.timebase import LoopSpeed, Paced, parse_speed, require_speed
 from elib.link.protocol.actuators import restoring_calls
 from elib.link.protocol.commands import SPECS
@@ -43,6 +44,8 @@ LEAST_SHIFT = 0.02
 """m by which a robot may stand beside its recorded place without a warning."""
 LINK_KEYS = ("latency", "jitter", "loss", "baud")
 """Keys of a recorded ``sim://`` URL that describe its link."""
+MOMENT = Number(unit="s")
+"""A time of a recording."""
 MOST_SPEED = STEPS_PER_REVOLUTION
 """steps/s that a command may ask of a wheel: one revolution a second."""
 LONGEST_SETTING = 5.0
@@ -64,12 +67,7 @@ async def open_replay(url: Url) -> Transport:
         if "world" in url.keys:
             raise ArgumentError(f"{url}: world goes with fork", hint="replay://FILE?fork=10&world=square")
         return open_recording(url)
-    try:
-        seconds = float(url.keys["fork"])
-    except ValueError:
-        seconds = math.nan
-    if not math.isfinite(seconds):
-        raise ArgumentError(f"fork is {url.keys['fork']!r}; it must be a number of seconds")
+    seconds = MOMENT.require(MOMENT.read(url.keys["fork"]), "fork")
     recording = Recording(Path(url.target))
     firmware = recording.about["firmware"]
     state = state_at(recording, seconds, rate=lambda speed: step_rate(firmware, speed))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import math
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import cast
 
 from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost
+from elib.base.fields import DURATION
 from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle, find
 from elib.behaviours._run.context import DEFAULT_SEED, RunContext
 from elib.link.session.statistics import LinkStats, merged
@@ -221,8 +221,8 @@ def check_duration(seconds: float | None) -> None:
     Raises:
         ArgumentError: The time is not positive and finite.
     """
-    if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
-        raise ArgumentError(f"the time to run for is {seconds} s; it must be a finite number above 0")
+    if seconds is not None:
+        DURATION.require(seconds, "the time to run for")
 
 
 def _expire(limit: asyncio.Timeout) -> None:

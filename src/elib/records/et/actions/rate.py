@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import Number
+from elib.base.fields import DURATION
 from elib.records.et.action import Plotted, Summary
 from elib.records.et.arguments import Argument, By
 from elib.records.et.plot import COLOURS, draw_legend, label_of
@@ -27,7 +27,7 @@ MAX_ROWS = 200_000
 class Rate(Summary, Plotted):
     """Count the rows per second, in windows of time (column 0)."""
 
-    every: Annotated[float, Argument("--every S", Number(0, unit="s", is_open=True), "Length of a window, s.")] = 1.0
+    every: Annotated[float, Argument("--every S", DURATION, "Length of a window, s.")] = 1.0
     by: By = None
     words: dict[bytes, None] = field(default_factory=dict, init=False)
     windows: range = field(default=range(0), init=False)
