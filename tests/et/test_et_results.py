@@ -3,6 +3,7 @@
 import math
 import random
 import statistics
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -85,6 +86,19 @@ def test_the_numbers_of_each_word_are_described_apart_however_they_come(
         assert mean(found) == pytest.approx(statistics.fmean(own), abs=1e-6)
         if len(own) > 1:
             assert deviation(found) == pytest.approx(statistics.stdev(own), abs=1e-6, rel=1e-6)
+
+
+def test_a_column_takes_eight_bytes_a_row() -> None:
+    values, numbers = np.array(VALUES), Groups()
+    tracemalloc.start()
+    try:
+        for _ in range(500):
+            numbers.add(values)
+        assert quantiles(numbers.of(), [0.5]) == [statistics.median_low(VALUES)]
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 500_000 * 8 * 1.25
 
 
 def test_count_gives_shares_the_most_frequent_first() -> None:

@@ -140,36 +140,29 @@ def summary(kind: type[Action]) -> str:
 
 def page(kind: type[Action] | None, program: str = "et") -> str:
     """Return the help about an action, or about all if *kind* is None."""
+    options = _rows(Request)
     if kind is not None:
-        return _page_of(kind, program)
+        parts = [f"Usage: {program} {usage(kind)}", _filled(getdoc(kind) or "")]
+        if given := _rows(kind):
+            parts.append("Arguments:\n" + _table(given))
+        if not issubclass(kind, Plotted):
+            options = [row for row in options if not row[0].startswith("--plot")]
+        return "\n\n".join([*parts, "Other options, anywhere:\n" + _table(options)])
     found = actions().values()
-    about = "\n\n".join(textwrap.fill(" ".join(part.split()), WIDTH) for part in ABOUT.split("\n\n"))
-    return "\n\n".join(
-        [
-            f"Usage: {program} [OPTIONS] ACTION [ARGUMENTS]",
-            about,
-            SAMPLE,
-            "Actions:\n" + _table([(usage(kind), summary(kind)) for kind in found]),
-            "Options, anywhere:\n"
-            + _table([*_rows(Request), ("-h", "This page; after an action, the page of the action.")]),
-            "Plots: " + ", ".join(kind.__name__ for kind in found if issubclass(kind, Plotted)) + ".",
-            "Examples:\n" + _table(EXAMPLES),
-        ]
-    )
+    parts = [
+        f"Usage: {program} [OPTIONS] ACTION [ARGUMENTS]",
+        _filled(ABOUT),
+        SAMPLE,
+        "Actions:\n" + _table([(usage(kind), summary(kind)) for kind in found]),
+        "Options, anywhere:\n" + _table([*options, ("-h", "This page; after an action, the page of the action.")]),
+        "Plots: " + ", ".join(kind.__name__ for kind in found if issubclass(kind, Plotted)) + ".",
+        "Examples:\n" + _table(EXAMPLES),
+    ]
+    return "\n\n".join(parts)
 
 
-def _page_of(kind: type[Action], program: str) -> str:
-    about = [" ".join(part.split()) for part in (getdoc(kind) or "").split("\n\n")]
-    given = _rows(kind)
-    options = [row for row in _rows(Request) if issubclass(kind, Plotted) or not row[0].startswith("--plot")]
-    return "\n\n".join(
-        [
-            f"Usage: {program} {usage(kind)}",
-            *(textwrap.fill(part, WIDTH) for part in about),
-            *(["Arguments:\n" + _table(given)] if given else []),
-            "Other options, anywhere:\n" + _table(options),
-        ]
-    )
+def _filled(text: str) -> str:
+    return "\n\n".join(textwrap.fill(" ".join(part.split()), WIDTH) for part in text.split("\n\n"))
 
 
 def _rows(kind: type) -> list[tuple[str, str]]:
