@@ -9,10 +9,9 @@ A stop is meant: a stick that is held while somebody presses stop moves nothing 
 from __future__ import annotations
 
 import asyncio
-import math
 from collections.abc import Awaitable, Callable
 
-from elib.base.errors import ArgumentError, ElibError
+from elib.base.errors import ElibError
 from elib.base.fields import Number
 
 DEAD_MAN = 0.3
@@ -236,9 +235,7 @@ class DriveLock:
     # -- how --
 
     def _wheel(self, name: str, value: float) -> float:
-        if not _is_number(value):
-            raise ArgumentError(f"{name} is {value!r}; it must be a number from -1 to 1")
-        share = max(-1.0, min(1.0, value)) * max(0.0, min(1.0, self.limit))
+        share = max(-1.0, min(1.0, Number().require(value, name))) * max(0.0, min(1.0, self.limit))
         speed = share * self.fastest
         return 0.0 if abs(speed) < NEAR_STOP else speed
 
@@ -322,8 +319,3 @@ class DriveLock:
         if self._target == STANDING and not self._must_stop:
             self._must_stop = True
             self._begin()
-
-
-def _is_number(value: object) -> bool:
-    """Return whether *value* is a finite number; a page may send anything."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
