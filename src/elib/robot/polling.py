@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 from elib.link.protocol import shapes, wifi
 from elib.link.protocol.commands import SPECS
@@ -62,6 +63,14 @@ def polls(names: Sequence[str], context: Context, text: str = "") -> list[Poll]:
     Raises:
         Unsupported: The firmware does not have one of them.
     """
+    key = (*names, text)
+    known = context.requests.get(key)
+    if known is None:
+        known = context.requests[key] = _polls(names, context, text)
+    return cast("list[Poll]", known)
+
+
+def _polls(names: Sequence[str], context: Context, text: str) -> list[Poll]:
     profile = context.profile
     if profile.codec == "wifi" and names:
         for name in names:

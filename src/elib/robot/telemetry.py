@@ -19,11 +19,10 @@ from typing import Self
 
 from elib.base.errors import ElibError, LinkClosed, LinkError, ReplyTimeout
 from elib.link.protocol.commands import SPECS
-from elib.link.protocol.context import Context
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Reading, Sensors
 from elib.link.session import Ending, Pushed, Robot, TraceEvent
-from elib.robot.polling import Poll, polls
+from elib.robot.polling import polls
 from elib.robot.portal import KeepAlive, Portal
 from elib.robot.snapshot import IMAGE, SENSORS, Snapshot
 
@@ -100,8 +99,6 @@ class Telemetry:
         self._came: set[str] = set()
         """What came since the last look, from a robot that streams."""
         self._picture_free = -math.inf
-        self._plans: dict[tuple[str, ...], list[Poll]] = {}
-        self._planned_for: Context | None = None
 
     def join(self, robot: Robot, names: tuple[str, ...], period: float) -> Reader:
         """Begin a subscription."""
@@ -262,7 +259,7 @@ class Telemetry:
             self._deliver([r for r in due if IMAGE in r.names and not (r.sensors and r.sequence)], robot.context.origin)
 
     async def _read(self, robot: Robot, names: tuple[str, ...]) -> None:
-        for poll in self._plan(names, robot.context):
+        for poll in polls(names, robot.context):
             try:
                 found = await robot.execute(poll.request, max(POLL_TIMEOUT, robot.session.stopping_time))
             except ElibError as error:
@@ -272,15 +269,6 @@ class Telemetry:
                 self._latest.update(poll.readings(found))
                 for name in poll.names:
                     self._failures.pop(name, None)
-
-    def _plan(self, names: tuple[str, ...], context: Context) -> list[Poll]:
-        if self._planned_for is not context:  # a new session: perhaps another firmware
-            self._plans.clear()
-            self._planned_for = context
-        known = self._plans.get(names)
-        if known is None:
-            known = self._plans[names] = polls(names, context)
-        return known
 
     async def _take_picture(self, robot: Robot) -> None:
         spec = SPECS[IMAGE]

@@ -234,7 +234,7 @@ class Context:
         sent: The command that was sent last, over Wi-Fi, where every command has all actuators: even if it was not
             confirmed, the robot takes it before the next one.
         streams_images: Whether the robot is to send pictures all the time, over Wi-Fi.
-        requests: Requests of rows without arguments, kept by :meth:`elib.link.protocol.table.Spec.request`.
+        requests: Requests without arguments, kept by what makes them: rows by their names, polls by their readings.
     """
 
     profile: Profile
@@ -243,7 +243,7 @@ class Context:
     last_set: LastSet = field(default_factory=LastSet)
     sent: bytes = STANDING
     streams_images: bool = False
-    requests: dict[str, object] = field(default_factory=dict, repr=False)
+    requests: dict[object, object] = field(default_factory=dict, repr=False)
 
     def forget(self) -> None:
         """Forget what was set: the robot has restarted."""
