@@ -12,7 +12,6 @@ import pytest
 from elib import Controller, World
 from elib.learn import Episodes, Task, all_tasks
 from elib.learn.tasks import maze
-from elib.simulator.physics.engine import engine_named
 
 TASKS = all_tasks()
 
@@ -213,22 +212,10 @@ def test_the_way_through_the_maze_gets_longer_by_less_than_a_step_is_long() -> N
 def test_both_engines_pay_the_same_to_the_last_bit(name: str) -> None:
     pytest.importorskip("numba")
     task, draw = TASKS[name], random.Random(name)
-    worlds = [
-        World(task.scenes[-1], robots=task.robots, seed=3, engine=engine) for engine in ("interpreted", "compiled")
-    ]
-    rewards = [task.reward, engine_named("compiled").ready(task.reward)]
-    endings = [task.is_over, task.is_over and engine_named("compiled").ready(task.is_over)]
+    both = [Episodes(task, 2, seed=3, engine="interpreted"), Episodes(task, 2, seed=3, engine="compiled")]
     for _ in range(20):
-        speeds = [(draw.uniform(-0.1, 0.1), draw.uniform(-0.1, 0.1)) for _ in range(task.robots)]
-        paid: list[list[float]] = []
-        for world, reward, is_over in zip(worlds, rewards, endings, strict=True):
-            for robot, (left, right) in enumerate(speeds):
-                world.set_wheel_speeds(robot, left, right)
-            world.run(8)
-            for sensor in task.reward_sensors:
-                world.readings(sensor)
-            paid.append([float(reward(world.records, robot)) for robot in range(task.robots)])
-            paid[-1].append(float(is_over(world.records)) if is_over else 0.0)
+        speeds = [[(draw.uniform(-0.1, 0.1), draw.uniform(-0.1, 0.1)) for _ in range(task.robots)] for _ in both]
+        paid = [(episodes.step(speeds).tolist(), episodes.is_over.tolist()) for episodes in both]
         assert paid[0] == paid[1]
 
 

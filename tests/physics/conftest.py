@@ -29,10 +29,10 @@ def one_process_at_a_time(path: Path) -> Iterator[None]:
 
 
 def compiled() -> set[object]:
-    """Return the kernels that this process compiled, or found compiled, and for what."""
+    """Return the kernels that this process compiled, or found compiled, and for which use."""
     if "numba" not in sys.modules:
         return set()
-    return {key for key, ready in engine_named("compiled")._ready.items() if ready.signatures}
+    return {key for key, ready in engine_named("compiled")._made.items() if ready.signatures}
 
 
 def compile_set(make: Callable[[], None]) -> None:
@@ -44,19 +44,19 @@ def compile_set(make: Callable[[], None]) -> None:
 
 @pytest.fixture(scope="session")
 def compiled_worlds() -> None:
-    """Compiled plain worlds in one thread, under ``vehicle()``, with all sensors."""
+    """Compiled worlds in one thread, with all sensors."""
     compile_set(compile_worlds)
 
 
 @pytest.fixture(scope="session")
 def compiled_threads() -> None:
-    """Compiled ``readings("proximity")`` of plain worlds in two threads."""
+    """Compiled readings in two threads."""
     compile_set(compile_threads)
 
 
 @pytest.fixture(scope="session")
 def compiled_episodes() -> None:
-    """Compiled steered episodes of ``task()``."""
+    """Compiled steered episodes."""
     compile_set(compile_episodes)
 
 

@@ -1,4 +1,4 @@
-"""Compiled controllers are kept on disk: found again, never mistaken for others, never kept beyond what they use.
+"""Control functions are compiled in each process, and again when what they use changes; kernels are kept on disk.
 
 The quick tests let several engines of one process take the places of several processes.
 """
@@ -24,7 +24,7 @@ from numpy import exp, float64
 import numba.core.event
 import numpy as np
 import settings
-from elib.simulator.physics.engine import engine_named, kernel
+from elib.simulator.physics.engine import call, engine_named, kernel
 
 compiled = []
 
@@ -37,15 +37,18 @@ class Listener(numba.core.event.Listener):
 
 numba.core.event.register("numba:compile", Listener())
 
-def law(x):
-    """Stand for a law."""
-
 @kernel
-def apply(x):
-    return law(x)
+def apply(law, row):
+    call(law, (row,))
 
 def run(law, x=10.0):
-    return engine_named("compiled").ready(apply, law=law)(x)
+    def put(row):
+        row[0] = law(row[0])
+
+    engine = engine_named("compiled")
+    row = engine.table([[x]])[0]
+    engine.ready(apply)(engine.argument(put, lambda: (row,)), row)
+    return row[0]
 
 def laws_with(n):
     """Return laws that differ only in what they use: all have the name ``law``."""
@@ -92,8 +95,7 @@ def by_level(x):
     return math.floor(x) + settings.LEVEL.value
 
 def main(words):
-    """Run the laws with each of the numbers; return how many functions were compiled."""
-    compiled.clear()
+    """Run the laws with each of the numbers; return how many kernels were compiled."""
     for word in words:
         if word == "rmtree":
             shutil.rmtree(words[-1])
@@ -101,7 +103,7 @@ def main(words):
         if word.isdigit():
             found = {run(law) for law in laws_with(int(word))}
             assert found == {10 + int(word)}, found
-    return len(compiled)
+    return compiled.count("apply")
 
 if __name__ == "__main__":
     print(main(sys.argv[1:]))
@@ -144,9 +146,9 @@ def here(files, monkeypatch, own_kernel):
 def program(files):
     """Return a function that runs the program in a process of its own and returns how many functions it compiled."""
 
-    def start(*words, cache=files / "cache", code=()):
+    def start(*words, cache=files / "cache"):
         return subprocess.Popen(
-            [sys.executable, *(code or [files / "program.py"]), *words, cache],
+            [sys.executable, files / "program.py", *words, cache],
             cwd=files,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -173,46 +175,57 @@ def law_of(names):
     return names["law"]
 
 
-def test_a_control_function_is_compiled_once_and_again_when_anything_it_uses_changes(here):
-    assert here().main("1") > 0
+def test_a_control_function_is_compiled_again_when_anything_that_it_uses_changes_and_only_then(here):
     program = here()
-    assert program.main("1") == 0
-    known = [engine.digest_of(law) for law in program.laws_with(1)]
-    assert [engine.digest_of(law) for law in program.laws_with(1)] == known
-    others = [engine.digest_of(law) for law in program.laws_with(2)]
-    assert len({*known, *others}) == 20
+    counts = []
+    for word in ("1", "1", "2", "1"):  # It fails unless each of the ten functions does what its own numbers say.
+        program.compiled.clear()
+        program.main(word)
+        counts.append(program.compiled.count("put"))
+    assert counts == [10, 0, 10, 0]
+    program.ARRAY[1000] = 7.0
+    assert program.run(program.by_array) == 17
+
+
+def test_a_kernel_is_compiled_by_the_first_engine_and_found_by_the_next_one(here):
+    assert here().main("1") == 1
+    program = here()
     program.compiled.clear()
-    assert program.run(program.by_number) == 12
-    assert program.compiled
+    assert program.main("1") == 0
 
 
-def test_without_a_folder_to_keep_it_in_a_control_function_is_compiled_again(here, files):
+def test_without_a_folder_to_keep_it_in_a_kernel_is_compiled_again(here, files):
     (files / "file").write_text("")
     for _ in range(2):
         program = here(files / "file")
         program.compiled.clear()
-        assert program.run(program.laws_with(5)[0]) == 15
-        assert program.compiled
+        assert program.main("5") == 1
     assert not list(files.rglob("*.nb?"))
 
 
 @pytest.mark.parametrize("names", [{}, {"__name__": "a_module_that_cannot_be_imported"}], ids=["nowhere", "gone"])
-def test_a_control_function_of_no_module_is_found_again(here, files, monkeypatch, names):
+def test_a_control_function_of_no_module_is_compiled_too(here, files, monkeypatch, names):
     monkeypatch.chdir(files)
-    counts = []
-    for _ in range(2):
-        program = here()
-        program.compiled.clear()
-        assert program.run(law_of({**names})) == 11
-        counts.append(len(program.compiled))
-    assert counts[0] > counts[1] == 0
+    assert here().run(law_of({**names})) == 11
+
+
+def test_what_a_control_function_raises_ends_the_run(here):
+    program = here()
+
+    def picky(x):
+        if x > 5:
+            raise ValueError("too much")
+        return x
+
+    assert program.run(picky, 4.0) == 4.0
+    with pytest.raises(ValueError, match="too much"):
+        program.run(picky)
 
 
 @pytest.mark.long
-def test_a_control_function_is_compiled_once_for_all_processes_and_again_when_anything_it_uses_changes(program):
-    assert program("1") > 0
-    assert program("2", "1") > 0  # It fails unless each of the ten functions does what its own numbers say.
-    assert program("1", "2", "1") == 0  # Functions of the same names, compiled in different processes, run in one.
+def test_kernels_are_compiled_once_for_all_processes(program):
+    assert program("1") == 1
+    assert program("2", "1") == 0
 
 
 @pytest.mark.long
@@ -220,29 +233,8 @@ def test_two_processes_may_compile_at_once_and_the_folder_may_vanish_meanwhile(p
     processes = [program.start("3") for _ in range(2)]
     assert max([result_of(process) for process in processes]) > 0  # on a busy computer one may come after the other
     assert program("3") == 0
-    assert program("3", "rmtree", "4") > 0
+    assert program("rmtree", "4") == 1
     assert list((tmp_path / "cache").rglob("*.nbc"))
-
-
-@pytest.mark.long
-def test_a_process_without_a_folder_writes_compiled_code_nowhere_else(program, tmp_path):
-    (tmp_path / "file").write_text("")
-    assert program("1", cache=tmp_path / "file") > 0
-    assert not list(tmp_path.rglob("*.nb?"))
-
-
-@pytest.mark.long
-def test_a_control_function_typed_at_the_prompt_has_no_file_and_is_compiled_too(program):
-    assert program("1", code=["-c", PROGRAM]) > 0
-
-
-@pytest.mark.long
-def test_a_control_function_whose_module_cannot_be_imported_runs_again_from_the_cache(program):
-    names = "{'__name__': 'a_module_that_cannot_be_imported'}"
-    run_it = f"names = {names}; exec(compile(open('law.py').read(), 'law.py', 'exec'), names); print(run(names['law']))"
-    code = ["-c", f"{PROGRAM}\n{run_it}"]
-    outputs = [program.start(code=code).communicate(timeout=PATIENCE) for _ in range(2)]
-    assert [out.split() for out, _ in outputs] == [["0", "11.0"]] * 2, outputs
 
 
 def test_the_folder_of_compiled_code_covers_the_kernels_and_the_versions_of_numba_and_numpy(monkeypatch, tmp_path):

@@ -8,7 +8,7 @@ import threading
 
 import numpy as np
 import pytest
-from world_rig import BUSY, ENGINES, PLAIN, everything, vehicle
+from world_rig import BUSY, ENGINES, everything, vehicle
 
 from elib.base.errors import ArgumentError, SimulationError
 from elib.simulator.physics import Batch, Box, Controller, Lamps, Light, Pose, Scene, Sound, World
@@ -53,9 +53,8 @@ KINDS = pytest.mark.parametrize(
     ("engine", "threads", "scene", "drive"),
     [
         pytest.param("interpreted", 1, BUSY, controller(), id="interpreted"),
-        pytest.param("compiled", 1, PLAIN, vehicle(share=1), id="1"),
-        pytest.param("compiled", 1, BUSY, controller(), id="1, busy", marks=pytest.mark.long),
-        pytest.param("compiled", 2, BUSY, controller(), id="2, busy", marks=pytest.mark.long),
+        pytest.param("compiled", 1, BUSY, controller(), id="1"),
+        pytest.param("compiled", 2, BUSY, controller(), id="2", marks=pytest.mark.long),
     ],
 )
 AGAIN = {"copy": copy.copy, "deepcopy": copy.deepcopy, "pickle": lambda each: pickle.loads(pickle.dumps(each))}
@@ -64,7 +63,7 @@ AGAIN = {"copy": copy.copy, "deepcopy": copy.deepcopy, "pickle": lambda each: pi
 @pytest.mark.usefixtures("compiled_worlds")
 @pytest.mark.parametrize("shape", [(2,), (1, 2), (ROBOTS, 2), (1, 1, 2), (1, ROBOTS, 2)])
 def test_every_robot_gets_its_own_parameters_and_its_memory_on_both_engines(shape):
-    worlds = [world_of(engine, scene=PLAIN) for engine in ENGINES]
+    worlds = [world_of(engine) for engine in ENGINES]
     for world in worlds:
         world.run(60, vehicles(shape))
     assert state_of(worlds[0]) == state_of(worlds[1])
@@ -89,11 +88,11 @@ def test_every_robot_gets_all_sensors_on_both_engines_and_in_two_threads():
 def test_every_world_of_a_batch_gets_its_own_parameters(shape):
     drive = vehicles(shape)
     tables = np.broadcast_to(drive.parameters, (3, ROBOTS, 20))
-    expected = [World(PLAIN, robots=ROBOTS, seed=9 + k) for k in range(3)]
+    expected = [World(BUSY, robots=ROBOTS, seed=9 + k) for k in range(3)]
     for world, table in zip(expected, tables, strict=True):
         world.run(20, Controller(drive.function, table, memory=2))
     for engine, threads in (("interpreted", 1), ("compiled", 1), ("compiled", 2)):
-        batch = Batch(PLAIN, 3, robots=ROBOTS, seed=np.int64(9), engine=engine, threads=threads)
+        batch = Batch(BUSY, 3, robots=ROBOTS, seed=np.int64(9), engine=engine, threads=threads)
         batch.run(20, drive)
         assert [state_of(world) for world in batch] == [state_of(world) for world in expected]
 
@@ -166,7 +165,7 @@ def test_a_control_function_that_cannot_be_compiled_is_named_with_the_reason_and
         def control(self, robot, parameters, memory):
             robot.left = 100
 
-    world = world_of("compiled", scene=PLAIN)
+    world = world_of("compiled")
     reason = r"'listing' cannot be compiled: No implementation .*zeros.*\(test_controllers.py, line \d+\)"
     with pytest.raises(SimulationError, match=reason):
         world.run(1, Controller(listing))
@@ -186,8 +185,7 @@ def test_a_control_function_that_cannot_be_compiled_is_named_with_the_reason_and
     ("engine", "sensors", "scene", "drive"),
     [
         pytest.param("interpreted", SENSORS, BUSY, controller(), id="interpreted"),
-        pytest.param("compiled", ("proximity",), PLAIN, vehicle(), id="compiled"),
-        pytest.param("compiled", SENSORS, BUSY, controller(), id="compiled, all sensors", marks=pytest.mark.long),
+        pytest.param("compiled", SENSORS, BUSY, controller(), id="compiled"),
     ],
 )
 @pytest.mark.parametrize("robots", [0, 1, ROBOTS])
@@ -337,8 +335,8 @@ def test_all_robots_are_read_alike_in_two_threads_in_worlds_side_by_side_and_in_
         found.append(world.readings("proximity").tolist())
 
     found = []
-    worlds = [world_of(engine, scene=PLAIN) for engine in ENGINES]
-    worlds += [world_of("compiled", scene=PLAIN, threads=2) for _ in range(3)]
+    worlds = [world_of(engine) for engine in ENGINES]
+    worlds += [world_of("compiled", threads=2) for _ in range(3)]
     for world in worlds:
         world.set_step_rates(0, 500, 600)
         world.run(40)
@@ -347,7 +345,7 @@ def test_all_robots_are_read_alike_in_two_threads_in_worlds_side_by_side_and_in_
     side_by_side(read, worlds[2:])
     assert found == [found[0]] * 5
     if hasattr(os, "fork"):
-        other = world_of("compiled", scene=PLAIN, threads=2)
+        other = world_of("compiled", threads=2)
         other.set_step_rates(0, 500, 600)
         other.run(40)
         assert in_a_fork(lambda: other.readings("proximity").tolist() == found[0])

@@ -7,15 +7,15 @@ import threading
 from dataclasses import replace
 
 import pytest
-from world_rig import BUSY, ENGINES, PLAIN, everything, segments, vehicle
+from world_rig import BUSY, ENGINES, everything, segments, vehicle
 
 from elib.base.errors import ArgumentError, SimulationError
 from elib.base.extras import install
-from elib.simulator.physics import Batch, Controller, EpuckModel, Pose, Scene, Stripe, Wall, World, engine, state
+from elib.simulator.physics import Batch, Controller, EpuckModel, Pose, Scene, Stripe, Wall, World, engine
 from elib.simulator.physics.engine import Compiled
 from elib.simulator.physics.episodes import sense_robots
 from elib.simulator.physics.noise import mix
-from elib.simulator.physics.senses import SENSORS, sensors_named
+from elib.simulator.physics.senses import SENSORS
 from lanes import few_and_many
 from shared import PATIENCE, run_python
 
@@ -24,14 +24,6 @@ RAM_WEIGHTS = (0.3, 0.2, 0, 0, 0, 0, 0, 0), (0, 0, 0, 0, 0, 0, 0.2, 0.3)
 RAM = vehicle(*RAM_WEIGHTS, base=700)
 """Drives at whatever it sees."""
 CONTROLLER = vehicle(share=1.0)
-WORLDS = pytest.mark.parametrize(
-    ("engine", "scene"),
-    [
-        pytest.param("interpreted", BUSY, id="interpreted"),
-        pytest.param("compiled", PLAIN, id="compiled"),
-        pytest.param("compiled", BUSY, id="compiled-busy", marks=pytest.mark.long),
-    ],
-)
 
 
 def keep_off(robot, parameters, memory):
@@ -40,13 +32,23 @@ def keep_off(robot, parameters, memory):
         robot.left = -parameters[0]
 
 
-def are_one_run(scene, controller, rays, ticks):
-    """Assert that eight robots do the same on both engines, and touch something on their ways."""
-    pytest.importorskip("numba")
-    scene = replace(scene, model=EpuckModel(rays=rays, motor_noise=0.05, gain_spread=0.05, offset_spread=5.0))
-    worlds = [World(scene, robots=8, seed=11, engine=engine) for engine in ENGINES]
+@pytest.mark.usefixtures("compiled_worlds")
+@pytest.mark.parametrize(
+    ("rays", "controller"),
+    [
+        (1, Controller.braitenberg(*RAM_WEIGHTS, base=700)),
+        (3, Controller(keep_off, (500.0, 150.0))),
+        (5, RAM),
+        (5, vehicle(*RAM_WEIGHTS, base=700, share=1.0)),
+    ],
+    ids=["linear", "own", "ram", "general"],
+)
+def test_interpreted_and_compiled_are_one_run_to_the_last_bit(rays, controller):
+    """Eight robots do the same on both engines, and touch something on their ways."""
+    model = EpuckModel(rays=rays, motor_noise=0.05, gain_spread=0.05, offset_spread=5.0)
+    worlds = [World(replace(BUSY, model=model), robots=8, seed=11, engine=engine) for engine in ENGINES]
     contacts = 0
-    for _ in range(ticks // 20):
+    for _ in range(20):
         for world in worlds:
             world.run(20, controller)
         contacts += sum(worlds[0].touching(robot) for robot in range(8))
@@ -56,56 +58,6 @@ def are_one_run(scene, controller, rays, ticks):
     assert worlds[0].poses == worlds[1].poses
     assert worlds[0].snapshot().boxes == worlds[1].snapshot().boxes
     assert worlds[0].memory.tolist() == worlds[1].memory.tolist()
-
-
-@pytest.mark.usefixtures("compiled_worlds")
-@pytest.mark.parametrize("rays", [1, 3, 5])
-def test_interpreted_and_compiled_are_one_run_to_the_last_bit_with_contacts_and_noise(rays):
-    are_one_run(PLAIN, vehicle(*RAM_WEIGHTS, base=700, share=1.0), rays, 120)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("rays", "controller"),
-    [
-        (1, Controller.braitenberg(*RAM_WEIGHTS, base=700)),
-        (3, Controller(keep_off, (500.0, 150.0))),
-        (5, RAM),
-        (5, Controller.braitenberg(*RAM_WEIGHTS, base=700)),
-    ],
-    ids=["linear", "own", "general", "linear, five rays"],
-)
-def test_they_are_one_run_also_with_things_to_push_and_lamps(rays, controller):
-    are_one_run(BUSY, controller, rays, 400)
-
-
-def test_what_is_left_out_of_a_compiled_world_is_never_called_in_it():
-    # Compiled, something else stands in its place, and does nothing.
-    kernels = {kernel.__name__: kernel.__code__ for kernel in engine._kernels}
-    assert {*state.OF_THINGS, *state.OF_LAMPS} <= kernels.keys()
-    for things in (True, False):
-        for lamps in (True, False):
-            scene = replace(BUSY if things else PLAIN, lights=BUSY.lights if lamps else ())
-            left_out = state.absent_kernels([scene])
-            assert set(left_out) == {*(() if things else state.OF_THINGS), *(() if lamps else state.OF_LAMPS)}
-            called = calls_in(scene)
-            assert not {name for name in left_out if kernels[name] in called}
-            assert not lamps or kernels["light_up"] in called
-            assert not things or kernels["start_things"] in called
-
-
-def calls_in(scene):
-    """Return the code of all that is called while robots drive about in a scene and read all their sensors."""
-    called = set()
-    world, before = World(scene, robots=6, seed=11), sys.getprofile()
-    sys.setprofile(lambda frame, event, argument: called.add(frame.f_code) if event == "call" else None)
-    try:
-        world.run(40, RAM)
-        for sensor in SENSORS[:-1]:
-            getattr(world, sensor)(0)
-    finally:
-        sys.setprofile(before)
-    return called
 
 
 @pytest.mark.parametrize(
@@ -140,10 +92,9 @@ def test_both_engines_agree_on_sensors_that_were_sampled_long_ago_or_far_away(st
 
 
 @pytest.mark.usefixtures("compiled_worlds")
-@pytest.mark.parametrize("scene", [PLAIN, pytest.param(BUSY, marks=pytest.mark.long)], ids=["plain", "busy"])
-def test_every_sensor_says_the_same_on_both_engines(scene):
+def test_every_sensor_says_the_same_on_both_engines():
     columns = tuple(8.0 * k - 156 for k in range(40))
-    worlds = [World(replace(scene, paint=PAINT), robots=5, seed=2, engine=engine) for engine in ENGINES]
+    worlds = [World(replace(BUSY, paint=PAINT), robots=5, seed=2, engine=engine) for engine in ENGINES]
     for world in worlds:
         world.play(1, 800.0)
         for robot in range(5):
@@ -159,10 +110,9 @@ def test_every_sensor_says_the_same_on_both_engines(scene):
     assert worlds[0].hash(*SENSORS) == worlds[1].hash(*SENSORS)
 
 
-@WORLDS
-def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine, scene):
+def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine):
     def run(seed):
-        world = World(scene, robots=4, seed=seed, engine=engine)
+        world = World(BUSY, robots=4, seed=seed, engine=engine)
         world.run(150, CONTROLLER)
         return world.hash("proximity")
 
@@ -170,18 +120,16 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another(engine, scene
     assert run(1) != run(2)
 
 
-@WORLDS
-def test_a_run_in_one_piece_is_the_run_tick_by_tick(engine, scene):
-    whole, pieces = (World(scene, robots=3, seed=4, engine=engine) for _ in range(2))
+def test_a_run_in_one_piece_is_the_run_tick_by_tick(engine):
+    whole, pieces = (World(BUSY, robots=3, seed=4, engine=engine) for _ in range(2))
     whole.run(60, CONTROLLER)
     for _ in range(60):
         pieces.run(1, CONTROLLER)
     assert whole.hash("proximity") == pieces.hash("proximity")
 
 
-@WORLDS
-def test_reading_other_sensors_changes_nothing(engine, scene):
-    alone, watched = (World(scene, robots=3, seed=4, engine=engine) for _ in range(2))
+def test_reading_other_sensors_changes_nothing(engine):
+    alone, watched = (World(BUSY, robots=3, seed=4, engine=engine) for _ in range(2))
     for _ in range(20):
         alone.run(5, CONTROLLER)
         watched.run(5, CONTROLLER)
@@ -214,9 +162,8 @@ def test_robots_elsewhere_in_the_world_change_nothing(engine, examples):
     assert touched > 0
 
 
-@WORLDS
-def test_the_stepper_does_what_reading_steering_and_a_tick_do(engine, scene):
-    quick, slow = (World(scene, robots=2, seed=6, engine=engine) for _ in range(2))
+def test_the_stepper_does_what_reading_steering_and_a_tick_do(engine):
+    quick, slow = (World(BUSY, robots=2, seed=6, engine=engine) for _ in range(2))
     turn = quick.stepper()
     near = [0] * 8
     for _ in range(50):
@@ -229,13 +176,12 @@ def test_the_stepper_does_what_reading_steering_and_a_tick_do(engine, scene):
 
 
 @pytest.mark.usefixtures("compiled_worlds")
-@pytest.mark.parametrize("scene", [PLAIN, pytest.param(BUSY, marks=pytest.mark.long)], ids=["plain", "busy"])
-def test_a_batch_gives_the_same_with_one_thread_and_with_two(scene):
-    batches = [Batch(scene, 6, robots=4, seed=3, threads=threads) for threads in (1, 2)]
+def test_a_batch_gives_the_same_with_one_thread_and_with_two():
+    batches = [Batch(BUSY, 6, robots=4, seed=3, threads=threads) for threads in (1, 2)]
     for batch in batches:
         batch.run(100, CONTROLLER)
     assert batches[0].hash("proximity") == batches[1].hash("proximity")
-    interpreted = Batch(scene, 2, robots=4, seed=3, engine="interpreted")
+    interpreted = Batch(BUSY, 2, robots=4, seed=3, engine="interpreted")
     interpreted.run(100, CONTROLLER)
     assert [world.hash("proximity") for world in interpreted] == [world.hash("proximity") for world in batches[0][:2]]
 
@@ -310,7 +256,7 @@ def test_a_compilation_is_announced_and_code_that_is_found_is_not(tmp_path, monk
         assert Compiled().ready(mix)(12345) == mix(12345)
         said.append(capsys.readouterr())
     assert [each.out for each in said] == ["", ""]
-    assert "compiling for this machine" in said[0].err
+    assert "compiling the simulator, once for this machine" in said[0].err
     assert said[1].err == ""
 
 
@@ -334,7 +280,7 @@ print(engine_named("compiled").ready(mix)(12345) == mix(12345))
         for _ in range(2)
     ]
     assert [run.stdout for run in runs] == ["True\n"] * 2
-    assert "compiling for this machine" in runs[0].stderr
+    assert "compiling the simulator, once for this machine" in runs[0].stderr
     assert runs[1].stderr == ""
 
 
@@ -356,7 +302,7 @@ def test_two_threads_that_need_a_kernel_at_once_compile_it_once():
 
     def work():
         barrier.wait(PATIENCE)
-        found.append(engine.ready(sense_robots, sense=sensors_named(("proximity",))))
+        found.append(engine.ready(sense_robots))
 
     both = [threading.Thread(target=work) for _ in range(2)]
     for each in both:

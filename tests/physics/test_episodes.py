@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from world_rig import COMPILED_LONG, everything, task
+from world_rig import everything, task
 
 from elib import ArgumentError, Controller, Scene, World
 from elib.base.body import METRES_PER_STEP, step_rate
@@ -27,7 +27,6 @@ FULL = Scene(
     step=1 / 40,
     model=EpuckModel(motor_noise=0.02, gain_spread=0.05),
 )
-PLAIN = replace(FULL, boxes=FULL.boxes[1:], cylinders=(), lights=())
 SEEDS = [8_127_421_013_306_842_519, 3, (1 << 64) - 2]
 
 
@@ -77,7 +76,7 @@ def played(about, engine, *, threads=None):
 @pytest.mark.usefixtures("compiled_episodes")
 def test_both_engines_and_any_number_of_threads_step_the_same_episodes_to_the_last_bit(monkeypatch):
     monkeypatch.setattr("elib.simulator.physics.episodes.SMALL", 0)
-    about = task(PLAIN, BARE, robots=3, randomisation=DRAWN, seconds=0.5)
+    about = task(FULL, BARE, robots=3, randomisation=DRAWN, seconds=0.5)
     told = stepped(about, "interpreted", count=4, seeds=SEEDS, steps=7)
     for threads in (1, 3):
         assert told == stepped(about, "compiled", count=4, seeds=SEEDS, steps=7, threads=threads)
@@ -110,9 +109,10 @@ def test_an_episode_is_what_a_world_with_its_seed_does_by_itself():
         assert episodes.readings("proximity")[0].tolist() == world.readings("proximity").tolist()
 
 
-def begins_as_it_did(engine, scene, **more):
-    """Assert that nothing is left of an episode in one with the same seed."""
-    episodes = Episodes(task(scene, seconds=60.0, **more), engine=engine)
+@pytest.mark.usefixtures("compiled_episodes")
+def test_an_episode_begins_as_it_did_whatever_was_pushed_before(engine):
+    about = task(FULL, seconds=60.0, sensors=("proximity", "ambient_light"))
+    episodes = Episodes(about, engine=engine)
     episodes.reset(SEEDS[1])
     fresh = episodes.world(0).hash()
     for _ in range(100):
@@ -120,16 +120,6 @@ def begins_as_it_did(engine, scene, **more):
     assert episodes.world(0).hash() != fresh
     episodes.reset(SEEDS[1])
     assert episodes.world(0).hash() == fresh
-
-
-@COMPILED_LONG
-def test_an_episode_begins_as_it_did_whatever_was_pushed_before(engine):
-    begins_as_it_did(engine, FULL, sensors=("proximity", "ambient_light"))
-
-
-@pytest.mark.usefixtures("compiled_episodes", "compiled_worlds")
-def test_a_compiled_episode_begins_as_it_did():
-    begins_as_it_did("compiled", PLAIN)
 
 
 def test_world_k_of_many_has_the_episode_of_a_single_world_with_its_seed():
@@ -214,7 +204,7 @@ def test_actions_are_limited_to_the_top_speed_and_what_is_no_number_stands():
 
 @pytest.mark.usefixtures("compiled_episodes", "compiled_worlds")
 def test_a_pickled_copy_goes_on_with_the_same_episode():
-    episodes = Episodes(task(PLAIN), 2)
+    episodes = Episodes(task(FULL), 2)
     episodes.step(np.full((2, 1, 2), 0.05))
     twin = pickle.loads(pickle.dumps(episodes))
     actions = np.full((2, 1, 2), 0.08)
@@ -283,7 +273,7 @@ def pushes(world, i):
             {"reward": flies},
             "'Robot' object has no attribute 'vx'.*\nhint: it has x, y, heading_x, heading_y, before_x",
         ),
-        ({"reward": grows}, "'Records' object has no attribute 'robot'.*\nhint: it has setting, tables, robots, views"),
+        ({"reward": grows}, "'Shown' object has no attribute 'robot'.*\nhint: it has setting, robots, views, walls"),
         ({"reward": fails}, "a function of task 'test' fails in the first tick: IndexError"),
         ({"reward": not_a_number}, r"the reward of task 'test' is \[inf\] in the first tick"),
         ({"is_over": fails}, "a function of task 'test' fails"),

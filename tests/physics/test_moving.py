@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from world_rig import COMPILED_LONG, ray_lengths
+from world_rig import ray_lengths
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Cylinder, Light, Pose, Scene, Sound, Wall, World
@@ -139,7 +139,6 @@ def test_the_pairs_of_sensors_are_as_old_as_their_places_in_the_row():
     assert right - left == pytest.approx(0.1 * 3 / 256 / math.cos(math.radians(17.2)), rel=1e-3)
 
 
-@COMPILED_LONG
 def test_boxes_and_walls_come_and_go_while_what_is_pushed_moves_on(engine):
     world, untouched = (World(SCENE, engine=engine) for _ in range(2))
     for each in (world, untouched):

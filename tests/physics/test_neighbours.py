@@ -5,7 +5,7 @@ import math
 import random
 
 import pytest
-from world_rig import COMPILED_LONG, ENGINES, segments, vehicle
+from world_rig import ENGINES, segments, vehicle
 
 from elib.simulator.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World, assembly
 from elib.simulator.physics.body import RADIUS
@@ -214,7 +214,6 @@ def test_robots_that_push_each_other_along_walls_come_apart_in_a_few_passes():
     assert most < 40  # Of 48: none was wedged in, and put back to where it was.
 
 
-@COMPILED_LONG
 def test_a_body_that_was_pushed_far_is_still_seen_and_touched(engine):
     scene = Scene(
         2.0,
@@ -260,7 +259,6 @@ def test_robots_that_see_almost_nothing_still_touch(engine, gap):
         assert math.dist(*places(world)) > 2 * RADIUS - 2 * TOLERANCE
 
 
-@COMPILED_LONG
 def test_where_there_is_no_room_for_all_neighbours_nothing_changes(engine, monkeypatch):
     scene = Scene(
         1.0,

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from world_rig import COMPILED_LONG, vehicle
+from world_rig import vehicle
 
 from elib.base.errors import ArgumentError, SimulationError
 from elib.simulator.physics import (
@@ -28,7 +28,7 @@ from elib.simulator.physics import (
 )
 from elib.simulator.physics.assembly import MOST_ENTRIES, Grid, Solids
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.engine import digest_of
+from elib.simulator.physics.usage import constants_of
 from elib.simulator.worlds.files import parse
 
 ONE = (Pose(0.5, 0.5),)
@@ -242,7 +242,6 @@ def test_what_is_not_a_controller_is_refused_in_words():
         world.run(1.5)
 
 
-@COMPILED_LONG
 def test_a_control_function_begins_with_standing_wheels_for_each_robot(engine):
     world = World(Scene(2, 1, starts=(Pose(0.3, 0.3), Pose(0.3, 0.7))), engine=engine)
     world.run(64, Controller(headlong, (300.0,)))
@@ -262,7 +261,7 @@ def test_an_error_in_a_control_function_names_it_and_the_line_that_calls_it():
         World(Scene(1, 1, starts=ONE)).run(5, Controller(failing, (0.0,)))
     *_, caller, own = traceback.extract_tb(caught.value.__traceback__)
     assert own.name == "failing"
-    assert "decide(" in caller.line
+    assert "function(" in caller.line
 
 
 @pytest.mark.usefixtures("compiled_worlds")
@@ -283,7 +282,6 @@ def counting(robot, parameters, memory):
     robot.fitness += 1.0
 
 
-@COMPILED_LONG
 def test_a_control_function_needs_no_parameters(engine):
     world = World(Scene(1, 1, starts=ONE), engine=engine)
     world.run(3, Controller(counting))
@@ -306,17 +304,17 @@ def test_the_fitness_of_a_run_is_kept_after_a_reset(engine):
     assert world.fitness.tolist() == [0.0]
 
 
-def test_code_is_compiled_again_when_what_a_control_function_takes_from_a_module_has_changed():
+def test_a_law_is_told_apart_by_what_it_takes_from_a_module():
     module = ModuleType("gains")
     names = {"gains": module}
     exec("def law(robot, parameters, memory):\n    robot.left = gains.left * gains.right", names)
-    digests = []
+    told = []
     for left, right in ((1.0, 1.0), (2.0, 1.0), (2.0, 3.0)):
         module.left, module.right = left, right
-        digests.append(digest_of(names["law"]))
+        told.append(tuple(constants_of(names["law"], set(), set())))
     module.unused = 5.0
-    assert digest_of(names["law"]) == digests[-1]
-    assert len(set(digests)) == 3
+    assert tuple(constants_of(names["law"], set(), set())) == told[-1]
+    assert len(set(told)) == 3
 
 
 @pytest.mark.usefixtures("compiled_threads")

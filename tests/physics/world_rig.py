@@ -1,15 +1,14 @@
 """Worlds put into any state by hand, values of their records that have no public name, and what is compiled for tests.
 
 Compiling is what costs most here. So the quick tests of the compiled engine share three sets of compiled code, which
-the fixtures of ``conftest.py`` compile once: plain worlds under :func:`vehicle`, their readings in two threads, and
-episodes of :func:`task`. A world is plain if nothing in it can be pushed and no lamp shines: less is compiled for it.
-All else (walls, robots, rays, noise, parameters, seeds, numbers of worlds) is data, and compiles nothing.
+the fixtures of ``conftest.py`` compile once: worlds in one thread with all sensors, readings in two threads, and
+episodes that are steered. A control function and a reward are compiled in each process, in a moment. All else (walls,
+robots, rays, noise, parameters, seeds, numbers of worlds) is data.
 """
 
 import enum
 import math
 import random
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -41,9 +40,6 @@ from elib.simulator.physics.simulation import braitenberg
 from elib.simulator.physics.state import State
 
 ENGINES = ("interpreted", "compiled")
-COMPILED_LONG = pytest.mark.parametrize("engine", ["interpreted", pytest.param("compiled", marks=pytest.mark.long)])
-"""Both engines, where what is compiled is none of the three sets."""
-
 BUSY = Scene(
     1.0,
     1.0,
@@ -62,14 +58,6 @@ BUSY = Scene(
     ),
 )
 """A world with one of everything."""
-
-PLAIN = replace(
-    BUSY,
-    boxes=tuple(replace(box, is_pushable=False) for box in BUSY.boxes),
-    cylinders=tuple(replace(cylinder, is_pushable=False) for cylinder in BUSY.cylinders),
-    lights=(),
-)
-"""The same world without what can be pushed and without lamps."""
 
 
 WEIGHTS = np.linspace(0.5, -0.5, 8)
@@ -118,7 +106,7 @@ def general(robot, parameters, memory):
 
 
 def vehicle(*weights, share=0.0, gain=0.8, **more):
-    """Return the controller that is compiled once for all tests: a Braitenberg vehicle, and more with a *share*."""
+    """Return the controller of most tests: a Braitenberg vehicle, and more with a *share*."""
     return Controller(general, [*Controller.braitenberg(*weights, **more).parameters, share, gain], memory=2)
 
 
@@ -131,14 +119,14 @@ def driven(world, i):
 
 
 def task(*scenes, **more):
-    """Return a task whose episodes are compiled once for all tests, if its functions and sensors stay as they are."""
+    """Return a task in these scenes."""
     given = {"reward_sensors": ("proximity",), "fitness": "sum", "seconds": 2.0}
     return Task("test", "Do what the test says.", scenes, **{"reward": driven, **given, **more})
 
 
 def compile_worlds():
-    """Compile plain worlds in one thread under :func:`vehicle`, and their sensors."""
-    world = World(PLAIN, robots=2, engine="compiled")
+    """Compile worlds in one thread, and their sensors."""
+    world = World(BUSY, robots=2, engine="compiled")
     world.run(1, vehicle())
     world.run(1)
     world.snapshot(beams=True)
@@ -148,20 +136,20 @@ def compile_worlds():
 
 
 def compile_threads():
-    """Compile the infrared readings of plain worlds in two threads."""
-    World(PLAIN, robots=2, engine="compiled", threads=2).readings("proximity")
+    """Compile readings in two threads."""
+    World(BUSY, robots=2, engine="compiled", threads=2).readings("proximity")
 
 
 def compile_episodes():
-    """Compile steered episodes of :func:`task`."""
-    Episodes(task(PLAIN, seconds=0.25, period=1 / 64)).step([[[0.0, 0.0]]])
+    """Compile steered episodes."""
+    Episodes(task(BUSY, seconds=0.25, period=1 / 64)).step([[[0.0, 0.0]]])
 
 
 def everything(world):
     """Return all that changes in a world while it runs, to the last bit."""
     parts = {"robots": kinds.Robot, "views": kinds.SensorView, "things": kinds.Thing}
     return {
-        f"{part}.{name}": world._state.column(kind, getattr(world._state.world, part), name).tobytes()
+        f"{part}.{name}": world._state.engine.column(kind, getattr(world._state.world, part), name).tobytes()
         for part, kind in parts.items()
         for name in kind.__dataclass_fields__
         if name != "lane"  # In which thread it is sensed.

@@ -4,36 +4,40 @@ A kernel is a plain function marked with :func:`kernel`. Interpreted, it is call
 Compiled, it and every kernel that it calls are compiled by Numba, on arrays of the same records
 (:mod:`elib.simulator.physics.records`). Both give the same result to the last bit, because neither may reorder a sum.
 
-Compiled code is kept in the user's cache folder. The folder's name covers the source of all kernels and the versions
-of NumPy and Numba; that of a control function covers also its source, and the globals and closures that it uses.
+A kernel that needs a function of the user takes it as an argument. Compiled, that is a first-class function of Numba:
+an address and a signature. So the kernels are compiled once for all, and their code is kept in the user's cache folder;
+a function of the user alone is compiled in each process, in about 0.1 s. The folder's name covers the source of all
+kernels and the versions of NumPy and Numba, because Numba looks for changes in the file of a function alone.
 """
 
 from __future__ import annotations
 
-import dis
 import hashlib
 import importlib
 import importlib.util
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import fields
-from enum import EnumMeta
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryFile
 from threading import Lock
 from traceback import walk_tb
-from types import CellType, CodeType, FunctionType, ModuleType
-from typing import Any, Final, Literal, Protocol, TypeAlias, TypeVar, cast
+from types import CellType, FunctionType, MethodType
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar, cast
 
 from elib.base import body
 from elib.base.errors import SimulationError
 from elib.base.extras import install
 from elib.simulator.physics.records import SIZE
+from elib.simulator.physics.usage import constants_of, used_by
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 F = TypeVar("F", bound=Callable[..., Any])
 R = TypeVar("R")
@@ -52,8 +56,15 @@ INTERPRETED: Final = (
 )
 """What runs any Python, for hints."""
 
-INNER: Final = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""Compiler options of kernels that only other kernels call."""
+Use: TypeAlias = Literal["entrance", "parallel", "inner"]
+"""How a kernel is called: from Python, from Python with threads, or from kernels."""
+
+USES: Final[dict[Use, dict[str, bool]]] = {
+    "entrance": {},
+    "parallel": {"parallel": True, "_nrt": True},
+    "inner": {"no_cpython_wrapper": True, "no_cfunc_wrapper": True},
+}
+"""Further options of the compiler."""
 
 _one_loop = Lock()
 _one_compiler = Lock()
@@ -72,6 +83,8 @@ if hasattr(os, "register_at_fork"):
 
 _kernels: set[FunctionType] = set()
 _phases: set[FunctionType] = set()
+_copies: set[FunctionType] = set()
+_compiled_as: dict[FunctionType, FunctionType] = {}
 
 
 def kernel(function: F) -> F:
@@ -89,90 +102,85 @@ def phase(function: F) -> F:
     return kernel(function)
 
 
-def nothing(*arguments: object) -> bool:
-    """Stand for a kernel that a world does not need."""
-    return False
+def compiled_as(other: Callable[..., Any]) -> Callable[[F], F]:
+    """Mark a function of which compiled kernels call another form."""
+
+    def mark(function: F) -> F:
+        _compiled_as[cast("FunctionType", function)] = cast("FunctionType", other)
+        return function
+
+    return mark
+
+
+def call(function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+    """Call a function of the user that a kernel was given (:meth:`Engine.argument`). It returns nothing."""
+    function(*arguments)
 
 
 def loop(count: int) -> range:
-    """Return ``range(count)``: compiled with threads, its turns run at the same time."""
+    """Return ``range(count)``: compiled with threads, its turns run at the same time. Only Python calls its kernel."""
     return range(count)
 
 
-class Engine(Protocol):
-    """How kernels run, and what their records are."""
+class Engine:
+    """How kernels run, and what their records are: interpreted, as they stand, on lists of objects."""
 
-    name: EngineName
+    name: EngineName = "interpreted"
 
     def records(self, kind: type[R], rows: Sequence[R]) -> Sequence[R]:
         """Return *rows* in the form that kernels take."""
+        return list(rows)
 
     def blank(self, kind: type[R], count: int) -> Sequence[R]:
         """Return *count* records in the form that kernels take, not filled in yet."""
+        return [kind() for _ in range(count)]
 
     def ints(self, values: Sequence[int], room: int = 0) -> Any:
         """Return *values*, each below 2**31, and *room* zeros, in the form that kernels take."""
+        return [*values, *[0] * room]
 
-    def ready(
-        self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **substitutes: Callable[..., Any]
-    ) -> F:
+    def table(self, rows: Any) -> Any:
+        """Return rows of floats in the form that kernels take."""
+        # Without NumPy, which a program that only drives never loads.
+        return rows.tolist() if hasattr(rows, "tolist") else [[float(number) for number in row] for row in rows]
+
+    def column(self, kind: type, rows: Sequence[Any], name: str) -> NDArray[Any]:
+        """Return one field of all *rows*, records of one *kind*, as an array; compiled, it is the memory itself."""
+        import numpy as np
+
+        field = dtype_of(kind)[name]
+        return np.array([getattr(row, name) for row in rows], dtype=field.base).reshape(len(rows), *field.shape)
+
+    def argument(self, function: Callable[..., None], like: Callable[[], tuple[object, ...]]) -> Any:
+        """Return a function of the user in the form in which kernels take it, for :func:`call`.
+
+        Args:
+            function: The function.
+            like: Returns such arguments as it will get.
+
+        Raises:
+            SimulationError: It cannot be compiled.
+        """
+        return function
+
+    def ready(self, function: F, *, threads: int = 1) -> F:
         """Return a kernel in the form in which this engine runs it.
 
         Args:
             function: The kernel.
             threads: How many run the turns of its :func:`loop`.
-            absent: Names of kernels that are never needed in this world: what is not there need not be compiled.
-            substitutes: Functions that take the places of the globals of these names in it.
-
-        Raises:
-            SimulationError: A control function cannot be compiled.
         """
+        return function
 
     def threads(self, count: int) -> AbstractContextManager[None]:
         """Return a context in which so many threads run the turns of a :func:`loop`."""
-
-
-class Interpreted:
-    """Kernels as they stand, on lists of objects."""
-
-    name: EngineName = "interpreted"
-
-    def records(self, kind: type[R], rows: Sequence[R]) -> Sequence[R]:
-        """Return a list of the objects themselves."""
-        return list(rows)
-
-    def blank(self, kind: type[R], count: int) -> Sequence[R]:
-        """Return a list of new objects."""
-        return [kind() for _ in range(count)]
-
-    def ints(self, values: Sequence[int], room: int = 0) -> Any:
-        """Return a list of whole numbers."""
-        return [*values, *[0] * room]
-
-    def ready(
-        self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **substitutes: Callable[..., Any]
-    ) -> F:
-        """Return the function, with *substitutes* in place; it runs in one thread."""
-        return cast("F", _with_substitutes(cast("FunctionType", function), substitutes)) if substitutes else function
-
-    def threads(self, count: int) -> AbstractContextManager[None]:
-        """Return a context that does nothing."""
         return nullcontext()
 
     def __reduce__(self) -> tuple[Callable[..., object], tuple[str]]:
         return engine_named, (self.name,)
 
 
-def _with_substitutes(function: FunctionType, substitutes: dict[str, Callable[..., Any]]) -> FunctionType:
-    """Return *function* with *substitutes* in place of its globals of these names, and in the kernels that it calls."""
-    names = {name: substitutes[name] for name in _names_in(function.__code__) & substitutes.keys()}
-    for name, called in _kernels_in(function):
-        if name not in names and _reaches(called, frozenset(substitutes)):
-            names[name] = _with_substitutes(called, substitutes)
-    return _copy(function, names)
-
-
-class Compiled:
+class Compiled(Engine):
     """Kernels compiled by Numba, on structured arrays.
 
     Raises:
@@ -184,8 +192,10 @@ class Compiled:
     def __init__(self) -> None:
         if importlib.util.find_spec("numba") is None:
             raise SimulationError("the compiled engine needs Numba, which is not installed", hint=install("compiled"))
-        self._ready: dict[tuple[object, ...], Callable[..., Any]] = {}
-        self._compilers: dict[str, _Compiler] = {}
+        self._folder = _cache_folder()
+        self._is_kept = _is_writable(self._folder)
+        self._made: dict[tuple[FunctionType, Use], Any] = {}
+        self._arguments: dict[tuple[object, ...], Any] = {}
         _announce_compilation()
 
     def records(self, kind: type[R], rows: Sequence[R]) -> Sequence[R]:
@@ -208,28 +218,81 @@ class Compiled:
 
         return np.concatenate([np.array(values, dtype=np.int32), np.zeros(room, dtype=np.int32)])
 
-    def ready(
-        self, function: F, *, threads: int = 1, absent: Sequence[str] = (), **substitutes: Callable[..., Any]
-    ) -> F:
-        """Return what compiles the function at its first call."""
-        # A control function's digest changes with what it uses: Numba takes globals for constants.
-        digests = tuple((name, digest_of(each)) for name, each in substitutes.items())
-        is_parallel = threads > 1 and not _is_forked
-        key = (function, is_parallel, absent, digests)
-        with _one_compiler:
-            if key not in self._ready:  # two threads that compile it twice would take twice as long
-                compiler = self._compiler(None, {})
-                compiler = self._compiler(compiler, dict.fromkeys(absent, nothing))
-                if is_parallel or substitutes:
-                    compiler = self._compiler(compiler, substitutes, is_parallel=is_parallel)
-                self._ready[key] = compiler.entrance(cast("FunctionType", function))
-        return cast("F", self._ready[key])
+    def table(self, rows: Any) -> Any:
+        """Return an array."""
+        import numpy as np
 
-    def _compiler(
-        self, base: _Compiler | None, substitutes: Mapping[str, Callable[..., Any]], *, is_parallel: bool = False
-    ) -> _Compiler:
-        made = _Compiler(base, substitutes, is_parallel=is_parallel)
-        return self._compilers.setdefault(made.name, made)
+        return np.array(rows, dtype=np.float64)
+
+    def column(self, kind: type, rows: Sequence[Any], name: str) -> NDArray[Any]:
+        """Return the field's part of the memory."""
+        import numpy as np
+
+        return np.asarray(cast("Any", rows)[name])
+
+    def argument(self, function: Callable[..., None], like: Callable[[], tuple[object, ...]]) -> Any:
+        """Return the address of the compiled function; if anything that it uses has changed it is compiled again."""
+        key = tuple(constants_of(cast("FunctionType", function), _kernels, set()))
+        with _one_compiler:
+            if key not in self._arguments:
+                numba: Any = importlib.import_module("numba")
+                made = self._users(cast("FunctionType", function), {})
+                made.compile(tuple(numba.typeof(each) for each in like()))
+                result = made.overloads[made.signatures[0]]
+                address = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+                self._arguments[key] = made, address
+        return self._arguments[key][1]
+
+    def ready(self, function: F, *, threads: int = 1) -> F:
+        """Return what compiles the function at its first call, or finds it in the cache."""
+        with _one_compiler:
+            return cast("F", self._kernel(function, "parallel" if threads > 1 and not _is_forked else "entrance"))
+
+    def _kernel(self, function: Any, use: Use) -> Any:
+        """Return what compiles a kernel; its code is read from the folder, or written there."""
+        if (function, use) in self._made:
+            return self._made[function, use]
+        numba: Any = importlib.import_module("numba")
+        turns = numba.prange if use == "parallel" else range
+        copy = _copy(function, lambda value: turns if value is loop else self._called(value, {}))
+        copy.__qualname__ += f"_{use}"  # of two functions of one name, Numba could take one for the other
+        _copies.add(copy)
+        options = {**OPTIONS, **USES[use]} | ({"forceinline": function not in _phases} if use == "inner" else {})
+        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(self._folder)
+        try:
+            # Numba never finds a function again that refers to others by its closure.
+            is_kept = self._is_kept and not function.__closure__
+            self._made[function, use] = numba.njit(cache=is_kept, **options)(copy)
+        finally:
+            numba.config.CACHE_DIR = before
+        return self._made[function, use]
+
+    def _users(self, function: FunctionType, made: dict[FunctionType, Any]) -> Any:
+        """Return what compiles a function of the user; *made* holds others that it uses, and None for its callers."""
+        if function not in made:
+            made[function] = None
+            copy = _copy(function, lambda value: self._called(value, made))
+            made[function] = importlib.import_module("numba").njit(**OPTIONS, **USES["inner"], forceinline=True)(copy)
+        if made[function] is None:
+            raise SimulationError(
+                f"{function.__qualname__!r} calls itself, which cannot be compiled",
+                hint=f"use a loop, or {INTERPRETED}",
+            )
+        return made[function]
+
+    def _called(self, value: Any, made: dict[FunctionType, Any]) -> Any:
+        """Return what stands for *value* in a compiled function: functions are compiled, too."""
+        if value is call:
+            return _caller()
+        value = getattr(value, "py_func", value)  # Numba's own is compiled again, for this engine.
+        if isinstance(value, MethodType) or (callable(value) and not hasattr(value, "__name__")):
+            raise SimulationError(
+                f"{value!r} cannot be compiled: it is not a plain function", hint="define it with def"
+            )
+        if not isinstance(value, FunctionType):
+            return value
+        value = _compiled_as.get(value, value)
+        return self._kernel(value, "inner") if value in _kernels else self._users(value, made)
 
     @contextmanager
     def threads(self, count: int) -> Iterator[None]:
@@ -249,111 +312,37 @@ class Compiled:
             finally:
                 numba.set_num_threads(before)
 
-    def __reduce__(self) -> tuple[Callable[..., object], tuple[str]]:
-        return engine_named, (self.name,)
+
+@cache
+def _caller() -> Any:
+    """Return what stands for :func:`call` in compiled kernels: it gets the address of a compiled function."""
+    numba: Any = importlib.import_module("numba")
+    extending: Any = importlib.import_module("numba.extending")
+    cgutils: Any = importlib.import_module("numba.core.cgutils")
+
+    @extending.intrinsic  # type: ignore[untyped-decorator]
+    def compiled_call(typing: Any, address: Any, arguments: Any) -> Any:
+        def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            convention, void = context.call_conv, numba.types.void
+            kind = convention.get_function_type(void, tuple(arguments)).as_pointer()
+            function, given = builder.inttoptr(values[0], kind), cgutils.unpack_tuple(builder, values[1])
+            status, _ = convention.call_function(builder, function, void, tuple(arguments), given)
+            with cgutils.if_unlikely(builder, status.is_error):
+                convention.return_status_propagate(builder, status)
+            return context.get_dummy_value()
+
+        return numba.types.void(address, arguments), lower
+
+    return compiled_call
 
 
-class _Compiler:
-    """Compiles kernels and all that they call.
-
-    Args:
-        base: Compiles the kernels that no substitute and no thread changes; None if there are none of both here.
-        substitutes: What takes the place of the globals of these names.
-        is_parallel: Whether the turns of :func:`loop` run in threads.
-    """
-
-    def __init__(
-        self, base: _Compiler | None, substitutes: Mapping[str, Callable[..., Any]], *, is_parallel: bool
-    ) -> None:
-        self._base = base
-        self._is_parallel = is_parallel
-        self._substitutes = {name: cast("FunctionType", each) for name, each in substitutes.items()}
-        parts = [base.name if base else "", *(f"{name} {digest_of(each)}" for name, each in substitutes.items())]
-        self.name: str = hashlib.blake2b(repr([*parts, is_parallel]).encode(), digest_size=8).hexdigest()
-        self._folder = _cache_folder() / self.name
-        self._is_kept = _is_writable(self._folder)
-        self._made: dict[FunctionType, Callable[..., Any]] = {}
-        self._begun: set[FunctionType] = set()
-
-    def entrance(self, function: FunctionType) -> Callable[..., Any]:
-        """Return *function* as Python calls it."""
-        return self._jit(function, {})
-
-    def inner(self, function: FunctionType) -> Callable[..., Any]:
-        """Return *function* as kernels call it."""
-        if self._base is not None and not self._differs(function):
-            return self._base.inner(function)
-        if function in self._begun:
-            raise SimulationError(
-                f"{function.__qualname__!r} calls itself, which cannot be compiled",
-                hint=f"use a loop, or {INTERPRETED}",
-            )
-        if function not in self._made:
-            self._begun.add(function)
-            has_loop = self._is_parallel and "loop" in _names_in(function.__code__)
-            options = (
-                {"parallel": True, "_nrt": True} if has_loop else {**INNER, "forceinline": function not in _phases}
-            )
-            try:
-                self._made[function] = self._jit(function, options)
-            finally:
-                self._begun.remove(function)
-        return self._made[function]
-
-    def _differs(self, function: FunctionType) -> bool:
-        """Return whether a substitute or a thread changes *function* or anything that it calls."""
-        names = frozenset([*self._substitutes, *(["loop"] if self._is_parallel else [])])
-        return function not in _kernels or _reaches(function, names)
-
-    def _jit(self, function: FunctionType, options: dict[str, bool]) -> Callable[..., Any]:
-        """Return *function* compiled at its first call; its code is read from the folder, or written there."""
-        numba: Any = importlib.import_module("numba")
-        cells = tuple(CellType(self._replaced(function, cell.cell_contents)) for cell in function.__closure__ or ())
-        names = {name: function.__globals__.get(name) for name in _names_in(function.__code__)}
-        # In a control function, and in what it calls, a global may bear the name of a kernel by chance.
-        substitutes = self._substitutes if function in _kernels else {}
-        called: dict[str, Any] = {
-            name: self._replaced(function, substitutes.get(name, value)) for name, value in names.items()
-        }
-        copy = _copy(function, {name: value for name, value in called.items() if value is not names[name]}, cells)
-        # Two functions of one name would be mistaken for each other when their code is read from the cache.
-        copy.__qualname__ += f"_{self.name}" if options else f"_{self.name}_entrance"
-        if function not in _kernels:
-            # Numba imports the module when it reads the code from the cache; this one may be a notebook's, or gone.
-            copy.__qualname__, copy.__module__ = f"{function.__module__}_{copy.__qualname__}", __name__
-        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(self._folder)
-        try:
-            return cast("Callable[..., Any]", numba.njit(cache=self._is_kept, **{**OPTIONS, **options})(copy))
-        except RuntimeError:  # A function without a file: compiled again in each program.
-            return cast("Callable[..., Any]", numba.njit(**{**OPTIONS, **options})(copy))
-        finally:
-            numba.config.CACHE_DIR = before
-
-    def _replaced(self, caller: FunctionType, value: object) -> object:
-        """Return what stands for *value* in a compiled *caller*: kernels and the user's functions are compiled, too."""
-        if value is loop:
-            numba: Any = importlib.import_module("numba")
-            return numba.prange if self._is_parallel else range
-        is_own = caller not in _kernels or value in self._substitutes.values()
-        if is_own:
-            value = getattr(value, "py_func", value)  # Numba's own gets a name of its own, too.
-        if isinstance(value, FunctionType) and (value in _kernels or is_own):
-            return self.inner(value)
-        return value
-
-
-def _copy(
-    function: FunctionType, names: dict[str, Callable[..., Any]], cells: tuple[CellType, ...] | None = None
-) -> FunctionType:
-    """Return *function* with other globals, and with other closure cells if any are given."""
-    copy = FunctionType(
-        function.__code__,
-        {**function.__globals__, **names},
-        function.__name__,
-        function.__defaults__,
-        cells or function.__closure__,
-    )
-    copy.__module__, copy.__doc__ = function.__module__, function.__doc__
+def _copy(function: FunctionType, replaced: Callable[[Any], Any]) -> FunctionType:
+    """Return *function* with other values of all that it uses."""
+    used = {name: replaced(value) for name, value in used_by(function).items()}
+    cells = tuple(CellType(used[name]) for name in function.__code__.co_freevars)
+    names = {**function.__globals__, **used}
+    copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__, cells or None)
+    copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
     return copy
 
 
@@ -382,133 +371,6 @@ def not_compiled(error: Exception) -> str | None:
     place = next((f" ({Path(found[1]).name}, line {found[2]})" for found in places if found), "")
     reason = next(reasons, str(error))
     return (f"{reason} {next(reasons, '')}" if reason.endswith(":") else reason) + place
-
-
-def digest_of(function: Callable[..., Any]) -> str:
-    """Return a digest of a control function: its code, and all that it uses. That of a kernel is its name alone.
-
-    Raises:
-        SimulationError: It is not a plain function.
-    """
-    function = getattr(function, "py_func", function)  # Of Numba.
-    if not isinstance(function, FunctionType):
-        raise SimulationError(f"{function!r} cannot be compiled: it is not a plain function", hint="define it with def")
-    digest = hashlib.blake2b(digest_size=8)
-    for part in _parts_of(function, set()):
-        digest.update(part.encode() + b"\0")
-    return digest.hexdigest()
-
-
-def _parts_of(function: FunctionType, known: set[object]) -> Iterator[str]:
-    """Yield what makes a function what it is."""
-    yield f"{function.__module__}.{function.__qualname__}"
-    if function in _kernels or function in known:  # The folder's name covers the source of all kernels.
-        return
-    known.add(function)
-    code = function.__code__
-    yield _text_of(code)
-    used = {name: function.__globals__[name] for name in _names_in(code) if name in function.__globals__}
-    used |= zip(code.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True)
-    yield from _told_apart(function.__defaults__, code, known)
-    for name in sorted(used):
-        yield name
-        yield from _told_apart(used[name], code, known)
-
-
-def _told_apart(value: Any, code: CodeType, known: set[object]) -> Iterator[str]:
-    """Yield what tells a value that *code* uses apart from others."""
-    value = getattr(value, "py_func", value)
-    if isinstance(value, FunctionType):
-        yield from _parts_of(value, known)
-    elif isinstance(value, ModuleType | type) and not isinstance(value, EnumMeta):
-        yield f"{value.__name__} {getattr(value, '__version__', '')}"
-        if (value, code) not in known:
-            known.add((value, code))
-            for name in sorted(_attributes_in(code) & vars(value).keys()):
-                yield name
-                yield from _told_apart(vars(value)[name], code, known)
-    elif isinstance(value, tuple | list):
-        yield f"{type(value).__qualname__} {len(value)}"
-        for part in value:
-            yield from _told_apart(part, code, known)
-    elif hasattr(value, "tobytes") and not isinstance(value, type):  # An array, or a number, of NumPy.
-        yield f"{value.dtype} {value.shape} {value.strides} {value.tobytes().hex()}"
-    elif hasattr(value, "__qualname__") and not isinstance(value, EnumMeta):  # Its text may say where it is in memory.
-        yield f"{value.__module__}.{value.__qualname__}"
-    else:
-        yield repr(list(value) if isinstance(value, EnumMeta) else value)
-
-
-@cache
-def _text_of(code: CodeType) -> str:
-    """Return what a function does, without where it stands in its file."""
-    steps = (
-        _text_of(step.argval) if isinstance(step.argval, CodeType) else f"{step.opname} {step.argval!r}"
-        for step in dis.get_instructions(code)
-    )
-    return "\n".join(steps)
-
-
-@cache
-def _attributes_in(code: CodeType) -> frozenset[str]:
-    """Return the names of all globals and attributes that a function uses, also within comprehensions."""
-    inner = (constant for constant in code.co_consts if isinstance(constant, CodeType))
-    return frozenset(code.co_names).union(*(_attributes_in(constant) for constant in inner))
-
-
-def fields_read(function: Callable[..., Any]) -> frozenset[str]:
-    """Return the names of all attributes that a function of the user, or one that it calls, takes of its arguments.
-
-    What it takes of globals, such as a function of a module, is left out.
-    """
-    found: set[str] = set()
-    left, known = [getattr(function, "py_func", function)], set()
-    while left:
-        each = left.pop()
-        if not isinstance(each, FunctionType) or each in _kernels or each in known:
-            continue
-        known.add(each)
-        found |= _fields_in(each.__code__)
-        called = [each.__globals__.get(name) for name in _names_in(each.__code__)]
-        called += [cell.cell_contents for cell in each.__closure__ or ()]
-        left += [getattr(value, "py_func", value) for value in called]
-    return frozenset(found)
-
-
-@cache
-def _fields_in(code: CodeType) -> frozenset[str]:
-    """Return the names of the attributes of all but globals, also within comprehensions."""
-    found: set[str] = set()
-    is_global = False
-    for step in dis.get_instructions(code):
-        if step.opname in ("LOAD_ATTR", "LOAD_METHOD"):
-            if not is_global:
-                found.add(step.argval)
-        else:
-            is_global = step.opname in ("LOAD_GLOBAL", "LOAD_DEREF")
-    return frozenset(found).union(*(_fields_in(each) for each in code.co_consts if isinstance(each, CodeType)))
-
-
-@cache
-def _names_in(code: CodeType) -> frozenset[str]:
-    """Return the names of all globals that a function uses, also within comprehensions."""
-    own = (step.argval for step in dis.get_instructions(code) if step.opname == "LOAD_GLOBAL")
-    inner = (constant for constant in code.co_consts if isinstance(constant, CodeType))
-    return frozenset(own).union(*(_names_in(constant) for constant in inner))
-
-
-def _kernels_in(function: FunctionType) -> Iterator[tuple[str, FunctionType]]:
-    """Yield the name and the kernel of each global of *function* that is a kernel."""
-    for name in _names_in(function.__code__):
-        value = function.__globals__.get(name)
-        if isinstance(value, FunctionType) and value in _kernels:
-            yield name, value
-
-
-def _reaches(function: FunctionType, names: frozenset[str]) -> bool:
-    """Return whether *function*, or a kernel that it calls, uses one of these globals."""
-    own = _names_in(function.__code__)
-    return not own.isdisjoint(names) or any(_reaches(called, names) for _, called in _kernels_in(function))
 
 
 def _is_writable(folder: Path) -> bool:
@@ -544,18 +406,18 @@ _is_announced = False
 
 
 def _announce_compilation() -> None:
-    """Say on stderr that code is being compiled, when it is for the first time: it takes a while."""
+    """Say on stderr that kernels are being compiled, when they are for the first time: it takes a while."""
     event: Any = importlib.import_module("numba.core.event")
 
     class Announcer(event.Listener):  # type: ignore[misc]  # Numba's events are untyped
-        def on_start(self, happening: object) -> None:
+        def on_start(self, happening: Any) -> None:
             global _is_announced
-            if not _is_announced:
+            if not _is_announced and happening.data["dispatcher"].py_func in _copies:
                 _is_announced = True
-                print("elib: compiling for this machine, once for each control function ...", file=sys.stderr)
+                print("elib: compiling the simulator, once for this machine ...", file=sys.stderr)
 
         def on_end(self, happening: object) -> None:
-            """Nothing to say: the program goes on."""
+            """The program goes on."""
 
     if not _is_announced:
         event.register("numba:compile", Announcer())
@@ -569,7 +431,7 @@ def engine_named(name: str) -> Engine:
         SimulationError: No engine has this name, or what it needs is not installed.
     """
     if name == "interpreted":
-        return Interpreted()
+        return Engine()
     if name == "compiled":
         return Compiled()
     raise SimulationError(f"there is no engine {name!r}", hint='choose "interpreted" or "compiled"')

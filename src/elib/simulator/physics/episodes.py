@@ -10,40 +10,37 @@ import concurrent.futures
 import copy
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError, SimulationError
 from elib.base.fields import Whole
 from elib.simulator.physics.controller import Controller
-from elib.simulator.physics.engine import INTERPRETED, EngineName, fields_read, kernel, not_compiled, phase
+from elib.simulator.physics.engine import INTERPRETED, Engine, EngineName, call, kernel, not_compiled, phase
 from elib.simulator.physics.geometry import unit
 from elib.simulator.physics.motion import rim_speed
 from elib.simulator.physics.neighbours import list_near
 from elib.simulator.physics.noise import bits, numbered_key, seed_key, uniform
-from elib.simulator.physics.packing import (
-    listed_restore,
-    listed_world,
-    packed,
-    packed_copies,
-    packed_restore,
-    packed_world,
-)
+from elib.simulator.physics.packing import laid_out, restore, room_for, world_at
 from elib.simulator.physics.placement import places
-from elib.simulator.physics.records import SENSORS, Episode, Records, SensorView
+from elib.simulator.physics.records import SENSORS, Episode, Records, SensorView, Shown
 from elib.simulator.physics.scene import Scene, check_seed
-from elib.simulator.physics.senses import sensors_named
-from elib.simulator.physics.simulation import advance, decide, sense
+from elib.simulator.physics.sensors import chosen, sense
+from elib.simulator.physics.simulation import Law, advance, law_of
 from elib.simulator.physics.spawning import spawn
-from elib.simulator.physics.state import absent_kernels
 from elib.simulator.physics.task import Task
+from elib.simulator.physics.usage import fields_read
 from elib.simulator.physics.world import World
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
+
+Judge: TypeAlias = Any
+"""What robots earn in a tick, and whether the episode is over, as kernels call it (:func:`judge_of`)."""
 
 STARTS = 64
 """Sets of places where the robots of a scene may start, if the scene does not name them."""
@@ -66,7 +63,7 @@ SMALL = 2_000
 class Course(NamedTuple):
     """All that the kernels of episodes work on."""
 
-    worlds: Any  # Of type Packed; interpreted, a list of Records.
+    worlds: Any  # Of type Packed; interpreted, of type Listed.
     originals: Any  # The same of each scene, as it was laid out.
     starts: Any  # (scenes, sets, robots, 4): x, y, m, cosine and sine of the heading.
     ranges: Any  # (scenes, 8, 2): the lowest and the highest value of what is drawn.
@@ -75,34 +72,8 @@ class Course(NamedTuple):
     earned: Any  # (worlds, robots): what the robots earned in the last call.
     period: int  # Ticks between two decisions.
     ticks: int  # Of a full episode.
-    scale: float  # Factor on every reward.
-
-
-@kernel
-def reward(world: Records, i: int) -> float:
-    """Stand for the reward of a task."""
-    return 0.0
-
-
-@kernel
-def is_over(world: Records) -> bool:
-    """Stand for the end of a task: only time ends its episodes."""
-    return False
-
-
-@kernel
-def feel(world: Records, i: int) -> None:
-    """Stand for the sensors that the reward reads."""
-
-
-def world_at(worlds: Any, w: int) -> Records:
-    """Stand for the function that returns the records of world *w*: each engine has its own."""
-    raise NotImplementedError
-
-
-def restore(worlds: Any, originals: Any, w: int, scene: int) -> None:
-    """Stand for the function that makes world *w* as its scene was laid out: each engine has its own."""
-    raise NotImplementedError
+    sensors: int  # What the controllers see (elib.simulator.physics.sensors.chosen).
+    reward_sensors: int  # What the rewards see.
 
 
 @kernel
@@ -131,6 +102,7 @@ def begin(course: Course, w: int, key: int) -> None:
     episode.scene = scene
     episode.delay = int(drawn(course, scene, key, 7) / setting.step + 0.5)
     episode.is_over = 0
+    episode.tick = 0
     sets = course.starts[scene]
     spawn(world, sets[bits(key, START) % len(sets)], key)
     list_near(world)
@@ -148,19 +120,29 @@ def begin_next(course: Course, w: int) -> None:
 
 
 @phase
-def sense_robots(world: Records) -> None:
-    """Let all robots of one world read the sensors of the task."""
+def sense_robots(world: Records, sensors: int) -> None:
+    """Let all robots of one world read these sensors."""
     setting = world.setting[0]
     for i in range(len(world.robots)):
         world.views[i].time = setting.tick * setting.step
-        sense(world, i)
+        sense(world, i, sensors)
 
 
 @kernel
-def run_period(course: Course, world: Records, w: int, rows: Any) -> None:
+def shown(world: Records) -> Shown:
+    """Return what a reward and an end may read."""
+    return Shown(
+        world.setting, world.robots, world.views, world.walls, world.discs, world.things, world.lamps, world.tones
+    )
+
+
+@kernel
+def run_period(law: Law, judge: Judge, course: Course, world: Records, w: int, rows: Any) -> None:
     """Let all robots of world *w* decide once, and run until the next decision or the end of the episode.
 
     Args:
+        law: The control function.
+        judge: What the robots earn, and whether the episode is over (:func:`judge_of`).
         course: All worlds.
         world: Those of world *w*.
         w: Its number.
@@ -168,10 +150,9 @@ def run_period(course: Course, world: Records, w: int, rows: Any) -> None:
     """
     episode = course.episodes[w]
     for i in range(len(world.robots)):
-        view = world.views[i]
-        view.left = 0.0
-        view.right = 0.0
-        decide(view, rows[i % len(rows)], course.memory[w][i])
+        world.views[i].left = 0.0
+        world.views[i].right = 0.0
+    call(law, (world.views, 0, len(world.robots), rows, course.memory[w]))
     for tick in range(course.period + 1):
         if tick == episode.delay:
             for i in range(len(world.robots)):
@@ -180,28 +161,28 @@ def run_period(course: Course, world: Records, w: int, rows: Any) -> None:
         if tick == course.period:
             return
         advance(world, 1)
+        episode.tick += 1
         for i in range(len(world.robots)):
-            feel(world, i)
-            course.earned[w][i] += reward(world, i) * course.scale
-        if is_over(world):
-            episode.is_over = 1
+            sense(world, i, course.reward_sensors)
+        call(judge, (shown(world), course.earned[w], episode))
+        if episode.is_over:
             return
 
 
 @kernel
-def step_worlds(course: Course, first: int, end: int, actions: Any, begins_again: int) -> None:
+def step_worlds(law: Law, judge: Judge, course: Course, first: int, end: int, actions: Any, begins_again: int) -> None:
     """Let worlds first..end - 1 pass a period with these actions; begin those again that had ended, if asked to."""
     for w in range(first, end):
         episode = course.episodes[w]
         world = world_at(course.worlds, w)
         for i in range(len(world.robots)):
             course.earned[w][i] = 0.0
-        if episode.is_over == 0 and world.setting[0].tick < course.ticks:
-            run_period(course, world, w, actions[w])
+        if episode.is_over == 0 and episode.tick < course.ticks:
+            run_period(law, judge, course, world, w, actions[w])
         elif begins_again:
             begin_next(course, w)
             world = world_at(course.worlds, w)
-        sense_robots(world)
+        sense_robots(world, course.sensors)
 
 
 @kernel
@@ -214,31 +195,35 @@ def begin_worlds(course: Course, chosen: Any, are_next: int) -> None:
         else:
             course.episodes[w].begun = 0
             begin(course, w, course.episodes[w].key)
-        sense_robots(world_at(course.worlds, w))
+        sense_robots(world_at(course.worlds, w), course.sensors)
 
 
 @kernel
-def play_episodes(course: Course, w: int, rows: Any, keys: Any, fitness: Any, steps: Any) -> None:
-    """Let every individual play an episode of every key in world *w*.
+def play_episodes(
+    law: Law, judge: Judge, course: Course, w: int, rows: Any, games: Any, fitness: Any, steps: Any
+) -> None:
+    """Let every individual play every episode in world *w*.
 
     Args:
+        law: The control function.
+        judge: What the robots earn, and whether an episode is over.
         course: All worlds.
         w: The world to play in.
         rows: Parameters, one row an individual.
-        keys: The keys of the episodes.
-        fitness: Out, (individuals, keys).
-        steps: Out, (individuals, keys, 2): steps of the left and right motor, mean over the robots.
+        games: The episodes, of which only the keys are looked at.
+        fitness: Out, (individuals, episodes).
+        steps: Out, (individuals, episodes, 2): steps of the left and right motor, mean over the robots.
     """
     for p in range(len(rows)):
-        for n in range(len(keys)):
-            begin(course, w, keys[n])
+        for n in range(len(games)):
+            begin(course, w, games[n].key)
             world = world_at(course.worlds, w)
             count = len(world.robots)
             for i in range(count):
                 course.earned[w][i] = 0.0
-            while course.episodes[w].is_over == 0 and world.setting[0].tick < course.ticks:
-                sense_robots(world)
-                run_period(course, world, w, rows[p : p + 1])
+            while course.episodes[w].is_over == 0 and course.episodes[w].tick < course.ticks:
+                sense_robots(world, course.sensors)
+                run_period(law, judge, course, world, w, rows[p : p + 1])
             fitness[p][n] = 0.0
             steps[p][n][0] = 0.0
             steps[p][n][1] = 0.0
@@ -248,6 +233,26 @@ def play_episodes(course: Course, w: int, rows: Any, keys: Any, fitness: Any, st
                 steps[p][n][1] += world.robots[i].right_steps / count
 
 
+def judge_of(engine: Engine, task: Task, world: Shown) -> Judge:
+    """Return what a task judges a tick by, as kernels of *engine* call it for worlds such as this one."""
+    reward, is_over = task.reward, task.is_over or goes_on
+    scale = 1 / task.ticks if task.fitness == "mean" else 1.0
+
+    def judge(world: Any, earned: Any, episode: Episode) -> None:
+        for i in range(len(world.robots)):
+            earned[i] += reward(world, i) * scale
+        if is_over(world):
+            episode.is_over = 1
+
+    return engine.argument(judge, lambda: (world, *engine.table([[0.0]]), engine.records(Episode, [Episode()])[0]))
+
+
+def goes_on(world: Shown) -> bool:
+    """Return False: only time ends an episode."""
+    return False
+
+
+@kernel
 def obey(robot: SensorView, parameters: Any, memory: Any) -> None:
     """Turn the wheels as the action says, steps/s: the controller of a world that is steered from outside."""
     robot.left = parameters[0]
@@ -311,7 +316,6 @@ class Episodes:
         self._scenes = self._lay_out_scenes()
         self._seed = check_seed(seed)
         self._pool: tuple[int, concurrent.futures.ThreadPoolExecutor] | None = None
-        self._ready: dict[Any, Callable[..., None]] = {}
 
     @cached_property
     def _steered(self) -> Course:
@@ -343,7 +347,7 @@ class Episodes:
             first = check_seed(seed)
             for w in which:
                 course.episodes[w].key = _episode_key(first + w)
-        self._run(begin_worlds, course, self._whole(which), int(seed is None))
+        self._run(begin_worlds, course, self._engine.ints(which), int(seed is None))
 
     def step(self, actions: ArrayLike, *, begin_again: bool = True) -> NDArray[np.float64]:
         """Let one period pass in every world.
@@ -364,10 +368,11 @@ class Episodes:
         given = np.asarray(actions, dtype=np.float64).reshape(self.count, task.robots, 2)
         wanted = np.clip(given, -task.top_speed, task.top_speed) / METRES_PER_STEP
         wanted[np.isnan(wanted)] = 0.0
-        table = wanted if self._is_compiled else wanted.tolist()
+        table = self._engine.table(wanted)
         cut = self._cuts(self.count, self.count * task.robots * task.ticks_a_period)
         jobs = [
-            partial(self._run, step_worlds, self._steered, first, end, table, int(begin_again)) for first, end in cut
+            partial(self._run, step_worlds, self._obey, self._judge, self._steered, first, end, table, int(begin_again))
+            for first, end in cut
         ]
         self._all(jobs)
         return np.array(self._steered.earned, dtype=np.float64)
@@ -375,20 +380,12 @@ class Episodes:
     @property
     def is_over(self) -> NDArray[np.bool_]:
         """Whether the episode of each world was ended by the task, (worlds,)."""
-        import numpy as np
-
-        if self._is_compiled:
-            return np.asarray(self._steered.episodes["is_over"] != 0)
-        return np.array([episode.is_over != 0 for episode in self._steered.episodes])
+        return self._engine.column(Episode, self._steered.episodes, "is_over").astype(bool)
 
     @property
     def ticks(self) -> NDArray[np.int64]:
         """Ticks of each world since its episode began, (worlds,)."""
-        import numpy as np
-
-        if self._is_compiled:
-            return np.array(self._steered.worlds.setting["tick"], dtype=np.int64)
-        return np.array([world.setting[0].tick for world in self._steered.worlds], dtype=np.int64)
+        return self._engine.column(Episode, self._steered.episodes, "tick").copy()
 
     def readings(self, sensor: str) -> NDArray[Any]:
         """Return what a sensor of the task reads now, (worlds, robots, n): n is 1 for a sensor of one number. A copy.
@@ -396,22 +393,16 @@ class Episodes:
         Raises:
             ArgumentError: The task does not name this sensor.
         """
-        import numpy as np
-
         if sensor not in self.task.sensors:
             raise ArgumentError(f"task {self.task.name!r} does not sense {sensor!r}", hint="name it in its sensors")
-        if self._is_compiled:
-            column = np.asarray(self._steered.worlds.views[sensor])
-        else:
-            column = np.array([getattr(view, sensor) for world in self._steered.worlds for view in world.views])
+        column = self._engine.column(SensorView, self._steered.worlds.views, sensor)
         return column.reshape(self.count, self.task.robots, -1).copy()
 
     def world(self, index: int) -> World:
         """Return one of the worlds as it is now: a copy, to look at and to draw."""
         scene = int(self._steered.episodes[index].scene)
         shown = copy.deepcopy(self._models[scene])
-        records = self._world_at(self._steered.worlds, index)
-        shown._state.world = copy.deepcopy(records)  # noqa: SLF001  # of one package
+        shown._state.world = copy.deepcopy(world_at(self._steered.worlds, index))  # noqa: SLF001  # of one package
         return shown
 
     def play(self, controller: Controller, population: ArrayLike, seeds: Sequence[int]) -> Scores:
@@ -434,24 +425,22 @@ class Episodes:
         if rows.parameters.ndim != 2:
             raise ArgumentError(f"the population has the shape {rows.parameters.shape}", hint="give (individuals, n)")
         rows.try_out()
-        keys = self._whole([_episode_key(check_seed(seed)) for seed in seeds])
+        with self._compiling():
+            law = law_of(self._engine, rows.function)
+        games = self._engine.records(Episode, [Episode(key=_episode_key(check_seed(seed))) for seed in seeds])
         count = len(rows.parameters)
         ticks = self.task.ticks * self.task.robots * count * len(seeds)
         cuts = self._cuts(count, ticks)
         course = self._course(len(cuts), rows.memory)
-        table = np.array(rows.parameters) if self._is_compiled else rows.parameters.tolist()
+        table = self._engine.table(rows.parameters)
         jobs, results = [], []
         for w, (first, end) in enumerate(cuts):
             fitness, steps = np.zeros((end - first, len(seeds))), np.zeros((end - first, len(seeds), 2))
             results.append((fitness, steps))
-            arguments = (course, w, table[first:end], keys, fitness, steps)
-            jobs.append(partial(self._run, play_episodes, *arguments, decide=rows.function))
+            arguments = (law, self._judge, course, w, table[first:end], games, fitness, steps)
+            jobs.append(partial(self._run, play_episodes, *arguments))
         self._all(jobs)
         return Scores(*(np.concatenate([part[k] for part in results]) for k in (0, 1)))
-
-    @property
-    def _is_compiled(self) -> bool:
-        return self._engine.name == "compiled"
 
     def _check_functions(self) -> None:
         """Call the functions of the task once, interpreted: compiled code does not check an index.
@@ -472,7 +461,7 @@ class Episodes:
     def _check_sensed(self) -> None:
         task = self.task
         for role, function in (("reward", task.reward), ("end", task.is_over)):
-            read = fields_read(function) & frozenset(SENSORS) if function is not None else frozenset()
+            read = fields_read(function, set()) & frozenset(SENSORS) if function is not None else frozenset()
             missing = tuple(sorted(read.difference(task.sensors, task.reward_sensors)))
             if missing:
                 raise ArgumentError(
@@ -487,7 +476,7 @@ class Episodes:
         world.step()
         for sensor in (*task.sensors, *task.reward_sensors):
             world.readings(sensor)
-        records = world.records
+        records: Any = shown(world.records)
         before = repr((records.robots, records.views, records.things))  # unlike ==, it takes NaN for NaN
         try:
             earned = [float(task.reward(records, i)) for i in range(task.robots)]
@@ -509,29 +498,30 @@ class Episodes:
         if not all(map(math.isfinite, earned)):
             raise ArgumentError(f"the reward of task {task.name!r} is {earned} in the first tick, not a finite number")
 
-    def _functions(self) -> dict[str, Any]:
-        """Return what stands for the stand-ins of this module."""
-        task, is_compiled = self.task, self._is_compiled
-        found: dict[str, Any] = {
-            "sense": sensors_named(task.sensors),
-            "reward": task.reward,
-            "world_at": packed_world if is_compiled else listed_world,
-            "restore": packed_restore if is_compiled else listed_restore,
-        }
-        if task.reward_sensors:
-            found["feel"] = sensors_named(task.reward_sensors)
-        if task.is_over is not None:
-            found["is_over"] = task.is_over
-        return found
+    def _run(self, kernel: Callable[..., None], *arguments: Any) -> None:
+        """Run a kernel."""
+        self._engine.ready(kernel)(*arguments)
 
-    def _run(self, function: Callable[..., None], *arguments: Any, decide: Callable[..., Any] = obey) -> None:
-        """Run a kernel with the functions of the task and a control function."""
-        if (function, decide) not in self._ready:
-            self._ready[function, decide] = self._engine.ready(
-                function, absent=absent_kernels(self.task.scenes), **self._functions(), decide=decide
-            )
+    @cached_property
+    def _judge(self) -> Judge:
+        """What the kernels call after each tick."""
+        with self._compiling():
+            return judge_of(self._engine, self.task, shown(self._models[0].records))
+
+    @cached_property
+    def _obey(self) -> Law:
+        """The control function of worlds that are steered from outside."""
+        return law_of(self._engine, obey)
+
+    @contextmanager
+    def _compiling(self) -> Iterator[None]:
+        """Explain why a function cannot be compiled.
+
+        Raises:
+            SimulationError: It cannot.
+        """
         try:
-            self._ready[function, decide](*arguments)
+            yield
         except Exception as error:
             reason = not_compiled(error)
             if reason is None:
@@ -563,17 +553,6 @@ class Episodes:
         parts = min(self.threads, count)
         return [(k * count // parts, (k + 1) * count // parts) for k in range(parts)]
 
-    def _whole(self, numbers: Sequence[int]) -> Any:
-        import numpy as np
-
-        return np.array(numbers, dtype=np.int64) if self._is_compiled else list(numbers)
-
-    def _world_at(self, worlds: Any, w: int) -> Records:
-        return (packed_world if self._is_compiled else listed_world)(worlds, w)
-
-    def _table(self, array: NDArray[np.float64]) -> Any:
-        return array if self._is_compiled else array.tolist()
-
     def _lay_out_scenes(self) -> dict[str, Any]:
         """Return the parts of a course that are those of the scenes."""
         import numpy as np
@@ -582,9 +561,9 @@ class Episodes:
         # Starts that the scenes name are the same in each set.
         sets = 1 if all(len(scene.starts) >= task.robots for scene in task.scenes) else STARTS
         return {
-            "originals": packed(models) if self._is_compiled else models,
-            "starts": self._table(np.array([_starts(scene, task.robots, sets) for scene in task.scenes])),
-            "ranges": self._table(np.array([_ranges(task, scene) for scene in task.scenes])),
+            "originals": laid_out(self._engine, models),
+            "starts": self._engine.table(np.array([_starts(scene, task.robots, sets) for scene in task.scenes])),
+            "ranges": self._engine.table(np.array([_ranges(task, scene) for scene in task.scenes])),
         }
 
     def _records_of_models(self) -> list[Records]:
@@ -596,20 +575,19 @@ class Episodes:
 
         task, robots, models = self.task, self.task.robots, self._records_of_models()
         return Course(
-            worlds=packed_copies(models, self._parts(count))
-            if self._is_compiled
-            else [models[0]] * count,  # restore() makes them
+            worlds=room_for(self._engine, models, self._parts(count)),
             **self._scenes,
             episodes=self._engine.records(Episode, [Episode() for _ in range(count)]),
-            memory=self._table(np.zeros((count, robots, memory))),
-            earned=self._table(np.zeros((count, robots))),
+            memory=self._engine.table(np.zeros((count, robots, memory))),
+            earned=self._engine.table(np.zeros((count, robots))),
             period=task.ticks_a_period,
             ticks=task.ticks,
-            scale=1 / task.ticks if task.fitness == "mean" else 1.0,
+            sensors=chosen(task.sensors),
+            reward_sensors=chosen(task.reward_sensors),
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "_pool": None, "_ready": {}}
+        return {key: value for key, value in vars(self).items() if key not in ("_judge", "_obey")} | {"_pool": None}
 
 
 def _episode_key(seed: int) -> int:

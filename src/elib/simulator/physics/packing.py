@@ -1,7 +1,7 @@
 """The records of many worlds in one memory, so that one compiled call can run them all.
 
-Interpreted, there is a list of worlds instead. On either engine there is a function that returns the records of one
-world, and one that makes a world as its scene was laid out.
+Interpreted, there is a list of worlds instead. On either engine :func:`world_at` returns the records of one world, and
+:func:`restore` makes a world as its scene was laid out.
 """
 
 from __future__ import annotations
@@ -10,12 +10,16 @@ import copy
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from elib.simulator.physics.engine import kernel
-from elib.simulator.physics.records import Records
+from elib.simulator.physics.engine import Engine, compiled_as, kernel
+from elib.simulator.physics.records import Records, SensorView
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+(SETTING, TABLES, ROBOTS, VIEWS, WALLS, DISCS, THINGS, LAMPS, TONES, FANS, RESPONSE, FLOOR) = range(12)
+(CELLS, HEADS, LISTINGS, LISTS, VISIBLE_WALLS, VISIBLE_DISCS, SCRATCH) = range(12, len(Records._fields))
+"""The kinds of records, by the order of the fields of Records."""
 
 SHARED: Final = ("tables", "cells", "lamps", "tones", "fans", "response", "floor")
 """Records that nothing changes while a world runs: the worlds of one scene share them."""
@@ -55,16 +59,13 @@ class Packed(NamedTuple):
     is_shared: Any  # (kinds,): whether the worlds of one scene share those of this kind.
 
 
-def listed_world(worlds: Sequence[Records], w: int) -> Records:
-    """Return the records of world *w* from a list."""
-    return worlds[w]
+class Listed(list[Records]):
+    """The records of many worlds, interpreted."""
 
-
-def listed_restore(worlds: list[Records], originals: Sequence[Records], w: int, scene: int) -> None:
-    """Make world *w* of a list as its scene was laid out."""
-    original = originals[scene]
-    own = {name: copy.deepcopy(part) for name, part in original._asdict().items() if name not in SHARED}
-    worlds[w] = original._replace(**own)
+    @property
+    def views(self) -> list[SensorView]:
+        """The views of all worlds."""
+        return [view for world in self for view in world.views]
 
 
 @kernel
@@ -73,25 +74,25 @@ def packed_world(worlds: Packed, w: int) -> Records:
     a = worlds.first[w]
     b = worlds.end[w]
     return Records(
-        worlds.setting[a[0] : b[0]],
-        worlds.tables[a[1] : b[1]],
-        worlds.robots[a[2] : b[2]],
-        worlds.views[a[3] : b[3]],
-        worlds.walls[a[4] : b[4]],
-        worlds.discs[a[5] : b[5]],
-        worlds.things[a[6] : b[6]],
-        worlds.lamps[a[7] : b[7]],
-        worlds.tones[a[8] : b[8]],
-        worlds.fans[a[9] : b[9]],
-        worlds.response[a[10] : b[10]],
-        worlds.floor[a[11] : b[11]],
-        worlds.cells[a[12] : b[12]],
-        worlds.heads[a[13] : b[13]],
-        worlds.listings[a[14] : b[14]],
-        worlds.lists[a[15] : b[15]],
-        worlds.visible_walls[a[16] : b[16]],
-        worlds.visible_discs[a[17] : b[17]],
-        worlds.scratch[a[18] : b[18]],
+        worlds.setting[a[SETTING] : b[SETTING]],
+        worlds.tables[a[TABLES] : b[TABLES]],
+        worlds.robots[a[ROBOTS] : b[ROBOTS]],
+        worlds.views[a[VIEWS] : b[VIEWS]],
+        worlds.walls[a[WALLS] : b[WALLS]],
+        worlds.discs[a[DISCS] : b[DISCS]],
+        worlds.things[a[THINGS] : b[THINGS]],
+        worlds.lamps[a[LAMPS] : b[LAMPS]],
+        worlds.tones[a[TONES] : b[TONES]],
+        worlds.fans[a[FANS] : b[FANS]],
+        worlds.response[a[RESPONSE] : b[RESPONSE]],
+        worlds.floor[a[FLOOR] : b[FLOOR]],
+        worlds.cells[a[CELLS] : b[CELLS]],
+        worlds.heads[a[HEADS] : b[HEADS]],
+        worlds.listings[a[LISTINGS] : b[LISTINGS]],
+        worlds.lists[a[LISTS] : b[LISTS]],
+        worlds.visible_walls[a[VISIBLE_WALLS] : b[VISIBLE_WALLS]],
+        worlds.visible_discs[a[VISIBLE_DISCS] : b[VISIBLE_DISCS]],
+        worlds.scratch[a[SCRATCH] : b[SCRATCH]],
     )
 
 
@@ -108,20 +109,51 @@ def packed_restore(worlds: Packed, originals: Packed, w: int, scene: int) -> Non
     at = worlds.first[w]
     a = originals.first[scene]
     b = originals.end[scene]
-    copied(worlds.setting, at[0], originals.setting, a[0], b[0])
-    copied(worlds.robots, at[2], originals.robots, a[2], b[2])
-    copied(worlds.views, at[3], originals.views, a[3], b[3])
-    if not worlds.is_shared[4]:
-        copied(worlds.walls, at[4], originals.walls, a[4], b[4])
-        copied(worlds.discs, at[5], originals.discs, a[5], b[5])
-    copied(worlds.things, at[6], originals.things, a[6], b[6])
-    copied(worlds.heads, at[13], originals.heads, a[13], b[13])
-    copied(worlds.listings, at[14], originals.listings, a[14], b[14])
-    copied(worlds.lists, at[15], originals.lists, a[15], b[15])
+    copied(worlds.setting, at[SETTING], originals.setting, a[SETTING], b[SETTING])
+    copied(worlds.robots, at[ROBOTS], originals.robots, a[ROBOTS], b[ROBOTS])
+    copied(worlds.views, at[VIEWS], originals.views, a[VIEWS], b[VIEWS])
+    if not worlds.is_shared[WALLS]:
+        copied(worlds.walls, at[WALLS], originals.walls, a[WALLS], b[WALLS])
+        copied(worlds.discs, at[DISCS], originals.discs, a[DISCS], b[DISCS])
+    copied(worlds.things, at[THINGS], originals.things, a[THINGS], b[THINGS])
+    copied(worlds.heads, at[HEADS], originals.heads, a[HEADS], b[HEADS])
+    copied(worlds.listings, at[LISTINGS], originals.listings, a[LISTINGS], b[LISTINGS])
+    copied(worlds.lists, at[LISTS], originals.lists, a[LISTS], b[LISTS])
     for k in range(len(at)):
         if worlds.is_shared[k]:
             worlds.first[w][k] = a[k]
         worlds.end[w][k] = worlds.first[w][k] + b[k] - a[k]
+
+
+@compiled_as(packed_world)
+def world_at(worlds: Any, w: int) -> Records:
+    """Return the records of world *w*."""
+    found: Records = worlds[w] if isinstance(worlds, Listed) else packed_world(worlds, w)
+    return found
+
+
+@compiled_as(packed_restore)
+def restore(worlds: Listed, originals: Listed, w: int, scene: int) -> None:
+    """Make world *w* as its scene was laid out."""
+    original = originals[scene]
+    own = {name: copy.deepcopy(part) for name, part in original._asdict().items() if name not in SHARED}
+    worlds[w] = original._replace(**own)
+
+
+def laid_out(engine: Engine, models: Sequence[Records]) -> Packed | Listed:
+    """Return the worlds of all scenes as they were laid out."""
+    return packed(models) if engine.name == "compiled" else Listed(models)
+
+
+def room_for(engine: Engine, models: Sequence[Records], parts: Sequence[tuple[int, int]]) -> Packed | Listed:
+    """Return room for worlds, which :func:`restore` fills.
+
+    Args:
+        engine: What runs them.
+        models: The worlds of all scenes.
+        parts: The first and the last + 1 of the worlds of each thread.
+    """
+    return packed_copies(models, parts) if engine.name == "compiled" else Listed([models[0]] * parts[-1][1])
 
 
 def packed(models: Sequence[Records]) -> Packed:

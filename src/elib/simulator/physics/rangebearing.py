@@ -188,7 +188,7 @@ class RangeAndBearing:
         """
         world = self._state.world
         here, noise = world.robots[robot], float(world.setting[0].sensor_noise)
-        now, hidden = self._now, self._state.ready(is_hidden)
+        now, hidden = self._now, self._state.engine.ready(is_hidden)
         found: list[tuple[int, Heard]] = []
         for sender, other in enumerate(world.robots):
             dx, dy = float(other.x - here.x), float(other.y - here.y)

@@ -270,6 +270,7 @@ class Episode:
     begun: int = 0  # How many episodes began since then.
     scene: int = 0  # Which of the task's scenes it has.
     delay: int = 0  # Ticks from a decision until the wheels follow it.
+    tick: int = 0  # Ticks since it began.
     is_over: int = 0  # 1 if the task has ended it.
 
 
@@ -346,6 +347,19 @@ class Records(NamedTuple):
     visible_walls: Sequence[Wall]  # Room for what a robot may see: turned so that it stands to the left of each.
     visible_discs: Sequence[Disc]
     scratch: Sequence[Scratch]  # One a lane.
+
+
+class Shown(NamedTuple):
+    """What a reward and an end see of :class:`Records`: few parts, because each is passed at every call."""
+
+    setting: Sequence[Setting]
+    robots: Sequence[Robot]
+    views: Sequence[SensorView]
+    walls: Sequence[Wall]
+    discs: Sequence[Disc]
+    things: Sequence[Thing]
+    lamps: Sequence[Lamp]
+    tones: Sequence[Tone]
 
 
 SENSORS = tuple(entry.name for entry in fields(SensorView) if SENSOR in entry.metadata)

@@ -7,18 +7,16 @@ one tick says the same and is counted once.
 from __future__ import annotations
 
 import hashlib
-import importlib
 import struct
-from collections.abc import Callable, Sequence
-from functools import cache
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import profiles, records
 from elib.simulator.physics.optics import lens_named
-from elib.simulator.physics.records import Records
+from elib.simulator.physics.sensors import chosen, sense
 from elib.simulator.physics.sensors.proximity import look
-from elib.simulator.physics.simulation import all_of, sense_all
+from elib.simulator.physics.simulation import sense_all
 from elib.simulator.physics.snapshot import Beam
 from elib.simulator.physics.state import State
 
@@ -33,30 +31,6 @@ SENSORS = (*records.SENSORS, "picture")
 
 HASHED = ("proximity", "ambient_light", "ground", "acceleration", "rotation")
 """Sensors of which a digest of the world holds the present readings."""
-
-Read = Callable[[Records, int], None]
-
-
-@cache
-def sensor_named(name: str) -> Read:
-    """Return the kernel that reads the sensor called *name*.
-
-    Raises:
-        ArgumentError: There is no such sensor.
-    """
-    if name not in records.SENSORS:
-        raise ArgumentError(f"there is no sensor {name!r}", hint=f"choose from {', '.join(records.SENSORS)}")
-    return cast("Read", importlib.import_module(f"elib.simulator.physics.sensors.{name}").read)
-
-
-@cache
-def sensors_named(names: tuple[str, ...]) -> Read:
-    """Return one function that reads several sensors of a robot.
-
-    Raises:
-        ArgumentError: There is no such sensor.
-    """
-    return all_of([sensor_named(name) for name in names])
 
 
 class Senses:
@@ -82,10 +56,10 @@ class Senses:
         Raises:
             ArgumentError: There is no such sensor.
         """
-        read = sensor_named(sensor)
         state = self._state
-        state.run(sense_all, state.lanes, sense=read)
-        return state.column(records.SensorView, state.world.views, sensor).copy()
+        with state.engine.threads(state.lanes):
+            state.engine.ready(sense_all, threads=state.lanes)(state.world, state.lanes, chosen((sensor,)))
+        return state.engine.column(records.SensorView, state.world.views, sensor).copy()
 
     def pictures(self, robots: Sequence[int], shown: NDArray[np.int64], shape: tuple[Any, Any]) -> NDArray[np.uint8]:
         """Return what the robots' cameras see, upright, while the robots show *shown*.
@@ -110,7 +84,7 @@ class Senses:
         from elib.simulator.physics.sensors.brightness import Lights
         from elib.simulator.physics.sensors.camera import CameraScene, Discs, Robots, Walls
 
-        state, world = self._state, self._state.world
+        world, column = self._state.world, self._state.engine.column
         kinds = (
             (Robots, records.Robot, world.robots),
             (Walls, records.Wall, world.walls),
@@ -118,7 +92,7 @@ class Senses:
             (Lights, records.Lamp, world.lamps),
         )
         parts: list[Any] = [
-            made(*(state.column(kind, rows, name) for name in cast("Any", made)._fields)) for made, kind, rows in kinds
+            made(*(column(kind, rows, name) for name in cast("Any", made)._fields)) for made, kind, rows in kinds
         ]
         robots, walls, discs, lights = parts
         return CameraScene(robots, walls, discs, lights, shown, float(world.setting[0].ambient))
@@ -126,7 +100,7 @@ class Senses:
     def beams(self, robot: int) -> tuple[Beam, ...]:
         """Return the middle ray of each infrared sensor for drawings: without noise."""
         state = self._state
-        state.ready(look)(state.world, robot)
+        state.engine.ready(look)(state.world, robot)
         here = state.world.robots[robot]
         scratch = state.world.scratch[here.lane]
         found = []
@@ -176,7 +150,7 @@ class Senses:
 
     def _now(self, sensor: str, robot: int) -> list[Any]:
         state = self._state
-        state.ready(sensor_named(sensor))(state.world, robot)
+        state.engine.ready(sense)(state.world, robot, chosen((sensor,)))
         value = getattr(state.world.views[robot], sensor)
         numbers = value.tolist() if hasattr(value, "tolist") else value
         return list(numbers) if isinstance(numbers, list) else [numbers]

@@ -7,14 +7,18 @@ Sensing without a controller is done when somebody asks.
 from __future__ import annotations
 
 from collections.abc import Callable, MutableSequence, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from elib.simulator.physics.contacts import collide
-from elib.simulator.physics.engine import kernel, loop
+from elib.simulator.physics.engine import Engine, call, kernel, loop
 from elib.simulator.physics.motion import move, rim_speed
 from elib.simulator.physics.neighbours import is_stale, list_near
 from elib.simulator.physics.pushing import finish_things, start_things
 from elib.simulator.physics.records import Records, SensorView
+from elib.simulator.physics.sensors import sense
+
+Law: TypeAlias = Any
+"""A control function as kernels call it (:func:`law_of`)."""
 
 
 @kernel
@@ -32,68 +36,56 @@ def advance(world: Records, ticks: int) -> None:
             list_near(world)
 
 
-def sense(world: Records, i: int) -> None:
-    """Stand for the sensors that a controller asked for: each reads those of robot *i*."""
-
-
-def decide(robot: SensorView, parameters: Any, memory: Any) -> None:
-    """Stand for the function of a controller."""
-
-
 @kernel
-def sense_all(world: Records, lanes: int) -> None:
-    """Let every robot read its sensors, those of different lanes at the same time."""
+def sense_all(world: Records, lanes: int, sensors: int) -> None:
+    """Let every robot read these sensors, those of different lanes at the same time."""
+    count = len(world.robots)
     for lane in loop(lanes):
-        count = len(world.robots)
         for i in range(lane * count // lanes, (lane + 1) * count // lanes):
-            sense(world, i)
+            sense(world, i, sensors)
 
 
 @kernel
-def control(world: Records, lanes: int, parameters: Sequence[Any], memory: Sequence[Any]) -> None:
-    """Let every robot sense, and set its wheels by the control function, those of different lanes at the same time."""
-    for lane in loop(lanes):
-        count = len(world.robots)
-        for i in range(lane * count // lanes, (lane + 1) * count // lanes):
-            drive(world, i, parameters[i], memory[i])
-
-
-@kernel
-def drive(world: Records, i: int, parameters: Any, memory: Any) -> None:
-    """Let robot *i* sense, and set its wheels by the control function."""
+def drive(
+    law: Law, world: Records, first: int, end: int, sensors: int, parameters: Sequence[Any], memory: Sequence[Any]
+) -> None:
+    """Let robots first..end - 1 sense, and set their wheels by the control function."""
     setting = world.setting[0]
-    view = world.views[i]
-    view.time = setting.tick * setting.step
-    view.left = 0.0
-    view.right = 0.0
-    sense(world, i)
-    decide(view, parameters, memory)
-    world.robots[i].left_speed = rim_speed(world.tables[0], view.left)
-    world.robots[i].right_speed = rim_speed(world.tables[0], view.right)
+    for i in range(first, end):
+        view = world.views[i]
+        view.time = setting.tick * setting.step
+        view.left = 0.0
+        view.right = 0.0
+        sense(world, i, sensors)
+    call(law, (world.views, first, end, parameters, memory))
+    for i in range(first, end):
+        world.robots[i].left_speed = rim_speed(world.tables[0], world.views[i].left)
+        world.robots[i].right_speed = rim_speed(world.tables[0], world.views[i].right)
 
 
 @kernel
-def steer(world: Records, ticks: int, lanes: int, parameters: Sequence[Any], memory: Sequence[Any]) -> None:
-    """Run *ticks* ticks in each of which every robot senses and the control function sets its wheels."""
+def steer(
+    law: Law, world: Records, ticks: int, lanes: int, sensors: int, parameters: Sequence[Any], memory: Sequence[Any]
+) -> None:
+    """Run *ticks* ticks in each of which every robot senses and the control function sets its wheels.
+
+    The robots of different lanes do so at the same time.
+    """
+    count = len(world.robots)
     for _ in range(ticks):
-        control(world, lanes, parameters, memory)
+        for lane in loop(lanes):
+            drive(law, world, lane * count // lanes, (lane + 1) * count // lanes, sensors, parameters, memory)
         advance(world, 1)
 
 
-def all_of(reads: Sequence[Callable[[Records, int], None]]) -> Callable[[Records, int], None]:
-    """Return one function that reads several sensors of a robot, one after the other."""
-    if not reads:
-        return sense
-    first, *rest = reads
-    if not rest:
-        return first
-    others = all_of(rest)
+def law_of(engine: Engine, function: Callable[..., Any]) -> Law:
+    """Return a control function as kernels of *engine* call it: for many robots, of which the last rows may be one."""
 
-    def read(world: Records, i: int) -> None:
-        first(world, i)
-        others(world, i)
+    def decide(views: Any, first: int, end: int, parameters: Any, memory: Any) -> None:
+        for i in range(first, end):
+            function(views[i], parameters[min(i, len(parameters) - 1)], memory[i])
 
-    return read
+    return engine.argument(decide, lambda: (engine.blank(SensorView, 1), 0, 1, *[engine.table([[0.0]])] * 2))
 
 
 @kernel

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any
 
 from elib.base.pose import Pose
 from elib.simulator.physics import assembly, profiles, records
 from elib.simulator.physics.body import EpuckModel
-from elib.simulator.physics.engine import Engine, dtype_of, engine_named
+from elib.simulator.physics.engine import Engine, engine_named
 from elib.simulator.physics.floor import Floor
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, unit
 from elib.simulator.physics.neighbours import list_near
@@ -18,18 +18,9 @@ from elib.simulator.physics.noise import seed_key
 from elib.simulator.physics.pushing import follow
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.scene import Scene
+from elib.simulator.physics.sensors.proximity import forget
 from elib.simulator.physics.simulation import advance
 from elib.simulator.physics.spawning import spawn
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-
-F = TypeVar("F", bound=Callable[..., Any])
-
-OF_THINGS = ("start_things", "finish_things", "leave_obstacles", "press", "push_by_robot", "put_back", "follow")
-OF_LAMPS = ("light_up", "shade")
-"""Kernels that only worlds with pushable things, or with lamps, need."""
 
 
 class State:
@@ -58,7 +49,6 @@ class State:
         count = len(starts)
         self.boxes, self.cylinders = list(scene.boxes), list(scene.cylinders)
         self.lights, self.sounds = list(scene.lights), list(scene.sounds)
-        self._absent = absent_kernels([scene])
         self.world = Records(
             robots=engine.blank(records.Robot, count),
             views=engine.blank(records.SensorView, count),
@@ -76,7 +66,7 @@ class State:
 
     def spawn(self, starts: Sequence[Pose], seed: int) -> None:
         """Put every robot to its start, and the noise to its beginning."""
-        table = self.table([(pose.x, pose.y, *unit(pose.heading)) for pose in starts] or [[0.0] * 4])
+        table = self.engine.table([(pose.x, pose.y, *unit(pose.heading)) for pose in starts] or [[0.0] * 4])
         self.engine.ready(spawn)(self.world, table, seed_key(seed))
         self.list_near()
 
@@ -136,42 +126,9 @@ class State:
             "visible_discs": engine.blank(records.Disc, visible * self.lanes),
         }
 
-    def ready(self, kernel: F, *, threads: int = 1, **substitutes: Callable[..., Any]) -> F:
-        """Return a kernel in the form in which the engine runs it, without what this world does not have.
-
-        Args:
-            kernel: What to run.
-            threads: How many run the turns of its loop.
-            substitutes: Functions that take the places of the globals of these names in it.
-        """
-        return self.engine.ready(kernel, threads=threads, absent=self._absent, **substitutes)
-
     def advance(self, ticks: int) -> None:
         """Run *ticks* ticks without sensing and without a controller."""
-        self.ready(advance)(self.world, ticks)
-
-    def run(self, kernel: Callable[..., None], *arguments: Any, **substitutes: Callable[..., Any]) -> None:
-        """Run a kernel over all robots, those of different lanes at the same time."""
-        ready = self.ready(kernel, threads=self.lanes, **substitutes)
-        with self.engine.threads(self.lanes):
-            ready(self.world, *arguments)
-
-    def table(self, rows: Any) -> Any:
-        """Return a table of floats in the form that kernels take."""
-        if self.engine.name == "interpreted":  # Without NumPy, which a program that only drives never loads.
-            return rows.tolist() if hasattr(rows, "tolist") else [[float(number) for number in row] for row in rows]
-        import numpy as np
-
-        return np.array(rows, dtype=np.float64)
-
-    def column(self, kind: type, rows: Sequence[Any], name: str) -> NDArray[Any]:
-        """Return one field of all *rows*, records of one *kind*, as an array; compiled, it is the memory itself."""
-        import numpy as np
-
-        if self.engine.name == "compiled":
-            return np.asarray(cast("Any", rows)[name])
-        field = dtype_of(kind)[name]
-        return np.array([getattr(row, name) for row in rows], dtype=field.base).reshape(len(rows), *field.shape)
+        self.engine.ready(advance)(self.world, ticks)
 
     def rebuild(self) -> None:
         """Lay the solids out again after a fixed one was moved; pushable ones stay where they are."""
@@ -207,7 +164,6 @@ class State:
         """Lay the solids out again; *things* say where the pushable ones are and how they move."""
         before = self.world
         self.cylinders = [self.cylinder(k) for k in range(len(self.cylinders))]
-        self._absent = absent_kernels([self.scene])
         self.world = before._replace(**self._solid_rows(len(before.robots)))
         setting = self.world.setting[0]
         setting.tick, setting.ambient = before.setting[0].tick, before.setting[0].ambient
@@ -234,11 +190,7 @@ class State:
 
     def forget(self) -> None:
         """Forget the infrared readings of this tick, after something changed that they depend on."""
-        if self.engine.name == "compiled":
-            self.column(records.Robot, self.world.robots, "seen")[:] = -1
-            return
-        for robot in self.world.robots:
-            robot.seen = -1
+        self.engine.ready(forget)(self.world)
 
     def box(self, index: int) -> Box:
         """Return a box where it is now."""
@@ -251,14 +203,6 @@ class State:
         thing = self.solids.cylinder_things[index]
         cylinder = self.cylinders[index]
         return cylinder if thing < 0 else assembly.moved_cylinder(cylinder, self.world.things[thing])
-
-
-def absent_kernels(scenes: Sequence[Scene]) -> tuple[str, ...]:
-    """Return the kernels that worlds of these scenes never need."""
-    things = (each for scene in scenes for solids in (scene.boxes, scene.cylinders) for each in solids)
-    has_things = any(thing.is_pushable for thing in things)
-    has_lamps = any(scene.lights for scene in scenes)
-    return (() if has_things else OF_THINGS) + (() if has_lamps else OF_LAMPS)
 
 
 def _fixed(solids: Sequence[Box] | Sequence[Cylinder]) -> list[Box | Cylinder]:

@@ -75,8 +75,9 @@ class Task:
     The reward function is called as ``reward(world, i)`` after every tick, for each robot. It reads the records of the
     world (``Records``): ``world.robots[i].x``, ``.before_x`` (one tick ago), ``.heading_x``,
     ``.left_speed`` (m/s), ``world.views[i].proximity``; and of the scene ``world.things[0].x`` (what can be pushed),
-    ``world.lamps[0].x`` (lights) and ``world.tones[0].x`` (sounds). It must change nothing. It is plain Python that
-    Numba compiles, like the function of a :class:`~elib.simulator.physics.controller.Controller`.
+    ``world.lamps[0].x`` (lights) and ``world.tones[0].x`` (sounds); it has ``setting``, ``walls`` and ``discs``, too,
+    and no other part. It must change nothing. It is plain Python that Numba compiles, like the function of a
+    :class:`~elib.simulator.physics.controller.Controller`.
 
     Attributes:
         name: A short name, such as ``avoid``.

@@ -29,8 +29,9 @@ from elib.simulator.physics.placement import places
 from elib.simulator.physics.rangebearing import RangeAndBearing
 from elib.simulator.physics.records import Robot
 from elib.simulator.physics.scene import Scene, check_scene, check_seed
-from elib.simulator.physics.senses import Senses, sensors_named
-from elib.simulator.physics.simulation import steer
+from elib.simulator.physics.senses import Senses
+from elib.simulator.physics.sensors import chosen
+from elib.simulator.physics.simulation import law_of, steer
 from elib.simulator.physics.snapshot import Lamps
 from elib.simulator.physics.state import State
 from elib.simulator.physics.worldreading import ReadableWorld, checked
@@ -75,8 +76,8 @@ class World(ReadableWorld):
                 room.
             seed: Instead of the scene's own.
             engine: ``"interpreted"``, or ``"compiled"`` with the extra ``compiled``, which is a hundred times as fast
-                but takes some seconds to compile, once for each machine and controller. Both give the same run to the
-                last bit.
+                but takes half a minute to compile, once for each machine, and a moment for each controller. Both give
+                the same run to the last bit.
             threads: How many sense at the same time, 1 or more: compiled, for hundreds of robots. The result does not
                 depend on it.
 
@@ -219,13 +220,16 @@ class World(ReadableWorld):
 
         controller.try_out()
         state = self._state
-        parameters = state.table(controller.table(self.robots))
+        parameters = state.engine.table(controller.table(self.robots))
         if self._memory is None or self._memory_size != controller.memory:
             self._memory_size = controller.memory
-            self._memory = state.table(np.zeros((self.robots, controller.memory)))
-        substitutes = {"sense": sensors_named(controller.sensors), "decide": controller.function}
+            self._memory = state.engine.table(np.zeros((self.robots, controller.memory)))
+        sensors = chosen(controller.sensors)
         try:
-            state.run(steer, ticks, state.lanes, parameters, self._memory, **substitutes)
+            law = law_of(state.engine, controller.function)
+            with state.engine.threads(state.lanes):
+                ready = state.engine.ready(steer, threads=state.lanes)
+                ready(law, state.world, ticks, state.lanes, sensors, parameters, self._memory)
         except Exception as error:
             reason = not_compiled(error)
             if reason is None:

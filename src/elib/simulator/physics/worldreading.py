@@ -87,7 +87,7 @@ class ReadableWorld:
         import numpy as np
 
         robots = self._state.world.robots
-        steps = [self._state.column(Robot, robots, name) for name in ("left_steps", "right_steps")]
+        steps = [self._state.engine.column(Robot, robots, name) for name in ("left_steps", "right_steps")]
         return np.floor(np.stack(steps, axis=1) + ROUNDING).astype(np.int64)
 
     @property
@@ -98,7 +98,7 @@ class ReadableWorld:
     @property
     def fitness(self) -> NDArray[np.float64]:
         """What each robot's control function wrote into its ``fitness``; 0 before. In the shape (robots,). A copy."""
-        return self._state.column(SensorView, self._state.world.views, "fitness").copy()
+        return self._state.engine.column(SensorView, self._state.world.views, "fitness").copy()
 
     @property
     def memory(self) -> NDArray[np.float64]:
@@ -124,7 +124,7 @@ class ReadableWorld:
 
         robots = self._state.world.robots
         names = ("x", "y", "heading_x", "heading_y")
-        return np.stack([self._state.column(Robot, robots, name) for name in names], axis=1)
+        return np.stack([self._state.engine.column(Robot, robots, name) for name in names], axis=1)
 
     def pose(self, robot: int) -> Pose:
         """Return where one robot stands."""

@@ -53,6 +53,13 @@ def read(world: Records, i: int) -> None:
 
 
 @kernel
+def forget(world: Records) -> None:
+    """Forget the readings of this tick, after something changed that they depend on."""
+    for i in range(len(world.robots)):
+        world.robots[i].seen = -1
+
+
+@kernel
 def look(world: Records, i: int) -> None:
     """Find what comes back to each sensor of robot *i*, counts, and the deviation of its noise there."""
     setting = world.setting[0]
