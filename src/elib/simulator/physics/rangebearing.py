@@ -37,10 +37,9 @@ import math
 from typing import Final, NamedTuple
 
 from elib.base.errors import ArgumentError
-from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.neighbours import EDGE
 from elib.simulator.physics.noise import BOARD_PHASE, PAIR, bits, gauss, tick_key, uniform
-from elib.simulator.physics.records import Records
+from elib.simulator.physics.records import Robot
 from elib.simulator.physics.state import State
 
 LONGEST_MESSAGE: Final = 4
@@ -66,6 +65,9 @@ BEARING_DEVIATION: Final = 0.1
 
 DISTANCE_STEP, BEARING_STEP = 0.001, 0.0001
 """m and rad. A distance is rounded far below its noise; a bearing is sent in such steps (GCtronic's wiki)."""
+
+MARGIN: Final = 1e-6
+"""m2. Rounding must not leave out what is between two robots."""
 
 LEAST_LOSS: Final = 0.05
 """Share of the messages that is lost side by side. Chosen."""
@@ -110,39 +112,34 @@ def loss(distance: float) -> float:
     return LEAST_LOSS + (1.0 - LEAST_LOSS) * min(distance / REACH, 1.0) ** 4
 
 
-@kernel
-def is_hidden(world: Records, i: int, j: int) -> bool:
-    """Return whether something between the middles of robots *i* and *j* hides their boards from each other."""
-    here = world.robots[i]
-    dx = world.robots[j].x - here.x
-    dy = world.robots[j].y - here.y
-    for k in range(EDGE, len(world.walls)):
-        wall = world.walls[k]
-        if wall.height < HEIGHT:
-            continue
-        from_x = here.x - wall.x
-        from_y = here.y - wall.y
+class Around(NamedTuple):
+    """What may hide boards from a robot's board, and how far in x and y it is from there, m."""
+
+    walls: list[tuple[float, float, float, float, float]]  # Where the robot is from one end; direction; length.
+    discs: list[tuple[float, float, float]]  # Where it is; radius. The first ones are the robots that may be heard.
+
+
+def is_hidden(around: Around, sender: int) -> bool:
+    """Return whether something between the middles of a robot and of another one hides their boards from each other."""
+    dx, dy, _ = around.discs[sender]
+    for from_x, from_y, tangent_x, tangent_y, length in around.walls:
         # How far the two robots are to the left of the wall's line.
-        side = wall.tangent_x * from_y - wall.tangent_y * from_x
-        other_side = side + wall.tangent_x * dy - wall.tangent_y * dx
+        side = tangent_x * from_y - tangent_y * from_x
+        other_side = side + tangent_x * dy - tangent_y * dx
         if side * other_side >= 0.0:
             continue
         share = side / (side - other_side)
-        along = wall.tangent_x * (from_x + share * dx) + wall.tangent_y * (from_y + share * dy)
-        if 0.0 <= along <= wall.length:
+        along = tangent_x * (from_x + share * dx) + tangent_y * (from_y + share * dy)
+        if 0.0 <= along <= length:
             return True
-    for k in range(len(world.discs)):
-        disc = world.discs[k]
-        if disc.height >= HEIGHT and is_between(disc.x - here.x, disc.y - here.y, dx, dy, disc.radius):
-            return True
-    for k in range(len(world.robots)):
-        robot = world.robots[k]
-        if k != i and k != j and is_between(robot.x - here.x, robot.y - here.y, dx, dy, robot.radius):
+    distance = math.hypot(dx, dy)
+    for k, (x, y, radius) in enumerate(around.discs):
+        # Most are beside the whole line, which costs less to ask.
+        if abs(x * dy - y * dx) < radius * distance + MARGIN and k != sender and is_between(x, y, dx, dy, radius):
             return True
     return False
 
 
-@kernel
 def is_between(x: float, y: float, dx: float, dy: float, radius: float) -> bool:
     """Return whether a disc at (x, y), m, cuts the straight line from the origin to (dx, dy)."""
     share = min(max((x * dx + y * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
@@ -188,17 +185,22 @@ class RangeAndBearing:
         """
         world = self._state.world
         here, noise = world.robots[robot], float(world.setting[0].sensor_noise)
-        now, hidden = self._now, self._state.engine.ready(is_hidden)
-        found: list[tuple[int, Heard]] = []
+        now, around, senders = self._now, Around([], []), []
         for sender, other in enumerate(world.robots):
             dx, dy = float(other.x - here.x), float(other.y - here.y)
-            distance = math.hypot(dx, dy)
-            if sender == robot or distance >= REACH:
+            distance, radius = math.hypot(dx, dy), float(other.radius)
+            if distance < REACH + radius and sender != robot:
+                around.discs.append((dx, dy, radius))
+                senders.append((sender, other, dx, dy, distance))
+        self._add_obstacles(around, here)
+        found: list[tuple[int, Heard]] = []
+        for place, (sender, other, dx, dy, distance) in enumerate(senders):
+            if distance >= REACH:
                 continue
             phase = uniform(int(other.key), BOARD_PHASE)
             number = math.floor(now / PERIOD - phase)
             key = tick_key(bits(int(here.key), PAIR + sender), number)
-            if number < 0 or (noise > 0.0 and uniform(key, LOST) < loss(distance)) or hidden(world, robot, sender):
+            if number < 0 or (noise > 0.0 and uniform(key, LOST) < loss(distance)) or is_hidden(around, place):
                 continue
             cosine, sine = float(here.heading_x), float(here.heading_y)
             bearing = math.atan2(dy * cosine - dx * sine, dx * cosine + dy * sine)
@@ -215,6 +217,17 @@ class RangeAndBearing:
         if len(found) > MOST_HEARD:
             found = sorted(found, key=lambda each: each[0])[:MOST_HEARD]
         return sorted((reading for _, reading in found), key=lambda each: each.distance)
+
+    def _add_obstacles(self, around: Around, here: Robot) -> None:
+        """Add walls and posts that are as high as a board."""
+        world = self._state.world
+        for wall in world.walls[EDGE:]:
+            if wall.height >= HEIGHT:
+                place = float(here.x - wall.x), float(here.y - wall.y)
+                around.walls.append((*place, float(wall.tangent_x), float(wall.tangent_y), float(wall.length)))
+        for disc in world.discs:
+            if disc.height >= HEIGHT:
+                around.discs.append((float(disc.x - here.x), float(disc.y - here.y), float(disc.radius)))
 
     @property
     def _now(self) -> float:
