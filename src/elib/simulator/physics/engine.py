@@ -4,10 +4,10 @@ A kernel is a plain function marked with :func:`kernel`. Interpreted, it is call
 Compiled, it and every kernel that it calls are compiled by Numba, on arrays of the same records
 (:mod:`elib.simulator.physics.records`). Both give the same result to the last bit, because neither may reorder a sum.
 
-A kernel that needs a function of the user takes it as an argument. Compiled, that is a first-class function of Numba:
-an address and a signature. So the kernels are compiled once for all, and their code is kept in the user's cache folder;
-a function of the user alone is compiled in each process, in about 0.1 s. The folder's name covers the source of all
-kernels and the versions of NumPy and Numba, because Numba looks for changes in the file of a function alone.
+A kernel that needs a function of the user takes it as an argument, and calls it by :func:`call`. Compiled, the
+argument is the function's address. So the kernels are compiled once for all, and their code is kept in the user's cache
+folder; a function of the user alone is compiled in each process, in about 0.1 s. The folder's name covers the source of
+all kernels and the versions of NumPy and Numba, because Numba looks for changes in the file of a function alone.
 """
 
 from __future__ import annotations
