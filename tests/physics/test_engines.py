@@ -12,8 +12,8 @@ from world_rig import BUSY, ENGINES, everything, segments, vehicle
 from elib.base.errors import ArgumentError, SimulationError
 from elib.base.extras import install
 from elib.simulator.physics import Batch, Controller, EpuckModel, Pose, Scene, Stripe, Wall, World, engine
+from elib.simulator.physics.course import sense_robots
 from elib.simulator.physics.engine import Compiled
-from elib.simulator.physics.episodes import sense_robots
 from elib.simulator.physics.noise import mix
 from elib.simulator.physics.senses import SENSORS
 from lanes import few_and_many

@@ -12,7 +12,7 @@ from world_rig import everything, task
 from elib import ArgumentError, Controller, Scene, World
 from elib.base.body import METRES_PER_STEP, step_rate
 from elib.simulator.physics import Box, Cylinder, Episodes, EpuckModel, Light, Pose, Randomisation
-from elib.simulator.physics.episodes import START
+from elib.simulator.physics.course import START
 from elib.simulator.physics.noise import bits, seed_key
 from elib.simulator.physics.placement import places
 from lanes import few_and_many

@@ -264,7 +264,7 @@ class Scratch:
 
 @dataclass(slots=True, eq=False)
 class Episode:
-    """How far a world is in an episode of a task (:mod:`elib.simulator.physics.episodes`)."""
+    """How far a world is in an episode of a task (:mod:`elib.simulator.physics.course`)."""
 
     key: int = 0  # Made of the seed: the first episode has it, the next ones have keys made of it.
     begun: int = 0  # How many episodes began since then.

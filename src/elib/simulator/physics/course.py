@@ -1,0 +1,223 @@
+"""A course of episodes: the kernels that begin, run and judge the episodes of many worlds."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple, TypeAlias
+
+from elib.simulator.physics.engine import Engine, call, kernel, phase
+from elib.simulator.physics.motion import rim_speed
+from elib.simulator.physics.neighbours import list_near
+from elib.simulator.physics.noise import bits, numbered_key, uniform
+from elib.simulator.physics.packing import restore, world_at
+from elib.simulator.physics.records import Episode, Records, SensorView, Shown
+from elib.simulator.physics.sensors import sense
+from elib.simulator.physics.simulation import Law, advance
+from elib.simulator.physics.spawning import spawn
+from elib.simulator.physics.task import Task
+
+Judge: TypeAlias = Any
+"""What robots earn in a tick, and whether the episode is over, as kernels call it (:func:`judge_of`)."""
+
+# Channels of an episode's key, beyond those of a robot for good (elib.simulator.physics.noise).
+SCENE: Final = 8192
+START: Final = 8193
+DRAW: Final = 8194  # +0..7
+
+
+class Course(NamedTuple):
+    """All that the kernels of episodes work on."""
+
+    worlds: Any  # Of type Packed; interpreted, of type Listed.
+    originals: Any  # The same of each scene, as it was laid out.
+    starts: Any  # (scenes, sets, robots, 4): x, y, m, cosine and sine of the heading.
+    ranges: Any  # (scenes, 8, 2): the lowest and the highest value of what is drawn.
+    episodes: Any  # One record a world.
+    memory: Any  # (worlds, robots, n): what the controllers remember.
+    earned: Any  # (worlds, robots): what the robots earned in the last call.
+    period: int  # Ticks between two decisions.
+    ticks: int  # Of a full episode.
+    sensors: int  # What the controllers see (elib.simulator.physics.sensors.chosen).
+    reward_sensors: int  # What the rewards see.
+
+
+@kernel
+def drawn(course: Course, scene: int, key: int, k: int) -> float:
+    """Return what an episode with this key draws as its value number *k*."""
+    low: float = course.ranges[scene][k][0]
+    high: float = course.ranges[scene][k][1]
+    return low + (high - low) * uniform(key, DRAW + k)
+
+
+@phase
+def begin(course: Course, w: int, key: int) -> None:
+    """Begin an episode of world *w*: the key decides its scene, its starts, its noise and all that is drawn."""
+    scene = bits(key, SCENE) % len(course.starts)
+    restore(course.worlds, course.originals, w, scene)
+    world = world_at(course.worlds, w)
+    setting = world.setting[0]
+    setting.motor_noise = drawn(course, scene, key, 0)
+    setting.sensor_noise = drawn(course, scene, key, 1)
+    setting.wheel_spread = drawn(course, scene, key, 2)
+    setting.axle_spread = drawn(course, scene, key, 3)
+    setting.gain_spread = drawn(course, scene, key, 4)
+    setting.offset_spread = drawn(course, scene, key, 5)
+    setting.ambient = drawn(course, scene, key, 6)
+    episode = course.episodes[w]
+    episode.scene = scene
+    episode.delay = int(drawn(course, scene, key, 7) / setting.step + 0.5)
+    episode.is_over = 0
+    episode.tick = 0
+    sets = course.starts[scene]
+    spawn(world, sets[bits(key, START) % len(sets)], key)
+    list_near(world)
+    for i in range(len(world.robots)):
+        for n in range(len(course.memory[w][i])):
+            course.memory[w][i][n] = 0.0
+
+
+@kernel
+def begin_next(course: Course, w: int) -> None:
+    """Begin the next episode of world *w*, whose key is made of that of the first one."""
+    episode = course.episodes[w]
+    episode.begun += 1
+    begin(course, w, numbered_key(episode.key, episode.begun))
+
+
+@phase
+def sense_robots(world: Records, sensors: int) -> None:
+    """Let all robots of one world read these sensors."""
+    setting = world.setting[0]
+    for i in range(len(world.robots)):
+        world.views[i].time = setting.tick * setting.step
+        sense(world, i, sensors)
+
+
+@kernel
+def shown(world: Records) -> Shown:
+    """Return what a reward and an end may read."""
+    return Shown(
+        world.setting, world.robots, world.views, world.walls, world.discs, world.things, world.lamps, world.tones
+    )
+
+
+@kernel
+def run_period(law: Law, judge: Judge, course: Course, world: Records, w: int, rows: Any) -> None:
+    """Let all robots of world *w* decide once, and run until the next decision or the end of the episode.
+
+    Args:
+        law: The control function.
+        judge: What the robots earn, and whether the episode is over (:func:`judge_of`).
+        course: All worlds.
+        world: Those of world *w*.
+        w: Its number.
+        rows: The parameters of each robot, or one row for all.
+    """
+    episode = course.episodes[w]
+    for i in range(len(world.robots)):
+        world.views[i].left = 0.0
+        world.views[i].right = 0.0
+    call(law, (world.views, 0, len(world.robots), rows, course.memory[w]))
+    for tick in range(course.period + 1):
+        if tick == episode.delay:
+            for i in range(len(world.robots)):
+                world.robots[i].left_speed = rim_speed(world.tables[0], world.views[i].left)
+                world.robots[i].right_speed = rim_speed(world.tables[0], world.views[i].right)
+        if tick == course.period:
+            return
+        advance(world, 1)
+        episode.tick += 1
+        for i in range(len(world.robots)):
+            sense(world, i, course.reward_sensors)
+        call(judge, (shown(world), course.earned[w], episode))
+        if episode.is_over:
+            return
+
+
+@kernel
+def step_worlds(law: Law, judge: Judge, course: Course, first: int, end: int, actions: Any, begins_again: int) -> None:
+    """Let worlds first..end - 1 pass a period with these actions; begin those again that had ended, if asked to."""
+    for w in range(first, end):
+        episode = course.episodes[w]
+        world = world_at(course.worlds, w)
+        for i in range(len(world.robots)):
+            course.earned[w][i] = 0.0
+        if episode.is_over == 0 and episode.tick < course.ticks:
+            run_period(law, judge, course, world, w, actions[w])
+        elif begins_again:
+            begin_next(course, w)
+            world = world_at(course.worlds, w)
+        sense_robots(world, course.sensors)
+
+
+@kernel
+def begin_worlds(course: Course, chosen: Any, are_next: int) -> None:
+    """Begin the first episodes of the keys of these worlds, or the next ones."""
+    for n in range(len(chosen)):
+        w = chosen[n]
+        if are_next:
+            begin_next(course, w)
+        else:
+            course.episodes[w].begun = 0
+            begin(course, w, course.episodes[w].key)
+        sense_robots(world_at(course.worlds, w), course.sensors)
+
+
+@kernel
+def play_episodes(
+    law: Law, judge: Judge, course: Course, w: int, rows: Any, games: Any, fitness: Any, steps: Any
+) -> None:
+    """Let every individual play every episode in world *w*.
+
+    Args:
+        law: The control function.
+        judge: What the robots earn, and whether an episode is over.
+        course: All worlds.
+        w: The world to play in.
+        rows: Parameters, one row an individual.
+        games: The episodes, of which only the keys are looked at.
+        fitness: Out, (individuals, episodes).
+        steps: Out, (individuals, episodes, 2): steps of the left and right motor, mean over the robots.
+    """
+    for p in range(len(rows)):
+        for n in range(len(games)):
+            begin(course, w, games[n].key)
+            world = world_at(course.worlds, w)
+            count = len(world.robots)
+            for i in range(count):
+                course.earned[w][i] = 0.0
+            while course.episodes[w].is_over == 0 and course.episodes[w].tick < course.ticks:
+                sense_robots(world, course.sensors)
+                run_period(law, judge, course, world, w, rows[p : p + 1])
+            fitness[p][n] = 0.0
+            steps[p][n][0] = 0.0
+            steps[p][n][1] = 0.0
+            for i in range(count):
+                fitness[p][n] += course.earned[w][i] / count
+                steps[p][n][0] += world.robots[i].left_steps / count
+                steps[p][n][1] += world.robots[i].right_steps / count
+
+
+def judge_of(engine: Engine, task: Task, world: Shown) -> Judge:
+    """Return what a task judges a tick by, as kernels of *engine* call it for worlds such as this one."""
+    reward, is_over = task.reward, task.is_over or goes_on
+    scale = 1 / task.ticks if task.fitness == "mean" else 1.0
+
+    def judge(world: Any, earned: Any, episode: Episode) -> None:
+        for i in range(len(world.robots)):
+            earned[i] += reward(world, i) * scale
+        if is_over(world):
+            episode.is_over = 1
+
+    return engine.argument(judge, lambda: (world, *engine.table([[0.0]]), engine.records(Episode, [Episode()])[0]))
+
+
+def goes_on(world: Shown) -> bool:
+    """Return False: only time ends an episode."""
+    return False
+
+
+@kernel
+def obey(robot: SensorView, parameters: Any, memory: Any) -> None:
+    """Turn the wheels as the action says, steps/s: the controller of a world that is steered from outside."""
+    robot.left = parameters[0]
+    robot.right = parameters[1]
