@@ -23,6 +23,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import fields
 from functools import cache
 from importlib.metadata import version
+from operator import attrgetter
 from pathlib import Path
 from tempfile import TemporaryFile
 from threading import Lock
@@ -151,6 +152,10 @@ class Engine:
         field = dtype_of(kind)[name]
         return np.array([getattr(row, name) for row in rows], dtype=field.base).reshape(len(rows), *field.shape)
 
+    def tuples(self, rows: Sequence[Any], *names: str) -> list[tuple[Any, ...]]:
+        """Return these fields of all *rows*, numbers of Python: two or more."""
+        return list(map(attrgetter(*names), rows))
+
     def argument(self, function: Callable[..., None], like: Callable[[], tuple[object, ...]]) -> Any:
         """Return a function of the user in the form in which kernels take it, for :func:`call`.
 
@@ -229,6 +234,10 @@ class Compiled(Engine):
         import numpy as np
 
         return np.asarray(cast("Any", rows)[name])
+
+    def tuples(self, rows: Sequence[Any], *names: str) -> list[tuple[Any, ...]]:
+        """Return these fields, read at once."""
+        return cast("list[tuple[Any, ...]]", cast("Any", rows)[list(names)].tolist())
 
     def argument(self, function: Callable[..., None], like: Callable[[], tuple[object, ...]]) -> Any:
         """Return the address of the compiled function; if anything that it uses has changed it is compiled again."""

@@ -39,7 +39,6 @@ from typing import Final, NamedTuple
 from elib.base.errors import ArgumentError
 from elib.simulator.physics.neighbours import EDGE
 from elib.simulator.physics.noise import BOARD_PHASE, PAIR, bits, gauss, tick_key, uniform
-from elib.simulator.physics.records import Robot
 from elib.simulator.physics.state import State
 
 LONGEST_MESSAGE: Final = 4
@@ -184,25 +183,25 @@ class RangeAndBearing:
         sender is missing meanwhile.
         """
         world = self._state.world
-        here, noise = world.robots[robot], float(world.setting[0].sensor_noise)
-        now, around, senders = self._now, Around([], []), []
-        for sender, other in enumerate(world.robots):
-            dx, dy = float(other.x - here.x), float(other.y - here.y)
-            distance, radius = math.hypot(dx, dy), float(other.radius)
+        robots = self._state.engine.tuples(world.robots, "x", "y", "radius", "key", "heading_x", "heading_y")
+        x, y, _, own_key, cosine, sine = robots[robot]
+        now, noise, senders, around = self._now, float(world.setting[0].sensor_noise), [], Around([], [])
+        for sender, (other_x, other_y, radius, other_key, *_) in enumerate(robots):
+            dx, dy = other_x - x, other_y - y
+            distance = math.hypot(dx, dy)
             if distance < REACH + radius and sender != robot:
                 around.discs.append((dx, dy, radius))
-                senders.append((sender, other, dx, dy, distance))
-        self._add_obstacles(around, here)
+                senders.append((sender, other_key, dx, dy, distance))
+        self._add_obstacles(around, x, y)
         found: list[tuple[int, Heard]] = []
-        for place, (sender, other, dx, dy, distance) in enumerate(senders):
+        for place, (sender, other_key, dx, dy, distance) in enumerate(senders):
             if distance >= REACH:
                 continue
-            phase = uniform(int(other.key), BOARD_PHASE)
+            phase = uniform(other_key, BOARD_PHASE)
             number = math.floor(now / PERIOD - phase)
-            key = tick_key(bits(int(here.key), PAIR + sender), number)
+            key = tick_key(bits(own_key, PAIR + sender), number)
             if number < 0 or (noise > 0.0 and uniform(key, LOST) < loss(distance)) or is_hidden(around, place):
                 continue
-            cosine, sine = float(here.heading_x), float(here.heading_y)
             bearing = math.atan2(dy * cosine - dx * sine, dx * cosine + dy * sine)
             bearing += noise * BEARING_DEVIATION * gauss(key, BEARING)
             distance *= max(1.0 + noise * DISTANCE_DEVIATION * gauss(key, DISTANCE), 0.0)
@@ -218,16 +217,17 @@ class RangeAndBearing:
             found = sorted(found, key=lambda each: each[0])[:MOST_HEARD]
         return sorted((reading for _, reading in found), key=lambda each: each.distance)
 
-    def _add_obstacles(self, around: Around, here: Robot) -> None:
-        """Add walls and posts that are as high as a board."""
-        world = self._state.world
-        for wall in world.walls[EDGE:]:
-            if wall.height >= HEIGHT:
-                place = float(here.x - wall.x), float(here.y - wall.y)
-                around.walls.append((*place, float(wall.tangent_x), float(wall.tangent_y), float(wall.length)))
-        for disc in world.discs:
-            if disc.height >= HEIGHT:
-                around.discs.append((float(disc.x - here.x), float(disc.y - here.y), float(disc.radius)))
+    def _add_obstacles(self, around: Around, x: float, y: float) -> None:
+        """Add walls and posts that are as high as a board, for a robot at (x, y), m."""
+        world, tuples = self._state.world, self._state.engine.tuples
+        for wall_x, wall_y, *line, height in tuples(
+            world.walls[EDGE:], "x", "y", "tangent_x", "tangent_y", "length", "height"
+        ):
+            if height >= HEIGHT:
+                around.walls.append((x - wall_x, y - wall_y, *line))
+        for disc_x, disc_y, radius, height in tuples(world.discs, "x", "y", "radius", "height"):
+            if height >= HEIGHT:
+                around.discs.append((disc_x - x, disc_y - y, radius))
 
     @property
     def _now(self) -> float:
