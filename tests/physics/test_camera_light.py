@@ -8,7 +8,7 @@ from camera_rig import NOTHING, Cameras, showing, window
 
 from elib.simulator.physics import Box, Colour, Cylinder, Pose, Scene
 from elib.simulator.physics.fittings import Light
-from elib.simulator.physics.sensors.brightness import Lights, decay, exposure, lamp_light, led_light, room_light
+from elib.simulator.physics.sensors.brightness import LampArrays, decay, exposure, lamp_light, led_light, room_light
 from elib.simulator.physics.sensors.camera import ABOVE, FOCAL, FORWARD
 
 CHIP = window(640, 480, 1)
@@ -136,7 +136,7 @@ def test_a_robot_that_shows_nothing_lights_nothing():
 def test_lamps_add_up_and_fall_as_the_infrared_sensors_have_it():
     assert [decay(x) for x in (0.0, 1.0, 5.0, 10.0)] == pytest.approx([math.exp(-x) for x in (0, 1, 5, 10)], rel=1e-3)
     assert decay(100.0) == 0.0
-    two = Lights(*np.array(((0.0, 0.0), (0.0, 1.0), (0.1, 0.1), (1.0, 0.5))))
+    two = LampArrays(*np.array(((0.0, 0.0), (0.0, 1.0), (0.1, 0.1), (1.0, 0.5))))
     expected = 4095 / 345 * (math.exp(-2 * 0.5) + math.exp(-4 * math.hypot(0.5, 1.0)))
     assert lamp_light(np.array(0.5), np.array(0.0), 0.1, two) == pytest.approx(expected, rel=1e-3)
 

@@ -78,7 +78,7 @@ _LISTS = {"robot": "robots", "box": "boxes", "cylinder": "cylinders"}
 """The things of a world, and the lists of ``/world`` that hold them."""
 
 
-class Message(Protocol):
+class AnyMessage(Protocol):
     """A message of a recording."""
 
     @property
@@ -182,7 +182,7 @@ class Tabulator:
         self._layouts: dict[str, _Layout] = {}
         self._open: dict[int, list[Cell]] = {}
 
-    def batches(self, messages: Iterable[Message]) -> Iterator[tuple[str, list[Row]]]:
+    def batches(self, messages: Iterable[AnyMessage]) -> Iterator[tuple[str, list[Row]]]:
         """Yield the rows of all tables, many of one table at a time; the rows of a table come in their order."""
         gathered: dict[str, list[Row]] = {}
         for message in messages:

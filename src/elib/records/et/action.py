@@ -62,7 +62,7 @@ class Filter(Action):
             writer.copy(block, list(compress(block.rows, self.keep(block))))
 
 
-class Summary(Action):
+class TableAction(Action):
     """An action that prints a table when all rows are read."""
 
     @abstractmethod
@@ -74,7 +74,7 @@ class Summary(Action):
         writer.write(self.table(blocks))
 
 
-class Figure(Summary):
+class Figure(TableAction):
     """An action that prints one number, with 8 decimals."""
 
     @abstractmethod

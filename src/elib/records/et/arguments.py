@@ -14,7 +14,7 @@ from elib.records.et.rows import NAMES
 
 
 @dataclass(frozen=True, slots=True)
-class Argument:
+class Parameter:
     """How a field is given on the command line. It stands in the field's type, behind ``Annotated``.
 
     Attributes:
@@ -89,14 +89,14 @@ class _ColumnRule(Rule):
 
 PERCENTAGE = Number(0, 100)
 Column = Annotated[
-    ColumnNumber, Argument("COLUMN", _ColumnRule(), "A number from 0, or a name; -1 is the last column.")
+    ColumnNumber, Parameter("COLUMN", _ColumnRule(), "A number from 0, or a name; -1 is the last column.")
 ]
 By = Annotated[
-    ColumnNumber | None, Argument("--by COLUMN", _ColumnRule(), "A row of results for each word of this column.")
+    ColumnNumber | None, Parameter("--by COLUMN", _ColumnRule(), "A row of results for each word of this column.")
 ]
 Percentiles = Annotated[
     tuple[float, ...],
-    Argument(
+    Parameter(
         "--percentiles P,P",
         Several(PERCENTAGE, 1, 100),
         "Which to print; each is a value of the log (the nearest rank).",
@@ -104,14 +104,14 @@ Percentiles = Annotated[
 ]
 
 
-def arguments_of(kind: type) -> list[Argument]:
+def arguments_of(kind: type) -> list[Parameter]:
     """Return the arguments that a dataclass declares, in order."""
     hints = typing.get_type_hints(kind, include_extras=True)
     return [
         replace(argument, field=field.name, default=REQUIRED if field.default is MISSING else field.default)
         for field in fields(kind)
         for argument in getattr(hints[field.name], "__metadata__", ())
-        if isinstance(argument, Argument)
+        if isinstance(argument, Parameter)
     ]
 
 

@@ -13,7 +13,7 @@ from elib.base.errors import ArgumentError
 from elib.base.fields import REQUIRED, Choice, nearest
 from elib.records.et.action import Action, Plotted
 from elib.records.et.actions import actions
-from elib.records.et.arguments import Argument, FileName, arguments_of, usage, values_of
+from elib.records.et.arguments import FileName, Parameter, arguments_of, usage, values_of
 from elib.records.et.formats import FORMATS
 
 WIDTH = 80
@@ -61,22 +61,22 @@ class Request:
 
     action: Action
     source: Annotated[
-        str | None, Argument("-s SOURCE", FileName(), "The log; standard input by default, or if it is -.")
+        str | None, Parameter("-s SOURCE", FileName(), "The log; standard input by default, or if it is -.")
     ] = None
     destination: Annotated[
-        str | None, Argument("-d DEST", FileName(), "Where results go; standard output by default, or if it is -.")
+        str | None, Parameter("-d DEST", FileName(), "Where results go; standard output by default, or if it is -.")
     ] = None
     format: Annotated[
         str | None,
-        Argument(
+        Parameter(
             "--format FORMAT",
             Choice(FORMATS),
             "text, csv, json, jsonl or parquet; by default the ending of DEST says it.",
         ),
     ] = None
-    plot: Annotated[str | None, Argument("--plot FILE", FileName(), "Also draw the results: a .png, .svg or .pdf.")] = (
-        None
-    )
+    plot: Annotated[
+        str | None, Parameter("--plot FILE", FileName(), "Also draw the results: a .png, .svg or .pdf.")
+    ] = None
 
 
 def parse(tokens: Sequence[str]) -> Request | Help:

@@ -26,12 +26,12 @@ MOST_ENTRIES = 3_000_000
 """Walls in the cells of the grid, all told; more, and the cells are made larger."""
 
 
-def wall_record(wall: Wall) -> records.Wall:
+def wall_record(wall: Wall) -> records.Segment:
     """Return *wall* as the kernels take it."""
     dx, dy = wall.x2 - wall.x1, wall.y2 - wall.y1
     length = math.sqrt(dx * dx + dy * dy)
     place = wall.x1, wall.y1, dx / length, dy / length, length
-    return records.Wall(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour))
+    return records.Segment(*place, wall.height, 1 / _reflectance(wall), packed(wall.colour))
 
 
 def disc_record(post: Cylinder) -> records.Disc:
@@ -88,7 +88,7 @@ class Solids:
         fixed_discs: How many cylinders are fixed.
     """
 
-    walls: list[records.Wall]
+    walls: list[records.Segment]
     discs: list[records.Disc]
     things: list[records.Thing]
     box_things: list[int]
@@ -151,7 +151,7 @@ class Grid:
             for cell in self._near(disc.x, disc.y, self._horizon + disc.radius):
                 self.discs[cell].append(k)
 
-    def _entries(self, scene: Scene, walls: Sequence[records.Wall], discs: Sequence[records.Disc]) -> float:
+    def _entries(self, scene: Scene, walls: Sequence[records.Segment], discs: Sequence[records.Disc]) -> float:
         """Return about how many entries all cells have together."""
         across = 2 * self._horizon / self._size + 2
         cells = (scene.width / self._size + 1) * (scene.depth / self._size + 1)
@@ -159,7 +159,7 @@ class Grid:
         round_ones = (min((across + 2 * disc.radius / self._size) ** 2, cells) for disc in discs)
         return (lengths / self._size + len(walls) * across) * across + sum(round_ones)
 
-    def _near_wall(self, wall: records.Wall) -> list[int]:
+    def _near_wall(self, wall: records.Segment) -> list[int]:
         """Return the cells of which any point may be nearer to *wall* than the horizon, m."""
         # Walk along it in steps of a cell: what is near a point of the wall is near its nearest step.
         steps = math.ceil(wall.length / self._size)

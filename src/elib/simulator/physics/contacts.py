@@ -14,7 +14,7 @@ from typing import Final
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.neighbours import EDGE, fixed_cell, is_near_wall
 from elib.simulator.physics.pushing import TOLERANCE, follow, leave_obstacles, press, push_by_robot, put_back
-from elib.simulator.physics.records import Records, Scratch, Wall
+from elib.simulator.physics.records import Records, Scratch, Segment
 
 MAX_ITERATIONS: Final = 48
 """Only what still moves takes part in an iteration. A pair needs 15, a row more. What overlaps after them is wedged in:
@@ -246,7 +246,7 @@ def leave_disc(contact: Scratch, x: float, y: float, reach: float) -> None:
 
 
 @kernel
-def leave_wall(contact: Scratch, wall: Wall, radius: float) -> None:
+def leave_wall(contact: Scratch, wall: Segment, radius: float) -> None:
     """Push the robot out of a wall, to the side on which its centre lies."""
     limit = radius - TOLERANCE
     dx = contact.exit_x - wall.x

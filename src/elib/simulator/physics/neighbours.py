@@ -11,7 +11,7 @@ from typing import Final
 
 from elib.simulator.physics.body import SENSOR_RADIUS
 from elib.simulator.physics.engine import kernel, phase
-from elib.simulator.physics.records import Records, Setting, Wall
+from elib.simulator.physics.records import Records, Segment, Setting
 
 STRAY: Final = 0.02
 """How far anything may be from where it was listed at the end of a tick, m: then the lists are made again."""
@@ -43,7 +43,7 @@ def fixed_cell(setting: Setting, x: float, y: float) -> int:
 
 
 @kernel
-def is_near_wall(x: float, y: float, wall: Wall, limit: float) -> bool:
+def is_near_wall(x: float, y: float, wall: Segment, limit: float) -> bool:
     """Return whether any part of a wall is nearer to (x, y) than *limit*, m."""
     dx = wall.x - x
     dy = wall.y - y

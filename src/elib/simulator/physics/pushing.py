@@ -20,7 +20,7 @@ from typing import Final
 from elib.simulator.physics.body import GRAVITY, MASS
 from elib.simulator.physics.engine import kernel, phase
 from elib.simulator.physics.neighbours import EDGE, fixed_cell
-from elib.simulator.physics.records import Records, Robot, Thing, Wall
+from elib.simulator.physics.records import Records, Robot, Segment, Thing
 
 TOLERANCE: Final = 1e-7
 """m. What overlaps by less is left alone: far below what a sensor can tell."""
@@ -397,7 +397,7 @@ def corner_of(box: Thing, corner: int) -> tuple[float, float]:
 
 
 @phase
-def leave_wall(thing: Thing, wall: Wall) -> bool:
+def leave_wall(thing: Thing, wall: Segment) -> bool:
     """Push a thing out of a fixed wall, to the side on which its centre was before the tick; return whether it moved.
 
     A thin thing may have been pushed right through: so what counts is where it was.

@@ -11,7 +11,7 @@ from typing import Final
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.neighbours import fixed_cell
-from elib.simulator.physics.records import Disc, Fan, Records, Robot, Scratch, Wall
+from elib.simulator.physics.records import Disc, Fan, Records, Robot, Scratch, Segment
 
 SENSOR_HEIGHT: Final = 0.033
 """Height of the infrared and the time-of-flight sensors above the floor, m (Webots). What is lower is not seen."""
@@ -39,7 +39,7 @@ def see_nothing(world: Records, i: int) -> Scratch:
 
 
 @kernel
-def see_wall(robot: Robot, wall: Wall, horizon: float, seen: Wall) -> bool:
+def see_wall(robot: Robot, wall: Segment, horizon: float, seen: Segment) -> bool:
     """Return whether a wall is tall enough, and any part of it may be nearer than *horizon*, m.
 
     It is copied to *seen*, turned so that the robot stands to the left of it.

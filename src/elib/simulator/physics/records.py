@@ -120,7 +120,7 @@ class SensorView:
 
 
 @dataclass(slots=True, eq=False)
-class Wall:
+class Segment:
     """A wall, or one side of a box."""
 
     x: float = 0.0  # One end, m.
@@ -332,7 +332,7 @@ class Records(NamedTuple):
     tables: Sequence[Tables]  # One entry.
     robots: Sequence[Robot]
     views: Sequence[SensorView]  # One a robot.
-    walls: Sequence[Wall]  # The edge, interior walls, sides of fixed boxes, sides of pushable boxes.
+    walls: Sequence[Segment]  # The edge, interior walls, sides of fixed boxes, sides of pushable boxes.
     discs: Sequence[Disc]  # Fixed cylinders, then pushable ones.
     things: Sequence[Thing]
     lamps: Sequence[Lamp]
@@ -344,7 +344,7 @@ class Records(NamedTuple):
     heads: MutableSequence[int]  # For each cell of the hash the first robot or thing in it, or -1.
     listings: Sequence[Listing]  # Of each robot, then of each thing: in this order they are numbered as neighbours.
     lists: MutableSequence[int]  # Walls and cylinders of each cell, walls of each robot, neighbours of each listing.
-    visible_walls: Sequence[Wall]  # Room for what a robot may see: turned so that it stands to the left of each.
+    visible_walls: Sequence[Segment]  # Room for what a robot may see: turned so that it stands to the left of each.
     visible_discs: Sequence[Disc]
     scratch: Sequence[Scratch]  # One a lane.
 
@@ -355,7 +355,7 @@ class Shown(NamedTuple):
     setting: Sequence[Setting]
     robots: Sequence[Robot]
     views: Sequence[SensorView]
-    walls: Sequence[Wall]
+    walls: Sequence[Segment]
     discs: Sequence[Disc]
     things: Sequence[Thing]
     lamps: Sequence[Lamp]

@@ -81,15 +81,15 @@ class Senses:
 
     def _seen(self, shown: NDArray[np.int64]) -> CameraScene:
         """Return what there is to see, for the camera."""
-        from elib.simulator.physics.sensors.brightness import Lights
+        from elib.simulator.physics.sensors.brightness import LampArrays
         from elib.simulator.physics.sensors.camera import CameraScene, Discs, Robots, Walls
 
         world, column = self._state.world, self._state.engine.column
         kinds = (
             (Robots, records.Robot, world.robots),
-            (Walls, records.Wall, world.walls),
+            (Walls, records.Segment, world.walls),
             (Discs, records.Disc, world.discs),
-            (Lights, records.Lamp, world.lamps),
+            (LampArrays, records.Lamp, world.lamps),
         )
         parts: list[Any] = [
             made(*(column(kind, rows, name) for name in cast("Any", made)._fields)) for made, kind, rows in kinds

@@ -115,14 +115,14 @@ class State:
         visible = count + len(solids.discs)
         return {
             "setting": engine.records(records.Setting, [setting]),
-            "walls": engine.records(records.Wall, solids.walls),
+            "walls": engine.records(records.Segment, solids.walls),
             "discs": engine.records(records.Disc, solids.discs),
             "things": engine.records(records.Thing, solids.things),
             "cells": engine.records(records.Cell, cells),
             "heads": engine.ints([], setting.hash_columns * setting.hash_rows),
             "listings": engine.records(records.Listing, assembly.listings(solids, count, setting.horizon)),
             "lists": engine.ints(lists, room),
-            "visible_walls": engine.blank(records.Wall, len(solids.walls) * self.lanes),
+            "visible_walls": engine.blank(records.Segment, len(solids.walls) * self.lanes),
             "visible_discs": engine.blank(records.Disc, visible * self.lanes),
         }
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from elib.records.et.action import Plotted, Summary
+from elib.records.et.action import Plotted, TableAction
 from elib.records.et.arguments import Column
 from elib.records.et.groups import check_words
 from elib.records.et.plot import COLOURS, MAX_NAMES, label_of
@@ -16,7 +16,7 @@ from elib.records.et.table import Header, Table
 
 
 @dataclass
-class Count(Summary, Plotted):
+class Count(TableAction, Plotted):
     """Count the rows for each word of a column, the most frequent first."""
 
     column: Column

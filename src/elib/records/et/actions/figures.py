@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from elib.records.et.action import Figure
-from elib.records.et.arguments import PERCENTAGE, Argument, Column
+from elib.records.et.arguments import PERCENTAGE, Column, Parameter
 from elib.records.et.groups import Values, deviation, grouped, mean, quantiles
 from elib.records.et.rows import Block
 
@@ -57,7 +57,7 @@ class Sd(_ColumnFigure):
 class Percentile(_ColumnFigure):
     """Print the number of a column that P percent of its rows do not exceed (the nearest rank)."""
 
-    percentage: Annotated[float, Argument("P", PERCENTAGE, "From 0 to 100; 50 is the median.")]
+    percentage: Annotated[float, Parameter("P", PERCENTAGE, "From 0 to 100; 50 is the median.")]
 
     def _of(self, values: Values) -> float:
         return quantiles(values, [self.percentage / 100])[0]

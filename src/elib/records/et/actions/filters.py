@@ -8,7 +8,7 @@ from typing import Annotated
 
 from elib.base.fields import Number
 from elib.records.et.action import Filter
-from elib.records.et.arguments import Argument, Column, Words
+from elib.records.et.arguments import Column, Parameter, Words
 from elib.records.et.rows import NAMES, Block
 from elib.records.lognames import synonyms
 
@@ -24,7 +24,7 @@ class FromCollection(Filter):
 
     column: Column
     words: Annotated[
-        tuple[str, ...], Argument("WORD...", Words(), "Words as in the log; without any, nothing is copied.")
+        tuple[str, ...], Parameter("WORD...", Words(), "Words as in the log; without any, nothing is copied.")
     ] = ()
     wanted: frozenset[bytes] = field(init=False)
 
@@ -42,8 +42,8 @@ class FromTo(Filter):
     """Copy the rows whose number in a column is at least X and less than Y."""
 
     column: Column
-    low: Annotated[float, Argument("X", Number(), "The least number that is copied.")]
-    high: Annotated[float, Argument("Y", Number(), "All numbers that are copied are less than this.")]
+    low: Annotated[float, Parameter("X", Number(), "The least number that is copied.")]
+    high: Annotated[float, Parameter("Y", Number(), "All numbers that are copied are less than this.")]
 
     def keep(self, block: Block) -> Iterable[bool]:
         """Return for each row whether its number is within the bounds."""

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.base.fields import Whole
-from elib.records.et.action import Plotted, Summary
-from elib.records.et.arguments import Argument, Column
+from elib.records.et.action import Plotted, TableAction
+from elib.records.et.arguments import Column, Parameter
 from elib.records.et.groups import Values, grouped
 from elib.records.et.plot import COLOURS
 from elib.records.et.rows import Block
@@ -22,11 +22,11 @@ BAR = 40
 
 
 @dataclass
-class Histogram(Summary, Plotted):
+class Histogram(TableAction, Plotted):
     """Count the numbers of a column in bins of one width; each bin holds its lower edge, the last one both."""
 
     column: Column
-    bins: Annotated[int, Argument("--bins N", Whole(1, 1000), "How many bins, 1 to 1000.")] = 20
+    bins: Annotated[int, Parameter("--bins N", Whole(1, 1000), "How many bins, 1 to 1000.")] = 20
     counts: NDArray[np.int64] = field(init=False)
     edges: Values = field(init=False)
 

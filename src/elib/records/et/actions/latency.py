@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from elib.base.fields import Choice
-from elib.records.et.action import Plotted, Summary
-from elib.records.et.arguments import Argument, Percentiles
+from elib.records.et.action import Plotted, TableAction
+from elib.records.et.arguments import Parameter, Percentiles
 from elib.records.et.groups import Groups, box, check_words, describe, names
 from elib.records.et.pairing import Pairing
 from elib.records.et.plot import MAX_NAMES, draw_boxes, from_zero
@@ -29,14 +29,14 @@ class _Key(Choice):
 
 
 @dataclass
-class Latency(Summary, Plotted):
+class Latency(TableAction, Plotted):
     """Print how long each command took, in ms, like Table 5.1 of the thesis of 2011; only calls with an ok are timed.
 
     `open` counts the calls without ok or ko: the log ended, or was begun again, before they did.
     """
 
     by: Annotated[
-        str, Argument("--by COLUMN", _Key(("command", "robot")), "A row of results for each command, or each robot.")
+        str, Parameter("--by COLUMN", _Key(("command", "robot")), "A row of results for each command, or each robot.")
     ] = "command"
     percentiles: Percentiles = (50.0, 95.0)
     pairing: Pairing = field(default_factory=Pairing, init=False)

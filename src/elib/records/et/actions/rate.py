@@ -11,8 +11,8 @@ import numpy as np
 
 from elib.base.errors import ArgumentError
 from elib.base.fields import DURATION
-from elib.records.et.action import Plotted, Summary
-from elib.records.et.arguments import Argument, By
+from elib.records.et.action import Plotted, TableAction
+from elib.records.et.arguments import By, Parameter
 from elib.records.et.plot import COLOURS, draw_legend, label_of
 from elib.records.et.rows import Block, text_of
 from elib.records.et.table import Header, Table
@@ -24,10 +24,10 @@ MAX_ROWS = 200_000
 
 
 @dataclass
-class Rate(Summary, Plotted):
+class Rate(TableAction, Plotted):
     """Count the rows per second, in windows of time (column 0)."""
 
-    every: Annotated[float, Argument("--every S", DURATION, "Length of a window, s.")] = 1.0
+    every: Annotated[float, Parameter("--every S", DURATION, "Length of a window, s.")] = 1.0
     by: By = None
     words: dict[bytes, None] = field(default_factory=dict, init=False)
     windows: range = field(default=range(0), init=False)

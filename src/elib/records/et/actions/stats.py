@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from elib.records.et.action import Plotted, Summary
+from elib.records.et.action import Plotted, TableAction
 from elib.records.et.arguments import By, Column, Percentiles
 from elib.records.et.groups import Groups, box, describe, grouped, names
 from elib.records.et.plot import MAX_NAMES, draw_boxes
@@ -15,7 +15,7 @@ from elib.records.et.table import Header, Table
 
 
 @dataclass
-class Stats(Summary, Plotted):
+class Stats(TableAction, Plotted):
     """Describe the numbers of a column: count, mean, standard deviation, minimum, percentiles, maximum."""
 
     column: Column

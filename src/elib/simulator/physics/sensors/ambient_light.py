@@ -25,7 +25,7 @@ from elib.simulator.physics.engine import kernel, phase
 from elib.simulator.physics.noise import AMBIENT, gauss, tick_key
 from elib.simulator.physics.profiles import COUNT
 from elib.simulator.physics.raycast import SENSOR_HEIGHT
-from elib.simulator.physics.records import Lamp, Records, Robot, Scratch, Setting, Wall
+from elib.simulator.physics.records import Lamp, Records, Robot, Scratch, Segment, Setting
 
 REACH: Final = 2.5
 """A lamp farther away gives nothing, m (ARGoS)."""
@@ -152,7 +152,7 @@ def passes_over(top: float, along: float, length: float, rise: float) -> bool:
 
 
 @kernel
-def may_hide(wall: Wall, robot: Robot, lamp: Lamp) -> bool:
+def may_hide(wall: Segment, robot: Robot, lamp: Lamp) -> bool:
     """Return whether any part of a wall may stand between the lamp and a sensor of the robot: a quick look."""
     to_x = lamp.x - robot.x
     to_y = lamp.y - robot.y
@@ -174,7 +174,7 @@ def may_hide(wall: Wall, robot: Robot, lamp: Lamp) -> bool:
 
 
 @kernel
-def wall_hides(wall: Wall, scratch: Scratch, s: int, lamp: Lamp) -> bool:
+def wall_hides(wall: Segment, scratch: Scratch, s: int, lamp: Lamp) -> bool:
     """Return whether a wall stands between the lamp and sensor *s*.
 
     The light's way from the sensor is t * way, 0 < t < 1. It crosses the wall's line at one t, if at all.

@@ -82,7 +82,7 @@ BACKGROUND: Final = 214 << 16 | 222 << 8 | 230
 """Packed colour of what is seen above the walls."""
 
 
-class Lights(NamedTuple):
+class LampArrays(NamedTuple):
     """The lamps of a world.
 
     Attributes:
@@ -148,7 +148,7 @@ def decay(distance: Floats) -> Floats:
     return np.where(distance > 60.0, 0.0, 1.0 / power)
 
 
-def lamp_light(x: Floats, y: Floats, z: float, lights: Lights) -> Floats:
+def lamp_light(x: Floats, y: Floats, z: float, lights: LampArrays) -> Floats:
     """Return what the lamps shed on places, m, in units of a normally lit room.
 
     The sum of 11.9 exp(-2 d / intensity) over all lamps, d the distance, m: the law of the infrared sensors

@@ -23,7 +23,7 @@ from elib.simulator.physics.body import HEIGHT
 from elib.simulator.physics.floor import Floor
 from elib.simulator.physics.optics import ABOVE, FOCAL, FORWARD, LENSES, SENSOR, Lens
 from elib.simulator.physics.sensors import brightness as law
-from elib.simulator.physics.sensors.brightness import Floats, Ints, Lights
+from elib.simulator.physics.sensors.brightness import Floats, Ints, LampArrays
 
 __all__ = ["ABOVE", "FOCAL", "FORWARD", "LENSES", "SENSOR", "Camera", "CameraScene", "Discs", "Lens", "Robots", "Walls"]
 
@@ -96,7 +96,7 @@ class CameraScene(NamedTuple):
     robots: Robots
     walls: Walls
     discs: Discs
-    lights: Lights
+    lights: LampArrays
     lamps: Ints
     ambient: float
 
