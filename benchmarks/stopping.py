@@ -25,7 +25,7 @@ from test_kill_points import start  # noqa: E402
 import elib  # noqa: E402
 from shared import wait_until  # noqa: E402
 
-LONGEST_DRIVE = 1.0
+MAX_DRIVE = 1.0
 """s. How long a program drives at most before it is sent the signal."""
 
 
@@ -35,7 +35,7 @@ def until_it_stands(program: str, number: str, line: str, chance: random.Random)
         process = start(program, robot.url, Path(folder), 2)
         try:
             wait_until(lambda: robot.is_turning)
-            time.sleep(chance.uniform(0, LONGEST_DRIVE))
+            time.sleep(chance.uniform(0, MAX_DRIVE))
             process.send_signal(getattr(signal, number))
             return seconds_until_it_stands(robot)
         finally:

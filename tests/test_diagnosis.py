@@ -29,7 +29,7 @@ from elib.tools.diagnosis.report import CheckResult
 from elib.tools.discovery import Found, Survey
 from shared import held
 
-LONGEST = 20.0
+MAX_DURATION = 20.0
 """s that a dead link may take: the promise of diagnose()."""
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys")
@@ -282,7 +282,7 @@ async def test_silence_is_told_from_noise_and_takes_no_longer_than_promised() ->
     assert TURN_THE_SELECTOR in step(found, "answer").fix
     assert step(found, "binary session").ok is None
     assert "unknown: nothing answers" in step(found, "binary session").detail
-    assert asyncio.get_running_loop().time() < LONGEST
+    assert asyncio.get_running_loop().time() < MAX_DURATION
 
 
 @posix

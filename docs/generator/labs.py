@@ -10,9 +10,9 @@ from elib.lab import labfile
 from elib.lab.goal import Goal
 from elib.lab.goals import KINDS
 from elib.lab.labfile import ANY_GOAL, GOALS, KIND, TOP, VARIANTS, ZONES
-from elib.lab.lockstep import LONGEST
-from elib.lab.marker import MOST_KEPT
-from elib.lab.running import AFTERWARDS, GRACE, MOST_OUTPUT, WALL
+from elib.lab.lockstep import MAX_MESSAGE
+from elib.lab.marker import MAX_KEPT
+from elib.lab.running import AFTERWARDS, GRACE, MAX_OUTPUT, WALL
 from generator.markdown import inline, table
 from generator.worlds import HEAD, entry, keys, row
 
@@ -96,10 +96,10 @@ def judging() -> str:
 def limits() -> str:
     """Return the limits of the link."""
     rows = (
-        ("bytes of a frame", f"{LONGEST:,}"),
-        ("bytes that may wait for one robot", f"{MOST_KEPT:,}"),
-        ("bytes of its output that are kept", f"{MOST_OUTPUT:,}"),
-        ("robot time of a run", f"{labfile.LONGEST_TIME} s"),
+        ("bytes of a frame", f"{MAX_MESSAGE:,}"),
+        ("bytes that may wait for one robot", f"{MAX_KEPT:,}"),
+        ("bytes of its output that are kept", f"{MAX_OUTPUT:,}"),
+        ("robot time of a run", f"{labfile.MAX_TIME} s"),
     )
     return (
         "## The link\n\nThe program runs in a process of its own and has a robot at `lockstep://FD`, whatever robot it "

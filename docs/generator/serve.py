@@ -13,10 +13,10 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from elib.doors.robots import connected
 from elib.doors.serve.answers import TOLD
-from elib.doors.serve.client import ANSWERS, MOST_WAITING, MOST_WATCHES, PROTOCOL
+from elib.doors.serve.client import ANSWERS, MAX_WAITING, MAX_WATCHES, PROTOCOL
+from elib.doors.serve.door import MAX_PROGRAMS, PATH, ProgramDoor
 from elib.doors.serve.door import MESSAGES as RATE
-from elib.doors.serve.door import MOST_PROGRAMS, PATH, ProgramDoor
-from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES, LONGEST, Message
+from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES, MAX_MESSAGE, Message
 from elib.doors.serve.schema import reading_kinds, schema
 from elib.panel.drivelock import DEAD_MAN
 from elib.panel.listening import PORT, listen
@@ -47,8 +47,8 @@ path has its number. `elib serve --schema` prints the same as JSON Schema, for p
 - A driver whose robot was stopped under it is told so by an `error` with the key of the robot.
 - A program that does not read gets no newer readings until it has read, and then the newest; it is disconnected when
   it leaves messages unread for {READING_TIME:g} s.
-- Limits: {LONGEST:,} bytes a message, {RATE:g} messages a second, {MOST_WAITING} requests that wait for answers,
-  {ANSWERS:g} answers a second (later ones wait), {MOST_WATCHES} watches a program, {MOST_PROGRAMS} programs. One that
+- Limits: {MAX_MESSAGE:,} bytes a message, {RATE:g} messages a second, {MAX_WAITING} requests that wait for answers,
+  {ANSWERS:g} answers a second (later ones wait), {MAX_WATCHES} watches a program, {MAX_PROGRAMS} programs. One that
   sends more or larger messages is disconnected.
 - A browser page of another site is refused unless `--allow-origin` names its site. Other computers reach the door only
   with `--host`; then the first message must be a `hello` with the printed token, within 5 s.
@@ -72,7 +72,7 @@ SESSION: tuple[tuple[Schema, int], ...] = (
     ({"do": "stop", "id": 10}, 1),
 )
 """What is sent, and how many messages follow."""
-LONGEST_SHOWN = 330
+MAX_SHOWN = 330
 """Characters of a message of the session that are shown."""
 
 
@@ -128,7 +128,7 @@ def _stable(text: str) -> str:
     text = re.sub(r'"(left|right)":[0-9]+,"right":[0-9]+', '"left":4,"right":4', text)
     text = re.sub(r'("(?:front|rear|diagonal)_\w+"|"left"|"right"):[0-9]+(?=[,}])', r"\1:12", text)
     text = re.sub(r'"png":"[^"]{24}[^"]*"', '"png":"iVBORw0KGgoAAAANSUhEUgAA…"', text)
-    return text if len(text) <= LONGEST_SHOWN else text[:LONGEST_SHOWN] + "…"
+    return text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + "…"
 
 
 def message(kind: type[Message], parts: dict[str, Schema]) -> str:

@@ -6,9 +6,9 @@ import inspect
 import re
 
 from elib.base.fields import Flag, Number, rule_of
-from elib.base.tables import LARGEST_FILE, Key, Table
-from elib.simulator.physics.fittings import MOST_POINTS
-from elib.simulator.physics.scene import MOST_THINGS
+from elib.base.tables import MAX_FILE, Key, Table
+from elib.simulator.physics.fittings import MAX_POINTS
+from elib.simulator.physics.scene import MAX_THINGS
 from elib.simulator.worlds import files as worldfile
 from elib.simulator.worlds.tables import PAINT, TABLES, THINGS, TOP
 from generator.markdown import inline, section, table
@@ -43,7 +43,7 @@ def entry(described: Table) -> str:
     """Return a table of the file with its keys."""
     brackets = f"[[{described.name}]]" if described.is_array else f"[{described.name}]"
     about = described.meaning
-    if described.is_array and described.most < MOST_THINGS:
+    if described.is_array and described.most < MAX_THINGS:
         about += f" At most {described.most} of them."
     return f"## {brackets}\n\n{about}\n\n{keys(described)}"
 
@@ -89,8 +89,8 @@ def rules() -> str:
         "walls: fixed ones are one shape, those that can be pushed come apart. Only robots need room: they start where "
         "nothing stands. The same holds for what a program moves while the world runs.",
         f"Of {named}, no two share a name.",
-        f"A file has at most {LARGEST_FILE // 1_000_000} MB, {MOST_THINGS} things of a kind, and a stripe"
-        f" {MOST_POINTS} points.",
+        f"A file has at most {MAX_FILE // 1_000_000} MB, {MAX_THINGS} things of a kind, and a stripe"
+        f" {MAX_POINTS} points.",
         "What breaks a rule is refused before anything runs, with the file, the line, the key and what to try: "
         "`mine.toml:12: box[1].size is [0.1, 0]; it must be two numbers, each from 0.001 to 1000 m`. `box[1]` is the "
         "second one: they count from 0.",

@@ -21,7 +21,7 @@ import elib
 STEP = 30  # degrees from one picture to the next when it looks around; a picture shows 43 degrees
 ENOUGH = 6  # red pixels; fewer may be noise
 NEAR = 120  # counts of infrared: a red thing is less than 4 cm away
-MOST_PICTURES = 300
+MAX_PICTURES = 300
 
 
 class Agent:
@@ -88,7 +88,7 @@ class Agent:
         """Look around, drive to what is red, and stop in front of it; return whether it was found."""
         chance = random.Random(1)
         unseen = 0
-        for _ in range(MOST_PICTURES):
+        for _ in range(MAX_PICTURES):
             direction, width = await self.look()
             if self.is_blocked and (width < 0.8 or self.near < NEAR):  # something else is in the way
                 await self.go_round(chance.choice((-1, 1)))

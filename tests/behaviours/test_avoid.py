@@ -15,7 +15,7 @@ from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
 from elib.testing.inside import transport_of
 
-LONGEST_TOUCH = 1.0
+MAX_TOUCH = 1.0
 """s that the robot may lean on something before it counts as stuck."""
 SAMPLE = 1 / 64
 
@@ -103,7 +103,7 @@ async def _wander(robot: Epuck, seconds: float, **options: object) -> tuple[floa
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2, 3))])
 def test_in_the_arena_it_keeps_moving_and_never_leans_on_a_wall(seed: int) -> None:
     longest, path, squares = run_on(f"sim://?speed=max&seed={seed}", lambda robot: _wander(robot, 30))
-    assert longest < LONGEST_TOUCH
+    assert longest < MAX_TOUCH
     assert path > 30 * 0.05  # at 0.6 rev/s it makes 7.7 cm/s where nothing is near
     assert squares >= 12
 
@@ -111,7 +111,7 @@ def test_in_the_arena_it_keeps_moving_and_never_leans_on_a_wall(seed: int) -> No
 @pytest.mark.parametrize("cruise", [pytest.param(0.2, marks=pytest.mark.long), 1.0])
 def test_other_cruising_speeds_are_safe_too(cruise: float) -> None:
     longest, path, _ = run_on("sim://?speed=max&seed=3", lambda robot: _wander(robot, 30, cruise=cruise))
-    assert longest < LONGEST_TOUCH
+    assert longest < MAX_TOUCH
     assert path > 30 * 0.1288 * cruise * 0.5
 
 
@@ -121,5 +121,5 @@ def test_it_finds_its_way_over_a_link_that_is_slow_and_loses_answers() -> None:
 
     (longest, path, _), lost = run_on("sim://?speed=max&seed=2&latency=0.03&jitter=0.01&loss=0.03", main)
     assert lost > 5
-    assert longest < LONGEST_TOUCH
+    assert longest < MAX_TOUCH
     assert path > 1.0

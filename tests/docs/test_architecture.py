@@ -41,3 +41,19 @@ def test_the_page_about_the_architecture_shows_every_package_once() -> None:
     for indent, name in re.findall(r"^( +)([a-z]+)/  ", (ROOT / "docs/architecture.md").read_text(), re.MULTILINE):
         shown.append(Path(name) if len(indent) == 2 else Path(shown[-1].parts[0], name))
     assert sorted(shown) == PACKAGES
+
+
+def test_no_class_name_stands_twice_in_a_wing() -> None:
+    places: dict[tuple[str, str], list[str]] = {}
+    for path in sorted((ROOT / "src/elib").rglob("*.py")):
+        wing, *_ = path.relative_to(ROOT / "src/elib").parts
+        for name in re.findall(r"^class (\w+)", path.read_text(), re.MULTILINE):
+            places.setdefault((wing, name), []).append(path.name)
+    assert len(places) > 500
+    assert {name: files for name, files in places.items() if len(files) > 1} == {}
+
+
+def test_limits_are_called_max_and_min() -> None:
+    code = {path: path.read_text() for path in (ROOT / "src/elib").rglob("*.py")}
+    limit = re.compile(r"^_?(?:MOST|LEAST|LONGEST|LARGEST|SHORTEST|SMALLEST)(?:_[A-Z_]+)?\b", re.MULTILINE)
+    assert {path.name: found for path, text in code.items() if (found := limit.findall(text))} == {}

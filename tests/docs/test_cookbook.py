@@ -13,7 +13,7 @@ from pages import ROOT, Block, all_blocks, links, name_of, programs
 from shared import PATIENCE
 
 PAGES = sorted(path for path in (ROOT / "docs/cookbook").glob("*.md") if path.name != "README.md")
-SMALLEST, LARGEST = 4, 15
+MIN_LINES, MAX_LINES = 4, 15
 """Lines of a program that are not empty."""
 SILENT = {"tests.md", "notebooks.md"}
 """Their programs need not print: a test that passes says nothing, and a notebook shows its last value."""
@@ -48,7 +48,7 @@ def test_each_program_is_whole_small_and_has_its_output() -> None:
         for block, shown in programs(page):
             where = f"{name_of(page)}:{block.line}"
             assert "import" in block.text, where
-            assert SMALLEST <= size(block) <= LARGEST, f"{where}: {size(block)} lines"
+            assert MIN_LINES <= size(block) <= MAX_LINES, f"{where}: {size(block)} lines"
             assert max(map(len, block.text.splitlines())) <= 100, f"{where}: too wide to read"
             assert shown is not None or page.name in SILENT, f"{where}: it prints nothing"
 

@@ -94,7 +94,7 @@ async def test_a_stranger_that_says_nothing_is_not_waited_for() -> None:
 
 
 async def test_connections_messages_and_their_length_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doors, "MOST_PROGRAMS", 2)
+    monkeypatch.setattr(doors, "MAX_PROGRAMS", 2)
     async with serving() as rig:
         async with rig.program(), rig.program():
             assert await status(rig) == 503

@@ -21,7 +21,7 @@ from recordings import recorded
 from serve_rig import Program, Rig, serving
 
 from elib.base.errors import LinkLost
-from elib.doors.serve.client import MOST_UNREAD
+from elib.doors.serve.client import MAX_UNREAD
 from elib.doors.serve.schema import schema
 from shared import PATIENCE, until
 
@@ -101,7 +101,7 @@ async def test_a_driver_that_asks_on_and_on_without_reading_is_left_and_its_robo
                 await asyncio.sleep(0.002)
                 most = max(most, client._transport.get_write_buffer_size())
         await rig.until_it_stands()
-        assert MOST_UNREAD < most < 2 * MOST_UNREAD
+        assert MAX_UNREAD < most < 2 * MAX_UNREAD
         program.socket.transport.abort()
         await until(lambda: not rig.door.programs)
 

@@ -17,9 +17,9 @@ from elib.link.transport import open_transport, parse_url
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.control_server import (
     BURST,
-    LONGEST,
+    MAX_CLIENTS,
+    MAX_MESSAGE,
     MESSAGES,
-    MOST_CLIENTS,
     answer,
     check,
     parse,
@@ -307,7 +307,7 @@ async def test_a_box_or_a_wall_that_was_put_in_is_there_for_the_robots_and_only_
     assert robot.describe()["scene"].count("[[wall]]") == 1
     assert max(world.proximity(0)[0], world.proximity(0)[7]) < 100
     assert "[[box]]" in robot.describe()["scene"]
-    monkeypatch.setattr("elib.simulator.emulator.control.MOST_BY_HAND", 3)
+    monkeypatch.setattr("elib.simulator.emulator.control.MAX_BY_HAND", 3)
     control.add_box(0.6, 0.6, width=0.02, depth=0.02)
     with pytest.raises(ArgumentError, match="the world has 3 boxes"):
         control.add_box(0.7, 0.6, width=0.02, depth=0.02)
@@ -484,7 +484,7 @@ async def test_a_message_with_a_mistake_is_answered_with_the_rule_and_the_connec
         b"[" * 3000,
         b"\xff\xfe",
         b'{"do": "state"',
-        b"x" * (LONGEST + 10),
+        b"x" * (MAX_MESSAGE + 10),
         b"1" * 4000,
     ],
 )
@@ -499,7 +499,7 @@ async def test_a_client_that_does_not_send_json_is_told_so_and_disconnected(clie
 
 
 async def test_only_so_many_programs_at_once_and_one_that_leaves_makes_room(server):
-    clients = [await connect(server) for _ in range(MOST_CLIENTS)]
+    clients = [await connect(server) for _ in range(MAX_CLIENTS)]
     for client in clients:
         assert (await client.ask(do="state"))["ok"]
     late = await connect(server)
@@ -520,9 +520,9 @@ async def test_only_so_many_programs_at_once_and_one_that_leaves_makes_room(serv
 
 
 async def test_programs_that_say_nothing_for_long_do_not_keep_others_out(server, monkeypatch):
-    monkeypatch.setattr("elib.simulator.emulator.control_server.LONGEST_IDLE", 0.0)
+    monkeypatch.setattr("elib.simulator.emulator.control_server.MAX_IDLE", 0.0)
     silent = await connect(server)
-    clients = [await connect(server) for _ in range(MOST_CLIENTS - 1)]
+    clients = [await connect(server) for _ in range(MAX_CLIENTS - 1)]
     for client in clients:
         assert (await client.ask(do="state"))["ok"]
     late = await connect(server)

@@ -75,13 +75,13 @@ def flood(port: int, data: bytes) -> None:
 async def test_a_client_that_floods_a_robot_and_leaves_gives_it_back(
     port: int, size: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(server, "LONGEST_FLOOD", 0.3)
+    monkeypatch.setattr(server, "MAX_FLOOD", 0.3)
     flood(port, b"\r" * size)
     assert (await until_free(port, b"E\r")).startswith(b"e,")
 
 
 async def test_a_client_that_never_ends_is_hung_up_on(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server, "LONGEST_FLOOD", 0.3)
+    monkeypatch.setattr(server, "MAX_FLOOD", 0.3)
     client = await open_transport(f"tcp://127.0.0.1:{port}")
     with pytest.raises(LinkLost):
         async with asyncio.timeout(PATIENCE):
@@ -94,7 +94,7 @@ async def test_a_client_that_never_ends_is_hung_up_on(port: int, monkeypatch: py
 async def test_a_client_that_writes_much_and_waits_for_the_answers_is_not(
     port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(server, "LONGEST_FLOOD", 0.0)
+    monkeypatch.setattr(server, "MAX_FLOOD", 0.0)
     client = await open_transport(f"tcp://127.0.0.1:{port}")
     for _ in range(2):
         await client.write(b"\r" * 60_000 + b"E\r")
@@ -144,7 +144,7 @@ async def test_other_beginnings_of_requests_end_the_connection_too(quick: int) -
 async def test_a_robot_whose_client_was_hung_up_on_is_not_taken_for_connected(
     beginning: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(server, "LONGEST_FLOOD", 0.1)
+    monkeypatch.setattr(server, "MAX_FLOOD", 0.1)
     controls: list[Control] = []
     settings = SimulationSettings(world="square", baud=1_000_000)
     async with serve(settings, tcp="0", control=controls.append) as served:

@@ -133,7 +133,7 @@ def test_results_do_not_depend_on_how_a_log_is_read(examples: int) -> None:
         whole = run(*arguments, log=data)
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("elib.records.et.rows.BLOCK", size)
-            patch.setattr("elib.records.et.rows.LONGEST_LINE", 10_000)
+            patch.setattr("elib.records.et.rows.MAX_LINE", 10_000)
             parts = run(*arguments, log=data)
         assert parts.code == whole.code
         assert whole.code or parts == whole

@@ -11,7 +11,7 @@ from elib.tools.flash.protocol import (
     CALL,
     CALL_LIMIT,
     END,
-    MOST_FAILURES,
+    MAX_FAILURES,
     PARKING,
     QUIET,
     SETTLING,
@@ -157,15 +157,15 @@ def test_a_first_packet_that_is_refused_makes_the_calls_rarer() -> None:
 
 def test_the_same_failure_five_times_in_a_row_ends_the_upload() -> None:
     upload = begun()
-    for number in range(MOST_FAILURES):
+    for number in range(MAX_FAILURES):
         assert upload.phase is not Phase.FAILED
         upload.receive(b"N", 10.0 * number)
-        if number < MOST_FAILURES - 1:
+        if number < MAX_FAILURES - 1:
             sent_until(upload, 10.0 * number + QUIET)
             upload.receive(b"qK", 10.0 * number + 5)
             upload.send(10.0 * number + 5)
     assert upload.phase is Phase.FAILED
-    assert len(upload.failures) == MOST_FAILURES
+    assert len(upload.failures) == MAX_FAILURES
 
 
 def test_a_hundred_failures_end_the_upload_wherever_they_are() -> None:

@@ -12,7 +12,7 @@ import pytest
 from labs_for_tests import SURVIVES, TOP, Talker, lab_in, run_program
 
 from elib.lab import Lab, VariantResult, marker, run_variant, running
-from elib.lab.lockstep import CLOSE, GO, HEAR, HELLO, LETTER, LONGEST, OPEN, ROBOT, SAY, TIME, VERSION, WRITE
+from elib.lab.lockstep import CLOSE, GO, HEAR, HELLO, LETTER, MAX_MESSAGE, OPEN, ROBOT, SAY, TIME, VERSION, WRITE
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ OPENED = frame(OPEN, ROBOT.pack(0))
         ([frame(GO, TIME.pack(1))], "a time that has passed"),
         ([HI, frame(ord("?"))], "the unknown letter b'?'"),
         ([LETTER.pack(0, HELLO)], "a frame of 0 bytes"),
-        ([LETTER.pack(LONGEST + 1, WRITE)], f"a frame of {LONGEST + 1} bytes"),
+        ([LETTER.pack(MAX_MESSAGE + 1, WRITE)], f"a frame of {MAX_MESSAGE + 1} bytes"),
         ([LETTER.pack(2**32 - 1, WRITE)], "a frame of 4294967295 bytes"),
         ([HI, frame(OPEN, ROBOT.pack(1))], "robot 2, which does not exist"),
         ([HI, OPENED, OPENED], "is open already"),
@@ -127,7 +127,7 @@ def test_a_program_that_says_nothing_is_ended_by_the_wall_clock(lab: Lab) -> Non
 
 
 def test_more_than_a_link_can_keep_breaks_the_rules(lab: Lab) -> None:
-    piece = frame(WRITE, ROBOT.pack(0) + b"\r" * (LONGEST - 3))
+    piece = frame(WRITE, ROBOT.pack(0) + b"\r" * (MAX_MESSAGE - 3))
 
     def flood(link: socket.socket) -> None:
         link.sendall(HI + OPENED)

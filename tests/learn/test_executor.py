@@ -141,7 +141,7 @@ class Dying:
 def test_a_job_whose_workers_die_runs_again_until_forty_have_died() -> None:
     told: list[str] = []
     run = module._Run(square, [(4,)], told.append)
-    for _ in range(module.MOST_LOSSES - 1):
+    for _ in range(module.MAX_LOSSES - 1):
         run.send(Dying(), 1)
         assert run.take() is None
         assert run.is_unfinished
@@ -204,7 +204,7 @@ def test_killed_workers_change_nothing_in_the_result() -> None:
 
 @pytest.mark.long
 def test_a_job_that_kills_its_workers_ends_the_run_at_last(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "MOST_LOSSES", 1)
+    monkeypatch.setattr(module, "MAX_LOSSES", 1)
     allowed = dask.config.set({"distributed.scheduler.allowed-failures": 0})
     with (
         allowed,

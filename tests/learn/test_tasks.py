@@ -191,7 +191,7 @@ def test_the_way_through_the_maze_is_the_same_in_its_mirror_images() -> None:
         goal = scene.sounds[0]
         assert maze.way_left(world.records, goal.x, goal.y) == pytest.approx(0.0, abs=1e-9)
     assert len(lengths) == 1
-    assert 1.2 * math.sqrt(2) < lengths.pop() < maze.LONGEST
+    assert 1.2 * math.sqrt(2) < lengths.pop() < maze.MAX_WAY
 
 
 def test_the_way_through_the_maze_gets_longer_by_less_than_a_step_is_long() -> None:

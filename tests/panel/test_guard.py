@@ -382,7 +382,7 @@ async def test_a_request_that_comes_byte_by_byte_is_not_waited_for(rig: Rig) -> 
     writer.close()
 
 
-@pytest.mark.parametrize("bound", ["MOST_OF_ONE", "MOST_CONNECTIONS"])
+@pytest.mark.parametrize("bound", ["MAX_OF_ONE", "MAX_CONNECTIONS"])
 async def test_there_is_a_bound_for_the_connections_of_one_address_and_of_all(
     rig: Rig, bound: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -534,7 +534,7 @@ async def test_bytes_throw_the_page_out_and_reach_nobody(rig: Rig) -> None:
 
 
 async def test_an_oversized_message_throws_the_page_out(rig: Rig) -> None:
-    for message in ("4" * 8193, ["4" * (messages.LONGEST // 3 + 1)] * 3):
+    for message in ("4" * 8193, ["4" * (messages.MAX_MESSAGE // 3 + 1)] * 3):
         assert await thrown_out(rig, message) == 1009  # type: ignore[arg-type]
     assert rig.heard == []
 
@@ -639,7 +639,7 @@ async def test_pings_are_answered_and_count_as_messages() -> None:
 
 async def test_sixty_four_pages_are_served_at_once_and_another_when_they_have_left(rig: Rig) -> None:
     async with contextlib.AsyncExitStack() as stack:
-        held = [await stack.enter_async_context(rig.socket()) for _ in range(server.MOST_PAGES)]
+        held = [await stack.enter_async_context(rig.socket()) for _ in range(server.MAX_PAGES)]
         for socket in held:
             assert json.loads(await socket.recv())["type"] == "hello"
         assert await refused(rig) == 503
@@ -685,7 +685,7 @@ async def test_a_page_that_reads_nothing_is_not_sent_ever_more() -> None:
                     await loop.sock_sendall(raw, asked)
                 await asyncio.sleep(0.3)
                 most = max(most, len(mute._tasks))
-            assert most <= 2 * page.MOST_TASKS
+            assert most <= 2 * page.MAX_TASKS
         assert now() < 3 * server.READING_TIME
         assert (await other.ask("stop"))["ok"]
         before = len(other.of("update"))

@@ -16,7 +16,7 @@ from elib.base.timebase import SimulatedLoop
 from elib.link.protocol import values as v
 from elib.link.protocol.profiles import PROFILES
 from elib.panel.gauges import instruments, numbers, words
-from elib.panel.instruments import MOST_POINTS, Cursor, scheme, summary, tick
+from elib.panel.instruments import MAX_POINTS, Cursor, scheme, summary, tick
 from elib.panel.slot import Slot
 from elib.robot.snapshot import SENSORS
 from elib.testing.inside import transport_of
@@ -161,7 +161,7 @@ async def test_trail_and_event_log_come_in_pieces_and_only_what_is_new(slot: Slo
         trail = seen(slot, cursor)["trail"]
         assert not trail["whole"]
         sizes.append(len(trail["points"]))
-    assert sizes == [MOST_POINTS, MOST_POINTS, 200, 0]
+    assert sizes == [MAX_POINTS, MAX_POINTS, 200, 0]
     slot.note("<script>alert(1)</script>" + "a" * 5000)
     lines = seen(slot, cursor)["lines"]
     assert (lines["whole"], len(lines["lines"])) == (False, 1)

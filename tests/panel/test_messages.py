@@ -181,7 +181,7 @@ async def test_too_many_requests_are_refused_but_never_a_stop(ears: Ears, monkey
     assert stopped == ["all"]
     assert ears.answer(1) is None
     assert ears.answer(49)["error"] == "too many requests wait for an answer"
-    assert len(ears.page._tasks) <= page.MOST_TASKS + 1
+    assert len(ears.page._tasks) <= page.MAX_TASKS + 1
 
 
 async def test_requests_of_a_page_that_is_closed_at_once_are_forgotten_without_a_word(

@@ -13,7 +13,7 @@ import pytest_asyncio
 from elib.base.errors import ArgumentError, LinkClosed, RobotSilent
 from elib.base.timebase import SimulatedLoop
 from elib.panel import lifecycle
-from elib.panel.panel import LONGEST_NAME, LONGEST_URL, MOST_ROBOTS, Panel
+from elib.panel.panel import MAX_NAME, MAX_ROBOTS, MAX_URL, Panel
 from elib.panel.recents import RecentRobots
 from elib.panel.slot import Phase, Slot
 from elib.records.reader import read_recording
@@ -107,11 +107,11 @@ async def test_what_a_page_sends_for_a_robot_is_checked(panel: Panel) -> None:
         ("tcp://host:99999", ""),
         ("sim://\x1b[2J", ""),
         ("sim://a\nb", ""),
-        ("sim://" + "a" * LONGEST_URL, ""),
+        ("sim://" + "a" * MAX_URL, ""),
         (SIM, None),
         (SIM, 5),
         (SIM, "a\x00b"),
-        (SIM, "a" * (LONGEST_NAME + 1)),
+        (SIM, "a" * (MAX_NAME + 1)),
         (SIM, "\u202eevil"),
     ):
         with pytest.raises(ArgumentError):
@@ -137,7 +137,7 @@ async def test_a_key_of_no_robot_is_refused(panel: Panel) -> None:
 
 
 async def test_a_panel_has_room_for_so_many_robots(panel: Panel) -> None:
-    for _ in range(MOST_ROBOTS):
+    for _ in range(MAX_ROBOTS):
         panel.add(SIM)
     with pytest.raises(ArgumentError, match="room for no more"):
         panel.add(SIM)
@@ -190,15 +190,15 @@ async def test_the_url_of_a_world_adds_each_of_its_robots_in_one_world_and_is_re
 
 
 async def test_a_world_with_more_robots_than_there_is_room_for_adds_none(panel: Panel) -> None:
-    with pytest.raises(ArgumentError, match=f"room for {MOST_ROBOTS} in all"):
-        panel.add_all(f"sim://crowd?robots={MOST_ROBOTS + 1}")
+    with pytest.raises(ArgumentError, match=f"room for {MAX_ROBOTS} in all"):
+        panel.add_all(f"sim://crowd?robots={MAX_ROBOTS + 1}")
     assert not panel.slots
 
 
 async def test_no_two_robots_have_the_same_label(panel: Panel) -> None:
     for url in (SIM, SIM, "tcp://192.168.1.7:4000", "serial:///dev/rfcomm0"):
         panel.add(url)
-    panel.add(SIM, "a" * LONGEST_NAME)
+    panel.add(SIM, "a" * MAX_NAME)
     labels = [each["label"] for each in panel.labels()]
     assert labels[:4] == ["epuck-1 (square)", "epuck-1 (square) (2)", "192.168.1.7:4000", "rfcomm0"]
     assert labels[4].endswith("a…")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from elib.base.errors import ArgumentError
-from elib.panel.recents import MOST, RecentRobots, state_folder
+from elib.panel.recents import MAX_KEPT, RecentRobots, state_folder
 
 
 def test_robots_are_remembered_the_newest_first_and_once(tmp_path: Path) -> None:
@@ -23,10 +23,10 @@ def test_robots_are_remembered_the_newest_first_and_once(tmp_path: Path) -> None
 
 def test_only_so_many_are_remembered(tmp_path: Path) -> None:
     recents = RecentRobots(tmp_path / "robots.json")
-    for number in range(MOST + 5):
+    for number in range(MAX_KEPT + 5):
         recents.add(f"tcp://127.0.0.1:{4000 + number}")
-    assert len(recents.urls) == MOST
-    assert recents.urls[0] == f"tcp://127.0.0.1:{4000 + MOST + 4}"
+    assert len(recents.urls) == MAX_KEPT
+    assert recents.urls[0] == f"tcp://127.0.0.1:{4000 + MAX_KEPT + 4}"
 
 
 def test_a_damaged_file_counts_as_none_and_is_kept_beside(tmp_path: Path) -> None:

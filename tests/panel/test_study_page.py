@@ -220,7 +220,7 @@ async def test_a_life_ends_when_the_task_says_so() -> None:
 
 
 async def test_a_better_controller_waits_until_the_one_that_drives_was_seen(progress, monkeypatch) -> None:
-    monkeypatch.setattr("elib.learn.studypage.LEAST", 1e9)
+    monkeypatch.setattr("elib.learn.studypage.MIN_SHOWN_TIME", 1e9)
     show = Show(progress)
     playing = asyncio.create_task(show.play())
     pass_generation(progress, 0.1)
@@ -233,7 +233,7 @@ async def test_a_better_controller_waits_until_the_one_that_drives_was_seen(prog
     simulation = show._life.simulation  # type: ignore[union-attr]
     await until(lambda: simulation.catch_up() or simulation.time > 1)
     assert show.state()["shown"] == 1
-    monkeypatch.setattr("elib.learn.studypage.LEAST", 1)
+    monkeypatch.setattr("elib.learn.studypage.MIN_SHOWN_TIME", 1)
     await until(lambda: show.state()["shown"] == 2)
     show.panel.on_empty()
     playing.cancel()

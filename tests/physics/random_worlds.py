@@ -38,7 +38,7 @@ from elib.simulator.physics import (
 
 RADIUS = 0.037  # m. Of a robot.
 GAP = 0.001  # m. Between a start and everything else.
-LARGEST_PAINTED = 1.0  # m2. Painting takes about 0.2 s a square metre.
+MAX_PAINTED = 1.0  # m2. Painting takes about 0.2 s a square metre.
 PICTURE = Path(__file__).with_name("random_floor.png")
 STEPS = (1 / 64, 1 / 64, 1 / 64, 1 / 32, 1 / 128, 1 / 256, 0.02, 0.05, 0.1)
 COUNTS = ("proximity", "ambient_light", "ground", "microphones")
@@ -80,7 +80,7 @@ def random_world(seed: int, *, pushables: bool = True) -> tuple[Scene, int]:
         tuple(_lights(chance, width, depth)),
         tuple(_sounds(chance, width, depth)),
         _colour(chance),
-        _paint(chance, width, depth) if width * depth <= LARGEST_PAINTED and chance.random() < 0.5 else (),
+        _paint(chance, width, depth) if width * depth <= MAX_PAINTED and chance.random() < 0.5 else (),
     ), robots
 
 

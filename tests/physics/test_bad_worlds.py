@@ -16,12 +16,12 @@ from PIL import Image
 from elib.base.errors import ArgumentError, LinkNotFound, SimulationError
 from elib.base.fields import Choice, Flag, Number, Several, Text
 from elib.base.files import WORLDS
-from elib.base.tables import LARGEST_FILE, MOST_PARTS
+from elib.base.tables import MAX_FILE, MAX_PARTS
 from elib.simulator.physics import Box, Cylinder, Scene, Wall, World
-from elib.simulator.physics.fittings import MOST_POINTS, CourseRule
+from elib.simulator.physics.fittings import MAX_POINTS, CourseRule
 from elib.simulator.physics.geometry import ColourRule
-from elib.simulator.physics.placement import MOST_ROBOTS, _Ground, places
-from elib.simulator.physics.scene import MOST_THINGS
+from elib.simulator.physics.placement import MAX_ROBOTS, _Ground, places
+from elib.simulator.physics.scene import MAX_THINGS
 from elib.simulator.worlds.files import gallery, parse
 from elib.simulator.worlds.tables import TABLES, TOP
 from lanes import few_and_many
@@ -84,7 +84,7 @@ def test_more_robots_than_any_world_holds_are_refused_at_once():
         places(Scene(1000, 1000), 10**9, 1)
     assert refused(b"[arena]\ndensity = 1\nrobots = 1000000000").message.startswith("bad.toml:3: arena.robots is")
     with pytest.raises(SimulationError, match="world's width is"):
-        parse(b"[arena]\ndensity = 0.001", "bad.toml", robots=MOST_ROBOTS)
+        parse(b"[arena]\ndensity = 0.001", "bad.toml", robots=MAX_ROBOTS)
 
 
 def test_no_number_of_robots_breaks_a_world_that_grows_with_them():
@@ -154,7 +154,7 @@ def test_walls_without_a_gap_leave_no_room():
         (b"x = " + b"[" * 200 + b"]" * 200, "bad.toml:1: x is not a key"),
         (b".".join([b"a"] * 1_000_000) + b" = 1", "bad.toml is nested too deeply"),
         (b"[" + b" . ".join([b'"."'] * 100_000) + b"]", "bad.toml is nested too deeply"),
-        (b".".join([b"a"] * MOST_PARTS) + b" = 1", "bad.toml:1: a is not a key"),
+        (b".".join([b"a"] * MAX_PARTS) + b" = 1", "bad.toml:1: a is not a key"),
         (b"x = " + b"9" * 5000, "bad.toml has a number that is too long"),
         (ARENA + b"robots = 0x" + b"f" * 5000, "bad.toml:3: arena.robots is a number of 20000 bits"),
         (b"[arena]\nsize = [1, 0x" + b"f" * 5000 + b"]", "bad.toml:2: arena.size is [1, a number of 20000 bits]"),
@@ -175,9 +175,9 @@ def test_walls_without_a_gap_leave_no_room():
         (ARENA + b"[[[box]]]", "bad.toml:3: this is not TOML"),
         (ARENA + b"wall = [1, 2]", "bad.toml:3: arena.wall is not a key"),
         (b"wall = [1, 2]\n" + ARENA, "bad.toml:1: wall must be an array of tables"),
-        (b"wall = [" + b"{}," * (MOST_THINGS + 1) + b"]\n" + ARENA, f"bad.toml:1: wall[{MOST_THINGS}] is one too many"),
+        (b"wall = [" + b"{}," * (MAX_THINGS + 1) + b"]\n" + ARENA, f"bad.toml:1: wall[{MAX_THINGS}] is one too many"),
         (ARENA + b"[[patch]]\n" * 1001, "bad.toml:1003: patch[1000] is one too many"),
-        (ARENA + b"[[stripe]]\npoints = [" + b"[1, 1]," * (MOST_POINTS + 1) + b"]", "bad.toml:4: stripe[0].points is"),
+        (ARENA + b"[[stripe]]\npoints = [" + b"[1, 1]," * (MAX_POINTS + 1) + b"]", "bad.toml:4: stripe[0].points is"),
     ],
     ids=range(30),
 )
@@ -187,7 +187,7 @@ def test_a_file_that_is_not_a_world_is_refused(content, said):
 
 def test_a_million_walls_are_refused_before_they_are_read():
     content = ARENA + b"[[wall]]\nfrom = [0, 0]\nto = [1, 1]\n" * 1_000_000
-    assert refused(content).message == f"bad.toml is larger than {LARGEST_FILE // 1_000_000} MB, which is the limit"
+    assert refused(content).message == f"bad.toml is larger than {MAX_FILE // 1_000_000} MB, which is the limit"
 
 
 def test_what_is_shown_of_a_wrong_value_fits_a_line():

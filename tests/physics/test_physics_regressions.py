@@ -26,7 +26,7 @@ from elib.simulator.physics import (
     World,
     contacts,
 )
-from elib.simulator.physics.assembly import MOST_ENTRIES, Grid, Solids
+from elib.simulator.physics.assembly import MAX_ENTRIES, Grid, Solids
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.usage import constants_of
 from elib.simulator.worlds.files import parse
@@ -64,7 +64,7 @@ def test_cylinders_larger_than_the_arena_do_not_fill_the_memory():
     posts = tuple(Cylinder(12.0, 12.0, 1000.0) for _ in range(400))
     scene = Scene(25, 25, cylinders=posts)
     grid = Grid(scene, Solids.of(scene, (), posts), 0.12)
-    assert sum(map(len, (*grid.walls, *grid.discs))) < MOST_ENTRIES * 1.2
+    assert sum(map(len, (*grid.walls, *grid.discs))) < MAX_ENTRIES * 1.2
 
 
 def test_a_jam_of_two_things_leaves_the_others_asleep(monkeypatch):

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from elib.base.errors import LinkNotFound, SimulationError
-from elib.base.fields import LARGEST_NUMBER, Degrees, Mistake, Number, Several, fields_of
+from elib.base.fields import MAX_NUMBER, Degrees, Mistake, Number, Several, fields_of
 from elib.base.tables import line_of
 from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
@@ -147,7 +147,7 @@ def test_what_a_table_makes_accepts_both_ends_of_every_range_and_nothing_beyond(
 @pytest.mark.parametrize("kind", [Wall, Box, Cylinder, Light, Sound, Stripe, Checkers, Print, Patch, EpuckModel])
 def test_the_documentation_of_a_class_gives_the_ranges_that_it_checks(kind):
     for field in fields_of(kind):
-        if isinstance(field.rule, Number) and field.rule.high < LARGEST_NUMBER:
+        if isinstance(field.rule, Number) and field.rule.high < MAX_NUMBER:
             text = re.search(rf"^ +{field.name}:(.*(?:\n {{12}}.*)*)", kind.__doc__, re.MULTILINE)[1]
             assert f"{field.rule.low:g}..{field.rule.high:g}" in text
             assert field.rule.unit in text

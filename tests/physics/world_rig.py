@@ -163,7 +163,7 @@ class Room:
         if engine == "compiled":
             pytest.importorskip("numba")
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(assembly, "SMALLEST_CELL", 0.5)  # Laid out in a moment; other tests have the usual cells.
+            patch.setattr(assembly, "MIN_CELL", 0.5)  # Laid out in a moment; other tests have the usual cells.
             self.state = State(scene, scene.starts, seed, engine_named(engine), floor_of(scene))
         self.robots = self.state.world.robots
         self.senses = Senses(self.state)

@@ -18,7 +18,7 @@ from elib.base.pose import Pose
 from elib.link.protocol.profiles import PROFILES
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
-from elib.robot.reckoning import MOST_CHANGES, UNKNOWN, Change, Moment, Pair, Reckoning
+from elib.robot.reckoning import MAX_CHANGES, UNKNOWN, Change, Moment, Pair, Reckoning
 from elib.robot.runner import run_on
 from elib.testing import link_of, simulation_of, with_faults, world_of
 from lanes import few_and_many
@@ -310,7 +310,7 @@ def test_ten_thousand_changes_between_two_readings_need_no_more_room_than_a_thou
             each.change(Change(at(i / 100), speeds))
         left, right = left + speeds[0] / 100, right + speeds[1] / 100
         twin.read((round(left) % 65536, round(right) % 65536), at((i + 1) / 100), 16, 0.0)
-        assert len(reckoning._changes) <= MOST_CHANGES
+        assert len(reckoning._changes) <= MAX_CHANGES
     counters = ((round(left) + 32768) % 65536 - 32768, (round(right) + 32768) % 65536 - 32768)
     reckoning.read(counters, at(100.0), 16, 100.0)
     assert math.dist((reckoning.pose.x, reckoning.pose.y), (twin.pose.x, twin.pose.y)) < 0.02

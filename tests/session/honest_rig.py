@@ -13,7 +13,7 @@ from elib.link.protocol.commands import SPECS
 from elib.link.protocol.image import Image
 from elib.link.protocol.table import Request
 from elib.link.protocol.values import AmbientLight, CameraSettings, Distance, Microphones, Steps, Wheels
-from elib.link.session import GRACE, LONGEST_SILENCE_WAIT, PICTURE_SILENCE, Session
+from elib.link.session import GRACE, MAX_SILENCE_WAIT, PICTURE_SILENCE, Session
 from elib.link.transport import open_transport
 from elib.link.transport.base import BufferedTransport, Transport
 from elib.link.transport.memory import memory_pair
@@ -150,7 +150,7 @@ class HonestRig:
         """Compare one outcome with what the robot really did, and when."""
         limit = outcome.deadline + GRACE
         if outcome.name == "image":
-            limit += LONGEST_SILENCE_WAIT + PICTURE_SILENCE
+            limit += MAX_SILENCE_WAIT + PICTURE_SILENCE
         for began, ended in self.blocked:
             if began <= limit:
                 limit = max(limit, ended)  # nothing can end while the loop is blocked

@@ -60,7 +60,7 @@ schedule = settings(
 
 STARTUP = 4.1
 """s that a robot is silent at most when it starts: the e-puck2."""
-LEAST_SILENCE = 3.0
+MIN_SILENCE = 3.0
 """s without an answer after which the session may give the robot up."""
 
 
@@ -79,7 +79,7 @@ async def play(rig: HonestRig, script: list[Call], blocks: Sequence[tuple[float,
         rig.check(outcome)
     error = rig.session.error
     is_cut = "no longer answers" not in str(error) and "never becomes quiet" not in str(error)
-    assert error is None or is_cut or might_be_silent >= LEAST_SILENCE, f"the session ended without a cause: {error}"
+    assert error is None or is_cut or might_be_silent >= MIN_SILENCE, f"the session ended without a cause: {error}"
 
 
 @schedule

@@ -10,7 +10,7 @@ import pytest
 from honest_rig import Call, HonestRig, Outcome
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from test_honesty import LEAST_SILENCE, gaps, timeouts
+from test_honesty import MIN_SILENCE, gaps, timeouts
 
 from elib.base.errors import LinkError, LinkLost, LinkNotFound, ReplyTimeout
 from elib.link.session import Session
@@ -123,7 +123,7 @@ async def test_any_schedule_of_stalls_and_torn_writes_gives_the_right_value_or_a
     async with wifi_rig(latency=latency, up=up, down=down) as rig:
         check(rig, await play(rig, script, blocks), script)
         stalls = sum(f.delay + f.pause * len(f.tears) for f in (*up, *down)) + sum(s for _, s in blocks)
-        assert rig.session.error is None or stalls >= LEAST_SILENCE, rig.session.error
+        assert rig.session.error is None or stalls >= MIN_SILENCE, rig.session.error
 
 
 @schedule

@@ -105,7 +105,7 @@ def test_a_drive_whose_pieces_miss_by_degrees_or_centimetres_is_refused(
 def test_wheels_whose_standard_error_is_large_are_refused(
     rounds: int, says: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(wheels, "MOST_ERROR", 0.0005)
+    monkeypatch.setattr(wheels, "MAX_ERROR", 0.0005)
     steps, poses = made(rounds=rounds)
     noise = np.random.default_rng(5).normal(size=poses.values.shape) * [0.003, 0.003, 0.006]
     with pytest.raises(ArgumentError, match=f"(?s){says}.*slipped or pushed.*longer"):

@@ -35,10 +35,10 @@ from typing import Any, TypeAlias
 
 from elib.base.errors import ArgumentError
 
-LONGEST_TEXT = 200
+MAX_TEXT = 200
 """Characters of a name or a sentence."""
 
-LARGEST_NUMBER = sys.float_info.max
+MAX_NUMBER = sys.float_info.max
 
 Path: TypeAlias = tuple[str | int, ...]
 """Where a value is in a file: ``("box", 1, "size")``."""
@@ -134,7 +134,7 @@ def other_unit(value: object, unit: str, low: float, high: float) -> str:
             return f"did you mean {amount:.4g}, without quotes?"
         return other_unit(float(written[1]), unit, low, high) if not written[2] else ""
     number = value if not is_number(value) or isinstance(value, int) else float(value)
-    if not is_number(number) or not abs(number) < LARGEST_NUMBER / 1000:
+    if not is_number(number) or not abs(number) < MAX_NUMBER / 1000:
         return ""
     found = []
     for other, size, least in _OTHER_UNITS.get(unit, ()):
@@ -252,8 +252,8 @@ class Number(Rule):
         is_open: The number must be above *low*; *low* itself is refused.
     """
 
-    low: float = -LARGEST_NUMBER
-    high: float = LARGEST_NUMBER
+    low: float = -MAX_NUMBER
+    high: float = MAX_NUMBER
     unit: str = ""
     usual: float = field(default=math.inf, kw_only=True)
     is_open: bool = field(default=False, kw_only=True)
@@ -270,12 +270,12 @@ class Number(Rule):
         low, high = self.bounds
         unit = self.unit and f" {self.unit}"
         if self.is_open:
-            below = "" if high == LARGEST_NUMBER else f", at most {short(high)}{unit}"
+            below = "" if high == MAX_NUMBER else f", at most {short(high)}{unit}"
             return f"above {short(self.low)}{unit}{below}"
-        return f"from {short(low)}{unit} on" if high == LARGEST_NUMBER else f"from {short(low)} to {short(high)}{unit}"
+        return f"from {short(low)}{unit} on" if high == MAX_NUMBER else f"from {short(low)} to {short(high)}{unit}"
 
     def __str__(self) -> str:
-        is_any = (self.low, self.high) == (-LARGEST_NUMBER, LARGEST_NUMBER)
+        is_any = (self.low, self.high) == (-MAX_NUMBER, MAX_NUMBER)
         return "a finite number" if is_any else f"a number {self.range}"
 
     def read(self, text: str) -> object:
@@ -393,7 +393,7 @@ class Text(Rule):
         longest: Characters at most.
     """
 
-    longest: int = LONGEST_TEXT
+    longest: int = MAX_TEXT
 
     def __str__(self) -> str:
         return f"a text of 1 to {self.longest} characters on one line"

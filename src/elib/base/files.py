@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).parents[1]
 WORLDS, FAULTS, LABS = "simulator/worlds", "simulator/faults", "lab/labs"
 """Folders in it: the worlds, fault scripts and labs that come with elib."""
 
-LARGEST_STATE = 1_000_000
+MAX_STATE = 1_000_000
 """Bytes of a JSON file at most: the largest that elib reads has some hundred numbers."""
 
 

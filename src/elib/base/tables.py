@@ -17,7 +17,7 @@ from importlib.resources import files
 
 from elib.base.errors import ArgumentError, ElibError, SimulationError
 from elib.base.fields import (
-    LONGEST_TEXT,
+    MAX_TEXT,
     REQUIRED,
     Mistake,
     Number,
@@ -31,13 +31,13 @@ from elib.base.fields import (
 )
 from elib.base.files import read_file
 
-LARGEST_FILE = 8_000_000
+MAX_FILE = 8_000_000
 """Bytes: a hundred thousand walls, and some seconds of reading."""
 
-MOST_TABLES = 100_000
+MAX_TABLES = 100_000
 """Most tables of one kind: more make a slow world, and are most likely a mistake."""
 
-MOST_PARTS = 8
+MAX_PARTS = 8
 """Parts of a dotted key. tomllib's time grows with their square: a line of a megabyte would take it hours."""
 
 # Atomic groups, not possessive repeats of groups: those match too little before Python 3.11.5 (gh-106052).
@@ -49,7 +49,7 @@ _STRING_OR_COMMENT = re.compile(
     r"|#[^\n]*+",
     re.DOTALL,
 )
-_DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{MOST_PARTS}}}")
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{MAX_PARTS}}}")
 _HEADER = re.compile(r"""\s*\[\[?(?:"[^"]*"|'[^']*'|[^\[\]"'=,])+\]\]?\s*(?:#.*)?$""")
 _AT = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
 
@@ -166,7 +166,7 @@ class Table:
     keys: tuple[Key, ...]
     is_array: bool = True
     is_required: bool = False
-    most: int = MOST_TABLES
+    most: int = MAX_TABLES
 
     @cached_property
     def by_name(self) -> Mapping[str, Key]:
@@ -287,16 +287,16 @@ def read_toml(content: bytes, filename: str, what: str) -> tuple[Source, dict[st
     """Return the source of a document and the document itself.
 
     Args:
-        content: TOML in UTF-8; at most :data:`LARGEST_FILE` bytes.
+        content: TOML in UTF-8; at most :data:`MAX_FILE` bytes.
         filename: For messages.
         what: What the file describes, for messages: ``a world``.
 
     Raises:
         SimulationError: It is too large or too deep, or not TOML.
     """
-    if len(content) > LARGEST_FILE:
+    if len(content) > MAX_FILE:
         raise SimulationError(
-            f"{filename} is larger than {LARGEST_FILE // 1_000_000} MB, which is the limit",
+            f"{filename} is larger than {MAX_FILE // 1_000_000} MB, which is the limit",
             hint="leave something out, or give another file",
         )
     try:
@@ -364,7 +364,7 @@ def line_of(text: str, path: Sequence[str | int]) -> int | None:
 
 def _spelled(name: str) -> str:
     """Return a pattern for *name* as a key: as it is or quoted, with or without escapes."""
-    if len(name) > LONGEST_TEXT:  # A pattern of a megabyte takes long to compile.
+    if len(name) > MAX_TEXT:  # A pattern of a megabyte takes long to compile.
         return "(?!)"
     return rf"([\"']?)(?:{re.escape(name)}|{re.escape(json.dumps(name)[1:-1])})\1"
 
@@ -378,7 +378,7 @@ def shipped(folder: str) -> list[str]:
 def content_of(
     name: str, folder: str, what: str, *, error: Callable[..., ElibError] = ArgumentError
 ) -> tuple[bytes, str] | None:
-    """Return the content of a TOML file, at most :data:`LARGEST_FILE` bytes and one, and the file's path.
+    """Return the content of a TOML file, at most :data:`MAX_FILE` bytes and one, and the file's path.
 
     Args:
         name: A file that comes with elib, or the path of another file: with a slash in it, or ending in ``.toml``.
@@ -394,7 +394,7 @@ def content_of(
     """
     if name.endswith(".toml") or "/" in name or os.sep in name:
         hint = "check its path" if os.path.isabs(name) else f"check its path; it was looked for in {os.getcwd()}"
-        return read_file(name, f"the {what}", largest=LARGEST_FILE, hint=hint, error=error), name
+        return read_file(name, f"the {what}", largest=MAX_FILE, hint=hint, error=error), name
     if name not in shipped(folder):
         return None
     path = files("elib").joinpath(folder, f"{name}.toml")

@@ -32,9 +32,9 @@ FAR, CLOSE = 60, 900
 cm and 1.5 cm from a white wall, by the published curves (e-puck.md, 3)."""
 FAST, SLOW = 0.4, 0.1
 """rev/s towards the wall."""
-LONGEST_APPROACH, LONGEST_SLOW_APPROACH = 9.0, 8.0
+MAX_APPROACH, MAX_SLOW_APPROACH = 9.0, 8.0
 """s that the robot drives until it sees the wall, and then to it. Without a wall it turns back after 47 cm."""
-LONGEST_WALL = 36.0
+MAX_WALL = 36.0
 """s that the whole approach usually takes."""
 FRONT = (0, 7)
 
@@ -56,7 +56,7 @@ async def calibration_drive(robot: Epuck, run: RunContext, *, duration: Duration
     in_the_open = drive.front
     movements = (
         ("turns", 2 * (SPIN + REST), drive.spin),
-        ("wall", LONGEST_WALL, lambda: drive.approach(in_the_open)),
+        ("wall", MAX_WALL, lambda: drive.approach(in_the_open)),
         ("leg", 2 * (LEG + REST), drive.leg),
         ("arcs", 4 * (ARC + REST), drive.arcs),
     )
@@ -131,8 +131,8 @@ class CalibrationDrive:
         Args:
             in_the_open: What the front sensors read if nothing is near, counts.
         """
-        fast = await self.turn_wheels(FAST, FAST, LONGEST_APPROACH, until=in_the_open + FAR)
-        slow = await self.turn_wheels(SLOW, SLOW, LONGEST_SLOW_APPROACH, until=in_the_open + CLOSE)
+        fast = await self.turn_wheels(FAST, FAST, MAX_APPROACH, until=in_the_open + FAR)
+        slow = await self.turn_wheels(SLOW, SLOW, MAX_SLOW_APPROACH, until=in_the_open + CLOSE)
         await self.rest()
         if self.front >= in_the_open + CLOSE:
             await self.turn_wheels(-SPIN_SPEED, SPIN_SPEED, SPIN / 2)

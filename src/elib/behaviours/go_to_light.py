@@ -38,7 +38,7 @@ then turns about one wheel, as the one of 2011 did for any light that was not st
 FAILED = 0.5
 """The light has failed below this share of the brightest reading. The light of one lamp falls to two thirds in the gaps
 between the sensors, and to a half 8 cm in front of a lamp that hangs 9 cm above them."""
-LEAST = 0.25
+MIN_LIGHT = 0.25
 """The light behind must reach this share of the brightest reading, even if the light ahead failed suddenly. Otherwise
 noise would be enough."""
 UNDER_LAMP = 0.27
@@ -129,7 +129,7 @@ class Seeker:
         bright = brightness(light)
         ahead = max(bright[0], bright[7])
         if self._brightest > NEAR_LAMP and max(bright) < FAILED * self._brightest:
-            self._light_ahead = max(ahead, round(LEAST * self._brightest))
+            self._light_ahead = max(ahead, round(MIN_LIGHT * self._brightest))
             self._start = view.pose()
             return self.passing
         # A light from aside or behind that fails is not a lamp that the robot drives under.

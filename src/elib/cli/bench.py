@@ -26,13 +26,15 @@ from elib.robot.runner import run_on
 
 COUNT = 20
 """Calls of each command by default: about 20 s over Bluetooth."""
-MOST = 10_000
+MAX_CALLS = 10_000
 FEW = 3
 """Largest number of calls of a command that takes seconds."""
 RECOVERY_TIME = 10.0
 """s in which a line must be in sync again after a lost answer; a robot that calibrates is busy for 3.7 s."""
 
-Count = Annotated[int, Whole(1, MOST), Cli(name="--count", metavar="N", help=f"Calls of each command, 1 to {MOST}.")]
+Count = Annotated[
+    int, Whole(1, MAX_CALLS), Cli(name="--count", metavar="N", help=f"Calls of each command, 1 to {MAX_CALLS}.")
+]
 All = Annotated[bool, Cli(name="--all", help=f"Also sound, calibration and reset ({FEW} calls each).")]
 
 T = TypeVar("T")

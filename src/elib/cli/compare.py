@@ -22,7 +22,7 @@ from elib.studies import comparison
 from elib.studies.compared import draw_comparison
 from elib.studies.comparison import NONE, Comparison, PathComparison, Run, run_of
 from elib.studies.report import check_report
-from elib.studies.scores import MOST_CHANCE, Parity, parity
+from elib.studies.scores import MAX_CHANCE, Parity, parity
 
 SHARES = (0.5, 0.95, 0.99)
 """Shares of the calls whose latencies are shown."""
@@ -107,7 +107,7 @@ def to_text(found: Comparison, parts: Parity | None, labels: tuple[str, str]) ->
             notes.append(f"{len(parts.left_out)} calls could not be made again, such as {parts.left_out[0]}")
         if parts.skipped:
             notes.append(f"{parts.skipped} readings were not asked for in the simulator because its line was busy")
-        if any(score.name == "path" and score.noise > MOST_CHANCE * score.spread for score in parts.scores):
+        if any(score.name == "path" and score.noise > MAX_CHANCE * score.spread for score in parts.scores):
             notes.append("the path has no score: by chance alone, two simulated robots are too far apart")
     width = min(columns(), 79)
     blocks += ["\n".join(textwrap.fill(f"note: {note}", width, subsequent_indent="      ") for note in notes)]

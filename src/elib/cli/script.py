@@ -47,7 +47,7 @@ from elib.robot.watchdog import watched
 from elib.studies.drive import RobotReport, draw_drive
 from elib.studies.report import check_report
 
-MOST_INTERRUPTS = 3
+MAX_INTERRUPTS = 3
 """Interrupts after which a program whose time is over, and which goes on, is ended by force."""
 LINK_FIGURES = ("count", "lost", "refused", "unsent", "median", "p99", "resyncs", "resets")
 """What the summary says of a link: fields of its LinkStats."""
@@ -461,7 +461,7 @@ class ProgramRun:
             threading.Thread(target=self._insist, name="elib run --for", daemon=True).start()
 
     def _insist(self) -> None:
-        for _ in range(MOST_INTERRUPTS):
+        for _ in range(MAX_INTERRUPTS):
             _interrupt_main_thread()
             if self._has_ended.wait(SHUTDOWN_TIME + 0.5):
                 return self._end_threads()

@@ -34,7 +34,7 @@ ANY_FREE = ""
 """The value of ``--pty`` without one: a port with the name that the system gives. That of ``--wifi`` without one: free
 ports. That of ``--view`` and ``--control`` without one: the first free port from the usual one on."""
 
-MOST_STUDENTS = 64
+MAX_STUDENTS = 64
 """Twenty robots that are driven, with twenty open pages, use a sixth of a processor core and 75 MB."""
 
 
@@ -118,11 +118,11 @@ class ClassOptions:
 
     students: Annotated[
         int | None,
-        Whole(1, MOST_STUDENTS),
+        Whole(1, MAX_STUDENTS),
         _text(
             "class",
             "N",
-            f"A world with a robot, and a page to watch it, for each of N students, {MOST_STUDENTS} at most.",
+            f"A world with a robot, and a page to watch it, for each of N students, {MAX_STUDENTS} at most.",
         ),
     ] = None
     host: Annotated[

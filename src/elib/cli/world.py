@@ -26,7 +26,7 @@ from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound
 from elib.simulator.physics.geometry import WALL_COLOUR, Solid, extent, gap
 from elib.simulator.worlds.files import WorldFile, gallery, load_file, source_of
 
-MOST_COMPARED = 2000
+MAX_COMPARED = 2000
 """Largest number of things that are checked for overlaps: all pairs of more would take too long."""
 
 TOUCH = 0.001
@@ -149,7 +149,7 @@ def _overlaps(scene: Scene) -> Iterable[str]:
         *((f"wall[{index}]", wall) for index, wall in enumerate(scene.walls)),
         *(("the arena's wall", wall) for wall in scene.edge),
     ]
-    if len(solids) > MOST_COMPARED:
+    if len(solids) > MAX_COMPARED:
         return
     # From left to right: each is compared only with those that begin before it ends.
     placed = sorted((extent(solid), index) for index, (_, solid) in enumerate(solids))

@@ -65,7 +65,7 @@ SYSTEM = ("/bin", "/dev", "/etc", "/lib", "/lib64", "/proc", "/sbin", "/sys", "/
 DEVICES = ("/dev/full", "/dev/null", "/dev/random", "/dev/urandom", "/dev/zero")
 LIBRARIES_OF_PYTHON = ("ctypes/util.py", "locale.py", "mimetypes.py", "platform.py", "uuid.py")
 """Modules of Python that look around on their own account, when a program asks for something harmless."""
-MOST = 20
+MAX_TOLD = 20
 """Attempts that are reported at most; one is enough."""
 
 
@@ -94,7 +94,7 @@ def watch(home: str, path: Sequence[str], secret: Sequence[str], reports: int, l
         is_judging = True
         try:
             what = judge.verdict(event, arguments)
-            if what is not None and told < MOST:
+            if what is not None and told < MAX_TOLD:
                 told += 1
                 with contextlib.suppress(OSError):
                     os.write(reports, b"\n" + json.dumps(what[:200]).encode() + b"\n")

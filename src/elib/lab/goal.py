@@ -12,7 +12,7 @@ from elib.base.fields import Degrees, Mistake, Number, Rule, Several, Text, Whol
 from elib.simulator.drawing.top import Zone as MarkedZone
 from elib.simulator.physics import Pose, Scene, Snapshot
 
-MOST_NAMES = 50
+MAX_NAMES = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,12 +20,12 @@ class Names(Rule):
     """A list of names."""
 
     def __str__(self) -> str:
-        return f"a list of 1 to {MOST_NAMES} names"
+        return f"a list of 1 to {MAX_NAMES} names"
 
     def accept(self, value: object) -> tuple[str, ...]:
         """Return *value* as a tuple."""
         names = value if isinstance(value, list | tuple) else ()
-        if 0 < len(names) <= MOST_NAMES and all(isinstance(each, str) and each for each in names):
+        if 0 < len(names) <= MAX_NAMES and all(isinstance(each, str) and each for each in names):
             return tuple(names)
         raise self.refuse(value)
 

@@ -39,7 +39,7 @@ from typing import Annotated, cast
 from elib.base.errors import ArgumentError, ElibError, SimulationError
 from elib.base.fields import Choice, Delay, Mistake, Number, Probability, Text, Whole, nearest
 from elib.base.files import LABS, read_file
-from elib.base.tables import LARGEST_FILE, Key, Pair, Source, Table, keys_of, read_toml
+from elib.base.tables import MAX_FILE, Key, Pair, Source, Table, keys_of, read_toml
 from elib.lab.goal import Goal, Name, Zone
 from elib.lab.goals import KINDS, EndsAt
 from elib.link.protocol.profiles import FIRMWARES
@@ -50,10 +50,10 @@ from elib.simulator.physics.geometry import Place
 
 FILE = "lab.toml"
 HIDDEN = "teacher/hidden.toml"
-LONGEST_TIME = 600
+MAX_TIME = 600
 """s. The most robot time of a run: half a minute of computing, and longer than anybody waits for a mark."""
 
-TimeLimit = Annotated[float, Number(1, LONGEST_TIME, "s", example="60")]
+TimeLimit = Annotated[float, Number(1, MAX_TIME, "s", example="60")]
 Robots = Annotated[int, Whole(1, 100, example="4", otherwise="as many as the world names")]
 
 
@@ -80,7 +80,7 @@ class Variant:
     fault: Annotated[str, Text(example='"flaky-bluetooth"', otherwise="none")] | None = None
     firmware: Annotated[str, Choice(tuple(FIRMWARES), example='"epuck2"', otherwise="the lab's")] | None = None
     robots: Annotated[int, Whole(1, 100, example="4", otherwise="the lab's")] | None = None
-    time: Annotated[float, Number(1, LONGEST_TIME, "s", example="60", otherwise="the lab's")] | None = None
+    time: Annotated[float, Number(1, MAX_TIME, "s", example="60", otherwise="the lab's")] | None = None
     latency: Delay = 0.0
     jitter: Delay = 0.0
     loss: Probability = 0.0
@@ -306,7 +306,7 @@ def shipped_labs() -> list[str]:
 
 def _read(path: Path, top: Table, tables: Sequence[Table], what: str) -> tuple[Source, dict[str, list[object]]]:
     hint = "name a folder with a lab.toml; elib lab list names those that come with elib"
-    content = read_file(str(path), what, largest=LARGEST_FILE, hint=hint, error=ArgumentError)
+    content = read_file(str(path), what, largest=MAX_FILE, hint=hint, error=ArgumentError)
     source, document = read_toml(content, str(path), "a lab")
     return source, source.read_all(document, top, tables)
 

@@ -24,7 +24,7 @@ from elib.link.transport.base import BufferedTransport
 from elib.link.transport.url import Scheme, Url
 
 VERSION = 1
-LONGEST = 65536
+MAX_MESSAGE = 65536
 """Bytes of a frame, its letter included; the program cuts what it writes."""
 LETTER = struct.Struct("<IB")
 """The head of each frame: how many bytes follow, of which the first is the letter."""
@@ -110,7 +110,7 @@ class LockstepLink:
 
     def _take(self, count: int) -> bytes:
         while len(self._received) < count:
-            piece = b"" if self.is_over else self._socket.recv(LONGEST)
+            piece = b"" if self.is_over else self._socket.recv(MAX_MESSAGE)
             if not piece:
                 raise ConnectionError(GONE)
             self._received += piece
@@ -220,7 +220,7 @@ class LockstepTransport(BufferedTransport):
             del self._link.robots[self._index]
 
     def _push(self, data: bytes) -> None:
-        room = LONGEST - 1 - ROBOT.size
+        room = MAX_MESSAGE - 1 - ROBOT.size
         for start in range(0, len(data), room):
             answer = self._link.ask(WRITE, ROBOT.pack(self._index) + data[start : start + room])
             [self._kept] = KEPT.unpack(answer)

@@ -24,7 +24,7 @@ from elib.lab.lockstep import (
     HELLO,
     KEPT,
     LETTER,
-    LONGEST,
+    MAX_MESSAGE,
     NEWS,
     OPEN,
     PASSED,
@@ -42,7 +42,7 @@ from elib.simulator.emulator.simulation import Simulation, VirtualRobot
 
 LOOK = 0.1
 """s of the wall clock between two looks at whether a silent program still runs."""
-MOST_KEPT = 1_000_000
+MAX_KEPT = 1_000_000
 """Bytes that wait for one robot. elib's own side waits long before, at 65,536."""
 
 
@@ -194,7 +194,7 @@ class Marker:
         while len(self._received) < LETTER.size:
             self._receive()
         size, letter = LETTER.unpack_from(self._received)
-        if not 1 <= size <= LONGEST:
+        if not 1 <= size <= MAX_MESSAGE:
             raise BrokenRule(f"a frame of {size} bytes")
         end = LETTER.size - 1 + size
         while len(self._received) < end:
@@ -208,7 +208,7 @@ class Marker:
         while True:
             try:
                 self._socket.settimeout(min(self._left(), LOOK))
-                piece = self._socket.recv(LONGEST)
+                piece = self._socket.recv(MAX_MESSAGE)
             except TimeoutError:
                 if self._has_ended():
                     raise ProgramEnded from None
@@ -292,7 +292,7 @@ class Marker:
         self._answer(OPEN, b"")
 
     def _write(self, end: _End, data: bytes) -> None:
-        if not data or end.unsent + len(data) > MOST_KEPT:
+        if not data or end.unsent + len(data) > MAX_KEPT:
             raise BrokenRule("no bytes, or more than a robot's link can keep")
         if self._decoders:
             for line in self._decoders[end.index].feed("to robot", None, data):

@@ -26,7 +26,7 @@ WALL = 60.0
 """s of the wall clock for one variant; a program that only sleeps is ended by this."""
 PICTURE_SIZE = 300
 """Pixels of the longer side of a path's picture."""
-LONGEST_ERROR = 120
+MAX_ERROR = 120
 """Characters of an error that a remark shows."""
 SHOWN_OUTPUT = 2_000
 """Characters of a program's output in a report: the end, with the traceback."""
@@ -198,7 +198,7 @@ def _last_error(output: str) -> str:
     lines = [line for line in output.rstrip().splitlines() if not line.startswith("hint: ")]
     last = lines[-1] if lines else ""
     # An address differs on every run.
-    return f": {last[:LONGEST_ERROR]}" if re.match(r"[A-Za-z_][\w.]*: ", last) and "0x" not in last else ""
+    return f": {last[:MAX_ERROR]}" if re.match(r"[A-Za-z_][\w.]*: ", last) and "0x" not in last else ""
 
 
 @cache

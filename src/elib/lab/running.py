@@ -32,7 +32,7 @@ AFTERWARDS = 1.0
 """s of robot time for which the world goes on after the program's end."""
 GRACE = 2.0
 """s of the wall clock in which a program may end after its time was over."""
-MOST_OUTPUT = 1_000_000
+MAX_OUTPUT = 1_000_000
 """Bytes of a program's output that are kept."""
 
 MISSED = "failed"
@@ -333,6 +333,6 @@ class PlainProgram:
         assert self._process.stdout is not None
         with self._process.stdout as stream:
             while piece := stream.read1(65536):  # type: ignore[attr-defined]  # a pipe is a buffered reader
-                self._output += piece[: MOST_OUTPUT - len(self._output)]
+                self._output += piece[: MAX_OUTPUT - len(self._output)]
                 if self._shows is not None:
                     self._shows(piece)

@@ -36,7 +36,7 @@ KEPT_START, KEPT_END = 60_000, 4_000
 """Characters kept of what a program prints: the beginning, and the end with its traceback."""
 WATCH_EVERY = 0.1
 """s between two looks at how much memory and processor time all processes of a submission use together."""
-MOST_REPORTS, MOST_ATTEMPTS = 65_536, 20
+MAX_REPORTS, MAX_ATTEMPTS = 65_536, 20
 """Bytes of reports that are read, which is what a pipe holds; attempts that are kept, however many were written."""
 
 
@@ -169,12 +169,12 @@ class Child:
                 if self._process.poll() is None:
                     raise RuntimeError("the program still runs")
                 try:
-                    lines = os.read(self._reports, MOST_REPORTS).splitlines()
+                    lines = os.read(self._reports, MAX_REPORTS).splitlines()
                 except BlockingIOError:
                     lines = []
                 os.close(self._reports)
                 attempts = dict.fromkeys(map(_attempt, filter(None, lines[1:])))
-                self._told = (lines[:1] == [READY], list(attempts)[:MOST_ATTEMPTS])
+                self._told = (lines[:1] == [READY], list(attempts)[:MAX_ATTEMPTS])
             return self._told
 
 

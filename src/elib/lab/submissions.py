@@ -10,7 +10,7 @@ from pathlib import Path
 from elib.base.errors import ArgumentError
 from elib.base.files import open_file, reason_of
 
-MOST_FILES, LARGEST = 200, 16 << 20
+MAX_FILES, MAX_BYTES = 200, 16 << 20
 """Files of a submission, and bytes of them together, at most."""
 MAIN_FILES = ("main.py", "start.py")
 """Names of the program if a folder has several; a file that is called like the folder is one too."""
@@ -75,7 +75,7 @@ def _read(place: Path) -> Submission:
         return Submission(name, place.parent, problem="it is a link, not a file")
     try:
         if not place.is_dir():
-            return Submission(name, place.parent, name, {name: _content(place, LARGEST)})
+            return Submission(name, place.parent, name, {name: _content(place, MAX_BYTES)})
         files = _files(place)
     except (OSError, ValueError) as error:
         return Submission(name, place.parent, problem=reason_of(error))
@@ -89,15 +89,15 @@ def _read(place: Path) -> Submission:
 def _files(place: Path) -> dict[str, bytes]:
     """Return the content of all regular files in a folder; links are left out."""
     files: dict[str, bytes] = {}
-    room = LARGEST
+    room = MAX_BYTES
     for folder, folders, names in os.walk(place):
         folders[:] = sorted(name for name in folders if name != "__pycache__")
         for name in sorted(names):
             path = Path(folder) / name
             if not stat.S_ISREG(path.lstat().st_mode):
                 continue
-            if len(files) == MOST_FILES:
-                raise ValueError(f"it has more than {MOST_FILES} files")
+            if len(files) == MAX_FILES:
+                raise ValueError(f"it has more than {MAX_FILES} files")
             key = path.relative_to(place).as_posix().encode(errors="replace").decode()
             files[key] = _content(path, room)
             room -= len(files[key])
@@ -108,5 +108,5 @@ def _content(path: Path, room: int) -> bytes:
     with open_file(path) as stream:
         content = stream.read(room + 1)
     if len(content) > room:
-        raise ValueError(f"it has more than {LARGEST >> 20} MB")
+        raise ValueError(f"it has more than {MAX_BYTES >> 20} MB")
     return content

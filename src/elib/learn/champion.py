@@ -34,7 +34,7 @@ from elib.base.body import STEPS_PER_REVOLUTION
 from elib.base.errors import Unsupported
 from elib.base.fields import Mistake, Number, Rule, Text, Whole, check
 from elib.base.files import read_file, write_file
-from elib.base.tables import LARGEST_FILE, Table, keys_of, read_toml
+from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, react
 from elib.learn.catalogue import find_task
 from elib.learn.networks import Law, Network, find_controller
@@ -43,7 +43,7 @@ from elib.robot.polling import polls
 from elib.robot.swarms.fanout import in_parallel, raise_first
 from elib.robot.swarms.swarm import Swarm
 from elib.simulator.physics.body import GRAVITY
-from elib.simulator.physics.controller import MOST_MEMORY
+from elib.simulator.physics.controller import MAX_MEMORY
 from elib.simulator.physics.elementary import interpolated
 from elib.simulator.physics.records import SENSORS, SensorView
 from elib.simulator.physics.sensors.distance import CALIBRATION
@@ -84,10 +84,10 @@ class _Numbers(Rule):
     """The rule of the parameters."""
 
     def __str__(self) -> str:
-        return f"a list of 1 to {MOST_MEMORY} finite numbers"
+        return f"a list of 1 to {MAX_MEMORY} finite numbers"
 
     def accept(self, value: object) -> tuple[float, ...]:
-        if isinstance(value, list | tuple) and 0 < len(value) <= MOST_MEMORY:
+        if isinstance(value, list | tuple) and 0 < len(value) <= MAX_MEMORY:
             with contextlib.suppress(Mistake):
                 return tuple(Number().accept(each) for each in value)
         raise self.refuse(value)
@@ -360,7 +360,7 @@ def load_champion(path: str | os.PathLike[str]) -> Champion:
 
     hint = "check its path; elib evolve TASK writes one into its folder"
     source, document = read_toml(
-        read_file(name, "the controller", largest=LARGEST_FILE, hint=hint), name, "a controller's file"
+        read_file(name, "the controller", largest=MAX_FILE, hint=hint), name, "a controller's file"
     )
     top = Table("", "A controller and its parameters.", make, keys_of(Champion), is_array=False)
     champion = source.read_all(document, top, ())[""][0]

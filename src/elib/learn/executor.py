@@ -38,7 +38,7 @@ from elib.base.plaintext import plain
 LOOPBACK = "127.0.0.1"
 PORT = 8786
 """The port of a Dask scheduler, unless another one is named."""
-LARGEST_GREETING = 1_000_000
+MAX_GREETING = 1_000_000
 """Bytes of the first message of a scheduler, by far: it has some hundred."""
 POLL = 1.0
 """s between two looks at a cluster from which no result comes."""
@@ -50,10 +50,10 @@ PATIENCE = 600.0
 """s without any worker, or without the scheduler, after which a run gives up. A computer restarts in this time."""
 REPORT_INTERVAL = 30.0
 """s without any worker after which elib says so, and opens the cluster again. A worker that died is replaced in 3 s."""
-MOST_LOSSES = 10
+MAX_LOSSES = 10
 """How often Dask may give a job up before elib does. Dask gives it up when its fourth worker has died
 (``distributed.scheduler.allowed-failures``); after forty workers it is the job that kills them."""
-MOST_WORKERS = 1000
+MAX_WORKERS = 1000
 AHEAD = 2
 """Jobs at the cluster for each thread of its workers: a worker that has ended one begins the next at once."""
 ONE_THREAD = dict.fromkeys(
@@ -120,7 +120,7 @@ def open_executor(
             "workers and cluster exclude each other", hint="a cluster has its own workers: leave workers out"
         )
     if workers is not None:
-        workers = Whole(1, MOST_WORKERS).require(workers, "workers")
+        workers = Whole(1, MAX_WORKERS).require(workers, "workers")
     if cluster is not None:
         _parse(cluster)
     if workers is None and cluster is None:
@@ -339,9 +339,9 @@ class _Run:
         if not isinstance(error, KilledWorker):
             raise _failed(self._function, self._jobs, k, error) from error
         self._losses[k] += 1
-        if self._losses[k] >= MOST_LOSSES:
+        if self._losses[k] >= MAX_LOSSES:
             reason = LinkLost(
-                f"its worker died {MOST_LOSSES * (error.allowed_failures + 1)} times",
+                f"its worker died {MAX_LOSSES * (error.allowed_failures + 1)} times",
                 hint="does it need more memory than there is? Does it crash Python?",
             )
             raise _failed(self._function, self._jobs, k, reason) from error
@@ -449,7 +449,7 @@ def _knock(address: str) -> None:
         if scheme == "tcp":  # over TLS the client speaks first
             # A message of Dask begins with its length. It is small, unlike the text that other servers send.
             length = line.recv(8)
-            if len(length) < 8 or int.from_bytes(length, "little") > LARGEST_GREETING:
+            if len(length) < 8 or int.from_bytes(length, "little") > MAX_GREETING:
                 raise OSError("what answers is not a Dask scheduler")
 
 

@@ -18,7 +18,7 @@ from elib.base.errors import ArgumentError
 from elib.base.fields import Choice, Number, Whole, nearest, shown
 from elib.learn.catalogue import variable_of
 from elib.learn.sensors import channels_of
-from elib.simulator.physics.controller import MOST_MEMORY, Controller
+from elib.simulator.physics.controller import MAX_MEMORY, Controller
 from elib.simulator.physics.records import SENSORS, SensorView
 from elib.simulator.physics.task import FASTEST
 
@@ -36,7 +36,7 @@ KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
 TOP_SPEED: Final = 0.1
 """m/s of a wheel unless the task says otherwise: 776 steps/s, which both kinds of e-puck reach."""
 
-MOST_HIDDEN: Final = 100
+MAX_HIDDEN: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +159,7 @@ class Network(_Learned):
         self._check()
         if not self.sensors:
             raise ArgumentError("a network needs a sensor", hint=f"choose from {', '.join(SENSORS)}")
-        Whole(0, MOST_HIDDEN).require(self.hidden, "hidden")
+        Whole(0, MAX_HIDDEN).require(self.hidden, "hidden")
         if self.kind == "braitenberg" and self.hidden:
             raise ArgumentError(
                 f"a Braitenberg vehicle has no hidden neurons, but hidden is {self.hidden}",
@@ -219,8 +219,8 @@ class Law(_Learned):
         if not callable(self.law):
             raise ArgumentError(f"{self.law!r} is not a control function", hint="give it (robot, parameters, memory)")
         self._check()
-        Whole(1, MOST_MEMORY).require(self.size, "size")
-        Whole(0, MOST_MEMORY).require(self.memory, "memory")
+        Whole(1, MAX_MEMORY).require(self.size, "size")
+        Whole(0, MAX_MEMORY).require(self.memory, "memory")
 
     @property
     def function(self) -> Function:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 SETTINGS, GENERATIONS, BEST = "study.toml", "generations.jsonl", "best.toml"
 GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT = "generations.parquet", "individuals.parquet", "fitness.svg"
 
-LARGEST_SETTINGS = 100_000
+MAX_SETTINGS = 100_000
 """Bytes of study.toml at most; it has some twenty lines."""
 
 PACKAGES = ("numpy", "numba", "cmaes", "ribs")
@@ -316,7 +316,7 @@ def settings_of(folder: Path) -> Settings:
 
 def _read(folder: Path) -> dict[str, dict[str, Any]]:
     path = folder / SETTINGS
-    content = read_file(path, "the study", largest=LARGEST_SETTINGS)
+    content = read_file(path, "the study", largest=MAX_SETTINGS)
     try:
         document = tomllib.loads(content.decode())
         if not isinstance(document.get("settings"), dict):

@@ -19,7 +19,7 @@ from elib.simulator.physics.task import Task
 
 LOOK = 0.1
 """s between two looks for a better controller, and for the end of the one that drives."""
-LEAST = 10.0
+MIN_SHOWN_TIME = 10.0
 """s that a controller drives, at least, before a better one takes its place: so one sees what it does."""
 REST = 1.0
 """s that a robot stands still at the end, so that one sees where it came to."""
@@ -124,7 +124,7 @@ class Show:
     def _is_old(self, life: Life, best: Best) -> bool:
         """Return whether another controller is the best by now, and this one was seen long enough."""
         clock = life.simulation.clock
-        return best is not self._shown and life.simulation.time > LEAST and not clock.is_paused
+        return best is not self._shown and life.simulation.time > MIN_SHOWN_TIME and not clock.is_paused
 
     def _begin(self, best: Best) -> None:
         progress, old = self._progress, self._life

@@ -49,8 +49,8 @@ CHAMPION = ".toml"
 NO_FAULT = "none"
 SECONDS = 30.0
 """s of robot time for a run of a behaviour, unless another time is given: many behaviours never end by themselves."""
-MOST_RUNS = 1_000_000
-LARGEST_PROGRAM = 1_000_000
+MAX_RUNS = 1_000_000
+MAX_PROGRAM = 1_000_000
 """Bytes of a program at most: each job carries it to its worker."""
 CELL = 0.1
 """m. Edge of the squares in which the visited area is counted: somewhat more than a robot."""
@@ -194,8 +194,8 @@ class Sweep:
             )
         total = math.prod([*(len(values) for _, values in self.grid), len(self.worlds), len(self.faults), self.seeds])
         total *= next(iter(counts), 1)
-        if total > MOST_RUNS:
-            raise ArgumentError(f"this would be {total} runs; the limit is {MOST_RUNS}", hint="take fewer values")
+        if total > MAX_RUNS:
+            raise ArgumentError(f"this would be {total} runs; the limit is {MAX_RUNS}", hint="take fewer values")
         runs = self.runs()
         _target(self).check(runs)
         return runs
@@ -408,9 +408,9 @@ def read_program(target: str) -> str | None:
     file = target.partition(".py:")[0] + ".py" if ".py:" in target else target
     if not file.endswith((".py", CHAMPION)):
         return None
-    content = read_file(file, "the file", largest=LARGEST_PROGRAM)
-    if len(content) > LARGEST_PROGRAM:
-        raise ArgumentError(f"{file} is larger than {LARGEST_PROGRAM} bytes")
+    content = read_file(file, "the file", largest=MAX_PROGRAM)
+    if len(content) > MAX_PROGRAM:
+        raise ArgumentError(f"{file} is larger than {MAX_PROGRAM} bytes")
     try:
         return content.decode()
     except UnicodeDecodeError:
@@ -498,7 +498,7 @@ def _open_folder(sweep: Sweep, folder: Path) -> Journal:
     journal = Journal(folder / RUNS)
     try:
         if SETTINGS in there:
-            before = parse_json(read_file(folder / SETTINGS, "the sweep", largest=2 * LARGEST_PROGRAM))
+            before = parse_json(read_file(folder / SETTINGS, "the sweep", largest=2 * MAX_PROGRAM))
             _compare(folder, before if isinstance(before, dict) else {}, settings)
         else:
             write_file(folder / SETTINGS, json.dumps(settings, indent=1).encode())

@@ -11,8 +11,8 @@ from elib.learn.sweep import Row, Sweep, Value, check_metric, kind_of
 from elib.studies.report import COLOURS, INK, PAPER, save
 
 BINS = 8
-"""Parts into which a parameter with more values than :data:`MOST_TICKS` is divided for the line of a plot."""
-MOST_TICKS = 12
+"""Parts into which a parameter with more values than :data:`MAX_TICKS` is divided for the line of a plot."""
+MAX_TICKS = 12
 
 
 def draw_sweep(path: Path, sweep: Sweep, rows: Sequence[Row], metric: str = "") -> None:
@@ -75,7 +75,7 @@ def _draw_kind(axes: Any, points: Sequence[tuple[float, float]], colour: str, la
         return
     low, high = min(x for x, _ in points), max(x for x, _ in points)
     groups: dict[float, list[float]] = {}
-    are_binned = len({x for x, _ in points}) > MOST_TICKS
+    are_binned = len({x for x, _ in points}) > MAX_TICKS
     for x, y in points:
         part = min(BINS - 1, int((x - low) / (high - low) * BINS)) if are_binned else 0
         groups.setdefault(low + (part + 0.5) * (high - low) / BINS if are_binned else x, []).append(y)

@@ -21,7 +21,7 @@ from elib.simulator.emulator.loopback import EVERYWHERE
 
 TRIES, AGAIN = 5.0, 0.1
 """Wrong tokens that one address may show at once, and after that per second."""
-MOST_ADDRESSES = 1000
+MAX_ADDRESSES = 1000
 HOST = re.compile(r"(\[[0-9a-f:.]{2,39}\]|[a-z0-9._-]{1,253})(:[0-9]{1,5})?", re.IGNORECASE)
 LOCAL = frozenset({"localhost", "127.0.0.1", "::1"})
 
@@ -82,7 +82,7 @@ class Access:
         """Return whether an address may try another token now."""
         bucket = self._tries.pop(address, None) or Bucket(AGAIN, TRIES)
         self._tries[address] = bucket
-        while len(self._tries) > MOST_ADDRESSES:
+        while len(self._tries) > MAX_ADDRESSES:
             self._tries.popitem(last=False)
         return bucket.take()
 

@@ -40,7 +40,7 @@ Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | Non
 
 KEPT = 500
 """Lines of a behaviour's own log that are kept."""
-LONGEST_NAME = 80
+MAX_NAME = 80
 """Characters of a behaviour's name."""
 ENDING_TIME = 10.0
 """s that a behaviour may take to end: three stops that are not confirmed take 7.5 s. It cannot drive meanwhile."""
@@ -416,6 +416,6 @@ def _checked(name: object) -> str:
     Raises:
         ArgumentError: It is not a text, or too long.
     """
-    if not isinstance(name, str) or len(name) > LONGEST_NAME:
+    if not isinstance(name, str) or len(name) > MAX_NAME:
         raise ArgumentError("a behaviour is named by a short text")
     return name

@@ -22,11 +22,11 @@ from elib.robot.snapshot import SENSORS
 if TYPE_CHECKING:
     from elib.panel.slot import Slot
 
-LONGEST = 200
+MAX_COMMAND = 200
 """Characters of a line."""
-MOST_SHOWN = 4000
+MAX_SHOWN = 4000
 """Characters of an answer."""
-MOST_COMPLETIONS = 60
+MAX_COMPLETIONS = 60
 HELP = "help"
 _CALL = re.compile(r"\s*([A-Za-z_]\w*)\s*(.*?)\s*", re.DOTALL)
 _ARGUMENT = re.compile(r"""\s*(?:"([^"]*)"|'([^']*)'|([^\s,"']+))\s*(,?)""")
@@ -55,8 +55,8 @@ def parse(line: object) -> Call:
     Raises:
         ArgumentError: The line is too long, there is no such command, or it takes other arguments.
     """
-    if not isinstance(line, str) or len(line) > LONGEST or not line.strip().isprintable():
-        raise ArgumentError(f"a command is one line of at most {LONGEST} characters")
+    if not isinstance(line, str) or len(line) > MAX_COMMAND or not line.strip().isprintable():
+        raise ArgumentError(f"a command is one line of at most {MAX_COMMAND} characters")
     found = _CALL.fullmatch(line)
     if found is None:
         raise ArgumentError(f"{line.strip()!r} is not a command", hint="like set_speed 0.1 0.2; help lists them all")
@@ -75,7 +75,7 @@ def parse(line: object) -> Call:
 
 def complete(line: object, firmware: str = "") -> list[str]:
     """Return whole lines that begin with *line*: names of a firmware's commands, then words that an argument may be."""
-    if not isinstance(line, str) or len(line) > LONGEST:
+    if not isinstance(line, str) or len(line) > MAX_COMMAND:
         return []
     profile = FIRMWARES.get(firmware)
     typed = line.lstrip()
@@ -84,10 +84,10 @@ def complete(line: object, firmware: str = "") -> list[str]:
     head = "" if name is None else name[0]
     if head == typed:
         fitting = [each for each in there if each.startswith(typed.lower())]
-        return sorted(fitting or [each for each in there if typed.lower() in each])[:MOST_COMPLETIONS]
+        return sorted(fitting or [each for each in there if typed.lower() in each])[:MAX_COMPLETIONS]
     if head.lower() == HELP:
         last = typed[len(head) :].lstrip()
-        return [f"{HELP} {each}" for each in sorted(there) if each.startswith(last.lower())][:MOST_COMPLETIONS]
+        return [f"{HELP} {each}" for each in sorted(there) if each.startswith(last.lower())][:MAX_COMPLETIONS]
     if head.lower() not in there:
         return []
     last = re.split(r"[\s(,]", typed)[-1]
@@ -134,7 +134,7 @@ async def answer(slot: Slot, line: object, page: str = "") -> Answer:
 
     After a command that moves the robot, *page* drives it, and has to ``drive.beat``.
     """
-    typed = line.strip()[:LONGEST] if isinstance(line, str) else ""
+    typed = line.strip()[:MAX_COMMAND] if isinstance(line, str) else ""
     try:
         head, _, rest = typed.partition(" ")
         if head.lower() in (HELP, "?"):
@@ -142,8 +142,8 @@ async def answer(slot: Slot, line: object, page: str = "") -> Answer:
         call = parse(line)
         value = await slot.command(call.name, *call.arguments, page=page)
     except ElibError as error:
-        return Answer(str(error)[:MOST_SHOWN], is_bad=True)
-    return Answer(result_text(value, slot.firmware)[:MOST_SHOWN] or "done")
+        return Answer(str(error)[:MAX_SHOWN], is_bad=True)
+    return Answer(result_text(value, slot.firmware)[:MAX_SHOWN] or "done")
 
 
 def result_text(value: object, firmware: str = "") -> str:
@@ -184,7 +184,7 @@ def _entry(name: str) -> CatalogueEntry:
     if entry is None:
         near = get_close_matches(name.lower(), catalogue(), 1)
         hint = f"did you mean {near[0]}?" if near else "help lists them all"
-        raise ArgumentError(f"there is no command {name.strip()[:LONGEST]!r}", hint=hint)
+        raise ArgumentError(f"there is no command {name.strip()[:MAX_COMMAND]!r}", hint=hint)
     return entry
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from elib.base.errors import ArgumentError
 
 LOG, RECORDING, WORLD = ".log", ".mcap", ".toml"
-LONGEST = 80
+MAX_NAME = 80
 """Characters of a name; file systems take 255 bytes, and four bytes make a character at most."""
 DEVICES = frozenset(
     ("con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in "0123456789"))
@@ -70,7 +70,7 @@ class Folder:
             suffix: Its ending.
         """
         kept = "".join(letter if letter.isalnum() or letter in "_-" else "-" for letter in stem)
-        clean = re.sub("-+", "-", kept).strip("-")[: LONGEST - 20] or "run"
+        clean = re.sub("-+", "-", kept).strip("-")[: MAX_NAME - 20] or "run"
         clean = f"{clean}-1" if clean.lower() in DEVICES else clean
         for number in itertools.count(1):
             name = f"{clean}{suffix}" if number == 1 else f"{clean}-{number}{suffix}"
@@ -96,8 +96,8 @@ def plain_name(name: object, suffix: str) -> str:
     text = name.strip()
     if not text:
         raise ArgumentError("the file has no name", hint=f"like run{suffix}")
-    if len(text) > LONGEST:
-        raise ArgumentError(f"the name of the file has {len(text)} characters; it may have {LONGEST}")
+    if len(text) > MAX_NAME:
+        raise ArgumentError(f"the name of the file has {len(text)} characters; it may have {MAX_NAME}")
     if not text.isprintable() or FORBIDDEN & set(text) or text.startswith((".", "-")) or text.endswith("."):
         raise ArgumentError(
             f"{text!r} is not a name for a file here",

@@ -29,9 +29,9 @@ from elib.robot.snapshot import IMAGE
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 T = TypeVar("T")
 
-MOST_POINTS = 500
+MAX_POINTS = 500
 """Points of the trail, and lines of the event log, in one tick: a tick stays small, however much a page has missed."""
-MOST_TEXT = 2000
+MAX_TEXT = 2000
 """Characters of one line of the event log."""
 
 
@@ -233,7 +233,7 @@ def _behind(kept: Sequence[T], count: int, seen: int) -> tuple[bool, list[T], in
     first = count - len(kept)
     is_whole = seen < first or seen > count or seen == 0
     begin = first if is_whole else seen
-    end = min(count, begin + MOST_POINTS)
+    end = min(count, begin + MAX_POINTS)
     return is_whole, list(islice(kept, begin - first, end - first)) if end > begin else [], end
 
 
@@ -253,7 +253,7 @@ def _lines(slot: Slot, cursor: Cursor) -> Json:
 
 
 def _line(line: Line, number: int) -> Json:
-    text = line.text if len(line.text) <= MOST_TEXT else line.text[:MOST_TEXT] + " …"
+    text = line.text if len(line.text) <= MAX_TEXT else line.text[:MAX_TEXT] + " …"
     return {"number": number, "time": _finite(line.time, 3), "kind": line.kind, "text": text, "bad": line.is_bad}
 
 

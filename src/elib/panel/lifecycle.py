@@ -10,7 +10,7 @@ from elib.robot.aio import Epuck
 
 PATIENCE = 1.0
 """s that the answer to a command is waited for on a link that is not slow."""
-LEAST_PATIENCE, TRIPS = 0.2, 4
+MIN_PATIENCE, TRIPS = 0.2, 4
 """s, and round trips, that the answer to a move of the stick is waited for; the longer of both counts."""
 Camera = tuple[int, int, int, CameraMode]
 """Width, height, zoom and mode."""
@@ -24,7 +24,7 @@ BITS_PER_BYTE, HEADER = 10, 3
 """Of the serial line; bytes before the pixels of a picture."""
 CHIP_WIDTH = 480
 """Pixels of the camera chip across an upright picture: the e-puck1's chip lies on its side."""
-SMALLEST, LARGEST = 3, 10
+MIN_QUARTER, MAX_QUARTER = 3, 10
 """Quarters of a live picture's width, pixels: 12 x 9, which still shows where a wall ends, to 40 x 30."""
 
 
@@ -42,11 +42,11 @@ def live_camera(baud: int, zooms: tuple[int, ...] | None) -> Camera | None:
     Returns:
         The settings, or None if the line is too slow for a live picture.
     """
-    quarter = LARGEST
+    quarter = MAX_QUARTER
     if baud:
         pixels = ((STOP_DELAY - CAPTURE_TIME) * baud / BITS_PER_BYTE - HEADER) / 2
-        quarter = min(LARGEST, math.isqrt(int(pixels / 12)))  # 4 wide and 3 high
-    if quarter < SMALLEST:
+        quarter = min(MAX_QUARTER, math.isqrt(int(pixels / 12)))  # 4 wide and 3 high
+    if quarter < MIN_QUARTER:
         return None
     # The widest view: all of the chip's width, by a factor that the driver can divide by 4.
     zoom = max(zooms) if zooms else CHIP_WIDTH // (4 * quarter) // 4 * 4
@@ -88,7 +88,7 @@ async def drive(robot: Epuck, left: float, right: float) -> None:
     """Set the wheels, rev/s."""
     trip = robot.statistics.median
     # While a lost answer is waited for, newer speeds wait, too.
-    longest = LEAST_PATIENCE if math.isnan(trip) else max(LEAST_PATIENCE, TRIPS * trip)
+    longest = MIN_PATIENCE if math.isnan(trip) else max(MIN_PATIENCE, TRIPS * trip)
     await robot.within(min(longest, robot.session.stopping_time)).set_speed(left, right)
 
 

@@ -26,7 +26,7 @@ from elib.tools import discovery
 if TYPE_CHECKING:
     from elib.panel.page import Page
 
-LONGEST = 8192
+MAX_MESSAGE = 8192
 """Bytes of a message: the longest useful one has some hundred."""
 
 Key = Annotated[str, Meta(max_length=12)]
@@ -237,7 +237,7 @@ class Command(AboutRobot):
     async def carry_out(self, page: Page) -> str:
         slot = page.panel.slot(self.robot)
         value = await slot.command(self.name, *self.arguments, page=page.name)
-        return console.result_text(value, slot.firmware)[: console.MOST_SHOWN]
+        return console.result_text(value, slot.firmware)[: console.MAX_SHOWN]
 
 
 class Console(AboutRobot):

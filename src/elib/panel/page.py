@@ -34,7 +34,7 @@ OVERVIEW_EVERY = 2
 """Updates for one of the overview, whose robots are many."""
 AHEAD = 3
 """Updates on their way to a page that has not drawn them yet, at most: a slow page gets fewer."""
-MOST_TASKS = 32
+MAX_TASKS = 32
 """Requests of one page that wait for an answer at the same time, and answers that it has not read yet."""
 OVERVIEW, START = "overview", "start"
 
@@ -105,13 +105,13 @@ class Page:
             message = self._decode(text)
         except (msgspec.DecodeError, RecursionError):
             return "not a message of the page"
-        if self._unsent >= MOST_TASKS:
+        if self._unsent >= MAX_TASKS:
             return "the page does not read its answers"
         try:
             if self.panel.is_closed and not message.is_of_world:
                 raise ArgumentError("this page shows a world, and nothing else of the computer that simulates it")
             result = message.carry_out(self)
-            if inspect.iscoroutine(result) and len(self._tasks) >= MOST_TASKS:
+            if inspect.iscoroutine(result) and len(self._tasks) >= MAX_TASKS:
                 result.close()
                 raise ArgumentError("too many requests wait for an answer", hint="wait a moment")
         except Exception as error:

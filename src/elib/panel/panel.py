@@ -20,13 +20,13 @@ from elib.panel.slot import Slot
 from elib.simulator.emulator.control import Control
 from elib.simulator.worlds.files import gallery
 
-MOST_ROBOTS = 64
+MAX_ROBOTS = 64
 """Robots that the panel has room for: two classes full."""
-LONGEST_URL = 500
-LONGEST_NAME = 80
-LONGEST_LABEL = 28
+MAX_URL = 500
+MAX_NAME = 80
+MAX_LABEL = 28
 """Characters of a name that fit on a tab."""
-MOST_FILES = 50
+MAX_FILES = 50
 """Recordings that are offered."""
 PARTING = 3.0
 """s that a robot may take to confirm its last stop when the panel ends."""
@@ -126,9 +126,9 @@ class Panel:
         Raises:
             ArgumentError: The URL or the name is wrong, or the panel is full.
         """
-        if len(self._slots) >= MOST_ROBOTS:
-            raise ArgumentError(f"the panel has {MOST_ROBOTS} robots, and room for no more")
-        slot = Slot(self._url(url, is_trusted), name=_line("the name", name, LONGEST_NAME))
+        if len(self._slots) >= MAX_ROBOTS:
+            raise ArgumentError(f"the panel has {MAX_ROBOTS} robots, and room for no more")
+        slot = Slot(self._url(url, is_trusted), name=_line("the name", name, MAX_NAME))
         self._number += 1
         key = str(self._number)
         self._slots[key] = slot
@@ -143,14 +143,14 @@ class Panel:
         """
         text = self._url(url, is_trusted)
         urls = [text] if parse_url(text).scheme != "sim" else [str(each) for each in robots_of(text)]
-        if len(self._slots) + len(urls) > MOST_ROBOTS:
-            raise ArgumentError(f"{text} has {len(urls)} robots; the panel has room for {MOST_ROBOTS} in all")
+        if len(self._slots) + len(urls) > MAX_ROBOTS:
+            raise ArgumentError(f"{text} has {len(urls)} robots; the panel has room for {MAX_ROBOTS} in all")
         keys = [self.add(text if len(urls) == 1 else each, is_trusted=is_trusted) for each in urls]
         self._asked |= dict.fromkeys(keys, text)
         return keys
 
     def _url(self, url: object, is_trusted: bool) -> str:
-        text = _line("the URL", url, LONGEST_URL)
+        text = _line("the URL", url, MAX_URL)
         if self.is_shared and not is_trusted:
             _refuse_files(text)
         return text
@@ -198,7 +198,7 @@ class Panel:
         found: list[str] = []
         for slot in self._slots.values():
             name = short(slot.url) if slot.name == slot.url else slot.name
-            name = name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}…"
+            name = name if len(name) <= MAX_LABEL else f"{name[: MAX_LABEL - 1]}…"
             same = sum(each == name or each.startswith(f"{name} (") for each in found)
             found.append(f"{name} ({same + 1})" if same else name)
         slots = zip(self._slots.items(), found, strict=True)
@@ -213,7 +213,7 @@ class Panel:
             (path.name, (stat := path.stat()).st_mtime, stat.st_size) for path in self.folder.path.glob(f"*{RECORDING}")
         ]
         return {
-            "recordings": sorted(found, key=lambda each: -each[1])[:MOST_FILES],
+            "recordings": sorted(found, key=lambda each: -each[1])[:MAX_FILES],
             "log": self.folder.free("run", LOG),
             "recording": self.folder.free("run", RECORDING),
         }

@@ -12,11 +12,11 @@ from pathlib import Path
 from elib.base.errors import ArgumentError, ElibError
 from elib.link.transport import parse_url
 
-MOST = 12
+MAX_KEPT = 12
 """Robots that are remembered."""
-LONGEST = 500
+MAX_URL = 500
 """Characters of a URL."""
-MOST_BYTES = 64_000
+MAX_BYTES = 64_000
 """Bytes of the file that are read; ours has some thousand at most."""
 FILE = "recent-robots.json"
 
@@ -64,7 +64,7 @@ class RecentRobots:
         """
         _check(url)
         urls, is_damaged = self._read()
-        return self._write([url, *(each for each in urls if each != url)][:MOST], is_damaged)
+        return self._write([url, *(each for each in urls if each != url)][:MAX_KEPT], is_damaged)
 
     def remove(self, url: str) -> bool:
         """Forget a robot; return whether that could be written."""
@@ -75,13 +75,13 @@ class RecentRobots:
         """Return the URLs, and whether the file holds something else."""
         try:
             with open(self.path, "rb") as file:
-                data = file.read(MOST_BYTES + 1)
+                data = file.read(MAX_BYTES + 1)
         except FileNotFoundError:
             return [], False
         except OSError:
             return [], True
         try:
-            found = json.loads(data[:MOST_BYTES])["robots"]
+            found = json.loads(data[:MAX_BYTES])["robots"]
         except (ValueError, TypeError, KeyError, RecursionError):
             return [], True
         if not isinstance(found, list):
@@ -92,7 +92,7 @@ class RecentRobots:
                 _check(each)
                 if each not in urls:
                     urls.append(each)
-        return urls[:MOST], False
+        return urls[:MAX_KEPT], False
 
     def _write(self, urls: list[str], is_damaged: bool) -> bool:
         """Replace the file in one step, so that another program never reads half of it."""
@@ -120,6 +120,6 @@ def _check(url: object) -> None:
     Raises:
         ArgumentError: It is not a URL.
     """
-    if not isinstance(url, str) or not url.strip() or len(url) > LONGEST or not url.isprintable():
-        raise ArgumentError(f"a robot's URL is one line of 1 to {LONGEST} characters")
+    if not isinstance(url, str) or not url.strip() or len(url) > MAX_URL or not url.isprintable():
+        raise ArgumentError(f"a robot's URL is one line of 1 to {MAX_URL} characters")
     parse_url(url)

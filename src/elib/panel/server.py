@@ -16,7 +16,7 @@ from aiohttp import WSCloseCode, WSMsgType, web
 
 from elib.panel.access import Access, is_same
 from elib.panel.listening import Address
-from elib.panel.messages import LONGEST, decode
+from elib.panel.messages import MAX_MESSAGE, decode
 from elib.panel.page import Page
 from elib.panel.panel import Panel, check_standing
 from elib.panel.pictures import world_picture
@@ -27,21 +27,21 @@ from elib.simulator.emulator.loopback import bind
 
 VIEW_PORT = 8600
 """The first port of the view of a simulation to try where none is named; the next ones follow."""
-MOST_CONNECTIONS, MOST_OF_ONE = 192, 96
+MAX_CONNECTIONS, MAX_OF_ONE = 192, 96
 """Connections at a time, and those from one address: a page opens six and one more."""
 REQUEST_TIME = 10.0
 """s that the first request of a connection, or the next one, may take to come."""
 READING_TIME = 10.0
 """s that a browser may leave unread what was sent to it, beyond what the buffers hold."""
-LONGEST_LINE = 4096
+MAX_LINE = 4096
 """Bytes of the first line of a request."""
-LONGEST_HEADER = 16 * 1024
+MAX_HEADER = 16 * 1024
 """Bytes of a header: all programs on the ports of this computer set their cookies for the same name."""
-LONGEST_FORM = 512
+MAX_FORM = 512
 """Bytes of a login form."""
 FORM_TIME = 5.0
 """s that a login form may take to come."""
-MOST_PAGES = 64
+MAX_PAGES = 64
 MESSAGES, MESSAGES_AT_ONCE = 100.0, 200.0
 """Messages of one page per second for long, and at once. A hand that drags sends 60 a second, one that drives 10."""
 BYTES, BYTES_AT_ONCE = 64 * 1024.0, 256 * 1024.0
@@ -252,8 +252,8 @@ async def served(
         logger=SILENT,
         keepalive_timeout=REQUEST_TIME * time_factor(),
         lingering_time=0.0,  # do not wait for the rest of a body after the answer
-        max_line_size=LONGEST_LINE,
-        max_field_size=LONGEST_HEADER,
+        max_line_size=MAX_LINE,
+        max_field_size=MAX_HEADER,
     )
     connections = _Connections(http)
     listener = await asyncio.get_running_loop().create_server(connections.protocol, sock=address.socket)
@@ -310,7 +310,7 @@ class Server:
 
     def application(self) -> web.Application:
         """Build the aiohttp application."""
-        application = web.Application(middlewares=[self._guard], client_max_size=LONGEST_FORM)
+        application = web.Application(middlewares=[self._guard], client_max_size=MAX_FORM)
         application.on_response_prepare.append(self._add_headers)
         application.router.add_get("/ws", self._socket)
         if self._door is not None:
@@ -429,9 +429,9 @@ class Server:
             return web.Response(status=403, text="Only the page itself may connect.")
         if self.is_ending:
             return web.Response(status=503, text="The program ends.")
-        if len(self._sockets) >= MOST_PAGES:
-            return web.Response(status=503, text=f"{MOST_PAGES} pages are open. Close some, and try again.")
-        ws = web_socket(LONGEST)
+        if len(self._sockets) >= MAX_PAGES:
+            return web.Response(status=503, text=f"{MAX_PAGES} pages are open. Close some, and try again.")
+        ws = web_socket(MAX_MESSAGE)
         if "Sec-WebSocket-Protocol" in request.headers or not ws.can_prepare(request):
             return web.Response(status=400, text="This address is for WebSockets.")
         self._sockets.add(ws)
@@ -506,7 +506,7 @@ class _Connections:
         """Count a new connection; return False if there are too many."""
         address = str((transport.get_extra_info("peername") or ("",))[0])
         same = sum(each == address for each in self._open.values())
-        if len(self._open) >= MOST_CONNECTIONS or same >= MOST_OF_ONE:
+        if len(self._open) >= MAX_CONNECTIONS or same >= MAX_OF_ONE:
             return False
         self._open[transport] = address
         return True

@@ -45,7 +45,7 @@ BLINKS, BLINK_TIME = 3, 0.3
 """How often the LEDs blink when a person looks for a robot, and s for which they are on, and off, each time."""
 OPENING_TIME = 25.0
 """s that connecting may take, whatever the link does."""
-LONGEST_TEXT = 200
+MAX_TEXT = 200
 """Characters of a raw command: the robots' own line buffers are shorter."""
 
 
@@ -376,8 +376,8 @@ class Slot:
         if name not in catalogue():
             raise ArgumentError(f"there is no command {name!r}")
         catalogue()[name].check(robot.context, *arguments)
-        if name == "text" and len(str(arguments[0])) > LONGEST_TEXT:
-            raise ArgumentError(f"a raw command is one line of 1 to {LONGEST_TEXT} characters")
+        if name == "text" and len(str(arguments[0])) > MAX_TEXT:
+            raise ArgumentError(f"a raw command is one line of 1 to {MAX_TEXT} characters")
         if name == "stop":
             self.drive.stop()
         if may_drive(name, arguments) and not self.drive.watch_over(page):

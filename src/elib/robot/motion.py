@@ -61,7 +61,7 @@ FIRST_TRIP = 0.1
 """s assumed for a round trip before one was measured: two commands over Bluetooth (wire-protocol.md, 5.13)."""
 BRAKING = 3.0
 """Round trips in which the way that is left shrinks to a third. With fewer, answers come too late to slow down."""
-SHORTEST_BRAKING = 0.15
+MIN_BRAKING = 0.15
 """s, for links so quick that the times of the step motor matter."""
 CREEPING = 0.4
 """Steps in one round trip at the slowest: the robot is told to stop at its goal before the wheel steps again."""
@@ -71,7 +71,7 @@ PERIOD = 0.02
 """s from one reading of the counters to the next, on links quicker than that: other calls need the link too."""
 SMOOTHING = 0.3
 """Weight of a new round trip in their running mean."""
-CALL_TIME, CALL_TRIPS, LONGEST_CALL_TIME = 0.15, 4, 5.0
+CALL_TIME, CALL_TRIPS, MAX_CALL_TIME = 0.15, 4, 5.0
 """s that a call may take on a quick link, and round trips on a slow one; it doubles after each lost answer, up to 5 s.
 The wheels turn meanwhile."""
 STANDING_TIME = 1.0
@@ -83,9 +83,9 @@ STUCK = 1.0
 have restarted without a greeting."""
 RETRY_PAUSE = 0.05
 """s to wait while a link is being opened again, before the next try."""
-MOST_STOPS = 3
+MAX_STOPS = 3
 """How often the robot is told to stand still, at most, when a motion is given up."""
-LEAST_ERRORS = 0.0005, 0.005
+MIN_ERRORS = 0.0005, 0.005
 """m driven and rad turned below which the error of a motion does not mention them."""
 NEAR = 0.001
 """m from its goal within which a robot has arrived."""
@@ -111,7 +111,7 @@ def pace(way: int, speed: float, cruise: float, trip: float) -> int:
     foreseen = way - speed * trip
     if speed * way > 0 and foreseen * way <= 0.0 and abs(speed) > creep:
         return 0  # it reaches the goal before the command reaches it: stand, and read the counters again
-    braking = max(BRAKING * trip, SHORTEST_BRAKING)
+    braking = max(BRAKING * trip, MIN_BRAKING)
     return round(math.copysign(max(min(max(abs(foreseen) / braking, creep), cruise), 1.0), way))
 
 
@@ -210,7 +210,7 @@ class Motion:
         driven, turned = METRES_PER_STEP * (left + right) / 2, METRES_PER_STEP * (right - left) / AXLE
         parts = [
             f"{way:.2f} {unit}"
-            for way, unit, least in zip((driven, turned), ("m driven", "rad turned"), LEAST_ERRORS, strict=True)
+            for way, unit, least in zip((driven, turned), ("m driven", "rad turned"), MIN_ERRORS, strict=True)
             if abs(way) >= least
         ]
         stands = "the robot stands" if is_still else "the robot did not confirm that it stands"
@@ -327,7 +327,7 @@ class Motion:
         except (ReplyTimeout, RemoteProtocolError):  # the answer was lost or garbled
             if mover.time_left <= 0 or (not mover.is_reconnecting and loop.time() - self._answered > SILENCE):
                 raise
-            self._call_time = min(2 * self._call_time, LONGEST_CALL_TIME)
+            self._call_time = min(2 * self._call_time, MAX_CALL_TIME)
             is_done = False
         except LinkLost:
             if not mover.is_reconnecting or mover.session.error is not None:
@@ -349,7 +349,7 @@ class Motion:
     async def _stop(self, mover: Mover) -> bool:
         """Tell the robot to stand, and return whether it confirmed that. Raises nothing."""
         self._own = request = _speeds(mover, 0, 0)
-        for _ in range(MOST_STOPS):
+        for _ in range(MAX_STOPS):
             with contextlib.suppress(ElibError):
                 await mover.session.execute(request, STANDING_TIME)
                 return True

@@ -28,7 +28,7 @@ STREAM_PERIOD = 0.05
 """s that a packet of a stream may be older than its arrival, beside the way: the robot sends 50 a second or fewer."""
 STARTUP = 4.0
 """s from a restart to the greeting of an e-puck2, which has no command for it (wire-protocol.md, 1.2)."""
-LEAST_STARTUP = 1.0
+MIN_STARTUP = 1.0
 """s from a restart to the greeting at least: the camera's driver sleeps, or the bootloader listens, as long (1.2)."""
 LATEST_STOP = 1.0
 """s after the loss of a link within which the stop that was sent last has arrived, if it has."""
@@ -83,7 +83,7 @@ class Odometry(Reckoning):
                     self._read(steps, time - STREAM_PERIOD - self._half, time)
                 self._was_set = False
             case Greeted():
-                likely, latest = (max(self._heard, time - start) for start in (self.startup, LEAST_STARTUP))
+                likely, latest = (max(self._heard, time - start) for start in (self.startup, MIN_STARTUP))
                 self._restarted(Moment(self._heard, likely, latest))
                 self.restarts += 1
             case Resynced():

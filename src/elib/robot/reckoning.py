@@ -33,15 +33,15 @@ STEP = METRES_PER_STEP / AXLE
 """rad: the heading is never known better than to a step of one wheel."""
 PUNCTUAL = 0.005
 """s by which the way of most commands to the robot differs; a few come much later."""
-MOST_FITS = 10
+MAX_FITS = 10
 """How often the moments are fitted, each time without those that reached a limit."""
 UNLIKELY = 25.0
 """Cost of an explanation beyond that of the best, from which it is out of the question: five standard deviations."""
-MOST_CHANGES = 1000
+MAX_CHANGES = 1000
 """Changes between two readings, above which neighbours are joined into one with their mean speed."""
-MOST_UNSURE = 4
+MAX_UNSURE = 4
 """Commands without an answer, above which the oldest counts as done: each one doubles the explanations to compare."""
-MOST_RESTARTS = 20
+MAX_RESTARTS = 20
 """Changes before a reading between which a restart is looked for that no greeting showed."""
 
 Pair = tuple[float, float]
@@ -145,9 +145,9 @@ class Reckoning:
         insort(self._changes, change, key=_moment)
         self._count += 1
         unsure = [] if change.is_sure else [i for i, each in enumerate(self._changes) if not each.is_sure]
-        if len(unsure) > MOST_UNSURE:
+        if len(unsure) > MAX_UNSURE:
             self._changes[unsure[0]] = replace(self._changes[unsure[0]], is_sure=True)
-        if len(self._changes) > MOST_CHANGES:
+        if len(self._changes) > MAX_CHANGES:
             self._changes = list(_joined(self._changes))
 
     def read(self, counters: tuple[int, int], when: Moment, bits: int, time: float) -> None:
@@ -196,7 +196,7 @@ class Reckoning:
         marks = [self._start, *self._changes, reading]
         likely: list[list[Change]] = []
         hasty: list[list[Change]] = []
-        for place in range(len(self._changes), max(-1, len(self._changes) - MOST_RESTARTS), -1):
+        for place in range(len(self._changes), max(-1, len(self._changes) - MAX_RESTARTS), -1):
             before, after = marks[place].when, marks[place + 1].when
             answered = next(mark.when.at for mark in marks[place + 1 :] if mark.is_sure)
             latest = max(before.at, min(after.at, answered - self.startup))
@@ -329,7 +329,7 @@ def _fitted(
     """Return when the marks were, so that the wheels make the steps that are missing, each mark within its moment."""
     times = [mark.when.at for mark in marks]
     free = [mark.when.variance for mark in marks]
-    for _ in range(MOST_FITS):
+    for _ in range(MAX_FITS):
         pull = _times(_inverse(_spread_of(gains, free), slack), missing)
         shifts = [v * (gain[0] * pull[0] + gain[1] * pull[1]) for v, gain in zip(free, gains, strict=True)]
         is_within = True

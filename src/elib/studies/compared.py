@@ -15,9 +15,9 @@ from elib.studies.series import Series
 
 FIRST, SECOND = "#3d7ebf", "#d1495b"
 """Of A and of B."""
-MOST_CHARTS = 24
+MAX_CHARTS = 24
 """Fields that are drawn; more would be a metre of paper."""
-MOST_COMMANDS = 12
+MAX_COMMANDS = 12
 
 
 def draw_comparison(
@@ -39,7 +39,7 @@ def draw_comparison(
     check_report(path)
     from matplotlib.figure import Figure
 
-    shown = [(each.reading, each.field) for each in found.fields if each.count][:MOST_CHARTS]
+    shown = [(each.reading, each.field) for each in found.fields if each.count][:MAX_CHARTS]
     rows = max(len(shown), 5)
     height = max(6.5, 0.85 * rows + 1.4)
     figure = Figure(figsize=(12.5, height), dpi=110, facecolor=PAPER, layout="constrained")
@@ -117,7 +117,7 @@ def _map(axes: Any, floor: Snapshot) -> None:
 
 
 def _latencies(axes: Any, found: Comparison) -> None:
-    names = sorted(found.first.commands.keys() | found.second.commands.keys())[:MOST_COMMANDS]
+    names = sorted(found.first.commands.keys() | found.second.commands.keys())[:MAX_COMMANDS]
     places = np.arange(len(names), dtype=float)
     for run, colour, shift in ((found.first, FIRST, -0.19), (found.second, SECOND, 0.19)):
         rows = [run.commands.get(name) for name in names]

@@ -28,13 +28,13 @@ from elib.base.errors import ArgumentError, Unsupported
 from elib.link.protocol.values import MagneticField
 from elib.robot.aio import Epuck
 
-LEAST_READINGS = 16
+MIN_READINGS = 16
 """Readings that a fit needs: three times the five unknowns of an ellipse, and one for the sense of the turn."""
 WIDEST_GAP = math.radians(60)
 """Largest part of the ellipse without a reading. With a wider gap the noise decides how the ellipse closes."""
-LEAST_STRENGTH = 1e-6
+MIN_STRENGTH = 1e-6
 """T. The horizontal field of the Earth is 10 to 40 uT; with less, the chip is off, or shielded."""
-MOST_DEVIATION = 0.1
+MAX_DEVIATION = 0.1
 """Largest deviation of a reading from the ellipse, root mean square, as a share of the field: 6 degrees of heading."""
 TURNS = 1.2
 """Turns on the spot: one, and some more because wheels and times are not exact."""
@@ -100,13 +100,13 @@ def fit_compass(fields: Iterable[MagneticField]) -> Compass:
             what to do.
     """
     measured = np.array([(field.x, field.y) for field in fields], dtype=np.float64).reshape(-1, 2)
-    if len(measured) < LEAST_READINGS:
+    if len(measured) < MIN_READINGS:
         raise ArgumentError(
-            f"there are {len(measured)} readings of the magnetometer; a fit needs {LEAST_READINGS}", hint=ADVICE
+            f"there are {len(measured)} readings of the magnetometer; a fit needs {MIN_READINGS}", hint=ADVICE
         )
     middle = measured.mean(axis=0)
     size = float(np.abs(measured - middle).max())
-    if size < LEAST_STRENGTH:
+    if size < MIN_STRENGTH:
         raise ArgumentError(
             f"the magnetometer changes by {size * 1e6:.2g} uT only: it is switched off, or the robot did not turn",
             hint="call start_magnetometer() first, and turn the robot while you read",
@@ -123,10 +123,10 @@ def fit_compass(fields: Iterable[MagneticField]) -> Compass:
     to_circle = axes @ np.diag(np.sqrt(lengths / (1.0 + centre @ form @ centre))) @ axes.T
     unit = (np.column_stack((x, y)) - centre) @ to_circle.T
     deviation = float(np.sqrt(np.mean((np.hypot(*unit.T) - 1.0) ** 2)))
-    if deviation > MOST_DEVIATION:
+    if deviation > MAX_DEVIATION:
         raise ArgumentError(
             f"the readings of the magnetometer are {100 * deviation:.0f} % of the field beside the ellipse that fits "
-            f"them best; {100 * MOST_DEVIATION:.0f} % are allowed",
+            f"them best; {100 * MAX_DEVIATION:.0f} % are allowed",
             hint=ADVICE,
         )
     sense = _sense(np.arctan2(unit[:, 1], unit[:, 0]))

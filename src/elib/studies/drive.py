@@ -33,14 +33,14 @@ from elib.studies.report import Chart, check_report, draw_report
 
 MARGIN = 0.10
 """m of free floor around a path whose surroundings are unknown."""
-SMALLEST_FLOOR = 0.5
+MIN_FLOOR = 0.5
 """m, so that a robot that hardly moved is not drawn as large as the picture."""
 
 
 BETWEEN = 0.1
 """Smallest time from one point of a path to the next, s: a robot moves 13 mm in it at most."""
 
-MOST_PARTS = 1000
+MAX_PARTS = 1000
 """Points into which one stretch of a path without a world is divided at most."""
 
 Sensed = Proximity | AmbientLight | Ground | Microphones
@@ -168,7 +168,7 @@ class RobotReport:
         else:
             left, right = self.wheels
             # An arc is drawn as an arc even if the program waited in it.
-            parts = min(max(1, math.ceil((time - self._last) / BETWEEN)), MOST_PARTS)
+            parts = min(max(1, math.ceil((time - self._last) / BETWEEN)), MAX_PARTS)
             steps = (time - self._last) * STEPS_PER_REVOLUTION / parts
             for _ in range(parts):
                 self._add(advanced(self.path[-1], left * steps, right * steps, time))
@@ -289,8 +289,8 @@ def floor_around(paths: Sequence[Sequence[Pose]], name: str) -> tuple[Snapshot, 
     poses = [pose for path in paths for pose in path] or [Pose(0.0, 0.0)]
     left, below = MARGIN - min(pose.x for pose in poses), MARGIN - min(pose.y for pose in poses)
     moved = [[dataclasses.replace(pose, x=pose.x + left, y=pose.y + below) for pose in path] for path in paths]
-    width = max(left + MARGIN + max(pose.x for pose in poses), SMALLEST_FLOOR)
-    depth = max(below + MARGIN + max(pose.y for pose in poses), SMALLEST_FLOOR)
+    width = max(left + MARGIN + max(pose.x for pose in poses), MIN_FLOOR)
+    depth = max(below + MARGIN + max(pose.y for pose in poses), MIN_FLOOR)
     robots = tuple(RobotView(path[-1]) for path in moved if path)
     return Snapshot(name, 0, 0.0, width, depth, robots=robots), moved
 

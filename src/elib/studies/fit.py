@@ -11,11 +11,11 @@ import numpy as np
 
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.fields import LONGEST_TEXT
+from elib.base.fields import MAX_TEXT
 from elib.records.reader import Recording
 from elib.simulator.emulator.robotprofile import (
     GREATEST_SCALE,
-    LEAST_SCALE,
+    MIN_SCALE,
     NOMINAL_RADIUS,
     LinkDelay,
     RobotProfile,
@@ -138,7 +138,7 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
     scene = _scene(recording, world)
     progress("wheels")
     wheels = attempt("wheels", lambda: _fit_wheels(readings.get("encoders"), path), _Lacking)
-    about = "".join(each if each.isprintable() else "?" for each in f"fitted from {recording.name}")[:LONGEST_TEXT]
+    about = "".join(each if each.isprintable() else "?" for each in f"fitted from {recording.name}")[:MAX_TEXT]
     rolling = None
     if wheels is not None:
         radii = NOMINAL_RADIUS * wheels.left, NOMINAL_RADIUS * wheels.right
@@ -176,7 +176,7 @@ def _fit_wheels(steps: Series | None, path: Series) -> WheelFit:
     for name, scale in (("left wheel", found.left), ("right wheel", found.right), ("axle", found.axle / AXLE)):
         if not is_nominal(scale):
             raise ArgumentError(
-                f"the {name} would be {scale:.3g} times the nominal one; {LEAST_SCALE:g} to {GREATEST_SCALE:g} times "
+                f"the {name} would be {scale:.3g} times the nominal one; {MIN_SCALE:g} to {GREATEST_SCALE:g} times "
                 "are possible for an e-puck: the robot probably slipped or pushed something all the time, or the poses "
                 "are wrong",
                 hint=TRUSTWORTHY,

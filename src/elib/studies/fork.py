@@ -40,15 +40,15 @@ SILENCE = 0.1
 """s without an answer after which the robot has set everything."""
 NEAR_STEP, FAR_STEP, PARTS = 0.0005, 0.02, 12
 """m between the places that are tried for a robot, near its own place and further away; and in how many directions."""
-LEAST_SHIFT = 0.02
+MIN_SHIFT = 0.02
 """m by which a robot may stand beside its recorded place without a warning."""
 LINK_KEYS = ("latency", "jitter", "loss", "baud")
 """Keys of a recorded ``sim://`` URL that describe its link."""
 MOMENT = Number(unit="s")
 """A time of a recording."""
-MOST_SPEED = STEPS_PER_REVOLUTION
+MAX_SPEED = STEPS_PER_REVOLUTION
 """steps/s that a command may ask of a wheel: one revolution a second."""
-LONGEST_SETTING = 5.0
+MAX_SETTING = 5.0
 """s that setting lamps and camera may take."""
 
 
@@ -105,7 +105,7 @@ async def fork(recording: Recording, state: RobotState, *, world: str | None = N
     try:
         if transport.codec == "wifi":
             # Every command has all actuators, so the first one of the new connection sets them.
-            left, right = (max(-MOST_SPEED, min(MOST_SPEED, speed)) for speed in state.speed)  # the file may be damaged
+            left, right = (max(-MAX_SPEED, min(MAX_SPEED, speed)) for speed in state.speed)  # the file may be damaged
             memory = dataclasses.replace(state.memory, speed=(left, right))
             transport.last_command = command_of(memory, STREAM_SENSORS)
         else:
@@ -157,7 +157,7 @@ async def _set(transport: SimTransport, state: RobotState, firmware: str) -> Non
     context = Context(profile_named(firmware))
     for name, arguments in restoring_calls(state.memory):
         await transport.write(SPECS[name].request(context, *arguments).data)
-        end = asyncio.get_running_loop().time() + LONGEST_SETTING
+        end = asyncio.get_running_loop().time() + MAX_SETTING
         while asyncio.get_running_loop().time() < end:
             try:
                 async with asyncio.timeout(SILENCE):
@@ -258,11 +258,11 @@ def _put(world: World, robot: int, pose: Pose, *, is_exact: bool = False) -> Non
                 refused = refused or error
                 continue
             moved = math.dist((place.x, place.y), (pose.x, pose.y))
-            if moved > LEAST_SHIFT and is_exact:
+            if moved > MIN_SHIFT and is_exact:
                 raise refused or ArgumentError(
                     f"the recorded place ({pose.x:.3f}, {pose.y:.3f}) m is not free in this world"
                 )
-            if moved > LEAST_SHIFT:
+            if moved > MIN_SHIFT:
                 log.warning(
                     "the recorded place (%.3f, %.3f) m is not free in this world; the robot goes on %.0f cm beside it",
                     pose.x,

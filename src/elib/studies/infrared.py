@@ -38,7 +38,7 @@ SATURATED = 3400.0
 """Counts from which the ambient light limits readings (e-puck.md, 4)."""
 NEAR = 100.0
 """Counts from which something is near: 5 cm by the published curves."""
-LEAST_NEAR = 40
+MIN_NEAR = 40
 """Least number of readings of something near, of all sensors together."""
 POSE_ERROR = 2e-4
 """Error of the measured distance besides all noise, m."""
@@ -52,7 +52,7 @@ ROUNDS, SOFT_ROUNDS = 16, 6
 """Most iterations, and those of them in which all readings keep some weight."""
 SMALL = 1e-3
 """Change of a logarithm at which the iteration ends."""
-MOST_READINGS = 900
+MAX_READINGS = 900
 """Readings of all sensors that are used; of more, evenly chosen ones are enough."""
 EVERY = 5
 """One reading in so many is not fitted but predicted, to test the fit."""
@@ -97,13 +97,13 @@ def fit_curve(depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbe
     """
     depth, _ = depths_at(delay)
     near = int(np.sum((read > NEAR) & (depth.min(axis=-1) < REACH)))
-    if near < LEAST_NEAR:
+    if near < MIN_NEAR:
         raise ArgumentError(
-            f"only {near} infrared readings are of something nearer than about 5 cm; the curve needs {LEAST_NEAR}",
+            f"only {near} infrared readings are of something nearer than about 5 cm; the curve needs {MIN_NEAR}",
             hint="drive slowly up to a wall and turn before it: elib run calibration-drive --record FILE",
         )
     place = np.arange(len(read))
-    is_kept = (place % EVERY != 0) & (place * MOST_READINGS // len(read) != (place - 1) * MOST_READINGS // len(read))
+    is_kept = (place % EVERY != 0) & (place * MAX_READINGS // len(read) != (place - 1) * MAX_READINGS // len(read))
     model = _Model(lambda age: _only(depths_at(age), is_kept), read[is_kept], delay)
     for number in range(ROUNDS):
         if model.improve() < SMALL and number > SOFT_ROUNDS:
@@ -176,7 +176,7 @@ class _Model:
         slopes = np.concatenate([slopes, by_age[..., None]], axis=-1)
         missed = mean - self._read
         quiet = missed[(mean > 3 * USUAL_NOISE) & (mean < 3 * NEAR)]
-        if len(quiet) > LEAST_NEAR:
+        if len(quiet) > MIN_NEAR:
             self.noise = max(1.4826 * float(np.median(np.abs(quiet - np.median(quiet)))), 1.0)
         # Near a wall a fraction of a millimetre matters. The curve falls about as 1/d^2, so its slope is 2/d of itself.
         steep = 2 * mean / 0.012 * np.sqrt(np.clip(mean, 0, None) / 1600)

@@ -33,7 +33,7 @@ from elib.studies.series import Numbers, Series, common_fields
 
 COUNT = 1.0
 """Resolution of the readings."""
-MOST_CHANCE = 0.25
+MAX_CHANCE = 0.25
 """Largest distance of two simulated robots, as a share of a path's spread. If it is larger, chance decides where a
 robot goes, and the path does not show whether the simulator is right."""
 
@@ -140,7 +140,7 @@ def path_score(real: Run, model: Run, twin: Run) -> Score:
         return Score("path", math.nan, math.nan, math.nan, math.nan)
     spread = float(ours.values[:, :2].var(axis=0).sum())
     score = _score("path", np.array([np.mean(off**2), np.mean(noise**2), spread]), floor=0.0)
-    return replace(score, value=math.nan) if score.noise > MOST_CHANCE * score.spread else score
+    return replace(score, value=math.nan) if score.noise > MAX_CHANCE * score.spread else score
 
 
 def latency_score(real: Run, model: Run, twin: Run) -> Score:

@@ -19,7 +19,7 @@ Numbers: TypeAlias = NDArray[np.float64]
 
 INTERVALS = 3.0
 """A gap longer than so many median intervals is a hole: the value inside it is not known."""
-LEAST_HOLE = 0.2
+MIN_HOLE = 0.2
 """s. A shorter gap is never a hole."""
 FASTEST, LATE = 1200, 600
 """Steps/s that no wheel exceeds (e-puck.md, 1), and steps of a wheel during the half second by which a reading
@@ -54,8 +54,8 @@ class Series:
     def hole(self) -> float:
         """Length, s, from which a gap between readings is a hole."""
         if len(self.times) < 2:
-            return LEAST_HOLE
-        return max(INTERVALS * float(np.median(np.diff(self.times))), LEAST_HOLE)
+            return MIN_HOLE
+        return max(INTERVALS * float(np.median(np.diff(self.times))), MIN_HOLE)
 
     def changes(self) -> Numbers:
         """Return the change from each row to the next; nan if the next row does not continue it."""

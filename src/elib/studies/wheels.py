@@ -27,11 +27,11 @@ from elib.base.body import AXLE, METRES_PER_STEP
 from elib.base.errors import ArgumentError
 from elib.studies.series import Numbers, Series
 
-LEAST_WAY = 1.0
+MIN_WAY = 1.0
 """m that the wheels must roll at least, forward and backward together."""
-LEAST_TURN = 4 * math.pi
+MIN_TURN = 4 * math.pi
 """rad that the robot must turn at least, left and right together: the rounding of a step counter is 0.02 % of that."""
-LEAST_WINDOWS = 20
+MIN_WINDOWS = 20
 """Windows that a fit needs: with fewer, the four unknowns and their standard errors depend on single windows."""
 WINDOW = 8.0
 """Shortest window, s: long enough that the rounding of counters and the errors of poses are small, short enough that
@@ -43,19 +43,19 @@ GAP = 0.6
 TUKEY = 4.685
 """Deviations at which the biweight ends: 95 % as efficient as least squares on good data (Holland, Welsch 1977)."""
 COARSE_ROUNDS, ROUNDS = 10, 25
-LEAST_SIZE, GREATEST_SIZE, SIZE_STEP = 0.7, 1.4, 0.005
+MIN_SIZE, GREATEST_SIZE, SIZE_STEP = 0.7, 1.4, 0.005
 """Range and step of the sizes that are tried for the first guess, as shares of the nominal axle; a step is 3 mm of what
 a robot usually drives in a window."""
 COARSE_POSITION, COARSE_HEADING = 0.005, math.radians(1.0)
 """m, rad. A window with such a residual has a quarter of its weight in the first rounds; good poses make less."""
-MOST_POSITION, MOST_HEADING = 0.02, math.radians(3.0)
+MAX_POSITION, MAX_HEADING = 0.02, math.radians(3.0)
 """m, rad. After the first rounds, a window with a larger residual counts as slip or contact. If the others miss by half
 of it (root mean square), some of the good windows are beyond it too, and the fit is refused."""
-LEAST_SHARE = 1 / 3
+MIN_SHARE = 1 / 3
 """Share of the windows that must agree: with fewer, chance decides which ones do."""
-MOST_ERROR = 0.003
+MAX_ERROR = 0.003
 """Largest standard error of radii and axle, as a share of them: with more, a nominal robot is as good a guess."""
-SMALLEST_STEP = 1e-9
+MIN_STEP = 1e-9
 """Change of the unknowns at which the iteration ends: far below any standard error."""
 POSITION_FLOOR, HEADING_FLOOR = METRES_PER_STEP, METRES_PER_STEP / AXLE
 """m, rad. Effect of the rounding of the counters: a window that misses by less is never an outlier."""
@@ -107,11 +107,11 @@ def fit_wheels(steps: Series, poses: Series) -> WheelFit:
     """
     _check_motion(steps, poses)
     pairs = _windows(steps, poses)
-    if len(pairs) < LEAST_WINDOWS:
+    if len(pairs) < MIN_WINDOWS:
         breaks = int(steps.broken.sum())
         raise ArgumentError(
             f"the drive has only {len(pairs)} pieces of {WINDOW:g} s with counters all along and measured poses at "
-            f"both ends, where the wheels turn evenly; it needs {LEAST_WINDOWS}"
+            f"both ends, where the wheels turn evenly; it needs {MIN_WINDOWS}"
             + (f". The counters were set or reset {breaks} times, and no piece reaches over that" if breaks else ""),
             hint=("set the counters before driving only; " if breaks else "")
             + "read the counters twice a second or more, measure poses as often, and drive each movement for some "
@@ -172,7 +172,7 @@ def _guess(rolled: Numbers, turned: Numbers, left_over: Callable[[Numbers], Numb
         missed = _angles(table @ over_axle - turned)
         root = 1 / np.sqrt(np.maximum(np.abs(missed), HEADING_FLOOR))
         over_axle = over_axle - np.linalg.lstsq(table * root[:, None], missed * root, rcond=None)[0]
-    sizes = AXLE * np.arange(LEAST_SIZE, GREATEST_SIZE, SIZE_STEP)
+    sizes = AXLE * np.arange(MIN_SIZE, GREATEST_SIZE, SIZE_STEP)
     guesses = [np.array([*(over_axle * size), size, 0.0]) for size in sizes]
     return max(guesses, key=lambda guess: float(_coarse_weights(left_over(guess)).sum()))
 
@@ -192,27 +192,27 @@ def _angles(values: Numbers) -> Numbers:
 def _check_fit(fit: WheelFit) -> None:
     """Refuse a fit that is not to be trusted."""
     count = fit.windows + fit.left_out
-    if fit.windows < max(LEAST_WINDOWS, LEAST_SHARE * count):
+    if fit.windows < max(MIN_WINDOWS, MIN_SHARE * count):
         raise ArgumentError(
             f"only {fit.windows} of {count} pieces of the drive agree on the wheels, within "
-            f"{1000 * MOST_POSITION:g} mm and {math.degrees(MOST_HEADING):g} degrees: in the others the robot probably "
+            f"{1000 * MAX_POSITION:g} mm and {math.degrees(MAX_HEADING):g} degrees: in the others the robot probably "
             "slipped or pushed something, or the poses are wrong",
             hint=TRUSTWORTHY,
         )
-    if fit.position_error > MOST_POSITION / 2 or fit.heading_error > MOST_HEADING / 2:
+    if fit.position_error > MAX_POSITION / 2 or fit.heading_error > MAX_HEADING / 2:
         raise ArgumentError(
             f"the wheels that fit the drive best still miss by {1000 * fit.position_error:.1f} mm and "
-            f"{math.degrees(fit.heading_error):.1f} degrees over {WINDOW:g} s; {500 * MOST_POSITION:g} mm and "
-            f"{math.degrees(MOST_HEADING) / 2:g} degrees are allowed: the robot probably slipped or pushed something, "
+            f"{math.degrees(fit.heading_error):.1f} degrees over {WINDOW:g} s; {500 * MAX_POSITION:g} mm and "
+            f"{math.degrees(MAX_HEADING) / 2:g} degrees are allowed: the robot probably slipped or pushed something, "
             "or the poses are not exact enough",
             hint=TRUSTWORTHY,
         )
     sizes = fit.left, fit.right, fit.axle
     worst = max(error / abs(size) for error, size in zip(fit.errors, sizes, strict=False))
-    if not worst <= MOST_ERROR:
+    if not worst <= MAX_ERROR:
         known = f"known only within {100 * worst:.1f} % (standard error)" if math.isfinite(worst) else "hardly known"
         raise ArgumentError(
-            f"the wheels are {known}; {100 * MOST_ERROR:g} % is allowed: the drive is short for such poses, "
+            f"the wheels are {known}; {100 * MAX_ERROR:g} % is allowed: the drive is short for such poses, "
             "or the robot often slipped or pushed something",
             hint=f"drive longer; {TRUSTWORTHY}",
         )
@@ -257,10 +257,10 @@ def _check_motion(steps: Series, poses: Series) -> None:
     change = steps.changes() * METRES_PER_STEP
     way = float(np.nansum(np.abs(change).mean(axis=1)))
     turn = float(np.nansum(np.abs(change[:, 1] - change[:, 0]))) / AXLE
-    if way < LEAST_WAY or turn < LEAST_TURN:
+    if way < MIN_WAY or turn < MIN_TURN:
         raise ArgumentError(
             f"the robot rolled {way:.2f} m and turned {turn / math.tau:.1f} times; "
-            f"the wheels need {LEAST_WAY:g} m and {LEAST_TURN / math.tau:g} turns",
+            f"the wheels need {MIN_WAY:g} m and {MIN_TURN / math.tau:g} turns",
             hint="drive straight legs, and turns on the spot to both sides: elib run calibration-drive --record FILE",
         )
 
@@ -304,7 +304,7 @@ def _solve(
     rows, aims = np.zeros((0, 4)), np.zeros(0)
     for number in range(COARSE_ROUNDS + ROUNDS):
         missed = left_over(unknowns)
-        fits = (np.hypot(missed[:, 0], missed[:, 1]) < MOST_POSITION) & (np.abs(missed[:, 2]) < MOST_HEADING)
+        fits = (np.hypot(missed[:, 0], missed[:, 1]) < MAX_POSITION) & (np.abs(missed[:, 2]) < MAX_HEADING)
         if number < COARSE_ROUNDS:
             scale = np.array([COARSE_POSITION, COARSE_POSITION, COARSE_HEADING])
             weights = _coarse_weights(missed)
@@ -327,7 +327,7 @@ def _solve(
         if not np.all(np.isfinite(change)):
             raise _undetermined()
         unknowns = unknowns + change
-        if number >= COARSE_ROUNDS and np.all(np.abs(change) < SMALLEST_STEP * np.array([1, 1, 1, 1e3])):
+        if number >= COARSE_ROUNDS and np.all(np.abs(change) < MIN_STEP * np.array([1, 1, 1, 1e3])):
             break
     # Windows overlap, so the residuals of neighbours are correlated: they are added up over blocks of the drive before
     # they are squared (the cluster-robust covariance). With few blocks the unknowns absorb a part of the residuals.

@@ -38,7 +38,7 @@ BLUETOOTHCTL_TIMEOUT = 2.0
 
 LOCAL = "local"
 """The network of this computer's own address, as far as an address block of 256 goes."""
-MOST_ADDRESSES = 1024
+MAX_ADDRESSES = 1024
 """The largest network that is asked."""
 AT_ONCE = 64
 """Addresses that are asked at the same time: a home router loses packets if there are many more."""
@@ -158,9 +158,9 @@ def addresses_of(network: str) -> list[str]:
         except ValueError as error:
             raise ArgumentError(f"{network!r} is not a network: {error}", hint="write 192.168.1.0/24") from None
         own = _own_address(str(block[-1] if block.num_addresses == 1 else block[1]))
-    if block.num_addresses > MOST_ADDRESSES:
+    if block.num_addresses > MAX_ADDRESSES:
         raise ArgumentError(
-            f"{network} has {block.num_addresses} addresses; {MOST_ADDRESSES} are the most that are asked",
+            f"{network} has {block.num_addresses} addresses; {MAX_ADDRESSES} are the most that are asked",
             hint="name a part of it, such as the /24 of the robots",
         )
     if own is None or own not in block:

@@ -14,7 +14,7 @@ from elib.link.protocol.commands import SPECS
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import Quantity
 from elib.link.protocol.values import Numbers, Selector, Version
-from elib.link.session import GRACE, LONGEST_SILENCE_WAIT
+from elib.link.session import GRACE, MAX_SILENCE_WAIT
 from elib.robot.blocking import BlockingEpuck, CallbackEpuck
 
 Timeout = Annotated[float, Quantity("timeout", "s", 0.0, 60.0, scale=1)]
@@ -157,7 +157,7 @@ def run_steps(robot: BlockingEpuck, run: RunContext, steps: Iterable[TourStep], 
         outcome = begin_step(robot, run, step, limit)
         if outcome is None:
             continue
-        if not outcome.wait(robot, limit + GRACE + LONGEST_SILENCE_WAIT):
+        if not outcome.wait(robot, limit + GRACE + MAX_SILENCE_WAIT):
             raise no_outcome(step.command)
         if isinstance(outcome.error, LinkError):
             raise outcome.error

@@ -11,13 +11,13 @@ import uvicorn
 from mcp.server.transport_security import TransportSecuritySettings
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from elib.doors.agent.pipes import LONGEST_LINE
+from elib.doors.agent.pipes import MAX_LINE
 from elib.doors.agent.server import AgentDoor
 from elib.robot.running import ending
 
 IDLE_TIME = 600.0
 """s without a request after which a session ends."""
-MOST_SESSIONS, MOST_CONNECTIONS = 16, 64
+MAX_SESSIONS, MAX_CONNECTIONS = 16, 64
 PARTS_WAITING = 4
 """Parts of a request's body that wait for the application."""
 
@@ -91,16 +91,16 @@ async def serve_http(door: AgentDoor, sock: socket.socket) -> None:
             allowed_hosts=[f"127.0.0.1:{port}", f"localhost:{port}"],
             allowed_origins=[],
         ),
-        max_request_body_size=LONGEST_LINE,
+        max_request_body_size=MAX_LINE,
         session_idle_timeout=IDLE_TIME,
-        max_sessions=MOST_SESSIONS,
+        max_sessions=MAX_SESSIONS,
     )
     config = uvicorn.Config(
         Departures(application),
         log_config=None,
         access_log=False,
         lifespan="on",
-        limit_concurrency=MOST_CONNECTIONS,
+        limit_concurrency=MAX_CONNECTIONS,
         timeout_graceful_shutdown=1,
         ws="none",
     )

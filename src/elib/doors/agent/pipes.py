@@ -10,12 +10,12 @@ import sys
 import threading
 from collections.abc import Iterator
 
-LONGEST_LINE = 1 << 20
+MAX_LINE = 1 << 20
 """Bytes of a message: the longest call of a tool has less than a thousandth of this."""
 CHUNK = 1 << 16
-MOST_WAITING = 1000
+MAX_WAITING = 1000
 """Lines that wait for a slow reader of the error output; later ones are dropped."""
-MOST_UNREAD = 1000, 4 << 20
+MAX_UNREAD = 1000, 4 << 20
 """Lines, and bytes of them, that a client may send while it reads none of its answers; then it is left."""
 LAST_WORDS = 0.5
 """s that the last answers may take, after a client has closed its end or was left."""
@@ -36,7 +36,7 @@ class Lines:
         self._descriptor, self._output = descriptor, output
         self._answers = self._count = self._bytes = 0
         self._loop = asyncio.get_running_loop()
-        self._lines: asyncio.Queue[str | None] = asyncio.Queue(MOST_WAITING)
+        self._lines: asyncio.Queue[str | None] = asyncio.Queue(MAX_WAITING)
         threading.Thread(target=self._read, name="elib agent reads", daemon=True).start()
 
     def __aiter__(self) -> Lines:
@@ -55,7 +55,7 @@ class Lines:
         if self._answers != self._output.answers:
             self._answers, self._count, self._bytes = self._output.answers, 0, 0
         self._count, self._bytes = self._count + 1, self._bytes + len(line)
-        return self._output.is_waiting and (self._count > MOST_UNREAD[0] or self._bytes > MOST_UNREAD[1])
+        return self._output.is_waiting and (self._count > MAX_UNREAD[0] or self._bytes > MAX_UNREAD[1])
 
     def _read(self) -> None:
         rest, is_too_long = b"", False
@@ -72,7 +72,7 @@ class Lines:
                 if not self._put("" if is_too_long else line.decode("utf-8", "replace")):
                     return
                 is_too_long = False
-            if len(rest) > LONGEST_LINE:
+            if len(rest) > MAX_LINE:
                 rest, is_too_long = b"", True
 
     def _put(self, line: str | None) -> bool:
@@ -161,7 +161,7 @@ class Complaints:
     """The error output, written by a thread: a client that does not read it must not hold up a stop."""
 
     def __init__(self) -> None:
-        self._texts: queue.Queue[str] = queue.Queue(MOST_WAITING)
+        self._texts: queue.Queue[str] = queue.Queue(MAX_WAITING)
         threading.Thread(target=self._write, name="elib agent complains", daemon=True).start()
 
     def say(self, text: str) -> None:

@@ -20,9 +20,9 @@ from elib.doors.agent.pipes import LAST_WORDS, Complaints, Lines, Output
 from elib.doors.agent.tool import Result, Tool
 from elib.doors.agent.tools import Tools, wrong
 
-LONGEST_LOGGED = 300
+MAX_LOGGED = 300
 """Characters of arguments and results that a line of the log keeps."""
-MOST_CALLS = 32
+MAX_CALLS = 32
 """Calls that may be under way at once; more are refused."""
 INSTRUCTIONS = """\
 You drive e-puck robots: small two-wheeled robots, 7 cm wide, with eight infrared sensors that see about 5 cm far, a
@@ -49,8 +49,8 @@ class Journal:
 
     def write(self, name: str, arguments: Mapping[str, object], result: Result, seconds: float) -> None:
         """Write one call."""
-        asked = json.dumps(arguments, ensure_ascii=False, default=str)[:LONGEST_LOGGED]
-        said = result.text.partition("\n")[0][:LONGEST_LOGGED]
+        asked = json.dumps(arguments, ensure_ascii=False, default=str)[:MAX_LOGGED]
+        said = result.text.partition("\n")[0][:MAX_LOGGED]
         line = f"{name[:80]} {asked}: {said}"
         driver = self._tools.drivers.get(str(arguments.get("robot", next(iter(self._tools.drivers)))))
         if driver is not None:
@@ -63,7 +63,7 @@ class Journal:
             "seconds": round(seconds, 3),
             "tool": name[:80],
             # As text if they are long, or hold NaN or an infinity, which a reader of JSON refuses.
-            "arguments": arguments if len(asked) < LONGEST_LOGGED and _is_strict(arguments) else asked,
+            "arguments": arguments if len(asked) < MAX_LOGGED and _is_strict(arguments) else asked,
             "is_error": result.is_error,
             "result": result.data,
         }
@@ -119,8 +119,8 @@ class AgentDoor:
         tool = self._tools.tools.get(name)
         if tool is None:
             raise ArgumentError(f"there is no tool {name[:80]!r}", hint=f"choose one of {', '.join(self._tools.tools)}")
-        if len(self._calls) >= MOST_CALLS and name != "stop":
-            raise ArgumentError(f"{MOST_CALLS} calls are under way", hint="wait for their results")
+        if len(self._calls) >= MAX_CALLS and name != "stop":
+            raise ArgumentError(f"{MAX_CALLS} calls are under way", hint="wait for their results")
         return tool.check(arguments)
 
     async def _carried_out(self, tool: Tool, arguments: Mapping[str, object], is_gone: asyncio.Event | None) -> Result:

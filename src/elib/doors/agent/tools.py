@@ -31,7 +31,7 @@ WIDEST = 12
 side."""
 ENLARGED = 8
 """Times that a picture is enlarged: 40 pixels are too few for the eyes of most models."""
-LONGEST_BEHAVIOUR = 60.0
+MAX_BEHAVIOUR = 60.0
 """s that one call may run a behaviour."""
 SLOWEST = 0.005
 """m/s."""
@@ -178,7 +178,7 @@ class Tools:
                         "Name of the behaviour.", "string", choices=tuple(map(str, names)), is_required=True
                     ),
                     "seconds": Parameter(
-                        "How long it runs in s.", low=0.5, high=min(LONGEST_BEHAVIOUR, self.limits.seconds), default=5.0
+                        "How long it runs in s.", low=0.5, high=min(MAX_BEHAVIOUR, self.limits.seconds), default=5.0
                     ),
                     "parameters": Parameter(
                         "Its own options by name; a wrong one is answered with its rule.", "object"

@@ -18,7 +18,7 @@ from elib.panel.slot import Slot
 DRIVE, LEDS, STOP = "/drive", "/leds", "/stop"
 CLIENT_TOPICS = (DRIVE, LEDS, STOP)
 """The topics that clients may publish, below the robot's own name."""
-LONGEST = 2048
+MAX_MESSAGE = 2048
 """Bytes of a message; a Twist with all its fields has 120."""
 RING = 8
 COLOUR_LEDS = (1, 3, 5, 7)

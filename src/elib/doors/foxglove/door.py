@@ -22,7 +22,7 @@ from foxglove.websocket import (
 )
 
 from elib.base.errors import ElibError
-from elib.doors.foxglove.commands import CLIENT_TOPICS, DRIVE, LONGEST, Commands
+from elib.doors.foxglove.commands import CLIENT_TOPICS, DRIVE, MAX_MESSAGE, Commands
 from elib.doors.foxglove.parameters import Parameters, Value
 from elib.doors.foxglove.relay import ORIGINS, SECRET, SECRET_CHANNEL, Relay, free_target
 from elib.doors.foxglove.topics import Topics
@@ -34,7 +34,7 @@ PERIOD = 0.1
 """s between two looks at what changed: links, parameters, lines of the event log, who looks at the camera."""
 BACKLOG = 256
 """Messages that may wait for a slow client; the oldest ones are dropped."""
-MOST_CHANNELS = 200
+MAX_CHANNELS = 200
 """Topics that one client may advertise; one that advertises more is disconnected."""
 WAITING = 8
 """Messages of one topic of one client that may wait for the event loop; the oldest ones are dropped."""
@@ -183,7 +183,7 @@ class FoxgloveDoor(ServerListener):
             if client.id not in self._secrets:
                 return
             channels = self._advertised.setdefault(client.id, {})
-            if len(channels) >= MOST_CHANNELS:
+            if len(channels) >= MAX_CHANNELS:
                 self._call(self._drop, client.id)
                 return
             is_ours = channel.topic in self._kinds
@@ -212,7 +212,7 @@ class FoxgloveDoor(ServerListener):
         """Note a message of a client."""
         with self._lock:
             key, topic = self._advertised.get(client.id, {}).get(client_channel_id, ("", ""))
-            if topic and len(data) <= LONGEST:
+            if topic and len(data) <= MAX_MESSAGE:
                 place = (client.id, client_channel_id)
                 self._waiting.setdefault(place, deque(maxlen=WAITING)).append((key, topic, bytes(data)))
                 self._wake()
@@ -234,7 +234,7 @@ class FoxgloveDoor(ServerListener):
                 for each in parameters:
                     value: Any = each.get_value()
                     if each.name in values and isinstance(value, bool | int | float | str):
-                        self._wanted[each.name] = value[:LONGEST] if isinstance(value, str) else value
+                        self._wanted[each.name] = value[:MAX_MESSAGE] if isinstance(value, str) else value
                 self._wake()
         return [Parameter(each.name, value=values[each.name]) for each in parameters if each.name in values]
 

@@ -25,19 +25,19 @@ SECRET = "/elib/"
 """Begins the topic by which a connection shows itself."""
 SECRET_CHANNEL = 2**32 - 2
 """Number of that channel; clients count theirs from 1."""
-LONGEST_FRAME = 64 * 1024
+MAX_FRAME = 64 * 1024
 """Bytes of a message of a client: an advertisement with a long schema."""
-LONGEST_HEAD = 16 * 1024
+MAX_HEAD = 16 * 1024
 HEAD_TIME = 10.0
 """s that the head of a request may take to come."""
-MOST_CONNECTIONS = 32
+MAX_CONNECTIONS = 32
 MESSAGES, MESSAGES_AT_ONCE = 200.0, 400.0
 """Messages of a client per second for long, and at once: a Teleop panel sends ten, for each robot."""
 CLOSING_TIME = 1.0
 BLOCK = 64 * 1024
 BINARY, CONTROL = 0x2, 0x8
 """Opcodes of a message on a topic, and of the first of WebSocket's own: close, ping, pong."""
-MOST_CONTROL = 125
+MAX_CONTROL = 125
 
 
 class Refused(Exception):
@@ -74,7 +74,7 @@ class Relay:
 
     async def open(self) -> None:
         """Begin to listen."""
-        self._server = await asyncio.start_server(self._serve, sock=self._address.socket, limit=LONGEST_HEAD)
+        self._server = await asyncio.start_server(self._serve, sock=self._address.socket, limit=MAX_HEAD)
 
     def owns(self, secret: str) -> bool:
         """Return whether an open connection has this secret."""
@@ -102,12 +102,12 @@ class Relay:
         secret = secrets.token_urlsafe(16)
         behind: asyncio.StreamWriter | None = None
         try:
-            if len(self._tasks) >= MOST_CONNECTIONS:
-                raise Refused("503 Service Unavailable", f"{MOST_CONNECTIONS} clients are connected")
+            if len(self._tasks) >= MAX_CONNECTIONS:
+                raise Refused("503 Service Unavailable", f"{MAX_CONNECTIONS} clients are connected")
             self._tasks[task] = secret
             async with asyncio.timeout(HEAD_TIME):
                 head = self._checked(await reader.readuntil(b"\r\n\r\n"))
-                source, behind = await asyncio.open_connection(*self._target, limit=LONGEST_HEAD)
+                source, behind = await asyncio.open_connection(*self._target, limit=MAX_HEAD)
                 behind.write(head)
                 answer = await source.readuntil(b"\r\n\r\n")
             writer.write(answer)
@@ -202,7 +202,7 @@ async def _pass_frames(reader: asyncio.StreamReader, writer: asyncio.StreamWrite
         is_control = opcode >= CONTROL
         if not is_control:
             size = length if opcode else size + length  # a continuation has opcode 0
-        if not head[1] & 0x80 or size > LONGEST_FRAME or (is_control and (length > MOST_CONTROL or not is_last)):
+        if not head[1] & 0x80 or size > MAX_FRAME or (is_control and (length > MAX_CONTROL or not is_last)):
             return
         frame = head + more + await reader.readexactly(4 + length)
         if messages.take():

@@ -31,15 +31,15 @@ if TYPE_CHECKING:
 
 PROTOCOL = 1
 """Version of the protocol; the path of the door's address has the same number."""
-MOST_WAITING = 32
+MAX_WAITING = 32
 """Requests of one program that wait for an answer at the same time."""
-MOST_UNREAD = 256 * 1024
+MAX_UNREAD = 256 * 1024
 """Bytes of answers that a program may leave unread."""
-MOST_WATCHES = 8
+MAX_WATCHES = 8
 """Watches of one program."""
 ANSWERS, ANSWERS_AT_ONCE = 500.0, 1000.0
 """Answers to one program per second for long, and at once; later ones wait. A robot on a serial line gives fewer."""
-LONGEST_WAIT = 20.0
+MAX_WAIT = 20.0
 """s within which a request is answered whatever happens; the slowest command, the calibration, has 8 s."""
 EVENT_PERIOD = 0.1
 """s between two looks into the event logs."""
@@ -102,7 +102,7 @@ class Client:
 
     async def hear(self, text: str) -> str:
         """Carry out one message; return why the connection is to be closed, or an empty string."""
-        if self._transport.get_write_buffer_size() > MOST_UNREAD:
+        if self._transport.get_write_buffer_size() > MAX_UNREAD:
             return "the program does not read its answers"
         number, message = self._decode(text)
         if isinstance(message, ArgumentError):
@@ -117,10 +117,10 @@ class Client:
                 raise LinkClosed("elib serve ends")
             result = message.carry_out(self)
             if inspect.iscoroutine(result):
-                if len(self._requests) >= MOST_WAITING:
+                if len(self._requests) >= MAX_WAITING:
                     result.close()
                     raise ArgumentError(
-                        f"{MOST_WAITING} requests wait for their answers, and no more can", hint="wait for answers"
+                        f"{MAX_WAITING} requests wait for their answers, and no more can", hint="wait for answers"
                     )
                 self._begin(self._finish(message.id, result))
                 return ""
@@ -142,10 +142,10 @@ class Client:
         """Wait for the result of a request, and answer it."""
         result: object
         try:
-            async with asyncio.timeout(LONGEST_WAIT * time_factor()):
+            async with asyncio.timeout(MAX_WAIT * time_factor()):
                 result = await work
         except TimeoutError as error:
-            own = ReplyTimeout(f"the request did not end within {LONGEST_WAIT:g} s")
+            own = ReplyTimeout(f"the request did not end within {MAX_WAIT:g} s")
             result = error if isinstance(error, ElibError) else own
         except asyncio.CancelledError:
             result = LinkClosed("the connection ends before the request did")
@@ -388,8 +388,8 @@ class Client:
         context = slot.context or slot.robot.context
         names = watched_names(readings, context.profile)
         where = self._key_of(slot), names
-        if where not in self._watches and len(self._watches) >= MOST_WATCHES:
-            raise ArgumentError(f"there are {MOST_WATCHES} watches, and no more are possible", hint="unwatch one")
+        if where not in self._watches and len(self._watches) >= MAX_WATCHES:
+            raise ArgumentError(f"there are {MAX_WATCHES} watches, and no more are possible", hint="unwatch one")
         old = self._watches.pop(where, None)
         if old is not None:
             old()

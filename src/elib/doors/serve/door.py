@@ -14,7 +14,7 @@ from aiohttp import WSCloseCode, WSMsgType, web
 from elib.base.errors import ArgumentError
 from elib.doors.robots import connected, hold_open
 from elib.doors.serve.client import PROTOCOL, Client
-from elib.doors.serve.messages import LONGEST, decode
+from elib.doors.serve.messages import MAX_MESSAGE, decode
 from elib.doors.serve.watching import Broadcasts
 from elib.panel.access import Access
 from elib.panel.listening import Address
@@ -22,7 +22,7 @@ from elib.panel.server import CLOSING_TIME, Server, web_socket
 from elib.simulator.emulator.control_server import Bucket, time_factor
 
 PATH = f"/v{PROTOCOL}"
-MOST_PROGRAMS = 32
+MAX_PROGRAMS = 32
 MESSAGES, MESSAGES_AT_ONCE = 1000.0, 2000.0
 """Messages of one program per second for long, and at once. One that waits for its answers sends fewer, because answers
 beyond 500 a second wait."""
@@ -78,9 +78,9 @@ class ProgramDoor:
         """Hear one program until it leaves, or until it breaks a rule."""
         if server.is_ending:
             return web.Response(status=503, text="The program ends.")
-        if len(self._clients) >= MOST_PROGRAMS:
-            return web.Response(status=503, text=f"{MOST_PROGRAMS} programs are connected, and no more can be.")
-        ws = web_socket(LONGEST, sys.maxsize)  # nothing waits for a program that does not read
+        if len(self._clients) >= MAX_PROGRAMS:
+            return web.Response(status=503, text=f"{MAX_PROGRAMS} programs are connected, and no more can be.")
+        ws = web_socket(MAX_MESSAGE, sys.maxsize)  # nothing waits for a program that does not read
         if not ws.can_prepare(request):
             return web.Response(status=400, text="This address is for WebSockets.")
         if self._broadcasts is None:

@@ -24,15 +24,15 @@ from elib.robot.snapshot import WATCHABLE
 if TYPE_CHECKING:
     from elib.doors.serve.client import Client
 
-LONGEST = 8192
+MAX_MESSAGE = 8192
 """Bytes of a message: the longest useful one has some hundred."""
-LARGEST_ID = 1 << 53
+MAX_ID = 1 << 53
 """Of a request: a program in JavaScript can tell all whole numbers up to here apart."""
 SLOWEST, FASTEST = 0.1, 50.0
 """Range of the rate of a watch, Hz: over Bluetooth, no robot answers more than some 40 questions a second."""
 
 Key = Annotated[str, Meta(max_length=12)]
-Number = Annotated[int, Meta(ge=0, le=LARGEST_ID, description="Number that the answer repeats; 0 asks for no answer.")]
+Number = Annotated[int, Meta(ge=0, le=MAX_ID, description="Number that the answer repeats; 0 asks for no answer.")]
 Robot = Annotated[str, Meta(max_length=12, description="Key of the robot; not needed where there is only one.")]
 Result = Awaitable[object] | object
 
@@ -242,7 +242,7 @@ class _Numbered(Struct):
     @property
     def number(self) -> int:
         """The number, if it is one; 0 otherwise."""
-        return self.id if type(self.id) is int and 0 <= self.id <= LARGEST_ID else 0
+        return self.id if type(self.id) is int and 0 <= self.id <= MAX_ID else 0
 
 
 _NUMBERED = Decoder(_Numbered)

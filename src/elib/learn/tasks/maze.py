@@ -62,7 +62,7 @@ WAYS = ways(MAZE)
 DOOR_X: Final = tuple(x for x, _, _ in WAYS)
 DOOR_Y: Final = tuple(y for _, y, _ in WAYS)
 REST: Final = tuple(rest for _, _, rest in WAYS)
-LONGEST: Final = REST[0] + CELL
+MAX_WAY: Final = REST[0] + CELL
 """m. No start is farther from the goal."""
 
 
@@ -98,7 +98,7 @@ def reward(world: Records, i: int) -> float:
     """
     robot = world.robots[i]
     nearer = way_left(world, robot.before_x, robot.before_y) - way_left(world, robot.x, robot.y)
-    return nearer / LONGEST + (1.0 if is_over(world) else 0.0)
+    return nearer / MAX_WAY + (1.0 if is_over(world) else 0.0)
 
 
 def mirrored(is_across: bool, is_along: bool, heading: float) -> Scene:

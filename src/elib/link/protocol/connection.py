@@ -24,7 +24,7 @@ from elib.link.protocol.replies import Several
 from elib.link.protocol.shapes import GREETING, is_gctronic
 from elib.link.protocol.table import Request
 
-LONGEST_TAIL = 1024
+MAX_TAIL = 1024
 """Bytes kept while the answer to a probe is searched for; the longest one has 60."""
 NOISE_LIMIT = 65536
 """Bytes of unexpected lines after which the request is given up."""
@@ -420,7 +420,7 @@ class HostConnection:
         found = self._probe.pattern.search(self._buffer)
         if found is None:
             self._see_greeting(bytes(self._buffer[begin:]))  # at once: its time tells when the robot restarted
-            del self._buffer[:-LONGEST_TAIL]
+            del self._buffer[:-MAX_TAIL]
             return
         self._copy, rest = bytes(found[0]), bytes(self._buffer[found.end() :])
         self._see_greeting(bytes(self._buffer[begin : found.start()]))

@@ -218,7 +218,7 @@ TURN_THE_SELECTOR = (
     + f", BTcom at any position, or, where it is one of several programs as delivered, at {BTCOM_AMONG_OTHERS}"
 )
 """What to do if a robot does not talk."""
-LONGEST_PARAMETERS = max(profile.longest_parameters for profile in PROFILES.values())
+MAX_PARAMETERS = max(profile.longest_parameters for profile in PROFILES.values())
 
 
 def profile_named(name: str) -> Profile:

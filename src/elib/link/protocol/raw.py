@@ -11,9 +11,9 @@ from elib.link.protocol.context import Context, Parsed, Reply, UnexpectedReply
 from elib.link.protocol.replies import GUARD, LinesReply, next_line
 from elib.link.protocol.table import Request, Spec
 
-LONGEST_COMMAND = 3400
+MAX_COMMAND = 3400
 """Bytes. A longer line overruns the memory of the smallest firmware (wire-protocol.md, 1.5)."""
-LONGEST_SERVICE = 4.0
+MAX_SERVICE = 4.0
 """s, for a letter that has no row. The slowest command is the calibration on BTcom 1.1.3 (wire-protocol.md, 5.13)."""
 NUMBER = re.compile(r"-?[0-9]{1,9}")
 """A whole number as firmwares read it, bounded so that nonsense stays small."""
@@ -60,8 +60,8 @@ def text_request(context: Context, command: str) -> Request[str]:
         raise ArgumentError(
             f"{command!r} is not a text command", hint="one line of ASCII that begins with the letter: 'D,100,-100'"
         )
-    if len(line) > LONGEST_COMMAND:
-        raise ArgumentError(f"the command has {len(line)} characters; the robot's buffer holds {LONGEST_COMMAND}")
+    if len(line) > MAX_COMMAND:
+        raise ArgumentError(f"the command has {len(line)} characters; the robot's buffer holds {MAX_COMMAND}")
     reason = context.profile.absent.get("text")
     if reason is not None:
         raise Unsupported(
@@ -73,7 +73,7 @@ def text_request(context: Context, command: str) -> Request[str]:
     data = line.encode("ascii") + b"\r" + (GUARD if reply.is_guarded else b"")
     name = spec.name if spec is not None else "text"
     numbers = numbers_of(line[1:], spec)
-    service = LONGEST_SERVICE if spec is None else context.profile.service.get(name, 0.0)
+    service = MAX_SERVICE if spec is None else context.profile.service.get(name, 0.0)
     request = Request(f"text({command!r})", name, data, reply, numbers, service=service)
     return request if spec is None else replace(request, timeout=spec.timeout, wheels=spec.wheels)
 

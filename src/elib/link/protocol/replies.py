@@ -18,7 +18,7 @@ from elib.link.protocol.context import Context, Parsed, Reply, UnexpectedReply
 T = TypeVar("T")
 
 NOT_FOUND = "z,Command not found"
-LONGEST_LINE = 512
+MAX_LINE = 512
 """Bytes. The longest line of a firmware has 100; a longer one is noise."""
 
 
@@ -32,8 +32,8 @@ def next_line(buffer: bytes | bytearray, start: int) -> tuple[int, str] | Unexpe
     while True:
         end = buffer.find(b"\n", start)
         if end < 0:
-            return UnexpectedReply(len(buffer)) if len(buffer) - start > LONGEST_LINE else None
-        if end - start > LONGEST_LINE:
+            return UnexpectedReply(len(buffer)) if len(buffer) - start > MAX_LINE else None
+        if end - start > MAX_LINE:
             return UnexpectedReply(end + 1)
         text = buffer[start:end].strip(b"\r")
         if text:

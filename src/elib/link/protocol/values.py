@@ -28,13 +28,13 @@ TWELVE_BITS: Final = 4095
 """Largest count of the robot's converter, for infrared sensors and microphones."""
 
 
-LEAST_MICROPHONES: Final = 3
+MIN_MICROPHONES: Final = 3
 """Two microphones cannot tell front from rear."""
 
 AUDIBLE: Final = 30
 """Counts of the loudest microphone from which a sound has a direction. A quiet room reads 6 to 17 (e-puck.md, 7)."""
 
-LEAST_CONTRAST: Final = 0.1
+MIN_CONTRAST: Final = 0.1
 """Share of the volume by which the loudest side must differ: one and a half deviations of the noise of a sound that can
 only just be heard. One source makes half of the volume."""
 
@@ -418,10 +418,10 @@ class Microphones(Counts):
         stands. In the simulator, with its noise, the direction of a loud source 0.2 to 1 m away is right to 14 degrees
         with three microphones (root mean square 6) and to 9 degrees with four (3); 0.1 m away to 22 and 12 degrees.
         """
-        if len(self.counts) < LEAST_MICROPHONES or max(self.counts) < AUDIBLE:
+        if len(self.counts) < MIN_MICROPHONES or max(self.counts) < AUDIBLE:
             return None
         sound = locate_sound(self.counts)
-        return sound.bearing if sound.contrast >= LEAST_CONTRAST * sound.volume else None
+        return sound.bearing if sound.contrast >= MIN_CONTRAST * sound.volume else None
 
 
 class Sound(NamedTuple):

@@ -37,7 +37,7 @@ CALIBRATE, SET_STEPS = 1, 4
 """Settings that act once in every cycle, as sounds do."""
 SOUND_BITS = {0: 0x20, 1: 0x01, 2: 0x02, 3: 0x04, 4: 0x08, 5: 0x10, 6: 0x20}
 """The bit of each sound of ``play_sound()``; 0x20 stops all."""
-MOST_WAITING = 4
+MAX_WAITING = 4
 """Commands that may wait in the robot; when 5 do, it throws all but the newest away."""
 
 
@@ -79,7 +79,7 @@ SELECTOR_AT, BUTTON_AT, SPARE_AT = 89, 102, 103
 """Where these bytes are in the payload of a sensor packet."""
 _INFRARED, INFRARED_AT = struct.Struct("<16H"), 37
 """The proximity and the ambient light, and where they are."""
-MOST_COUNTS = 4095
+MAX_COUNTS = 4095
 """The converter has 12 bits."""
 
 
@@ -95,7 +95,7 @@ def check_sensors(payload: bytes | bytearray, start: int = 0) -> None:
             f"a sensor packet has selector {selector}, button {button} and spare byte {spare}: it is out of step"
         )
     highest = max(_INFRARED.unpack_from(payload, start + INFRARED_AT))
-    if highest > MOST_COUNTS:
+    if highest > MAX_COUNTS:
         raise RemoteProtocolError(f"a sensor packet has an infrared sensor at {highest} counts: it is out of step")
 
 

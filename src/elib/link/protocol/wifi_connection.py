@@ -21,7 +21,7 @@ from elib.link.protocol.values import Sensors
 from elib.link.protocol.wifi import (
     COMMAND,
     EMPTY,
-    MOST_WAITING,
+    MAX_WAITING,
     NO_REQUEST,
     PAYLOAD,
     REQUEST,
@@ -144,7 +144,7 @@ class WifiConnection:
         could be the fifth command in the robot.
         """
         behind = self._markers[-1].behind if self._markers else self._tail
-        if self.waiting_commands >= MOST_WAITING or behind > 1:
+        if self.waiting_commands >= MAX_WAITING or behind > 1:
             return b""
         data = request.data if request.make is None else request.make(self.context)
         return data[COMMAND.size :]

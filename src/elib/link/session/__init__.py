@@ -7,7 +7,7 @@ from elib.link.session.channel import ForwardingChannel as ForwardingChannel
 from elib.link.session.channel import Robot as Robot
 from elib.link.session.core import GRACE as GRACE
 from elib.link.session.core import Session as Session
-from elib.link.session.resync import LONGEST_SILENCE_WAIT as LONGEST_SILENCE_WAIT
+from elib.link.session.resync import MAX_SILENCE_WAIT as MAX_SILENCE_WAIT
 from elib.link.session.resync import PICTURE_SILENCE as PICTURE_SILENCE
 from elib.link.session.statistics import LinkCounter as LinkCounter
 from elib.link.session.statistics import LinkStats as LinkStats

@@ -36,7 +36,7 @@ from elib.link.protocol.wifi_connection import OutOfStep, Streamed, Wanted, Wifi
 from elib.link.session.calls import Call, CallQueue
 from elib.link.session.opening import RecordingTransport, recognise_robot
 from elib.link.session.resync import (
-    LONGEST_SILENCE_WAIT,
+    MAX_SILENCE_WAIT,
     PAUSE_POLL,
     PICTURE_SILENCE,
     PROBE_TIMES,
@@ -339,9 +339,7 @@ class Session:
             return
         if call is self._current and call.request.is_picture and not self._connection.is_stream:
             # A picture that is being received is received to its end: the robot takes no command meanwhile.
-            end = min(
-                max(self._resync.last_byte, call.deadline) + PICTURE_SILENCE, call.deadline + LONGEST_SILENCE_WAIT
-            )
+            end = min(max(self._resync.last_byte, call.deadline) + PICTURE_SILENCE, call.deadline + MAX_SILENCE_WAIT)
             if self._loop.time() < end:
                 call.timer = self._loop.call_at(end, self._expire, call)
                 return

@@ -14,7 +14,7 @@ from elib.link.protocol.profiles import (
     BTCOM_1_1_3,
     EPUCK2_WIFI,
     FIRMWARES,
-    LONGEST_PARAMETERS,
+    MAX_PARAMETERS,
     TURN_THE_SELECTOR,
     recognise,
 )
@@ -44,7 +44,7 @@ COUNTERS_TIME = 1.0
 STREAM_TIME = 4.0
 """s that a robot on Wi-Fi has to take its first command. It may calibrate, for 1.7 s, or pause for 1 s after a broken
 exchange between its processors (wire-protocol.md, 4.4)."""
-LARGEST_OPENING = 1 << 16
+MAX_OPENING = 1 << 16
 """Bytes of the opening that are kept for recordings, at most."""
 
 
@@ -64,7 +64,7 @@ class RecordingTransport:
         self._inner = inner
         self._clock = asyncio.get_running_loop().time
         self._events: list[tuple[float, Wrote | Received]] = []
-        self._left = LARGEST_OPENING
+        self._left = MAX_OPENING
 
     @property
     def opening(self) -> Transcript:
@@ -179,7 +179,7 @@ async def begin_stream(transport: RecordingTransport, profile: Profile) -> Opene
 async def _ask(transport: RecordingTransport, profile: Profile | None) -> Opened:
     loop = asyncio.get_running_loop()
     # Zeros fill the parameters of a binary session and end it; the CR ends a half-typed line.
-    await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\r")
+    await transport.write(bytes(MAX_PARAMETERS + 1) + b"\r")
     await _listen(transport, DRAIN_TIME)
     for attempt, limit in enumerate((*OPENING_TIMEOUTS, OPENING_TIMEOUTS[0])):
         if attempt == len(OPENING_TIMEOUTS) and not READY.search(transport.received):

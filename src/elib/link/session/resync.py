@@ -16,18 +16,18 @@ from elib.link.protocol.wifi_connection import WifiConnection
 
 PICTURE_SILENCE = 0.1
 """s without a byte after which a late picture counts as ended; the rule of the 2011 library (wire-protocol.md, 3.2)."""
-LONGEST_SILENCE_WAIT = 2.0
+MAX_SILENCE_WAIT = 2.0
 """s to wait for a quiet line before a resync asks even if bytes keep coming."""
 PAUSE = 0.02
 """s without a byte after which a robot with a small receive ring has taken what was sent to it, if it had the time."""
-LONGEST_TEXT = 0.15
+MAX_TEXT = 0.15
 """s that the robot takes to send an answer in text at most; what comes for longer is noise."""
 PROBE_TIMES = (0.49, 0.49, 0.49, 0.49, 0.99, 0.99)
 """s that each probe waits at least. The first ones are short, so that a lost answer costs little. The numbers are not
 round: a probe would often end at the same moment as a call, and a replay could take them in the other order."""
 PROBE_TRIPS = 3
 """Round trips that each probe waits at least, for slow lines."""
-LONGEST_TRIP = 1.0
+MAX_TRIP = 1.0
 """s that count as a round trip at most. An answer that took longer was delayed by the link, or by a program that was
 suspended meanwhile, and does not tell how long the next one takes."""
 MARKER_TIME = 3.0
@@ -51,7 +51,7 @@ class Settling:
     Attributes:
         last_byte: When the newest byte was received, s on the loop's clock; the session sets it.
         last_sent: When the newest bytes were sent, without probes, s on the loop's clock; the session sets it.
-        trip: How long the newest answer took, s, at most LONGEST_TRIP.
+        trip: How long the newest answer took, s, at most MAX_TRIP.
     """
 
     def __init__(self, url: str, is_paused: Callable[[], bool]) -> None:
@@ -65,7 +65,7 @@ class Settling:
 
     def record_trip(self, seconds: float) -> None:
         """Record how long an answer took."""
-        self.trip = min(seconds, LONGEST_TRIP)
+        self.trip = min(seconds, MAX_TRIP)
 
     def answered(self) -> None:
         """End the wait: what was waited for was received."""
@@ -152,10 +152,10 @@ class Resync(Settling):
         done = 0
         while done < RESYNC_ROUNDS:
             if self._connection.needs_pause:
-                taken = self.last_sent + min(self.trip, LONGEST_TEXT) + self._connection.busy_time
-                await self._silence(PAUSE, max(taken, self._loop.time()) + LONGEST_TEXT, taken)
+                taken = self.last_sent + min(self.trip, MAX_TEXT) + self._connection.busy_time
+                await self._silence(PAUSE, max(taken, self._loop.time()) + MAX_TEXT, taken)
             if self._connection.needs_silence or done >= QUICK_ROUNDS:
-                await self._silence(PICTURE_SILENCE, self._loop.time() + LONGEST_SILENCE_WAIT)
+                await self._silence(PICTURE_SILENCE, self._loop.time() + MAX_SILENCE_WAIT)
             await self._probe(following)
             if self._connection.state is not State.OUT_OF_SYNC:
                 return

@@ -8,7 +8,7 @@ import { DIGITS, age, draw, make, number, put, say } from "./dom.js";
 /** @typedef {{ face: SVGElement, show: Show }} Drawing of a reading */
 /** @typedef {[factor: number, unit: string, digits: number]} Conversion */
 
-const MOST_ROWS = 5; // more values stand side by side
+const MAX_ROWS = 5; // more values stand side by side
 /** @type {Record<string, string>} */
 const UNITS = { "degrees C": "°C" };
 
@@ -78,7 +78,7 @@ class Tile {
   /** @param {Instrument} instrument @param {ReturnType<typeof conversions>} converted */
   constructor(instrument, converted) {
     const { labels, units, name, title, physical_unit } = instrument,
-      isRing = labels.length > MOST_ROWS;
+      isRing = labels.length > MAX_ROWS;
     this.instrument = instrument;
     this.age = make("span", { className: "age" });
     this.conversions = units.map((unit) => (physical_unit ? undefined : converted[unit]));

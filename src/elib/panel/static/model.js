@@ -2,8 +2,8 @@
 
 const TRAIL_LENGTH = 500; // points, at least 4 mm apart: the last two metres or more
 const TRAIL_STEP = 0.004; // m
-const MOST_TRAILS = 200; // robots that leave one
-const MOST_LISTED = 500; // things of a kind in the list
+const MAX_TRAILS = 200; // robots that leave one
+const MAX_LISTED = 500; // things of a kind in the list
 const SMOOTH = 0.1; // s of the robot's time over which speeds are smoothed
 
 /** @import { Box, Change, Cylinder, Frame, Light, Readings, Request, Scene, Sound, Wall, Walls } from "./frames.js" */
@@ -68,7 +68,7 @@ export class Model {
       light: scene.lights,
       sound: scene.sounds,
     };
-    this.trails = Array.from({ length: Math.min(scene.robots, MOST_TRAILS) }, () => []);
+    this.trails = Array.from({ length: Math.min(scene.robots, MAX_TRAILS) }, () => []);
     this.clock = [];
     this.speeds = new Float32Array(2 * scene.robots);
   }
@@ -140,7 +140,7 @@ export class Model {
   /** Everything that can be selected. */
   all() {
     return KINDS.flatMap((kind) =>
-      Array.from({ length: Math.min(MOST_LISTED, this.count(kind)) }, (_, index) => this.thing(kind, index)),
+      Array.from({ length: Math.min(MAX_LISTED, this.count(kind)) }, (_, index) => this.thing(kind, index)),
     );
   }
 

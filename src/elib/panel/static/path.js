@@ -14,7 +14,7 @@ const RIM = 0.035; // m from the middle of the robot to its sensors
 const SIGHT = 0.05; // m: what a sensor that meets nothing has seen to be free
 const WALL = 0.03; // m between the middle and a robot's rim, and a little: where it stands is free
 const SURE = 6; // readings after which a square cannot become surer
-const MOST_CELLS = 40_000;
+const MAX_CELLS = 40_000;
 const MEANINGS = [
   ["wall", "something there"],
   ["free", "free"],
@@ -75,7 +75,7 @@ export class Part {
    * @param {(number | boolean | null)[]} counts
    */
   sketch([x, y, heading], counts) {
-    if (this.cells.size > MOST_CELLS) return;
+    if (this.cells.size > MAX_CELLS) return;
     this.mark(x, y, -SURE);
     counts.forEach((count, sensor) => {
       if (typeof count !== "number" || this.angles[sensor] === undefined) return;

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from elib.link.protocol.context import Context
-from elib.link.protocol.replies import LONGEST_LINE
+from elib.link.protocol.replies import MAX_LINE
 from elib.link.protocol.values import Version
 from elib.records.decoding.lengths import Measure, measure
 from elib.records.decoding.lines import CaptureBuffer, Kind, Line
@@ -107,7 +107,7 @@ class AnswerReader:
         if follower is not None and (follower.is_binary or follower.may_lack):
             follower = None  # nothing tells where it must stand
         while (end := data.find(b"\n", self._line) + 1) and (whole.length is None or end <= whole.length):
-            at = begins(self._texts(), data[:end], max(0, end - LONGEST_LINE))
+            at = begins(self._texts(), data[:end], max(0, end - MAX_LINE))
             if at is not None:
                 # Measured without the bytes behind: in another cut they may not be here yet.
                 return self._wrong_length(at, head, measure(head.parts, data[:end], self._context))
@@ -120,7 +120,7 @@ class AnswerReader:
             if not end and len(data) < limit:
                 return None
             window = data[: min(end or limit, limit)]
-            at = begins([follower], window, max(0, len(window) - LONGEST_LINE))
+            at = begins([follower], window, max(0, len(window) - MAX_LINE))
             if at is None:
                 problem = f"out of step: the answer to {follower.request} should stand right behind"
             elif at != whole.length:
@@ -151,7 +151,7 @@ class AnswerReader:
 
     def _text(self) -> list[Line] | None:
         data = self._buffer.bytes
-        limit = self._line + LONGEST_LINE
+        limit = self._line + MAX_LINE
         end = self._line_end()
         if self._turns_binary(data[: end or limit]):
             return []

@@ -20,7 +20,7 @@ MAX_LINES = len(COLOURS)
 """Lines in one plot: as many as there are colours that can be told apart."""
 MAX_NAMES = 40
 """Names on one axis that can be read."""
-LONGEST_LABEL = 40
+MAX_LABEL = 40
 """Characters of a label."""
 SQUEEZED = 10
 """The axis becomes logarithmic when one median is this many times another."""
@@ -103,5 +103,5 @@ def draw_legend(axes: Any, count: int, which: str) -> None:
 
 def label_of(text: str) -> str:
     """Return *text* as a label: not too long, and without signs that Matplotlib would read as a formula."""
-    text = text if len(text) <= LONGEST_LABEL else f"{text[: LONGEST_LABEL - 3]}..."
+    text = text if len(text) <= MAX_LABEL else f"{text[: MAX_LABEL - 3]}..."
     return text.replace("$", r"\$")

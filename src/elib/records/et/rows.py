@@ -15,7 +15,7 @@ from elib.base.fields import shown
 
 BLOCK = 1 << 20
 """Bytes that are read at once: enough that the overhead of a block does not count, and few enough for the cache."""
-LONGEST_LINE = 16 * BLOCK
+MAX_LINE = 16 * BLOCK
 """Bytes of a row at most: a file without line ends is not a log, and must not fill the memory."""
 
 NAMES = {"time": 0, "robot": 1, "event": 2, "command": 3, "not_sent": 4, "not_answered": 5, "latency": 4}
@@ -128,8 +128,8 @@ def blocks_of(read: Callable[[int], bytes | None], name: str = "stdin") -> Itera
             rest, held = [], 0
         rest.append(data[end:])
         held += len(data) - end
-        if held > LONGEST_LINE:
-            raise RowError(f"{name}:{line}: the line is longer than {LONGEST_LINE >> 20} MiB; this is not a log")
+        if held > MAX_LINE:
+            raise RowError(f"{name}:{line}: the line is longer than {MAX_LINE >> 20} MiB; this is not a log")
     if held:
         yield Block(b"".join(rest), name, line)
 

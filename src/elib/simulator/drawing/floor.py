@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 PIT = Colour(22, 24, 30)
 """Of a hole."""
-LARGEST = 1600
+MAX_PIXELS = 1600
 """Pixels of the longer side: more could not be seen on a screen."""
 
 
@@ -39,5 +39,5 @@ def floor_picture(floor: Floor, bare: Colour | None = None) -> Image:
     image[numbers >= HOLE_MARK] = (*PIT, 255)
     image[numbers == packed(FLOOR_COLOUR)] = (0, 0, 0, 0) if bare is None else (*bare, 255)
     picture = Image.fromarray(image, "RGBA")
-    picture.thumbnail((LARGEST, LARGEST))
+    picture.thumbnail((MAX_PIXELS, MAX_PIXELS))
     return picture

@@ -64,7 +64,7 @@ ADDED = "#c8963c"
 """Colour of a box or a wall that was added by hand: it stands out on every floor."""
 
 
-MOST_BY_HAND = 500
+MAX_BY_HAND = 500
 """Boxes, and walls, of a world that can have another one: each that comes or goes lays the whole floor out again."""
 
 
@@ -534,8 +534,8 @@ def _checked(taker: Callable[..., object], **values: float | None) -> dict[str, 
 
 
 def _require_few(what: str, count: int) -> None:
-    if count >= MOST_BY_HAND:
-        raise ArgumentError(f"the world has {count} {what}", hint=f"by hand none is added beyond {MOST_BY_HAND}")
+    if count >= MAX_BY_HAND:
+        raise ArgumentError(f"the world has {count} {what}", hint=f"by hand none is added beyond {MAX_BY_HAND}")
 
 
 def _place(x: float, y: float) -> tuple[float, float]:

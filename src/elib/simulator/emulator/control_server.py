@@ -24,10 +24,10 @@ from elib.base.files import parse_json
 from elib.simulator.emulator.control import ORDERS, Control, LinkState
 from elib.simulator.emulator.loopback import bind, named
 
-LONGEST = 4096
+MAX_MESSAGE = 4096
 """Bytes of a message: the longest useful one has some 200."""
-MOST_CLIENTS = 8
-LONGEST_IDLE = 30.0
+MAX_CLIENTS = 8
+MAX_IDLE = 30.0
 """s without a message after which a client loses its place if another one comes and all places are taken."""
 RATE = 200.0
 """Messages a second that one client may send for long; those beyond wait. A mouse that drags makes 60."""
@@ -50,8 +50,8 @@ def parse(line: str | bytes) -> dict[str, object]:
     Raises:
         ArgumentError: The line is not a JSON object, or it is too long.
     """
-    if len(line) > LONGEST:
-        raise ArgumentError(f"a message has {len(line)} bytes; at most {LONGEST} are possible")
+    if len(line) > MAX_MESSAGE:
+        raise ArgumentError(f"a message has {len(line)} bytes; at most {MAX_MESSAGE} are possible")
     try:
         message = parse_json(line)
     except ValueError:
@@ -208,7 +208,7 @@ async def serve_control(control: Control, place: str = "") -> AsyncIterator[str]
     """
     clients = _Clients(control)
     sock = bind(place, PORT)
-    server = await asyncio.start_server(clients.admit, sock=sock, limit=LONGEST)
+    server = await asyncio.start_server(clients.admit, sock=sock, limit=MAX_MESSAGE)
     try:
         yield f"tcp://{named(sock)}"
     finally:
@@ -241,8 +241,8 @@ class _Clients:
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        if len(self._writers) >= MOST_CLIENTS and not self._make_room():
-            _say(writer, {"ok": False, "error": f"{MOST_CLIENTS} programs are connected already", "hint": ""})
+        if len(self._writers) >= MAX_CLIENTS and not self._make_room():
+            _say(writer, {"ok": False, "error": f"{MAX_CLIENTS} programs are connected already", "hint": ""})
             writer.close()
             return
         self._writers[writer] = self._loop.time()
@@ -256,7 +256,7 @@ class _Clients:
     def _make_room(self) -> bool:
         """Disconnect the client that has been silent longest; return False if none has been silent for long."""
         writer, heard = min(self._writers.items(), key=lambda item: item[1])
-        if self._loop.time() - heard < LONGEST_IDLE * time_factor():
+        if self._loop.time() - heard < MAX_IDLE * time_factor():
             return False
         del self._writers[writer]
         _say(
@@ -277,7 +277,9 @@ class _Clients:
             except (ArgumentError, asyncio.LimitOverrunError) as error:
                 # A client that sends anything else is disconnected: a web page that sends its form to any port of
                 # this computer could hide a message behind the lines of its request.
-                text = error.message if isinstance(error, ArgumentError) else f"a line is longer than {LONGEST} bytes"
+                text = (
+                    error.message if isinstance(error, ArgumentError) else f"a line is longer than {MAX_MESSAGE} bytes"
+                )
                 _say(writer, {"ok": False, "error": text, "hint": 'try {"do": "state"}'})
                 return
             _say(writer, answer(self._control, message))

@@ -43,7 +43,7 @@ from elib.base.files import FAULTS
 from elib.base.tables import Key, Table, content_of, keys_of, others, read_toml, shipped
 from elib.simulator.emulator.faultkinds import KINDS, Ramp, Strength, TimedFault, When
 
-LARGEST = 1e12
+MAX_NUMBER = 1e12
 """Far above all numbers of a script."""
 
 
@@ -103,7 +103,7 @@ class _Ramped(Rule):
 TIMES = (
     Key("at", rule_of(When, "start"), ("at",), (0.0,)),
     Key("from", rule_of(When, "start"), ("from",), (0.0,)),
-    Key("until", Number(0, LARGEST, "s"), ("until",), (math.inf,)),
+    Key("until", Number(0, MAX_NUMBER, "s"), ("until",), (math.inf,)),
     Key("every", rule_of(When, "every"), ("every",), (None,)),
     Key("for", rule_of(When, "lasting"), ("for",), (None,)),
 )

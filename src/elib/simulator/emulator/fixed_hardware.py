@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeVar
 
 from elib.base.errors import ArgumentError
 from elib.base.fields import Choice, Number, Rule, Several, Whole, nearest, shown
-from elib.base.files import LARGEST_STATE, parse_json, read_file
+from elib.base.files import MAX_STATE, parse_json, read_file
 from elib.link.protocol.camera import CameraWindow
 from elib.simulator.emulator.hardware import Lights
 
@@ -113,10 +113,10 @@ class FixedHardware:
         Raises:
             ArgumentError: The file cannot be read, is not a JSON object, or holds a key or value not allowed.
         """
-        content = read_file(path, "the hardware file", largest=LARGEST_STATE)
-        if len(content) > LARGEST_STATE:
+        content = read_file(path, "the hardware file", largest=MAX_STATE)
+        if len(content) > MAX_STATE:
             raise ArgumentError(
-                f"the hardware file {path} is larger than {LARGEST_STATE // 1_000_000} MB, which is the limit",
+                f"the hardware file {path} is larger than {MAX_STATE // 1_000_000} MB, which is the limit",
                 hint='it holds one object: {"selector": 3}',
             )
         try:

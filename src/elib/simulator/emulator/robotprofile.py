@@ -33,23 +33,23 @@ from elib.base.body import AXLE, WHEEL_DIAMETER
 from elib.base.fields import Delay, Number, Rule, Several, Text, is_number
 from elib.base.files import read_file, write_file
 from elib.base.infrared import response_table
-from elib.base.tables import LARGEST_FILE, Table, keys_of, read_toml
+from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
 from elib.simulator.physics import profiles
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.elementary import interpolated
 
 NOMINAL_RADIUS = WHEEL_DIAMETER / 2
 """m (e-puck.org)."""
-LEAST_SCALE, GREATEST_SCALE = 0.8, 1.25
+MIN_SCALE, GREATEST_SCALE = 0.8, 1.25
 """Limits of wheels and axle, as factors of the nominal value. Beyond them a robot is not an e-puck, and most likely a
 unit is wrong."""
-MOST_KNOTS = 1000
-LONGEST_REACH = 0.25
+MAX_KNOTS = 1000
+MAX_REACH = 0.25
 """m. The infrared sensors of an e-puck do not see further (e-puck.md, 3: 12 cm at most)."""
 
 
 def _around(nominal: float) -> Number:
-    low, high = (round(scale * nominal, 5) for scale in (LEAST_SCALE, GREATEST_SCALE))
+    low, high = (round(scale * nominal, 5) for scale in (MIN_SCALE, GREATEST_SCALE))
     return Number(low, high, "m", example=f"{nominal:g}")
 
 
@@ -62,13 +62,13 @@ class CurveRule(Rule):
 
     def __str__(self) -> str:
         return (
-            f"2 to {MOST_KNOTS} pairs of a distance, m, from 0 and rising to {LONGEST_REACH:g} at most, and a reading,"
+            f"2 to {MAX_KNOTS} pairs of a distance, m, from 0 and rising to {MAX_REACH:g} at most, and a reading,"
             f" 0 to {profiles.FULL_SCALE} counts"
         )
 
     def accept(self, value: object) -> tuple[tuple[float, ...], ...]:
         """Return *value* as a tuple of pairs."""
-        if not isinstance(value, list) or not 2 <= len(value) <= MOST_KNOTS or not all(map(_is_pair, value)):
+        if not isinstance(value, list) or not 2 <= len(value) <= MAX_KNOTS or not all(map(_is_pair, value)):
             raise self.refuse(value)
         knots = tuple(tuple(map(float, pair)) for pair in value)
         if knots[0][0] != 0.0 or any(near >= far for (near, _), (far, _) in pairwise(knots)):
@@ -79,7 +79,7 @@ class CurveRule(Rule):
 def _is_pair(pair: object) -> bool:
     if not isinstance(pair, list) or len(pair) != 2 or not all(map(is_number, pair)):
         return False
-    return bool(0 <= pair[0] <= LONGEST_REACH and 0 <= pair[1] <= profiles.FULL_SCALE)
+    return bool(0 <= pair[0] <= MAX_REACH and 0 <= pair[1] <= profiles.FULL_SCALE)
 
 
 Curve = Annotated[
@@ -211,7 +211,7 @@ def load(path: str) -> RobotProfile:
         SimulationError: The file breaks a rule; the message names the file, the line, the key and a cure.
     """
     hint = "check its path; elib fit RECORDING -o FILE writes one"
-    return parse(read_file(path, "the robot profile", largest=LARGEST_FILE, hint=hint), path)
+    return parse(read_file(path, "the robot profile", largest=MAX_FILE, hint=hint), path)
 
 
 def parse(content: bytes, filename: str) -> RobotProfile:
@@ -263,4 +263,4 @@ def write(profile: RobotProfile, path: str | os.PathLike[str]) -> None:
 
 def is_nominal(scale: float) -> bool:
     """Whether a profile may hold a factor."""
-    return math.isfinite(scale) and LEAST_SCALE <= scale <= GREATEST_SCALE
+    return math.isfinite(scale) and MIN_SCALE <= scale <= GREATEST_SCALE

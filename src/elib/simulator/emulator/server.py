@@ -30,7 +30,7 @@ from elib.simulator.emulator.wifi_server import WifiPort
 if TYPE_CHECKING:
     from elib.link.transport.pty import PtyTransport
 
-LONGEST_FLOOD = 10.0
+MAX_FLOOD = 10.0
 """s that a client may send more than the robot's line takes: 115 kB of commands."""
 
 STUCK = (
@@ -232,7 +232,7 @@ class _TcpClient(StreamTransport):
         now = self._loop.time()
         if self._flooding_since is None:
             self._flooding_since = now
-        elif now - self._flooding_since > LONGEST_FLOOD:
+        elif now - self._flooding_since > MAX_FLOOD:
             self.abort()
 
     def _resume(self) -> None:

@@ -39,7 +39,7 @@ HEARTBEAT = 0.1
 Without them the first command after an idle hour would wait for an hour of physics.
 """
 
-LEAST_DELAY = 1e-6
+MIN_DELAY = 1e-6
 """Least delay of an unpaced link in simulated time, s.
 
 Without it a program that only asks would ask for ever at the same instant.
@@ -329,7 +329,7 @@ class Simulation:
         if self.profile.link is not None:
             latency, jitter = latency or self.profile.link.latency, jitter or self.profile.link.jitter
         if settings.baud == 0 and isinstance(self.loop, SimulatedLoop):
-            latency = max(latency, LEAST_DELAY)
+            latency = max(latency, MIN_DELAY)
         return latency, jitter
 
     def _hardware(self, index: int, firmware: str, settings: SimulationSettings) -> Hardware:

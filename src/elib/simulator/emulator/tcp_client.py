@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import socket
 
-LONGEST_METHOD = 256
+MAX_METHOD = 256
 """Bytes without a comma, a blank or the end of a line that a connection may begin with."""
 SILENCE, PROBE_EVERY, PROBES = 10, 5, 3
 """s of silence after which a client's computer is asked whether it is there, s between two questions, and how many
@@ -25,7 +25,7 @@ def is_request(beginning: bytes) -> bool | None:
         return True
     if not _UNDECIDED.fullmatch(beginning):
         return False
-    return True if len(beginning) > LONGEST_METHOD else None
+    return True if len(beginning) > MAX_METHOD else None
 
 
 def notice_absence(connection: socket.socket) -> None:

@@ -22,7 +22,7 @@ RETRANSMISSION = 0.5
 It is the period of the timer of lwIP, the ESP32's TCP (I); a packet that others follow at once may come again sooner.
 """
 
-MOST_LOSSES = 6
+MAX_LOSSES = 6
 """Losses in a row of one packet: a probability of 1 makes every packet 31.5 s late, and does not end the connection."""
 
 
@@ -165,7 +165,7 @@ class WifiLink(Link):
         losses = 0
         if fault is not None and (fault.lose or fault.halve or fault.corrupt is not None):
             losses = 1
-        while losses < MOST_LOSSES and self._loss and self._rng.random() < self._loss:
+        while losses < MAX_LOSSES and self._loss and self._rng.random() < self._loss:
             losses += 1
         return RETRANSMISSION * ((1 << losses) - 1) + (0.0 if fault is None else fault.delay)
 

@@ -16,13 +16,13 @@ from elib.simulator.physics.noise import quantiles
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.sensors import distance
 
-SMALLEST_CELL = 0.07
+MIN_CELL = 0.07
 """m. About half the usual reach of an infrared ray: in a dense maze a cell then holds few walls it does not need."""
 
-MOST_CELLS = 40_000
+MAX_CELLS = 40_000
 """Most cells of each grid; larger arenas get larger cells."""
 
-MOST_ENTRIES = 3_000_000
+MAX_ENTRIES = 3_000_000
 """Walls in the cells of the grid, all told; more, and the cells are made larger."""
 
 
@@ -135,10 +135,10 @@ class Grid:
     def __init__(self, scene: Scene, solids: Solids, horizon: float) -> None:
         self._horizon = max(horizon + STRAY, solids.largest + 2 * STRAY)
         walls, discs = solids.walls[: solids.fixed_walls], solids.discs[: solids.fixed_discs]
-        self._size = max(SMALLEST_CELL, math.sqrt(scene.width * scene.depth / MOST_CELLS))
+        self._size = max(MIN_CELL, math.sqrt(scene.width * scene.depth / MAX_CELLS))
         if len(walls) == len(scene.edge) and not discs:
             self._size = max(self._size, self._horizon)  # An empty room: wide cells are enough.
-        while self._entries(scene, walls, discs) > MOST_ENTRIES:
+        while self._entries(scene, walls, discs) > MAX_ENTRIES:
             self._size *= 2
         self.scale = 1 / self._size
         self.columns, self.rows = math.ceil(scene.width / self._size), math.ceil(scene.depth / self._size)
@@ -214,7 +214,7 @@ def setting(scene: Scene, floor: Floor, grid: Grid, profile: profiles.Profile, l
     size = max(
         horizon + max(RADIUS, largest) + 2 * STRAY,
         2 * largest + 2 * (IN_A_TICK + STRAY),
-        math.sqrt(scene.width * scene.depth / MOST_CELLS),
+        math.sqrt(scene.width * scene.depth / MAX_CELLS),
     )
     return records.Setting(
         step=scene.step,
@@ -286,7 +286,7 @@ def room_for_neighbours(robots: int, things: int, horizon: float) -> int:
         horizon: How far a robot sees from its middle, m.
     """
     near = int(1.2 * ((horizon + 2 * RADIUS + 2 * STRAY) / RADIUS) ** 2)
-    return robots * min(robots, near) + min(things * (2 * robots + things), MOST_ENTRIES)
+    return robots * min(robots, near) + min(things * (2 * robots + things), MAX_ENTRIES)
 
 
 def room_for_walls(robots: int) -> int:

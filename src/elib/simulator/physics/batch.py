@@ -16,7 +16,7 @@ from elib.simulator.physics.engine import EngineName
 from elib.simulator.physics.scene import Scene, check_scene, check_seed
 from elib.simulator.physics.world import World
 
-MOST_SEED = (1 << 64) - 1
+MAX_SEED = (1 << 64) - 1
 
 
 class Batch(Sequence[World]):
@@ -58,7 +58,7 @@ class Batch(Sequence[World]):
         first = check_seed(check_scene(scene, "elib.Batch").seed if seed is None else seed)
         self.threads = threads
         self._engine = engine
-        self._worlds = [World(scene, robots=robots, seed=(first + k) & MOST_SEED, engine=engine) for k in range(worlds)]
+        self._worlds = [World(scene, robots=robots, seed=(first + k) & MAX_SEED, engine=engine) for k in range(worlds)]
 
     @classmethod
     def load(

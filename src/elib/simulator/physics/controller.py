@@ -13,7 +13,7 @@ from elib.simulator.physics.records import SENSORS, SensorView
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-MOST_MEMORY = 100_000
+MAX_MEMORY = 100_000
 """Floats that a control function may keep for each robot."""
 
 
@@ -79,7 +79,7 @@ class Controller:
         )  # Numba's own: the engine compiles it itself, or calls it as is.
         self.parameters = _numbers(parameters)
         self.sensors = tuple(sensors)
-        self.memory = Whole(0, MOST_MEMORY).require(memory, "memory")
+        self.memory = Whole(0, MAX_MEMORY).require(memory, "memory")
         self.parameters.flags.writeable = False
         self._is_tried = False
 

@@ -20,7 +20,7 @@ QUARTER_TURN: Final = 1.5707963267948966
 LN2_HIGH: Final = 0.6931471803691238
 LN2_LOW: Final = 1.9082149292705877e-10
 
-MOST: Final = 700.0
+MAX_EXPONENT: Final = 700.0
 """Beyond plus or minus this the exponential leaves the range of floats."""
 
 
@@ -30,9 +30,9 @@ def exponential(x: float) -> float:
 
     e^x = 2^k e^r with |r| <= ln 2 / 2, the latter by its series: the first term left out is below 1e-17.
     """
-    if x < -MOST:
+    if x < -MAX_EXPONENT:
         return 0.0
-    x = min(x, MOST)
+    x = min(x, MAX_EXPONENT)
     halves = int(x / LN2_HIGH + 0.5) if x >= 0.0 else int(x / LN2_HIGH - 0.5)
     rest = (x - halves * LN2_HIGH) - halves * LN2_LOW
     value = 1.0

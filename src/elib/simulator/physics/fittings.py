@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 
 from elib.base.fields import Mistake, Number, Rule, Several, Text, check
-from elib.simulator.physics.geometry import LARGEST_ARENA, Colour, Length, Name, Painted, Place
+from elib.simulator.physics.geometry import MAX_ARENA, Colour, Length, Name, Painted, Place
 
 FLOOR_COLOUR = Colour(176, 172, 164)
 """Colour of a floor on which nothing is painted: grey linoleum."""
 
-MOST_SQUARES = 1_000_000
+MAX_SQUARES = 1_000_000
 """Most fields of a checkered floor: more would be finer than the robot can see."""
 
-MOST_POINTS = 10_000
+MAX_POINTS = 10_000
 """Most points of one stripe: more would be closer together than a pixel of the floor."""
 
 Intensity = Annotated[float, Number(0, 10)]
@@ -29,11 +29,11 @@ class CourseRule(Rule):
     """Several places in a row."""
 
     def __str__(self) -> str:
-        return f"2 to {MOST_POINTS} places, each two numbers {_POINT.rule.range}"
+        return f"2 to {MAX_POINTS} places, each two numbers {_POINT.rule.range}"
 
     def accept(self, value: object) -> tuple[tuple[float, ...], ...]:
         """Return *value* as a tuple of pairs."""
-        if not isinstance(value, list | tuple) or not 2 <= len(value) <= MOST_POINTS:
+        if not isinstance(value, list | tuple) or not 2 <= len(value) <= MAX_POINTS:
             raise self.refuse(value)
         points = []
         for index, point in enumerate(value):
@@ -44,7 +44,7 @@ class CourseRule(Rule):
         return tuple(points)
 
 
-_POINT = Several(Number(-LARGEST_ARENA, LARGEST_ARENA, "m"), 2)
+_POINT = Several(Number(-MAX_ARENA, MAX_ARENA, "m"), 2)
 Course = Annotated[tuple[tuple[float, float], ...], CourseRule(example="[[0.1, 0.1], [0.9, 0.1]]")]
 
 
@@ -138,12 +138,12 @@ class Checkers:
             depth: The depth of the floor, m.
 
         Raises:
-            Mistake: They are more than :data:`MOST_SQUARES`.
+            Mistake: They are more than :data:`MAX_SQUARES`.
         """
         across, along = math.ceil(width / self.square), math.ceil(depth / self.square)
-        if across * along > MOST_SQUARES:
+        if across * along > MAX_SQUARES:
             raise Mistake(
-                f"is {self.square:g}, which makes {across * along} squares; at most {MOST_SQUARES} are possible",
+                f"is {self.square:g}, which makes {across * along} squares; at most {MAX_SQUARES} are possible",
                 path=("square",),
                 hint="make them larger",
             )

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 RESOLUTION = 0.002
 """Side of a pixel, m: a seventh of the usual line's width."""
 
-MOST_PIXELS = 4_000_000
+MAX_PIXELS = 4_000_000
 """Larger floors get coarser pixels."""
 
 OVERSAMPLING = 3
-MOST_FINE = 1_000_000
+MAX_FINE = 1_000_000
 """Pixels. A larger floor is painted with hard edges, to save memory."""
 
 HOLE = Colour(0, 0, 0)
@@ -39,7 +39,7 @@ HOLE = Colour(0, 0, 0)
 HOLE_MARK = 1 << 24
 """Added to the colour of a pixel that is a hole."""
 
-LARGEST_PRINT = 64_000_000
+MAX_PRINT = 64_000_000
 """Pixels of a picture file; a larger one is refused before it fills the memory."""
 
 
@@ -85,10 +85,10 @@ def _painted(scene: Scene, written: tuple[int, ...]) -> Floor:
     """Paint the floor once for all worlds that share it; *written* is when its picture files were."""
     from PIL import Image  # Worlds with a bare floor start faster without.
 
-    scale = min(1 / RESOLUTION, math.sqrt(MOST_PIXELS / (scene.width * scene.depth)))
+    scale = min(1 / RESOLUTION, math.sqrt(MAX_PIXELS / (scene.width * scene.depth)))
     size = math.ceil(scene.width * scale), math.ceil(scene.depth * scale)
     # Pillow draws hard edges: painted larger and scaled down, a slanted line is straight.
-    finer = OVERSAMPLING if size[0] * size[1] <= MOST_FINE else 1
+    finer = OVERSAMPLING if size[0] * size[1] <= MAX_FINE else 1
     scale *= finer
     columns, rows = size[0] * finer, size[1] * finer
     picture = Image.new("RGB", (columns, rows), tuple(scene.floor))
@@ -161,22 +161,22 @@ def opened(path: Path) -> Iterator[Image]:
             picture = Image.open(path, formats=("PNG", "JPEG"))
         with picture:
             pixels = picture.width * picture.height
-            if pixels <= LARGEST_PRINT:
+            if pixels <= MAX_PRINT:
                 yield picture
     except Image.DecompressionBombError:
-        pixels = LARGEST_PRINT + 1
+        pixels = MAX_PRINT + 1
     except (OSError, SyntaxError, ValueError, UnidentifiedImageError) as error:
         reason = getattr(error, "strerror", None) or "it is not a PNG or JPEG picture"
         raise ArgumentError(reason, hint="give the path of a PNG or JPEG file") from error
-    if pixels > LARGEST_PRINT:
-        raise ArgumentError(f"it has more than {LARGEST_PRINT // 1_000_000} million pixels", hint="scale it down")
+    if pixels > MAX_PRINT:
+        raise ArgumentError(f"it has more than {MAX_PRINT // 1_000_000} million pixels", hint="scale it down")
 
 
 def _print(picture: Image, holes: Image, paint: Print, scale: float) -> None:
     from PIL import Image
 
     size = max(1, round(paint.width * scale)), max(1, round(paint.depth * scale))
-    if size[0] * size[1] > LARGEST_PRINT:
+    if size[0] * size[1] > MAX_PRINT:
         raise ArgumentError(f"the picture {paint.file} would cover {paint.width} x {paint.depth} m; that is too much")
     try:
         with opened(Path(paint.file)) as source:

@@ -47,10 +47,10 @@ WALL_COLOUR = Colour(236, 232, 222)
 WALL_HEIGHT = 0.10
 """m. Seen from 0.25 m it fills the upper half of a 30 degree picture."""
 
-LARGEST_ARENA = 1000.0
+MAX_ARENA = 1000.0
 """m. Beyond it a position has too few bits left behind the point to drive by."""
 
-SHORTEST_WALL = 1e-6
+MIN_WALL = 1e-6
 """m. Below it the arithmetic of contacts and rays loses its digits."""
 
 OBJECT_MASS = 0.1
@@ -82,13 +82,13 @@ class ColourRule(Rule):
 
 _PART = Whole(0, 255)
 
-Place = Annotated[float, Number(-LARGEST_ARENA, LARGEST_ARENA, "m")]
+Place = Annotated[float, Number(-MAX_ARENA, MAX_ARENA, "m")]
 """x or y of something."""
 
-WallEnd = Annotated[float, Number(-2 * LARGEST_ARENA, 2 * LARGEST_ARENA, "m")]
+WallEnd = Annotated[float, Number(-2 * MAX_ARENA, 2 * MAX_ARENA, "m")]
 """x or y: the sides of a box are walls, too, and may reach beyond every place."""
 
-Length = Annotated[float, Number(0.001, LARGEST_ARENA, "m", example="0.05")]
+Length = Annotated[float, Number(0.001, MAX_ARENA, "m", example="0.05")]
 """Nothing finer can be seen or felt by the robot."""
 
 Turn = Annotated[float, Number(unit="rad")]
@@ -125,7 +125,7 @@ class Wall:
 
     def __post_init__(self) -> None:
         check(self, "the wall's ")
-        if math.hypot(self.x2 - self.x1, self.y2 - self.y1) < SHORTEST_WALL:
+        if math.hypot(self.x2 - self.x1, self.y2 - self.y1) < MIN_WALL:
             raise ArgumentError(f"the wall at ({self.x1}, {self.y1}) has no length", hint="give it two different ends")
 
     def distance(self, x: float, y: float) -> float:

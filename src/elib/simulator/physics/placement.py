@@ -13,15 +13,15 @@ from elib.base.pose import Pose
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.geometry import Solid, extent
 from elib.simulator.physics.noise import PLACE, numbered_key, seed_key, tick_key, uniform
-from elib.simulator.physics.scene import MOST_THINGS, Scene
+from elib.simulator.physics.scene import MAX_THINGS, Scene
 
 MARGIN = 0.01  # m. Room around a chosen place, so that no robot starts with a sensor at full scale.
 ATTEMPTS = 2000  # For one robot. An arena with 1 % of its floor free is then missed once in a billion times.
-MOST_ROBOTS = MOST_THINGS
+MAX_ROBOTS = MAX_THINGS
 ROUNDING = 1e-9  # m. Bodies that touch do not overlap.
 
 CELL = 0.1  # m. Side of a cell of the grids: a little more than a robot, so its neighbours lie in the cells around it.
-MOST_ENTRIES = 20  # A thing stands in this many cells on average, or the cells are made larger.
+MAX_ENTRIES = 20  # A thing stands in this many cells on average, or the cells are made larger.
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +51,9 @@ def places(scene: Scene, count: int | None, seed: int) -> tuple[Pose, ...]:
     Raises:
         SimulationError: A named start is not free, or there is no room for so many.
     """
-    if count is not None and count > MOST_ROBOTS:
+    if count is not None and count > MAX_ROBOTS:
         raise SimulationError(
-            f"world {scene.name!r} has no room for {count} robots: at most {MOST_ROBOTS} are possible",
+            f"world {scene.name!r} has no room for {count} robots: at most {MAX_ROBOTS} are possible",
             hint="ask for fewer robots",
         )
     ground, poses = _Ground(scene), list(scene.starts[:count])
@@ -129,7 +129,7 @@ class _Ground:
         ]
         areas = [self._area(solid) for _, solid in solids]
         # Without this a few thousand walls across a large arena would stand in millions of cells.
-        while sum(self._entries(*area) for area in areas) > 10_000 + MOST_ENTRIES * len(areas):
+        while sum(self._entries(*area) for area in areas) > 10_000 + MAX_ENTRIES * len(areas):
             self._cell *= 2
         for name, solid in solids:
             self._add(name, solid)

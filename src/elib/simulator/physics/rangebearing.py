@@ -7,7 +7,7 @@ in which direction its sender is. It does not know who that is, unless the messa
 What sources say of the e-RandB, and what is modelled:
 
 * Message: 2 bytes with GCtronic's firmware (its wiki, registers 13 and 14), 4 with DEMIURGE's (argos3-epuck). Here up
-  to :data:`LONGEST_MESSAGE`; a board repeats it until it is given another one.
+  to :data:`MAX_MESSAGE`; a board repeats it until it is given another one.
 * Reach: about 1 m at full power, depending on the light in the room (examples of pi-puck); measured from 0 to 0.8 m
   between two robots' edges (argos3-epuck). Here :data:`REACH`.
 * Rate: a robot receives up to 5 messages in a control step of 0.1 s (argos3-epuck). Here the same; messages do not
@@ -41,13 +41,13 @@ from elib.simulator.physics.neighbours import EDGE
 from elib.simulator.physics.noise import BOARD_PHASE, PAIR, bits, gauss, tick_key, uniform
 from elib.simulator.physics.state import State
 
-LONGEST_MESSAGE: Final = 4
+MAX_MESSAGE: Final = 4
 """bytes."""
 
 PERIOD: Final = 0.1
 """s between two messages of a board. Each board begins at another time."""
 
-MOST_HEARD: Final = 5
+MAX_HEARD: Final = 5
 """Messages that a board receives in a period."""
 
 REACH: Final = 0.8
@@ -68,7 +68,7 @@ DISTANCE_STEP, BEARING_STEP = 0.001, 0.0001
 MARGIN: Final = 1e-6
 """m2. Rounding must not leave out what is between two robots."""
 
-LEAST_LOSS: Final = 0.05
+MIN_LOSS: Final = 0.05
 """Share of the messages that is lost side by side. Chosen."""
 
 # Channels of one message from one robot to another.
@@ -99,8 +99,8 @@ def check_message(message: object) -> None:
     """
     if not isinstance(message, bytes | bytearray):
         raise ArgumentError(f"the message is {message!r}; it must be bytes", hint='write b"text" or bytes([1, 2])')
-    if len(message) > LONGEST_MESSAGE:
-        raise ArgumentError(f"the message has {len(message)} bytes; a robot sends at most {LONGEST_MESSAGE}")
+    if len(message) > MAX_MESSAGE:
+        raise ArgumentError(f"the message has {len(message)} bytes; a robot sends at most {MAX_MESSAGE}")
 
 
 def loss(distance: float) -> float:
@@ -108,7 +108,7 @@ def loss(distance: float) -> float:
 
     It rises with the fourth power of the distance: 5 % side by side, 11 % at 0.4 m, 35 % at 0.6 m, all at 0.8 m.
     """
-    return LEAST_LOSS + (1.0 - LEAST_LOSS) * min(distance / REACH, 1.0) ** 4
+    return MIN_LOSS + (1.0 - MIN_LOSS) * min(distance / REACH, 1.0) ** 4
 
 
 class Around(NamedTuple):
@@ -213,8 +213,8 @@ class RangeAndBearing:
                 time,
             )
             found.append((bits(key, ORDER), reading))
-        if len(found) > MOST_HEARD:
-            found = sorted(found, key=lambda each: each[0])[:MOST_HEARD]
+        if len(found) > MAX_HEARD:
+            found = sorted(found, key=lambda each: each[0])[:MAX_HEARD]
         return sorted((reading for _, reading in found), key=lambda each: each.distance)
 
     def _add_obstacles(self, around: Around, x: float, y: float) -> None:

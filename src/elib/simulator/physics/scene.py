@@ -10,30 +10,30 @@ from typing import Annotated
 from elib.base.errors import ArgumentError
 from elib.base.fields import SEED, Number, Seed, check
 from elib.base.pose import Pose
-from elib.base.tables import MOST_TABLES
+from elib.base.tables import MAX_TABLES
 from elib.simulator.physics.body import RADIUS, EpuckModel
 from elib.simulator.physics.fittings import FLOOR_COLOUR, Light, Paint, Sound
-from elib.simulator.physics.geometry import LARGEST_ARENA, Box, Cylinder, Painted, Wall
+from elib.simulator.physics.geometry import MAX_ARENA, Box, Cylinder, Painted, Wall
 
 STEP = 1 / 64
 """Default tick, s: exact in binary, and the rate at which an e-puck1 refreshes its infrared sensors."""
 
-LONGEST_STEP = 0.1
+MAX_STEP = 0.1
 """s. At 12.9 cm/s a robot then moves 13 mm, well below its radius, so nothing can be passed through."""
 
-SHORTEST_STEP = 1 / 4096
+MIN_STEP = 1 / 4096
 """s. A shorter one computes more ticks than any computer can."""
 
-SMALLEST_ARENA = 4 * RADIUS
+MIN_ARENA = 4 * RADIUS
 """m. Two robots side by side."""
 
-MOST_THINGS = MOST_TABLES
+MAX_THINGS = MAX_TABLES
 """Walls, boxes, cylinders, lights and sounds of a world: of each at most."""
 
-Size = Annotated[float, Number(SMALLEST_ARENA, LARGEST_ARENA, "m", otherwise="from density")]
+Size = Annotated[float, Number(MIN_ARENA, MAX_ARENA, "m", otherwise="from density")]
 """Width or depth of an arena."""
 
-TimeStep = Annotated[float, Number(SHORTEST_STEP, LONGEST_STEP, "s")]
+TimeStep = Annotated[float, Number(MIN_STEP, MAX_STEP, "s")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +78,8 @@ class Scene:
         check(self, "the world's ")
         for what in ("walls", "boxes", "cylinders", "lights", "sounds", "paint"):
             count = len(getattr(self, what))
-            if count > MOST_THINGS:
-                raise ArgumentError(f"the world has {count} {what}; at most {MOST_THINGS} are possible")
+            if count > MAX_THINGS:
+                raise ArgumentError(f"the world has {count} {what}; at most {MAX_THINGS} are possible")
 
     @classmethod
     def load(cls, name: str | os.PathLike[str], *, robots: int | None = None) -> Scene:

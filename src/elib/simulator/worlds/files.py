@@ -71,7 +71,7 @@ from elib.simulator.physics.placement import first_taken, inside_hint, places
 from elib.simulator.physics.scene import Scene
 from elib.simulator.worlds.tables import PAINT, TABLES, THINGS, TOP, Arena, Start
 
-LARGEST_COVER = 4
+MAX_COVER = 4
 """Width of a picture in widths of the arena, and depth likewise: what lies outside is painted in vain."""
 
 _T = TypeVar("_T")
@@ -237,7 +237,7 @@ def _check_inside(thing: Box | Cylinder, scene: Scene) -> None:
 
 
 def _check_cover(picture: Print, scene: Scene) -> None:
-    if picture.width > LARGEST_COVER * scene.width or picture.depth > LARGEST_COVER * scene.depth:
+    if picture.width > MAX_COVER * scene.width or picture.depth > MAX_COVER * scene.depth:
         raise Mistake(
             f"is [{picture.width:g}, {picture.depth:g}]: too large for an arena of {scene.width:g} x {scene.depth:g} m",
             path=("size",),

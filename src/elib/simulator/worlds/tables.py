@@ -17,13 +17,13 @@ from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.simulator.physics.geometry import Box, Cylinder, Length, Painted, Place, Turn, Wall
 from elib.simulator.physics.optics import LENSES
-from elib.simulator.physics.placement import MOST_ROBOTS
+from elib.simulator.physics.placement import MAX_ROBOTS
 from elib.simulator.physics.profiles import PROFILES
-from elib.simulator.physics.scene import SMALLEST_ARENA, Scene, Size
+from elib.simulator.physics.scene import MIN_ARENA, Scene, Size
 
 ABOUT = Text(example='"A room to try things in."', otherwise="nothing")
 
-MOST_PAINTED = 1000
+MAX_PAINTED = 1000
 """Most painted things of each kind: a floor is painted again whenever its world is made."""
 
 
@@ -42,7 +42,7 @@ class Arena:
     width: Size | None = None
     depth: Size | None = None
     density: Annotated[float, Number(0.001, 100, "robots/m2", example="10", otherwise="from size")] | None = None
-    robots: Annotated[int, Whole(1, MOST_ROBOTS, example="20", otherwise="as many as [[robot]] names")] | None = None
+    robots: Annotated[int, Whole(1, MAX_ROBOTS, example="20", otherwise="as many as [[robot]] names")] | None = None
 
     def __post_init__(self) -> None:
         if self.width is None and self.density is None:
@@ -61,7 +61,7 @@ class Arena:
         if self.width is not None and self.depth is not None:
             return self.width, self.depth
         assert self.density is not None
-        side = max(SMALLEST_ARENA, math.sqrt(min(robots, MOST_ROBOTS) / self.density))
+        side = max(MIN_ARENA, math.sqrt(min(robots, MAX_ROBOTS) / self.density))
         return side, side
 
 
@@ -192,9 +192,9 @@ TABLES = (
         "Rectangles of the floor in another colour, and holes.",
         patch,
         keys_of(patch, CORNER, _size("along x and y")),
-        most=MOST_PAINTED,
+        most=MAX_PAINTED,
     ),
-    Table("stripe", "Lines on the floor, such as one to follow.", Stripe, keys_of(Stripe), most=MOST_PAINTED),
+    Table("stripe", "Lines on the floor, such as one to follow.", Stripe, keys_of(Stripe), most=MAX_PAINTED),
     Table("robot", "Where the robots start.", Start, keys_of(Start, POSITION, heading=HEADING)),
 )
 """In the order of the reference page."""

@@ -6,12 +6,12 @@ import asyncio
 import re
 from dataclasses import dataclass
 
-from elib.link.protocol.profiles import LONGEST_PARAMETERS
+from elib.link.protocol.profiles import MAX_PARAMETERS
 from elib.link.transport import Transport
 
 QUIET = 0.2
 """s without a byte that count as silence (wire-protocol.md, 8)."""
-LONGEST_CHATTER = 1.5
+MAX_CHATTER = 1.5
 """s in which the answer to an earlier program may still come; the longest, a picture, takes 0.4 s."""
 ANSWER_TIME = 1.0
 """s for an answer; a slow Bluetooth link takes 0.2 s."""
@@ -74,7 +74,7 @@ async def interrogate(transport: Transport) -> Exchange:
         LinkLost: The link broke.
     """
     loop = asyncio.get_running_loop()
-    unasked, is_quiet = await _until_quiet(transport, LONGEST_CHATTER)
+    unasked, is_quiet = await _until_quiet(transport, MAX_CHATTER)
     if not is_quiet:
         return Exchange(unasked, False)
     asked = loop.time()
@@ -82,9 +82,9 @@ async def interrogate(transport: Transport) -> Exchange:
     first = await _until(_VERSION, transport)
     if _VERSION.search(first):
         waited = loop.time() - asked
-        rest, _ = await _until_quiet(transport, LONGEST_CHATTER)
+        rest, _ = await _until_quiet(transport, MAX_CHATTER)
         return Exchange(unasked, True, first + rest, b"", waited)
-    await transport.write(bytes(LONGEST_PARAMETERS + 1) + b"\rS\r")
+    await transport.write(bytes(MAX_PARAMETERS + 1) + b"\rS\r")
     second = await _until(_EITHER, transport)
     waited = 0.0
     if _VERSION.search(second):  # the answer to the first question: it was late, or the robot was busy
@@ -93,7 +93,7 @@ async def interrogate(transport: Transport) -> Exchange:
     if second:
         await transport.write(b"V\r")
         second += await _until(_VERSION, transport)
-    rest, _ = await _until_quiet(transport, LONGEST_CHATTER)
+    rest, _ = await _until_quiet(transport, MAX_CHATTER)
     return Exchange(unasked, True, first, second + rest, waited)
 
 

@@ -15,9 +15,9 @@ from elib.tools.diagnosis.report import CheckFailed, CheckResult
 
 TRIPS = 20
 """Round trips that are measured."""
-MOST_LOST = 3
+MAX_LOST = 3
 """Lost answers after which the measurement ends: more of them would only take time."""
-LONGEST_MEASURING = 4.0
+MAX_MEASURING = 4.0
 """s after which the measurement ends: on a link that slow a few round trips tell enough."""
 ANSWER_TIMEOUT = 1.0
 """s for each answer."""
@@ -34,7 +34,7 @@ BYTES_PER_SECOND = 11520
 """What 115200 baud carry, with ten bits for a byte (wire-protocol.md, 1.1)."""
 SLOW_SHARE = 0.5
 """Share of BYTES_PER_SECOND below which the link is called slow."""
-LEAST_SPAN = 0.002
+MIN_SPAN = 0.002
 """s; a text that comes within less came in one piece, which does not tell its speed."""
 LATE_PICTURE = 3.0
 """A picture is late after this many times the time that the line alone needs."""
@@ -86,8 +86,8 @@ async def round_trip(examination: Examination) -> CheckResult:
     request = Commands.proximity.spec.request(session.context)
     trips: list[float] = []
     lost = 0
-    end = loop.time() + LONGEST_MEASURING
-    while len(trips) + lost < TRIPS and lost < MOST_LOST and loop.time() < end:
+    end = loop.time() + MAX_MEASURING
+    while len(trips) + lost < TRIPS and lost < MAX_LOST and loop.time() < end:
         began = loop.time()
         try:
             await session.execute(request, ANSWER_TIMEOUT)
@@ -127,7 +127,7 @@ async def throughput(examination: Examination) -> CheckResult:
         session.hooks.remove(note)
     total = sum(size for _, size in pieces)
     span = pieces[-1][0] - pieces[0][0]
-    if span < LEAST_SPAN:
+    if span < MIN_SPAN:
         return CheckResult(f"{total} bytes of text came at once")
     rate = (total - pieces[0][1]) / span
     detail = f"{rate / 1000:.1f} kB/s, from {total} bytes of text; 115200 baud carry 11.5"

@@ -43,7 +43,7 @@ EPUCK2_HINT = f"An e-puck2 is programmed over its USB cable: see the guide {guid
 ELF, ELF_MACHINE, ARM = b"\x7fELF", 18, 40
 """The first bytes of an ELF file, where it says for which processor it is, and the number of ARM, the e-puck2's."""
 
-LARGEST_FILE = 4 << 20
+MAX_FILE = 4 << 20
 """Bytes. The whole memory, in records of one byte each, takes less."""
 LINE_SECONDS = 102 * 10 / 115200
 """s that a row takes on the line: its packet and the answer."""
@@ -104,10 +104,10 @@ def read_image(path: str | Path) -> Image:
         Unsupported: The package intelhex is not installed.
     """
     name = Path(path).name
-    content = read_file(path, "the program", largest=LARGEST_FILE)
+    content = read_file(path, "the program", largest=MAX_FILE)
     if not content.strip():
         raise ArgumentError(f"{name} is empty", hint="build the program, or copy the file, again")
-    if len(content) > LARGEST_FILE:
+    if len(content) > MAX_FILE:
         raise ArgumentError(f"{name} is larger than any Intel HEX file of a program for the e-puck1")
     if content.startswith(ELF):
         is_epuck2 = content[ELF_MACHINE : ELF_MACHINE + 1] == bytes((ARM,))

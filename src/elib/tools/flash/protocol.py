@@ -26,7 +26,7 @@ END_LIGHT = 2.0
 CALL_INTERVAL = 0.1
 """s between two calls, of the 50 to 100 ms that the hosts use: a call that comes behind the answer is taken for the
 first byte of a packet, so a slow link needs long ones."""
-LONGEST_CALL_INTERVAL = 0.5
+MAX_CALL_INTERVAL = 0.5
 """s. The bootloader listens for 1.09 s."""
 CALL_LIMIT = 30.0
 ANSWER_LIMIT = 1.0
@@ -37,7 +37,7 @@ CALLING_TIME = 3.0
 takes the calls for it."""
 SETTLING = 0.1
 """s without a byte behind the last answer."""
-MOST_FAILURES, MOST_IN_ALL = 5, 100
+MAX_FAILURES, MAX_IN_ALL = 5, 100
 """Failures in a row at the same place, and in a whole upload: more of them are no accident."""
 
 
@@ -170,11 +170,11 @@ class Upload:
         self.failures.append(f"{at}: {what}")
         self._in_a_row = self._in_a_row + 1 if where == self._failed_at else 1
         self._failed_at = where
-        if self._in_a_row >= MOST_FAILURES or len(self.failures) >= MOST_IN_ALL:
+        if self._in_a_row >= MAX_FAILURES or len(self.failures) >= MAX_IN_ALL:
             self.phase = Phase.FAILED
             return
         if where < 0:
-            self._interval = min(2 * self._interval, LONGEST_CALL_INTERVAL)
+            self._interval = min(2 * self._interval, MAX_CALL_INTERVAL)
         self._place = max(0, self._place - 1)
         self.phase = Phase.CALLING
         self._received = b""
