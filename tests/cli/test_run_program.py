@@ -146,7 +146,7 @@ async def test_a_program_of_any_style_that_is_killed_leaves_a_robot_that_stands(
             await until(lambda: not any(motor.speed for motor in motors))
 
 
-WATCHED = "import elib\nfrom elib.robot.watchdog import WATCHDOG\n"
+WATCHED = "import elib\nfrom elib.robot.emergency import OPEN_STOPS\n"
 
 
 @pytest.mark.skipif(not is_supported(), reason="there is no watchdog here")
@@ -154,7 +154,7 @@ WATCHED = "import elib\nfrom elib.robot.watchdog import WATCHDOG\n"
 async def test_a_program_that_says_so_has_no_watchdog_and_neither_has_a_robot_that_dies_with_it(
     named: str, tmp_path: Path
 ) -> None:
-    text = f"{WATCHED}with elib.connect({named}):\n    print(bool(WATCHDOG._watched))\n"
+    text = f"{WATCHED}with elib.connect({named}):\n    print(any(each.watchdog for each in OPEN_STOPS))\n"
     file = written(tmp_path, text)
     async with serve(SimulationSettings("square"), tcp="0") as served:
         robot = {} if "sim" in named else {"ELIB_ROBOT": served[0].url}

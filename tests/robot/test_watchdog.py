@@ -13,10 +13,9 @@ from served import served
 import elib
 from elib.base.errors import Unsupported
 from elib.link.protocol.profiles import PROFILES
-from elib.robot import watchdog
 from elib.robot.emergency import OPEN_STOPS
 from elib.robot.signals import SIGNALS
-from elib.robot.watchdog import WATCHDOG, is_supported
+from elib.robot.watchdog import Watchdog, is_supported
 from elib.robot.watchdog_process import write_now
 from shared import PATIENCE, until
 
@@ -24,6 +23,15 @@ if not is_supported():
     pytest.skip("no watchdog on this system", allow_module_level=True)
 
 FD_SETSIZE = 1024
+
+
+def watchdogs() -> list[Watchdog]:
+    """Return the watchdogs of all open robots."""
+    return [each.watchdog for each in OPEN_STOPS if each.watchdog is not None]
+
+
+def runs(watchdog: Watchdog) -> bool:
+    return watchdog._process.poll() is None
 
 
 def ways_to_die() -> list[object]:
@@ -77,26 +85,27 @@ async def test_a_blocked_event_loop_stops_the_robot_and_the_program_goes_on(way:
 async def test_a_closed_robot_leaves_no_watchdog_and_a_port_that_is_free_at_once(
     way: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(watchdog, "RELEASE_TIME", PATIENCE)  # a busy machine must not make the watchdog late
+    monkeypatch.setattr("elib.robot.watchdog.RELEASE_TIME", PATIENCE)  # of a busy machine
     async with served(way) as there:
         for _ in range(3):
             async with elib.open(there.url, watchdog=True) as robot:
                 await robot.set_speed(0.4, 0.4)
-                assert WATCHDOG._watched
-            assert not WATCHDOG._watched
-            assert WATCHDOG._line is None
+                (watchdog,) = watchdogs()
+                assert runs(watchdog)
+            assert not runs(watchdog)
             assert not OPEN_STOPS
 
 
 async def test_a_robot_that_comes_back_is_watched_on_its_new_link() -> None:
     async with served("tcp") as there, elib.reconnecting(there.url, first_delay=0.01, watchdog=True) as robot:
-        before = set(WATCHDOG._watched)
+        (before,) = watchdogs()
         line = robot.session.transport.fileno()  # type: ignore[attr-defined]
         with socket.socket(fileno=os.dup(line)) as ours:
             ours.shutdown(socket.SHUT_RDWR)
         await robot.within(PATIENCE).proximity()
-        assert len(WATCHDOG._watched) == 1
-        assert WATCHDOG._watched != before
+        (now,) = watchdogs()
+        assert runs(now)
+        assert not runs(before)
 
 
 async def test_a_watchdog_that_cannot_be_started_leaves_nothing_open(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,7 +114,6 @@ async def test_a_watchdog_that_cannot_be_started_leaves_nothing_open(monkeypatch
             broken.setattr(sys, "executable", "/nowhere/python")
             with pytest.raises(Unsupported, match="the watchdog cannot be started"):
                 await elib.open(there.url, watchdog=True).__aenter__()
-        assert WATCHDOG._line is None
         assert not OPEN_STOPS
         assert not SIGNALS._loops
         async with elib.open(there.url) as robot:
@@ -154,7 +162,7 @@ def test_a_port_that_takes_no_more_bytes_does_not_make_the_watchdog_fail() -> No
 
 def test_a_robot_in_the_program_itself_needs_no_watchdog() -> None:
     with elib.connect("sim://?speed=max", watchdog=True):
-        assert not WATCHDOG._watched
+        assert not watchdogs()
 
 
 async def test_an_awaited_robot_that_nobody_closed_is_stopped_with_its_event_loop() -> None:

@@ -10,8 +10,8 @@ import socket
 from collections.abc import Callable
 
 from elib.base.errors import Unsupported
-from elib.link.session import Channel, Ending, Received, SessionOpened, TraceEvent, TraceHook
-from elib.robot.watchdog import BEAT_EVERY, WATCHDOG, is_supported
+from elib.link.session import Channel, Ending, Received, SessionOpened, TraceEvent
+from elib.robot.watchdog import BEAT_EVERY, Watchdog, is_supported
 from elib.robot.watchdog_process import SILENCE, end_streams, write_now
 
 ESTABLISHED = 1
@@ -25,32 +25,26 @@ class EmergencyStop:
         channel: The robot's session, or what makes sessions for it.
         stop: Returns the bytes that stop the robot now.
         is_watched: The watchdog also stops the robot when this program freezes.
+
+    Attributes:
+        watchdog: Stops the robot when this program has died; None without an open line, or if nobody asked for it.
+
+    Raises:
+        Unsupported: The system does not start the watchdog.
     """
 
     def __init__(self, channel: Channel, stop: Callable[[], bytes], *, is_watched: bool) -> None:
         self.loop = asyncio.get_running_loop()
+        self.watchdog: Watchdog | None = None
         self._channel = channel
         self._stop = stop
-        self._beats = is_watched
-        self._key: int | None = None
+        self._is_watched = is_watched
         self._timer: asyncio.TimerHandle | None = None
         self._last_beat = 0.0
         self._has_ended_stream = False
-        if is_watched:
-            self._guard()
-            self._listen(self._follow)
-        elif is_supported() and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-            # SIGTERM is not handled, for example because another thread than the main one opened the robot: it kills.
-            with contextlib.suppress(Unsupported):  # the user did not ask for a watchdog
-                self._guard()
-            self._listen(self._follow)
-        elif self._streams:
-            self._listen(self._check_stream)
+        self._guard()
+        channel.hooks.append(self._follow, Ending, SessionOpened, *((Received,) if self._streams else ()))
         OPEN_STOPS.add(self)
-
-    def _listen(self, hook: TraceHook) -> None:
-        received = (Received,) if self._streams else ()
-        self._channel.hooks.append(hook, Ending, SessionOpened, *received)
 
     def stop(self) -> int | None:
         """Tell the robot to stop. Any thread, and a signal handler, may call this.
@@ -77,29 +71,12 @@ class EmergencyStop:
 
     def _note_stop(self) -> None:
         """Note that the robot was stopped past the session: over Wi-Fi a command has the speeds last sent."""
-        context = self._channel.context
-        if context.profile.codec == "wifi":
-            context.sent = self._stop()
+        if self._streams:
+            self._channel.context.sent = self._stop()
 
     @property
     def _streams(self) -> bool:
         return self._channel.context.profile.codec == "wifi"
-
-    def _check_stream(self, time: float, event: TraceEvent) -> None:
-        """Give a connection up from which :meth:`stop`, or the watchdog of a frozen program, has read."""
-        if isinstance(event, SessionOpened):
-            self._has_ended_stream = False
-        elif isinstance(event, Received) and self._streams:
-            was_frozen = self._beats and time - self._last_beat >= SILENCE
-            number = self._number if was_frozen else None
-            if self._has_ended_stream or (number is not None and is_ended(number)):
-                lose = getattr(self._channel.transport, "lose", None)
-                if lose is not None:
-                    lose(
-                        f"{self._channel.transport.url}: the robot was stopped past this program, which was busy or "
-                        "frozen, and what it sent meanwhile is lost",
-                        hint="open it again, or use elib.reconnecting()",
-                    )
 
     @property
     def _number(self) -> int | None:
@@ -107,37 +84,55 @@ class EmergencyStop:
         return None if fileno is None else fileno()
 
     def _follow(self, time: float, event: TraceEvent) -> None:
-        """Release a line before it is closed, and guard the next one."""
-        self._check_stream(time, event)
-        if isinstance(event, Ending):
-            self._release()
-        elif isinstance(event, SessionOpened):
-            self._release()
+        """Release a line before it is closed, and guard the next one; a trace hook."""
+        if isinstance(event, Received):
+            self._check_stream(time)
+            return
+        self._release()
+        if isinstance(event, SessionOpened):
+            self._has_ended_stream = False
             self._guard()
 
+    def _check_stream(self, time: float) -> None:
+        """Give a connection up from which :meth:`stop`, or the watchdog of a frozen program, has read."""
+        was_frozen = self._is_watched and time - self._last_beat >= SILENCE
+        number = self._number if was_frozen else None
+        if self._has_ended_stream or (number is not None and is_ended(number)):
+            lose = getattr(self._channel.transport, "lose", None)
+            if lose is not None:
+                lose(
+                    f"{self._channel.transport.url}: the robot was stopped past this program, which was busy or "
+                    "frozen, and what it sent meanwhile is lost",
+                    hint="open it again, or use elib.reconnecting()",
+                )
+
     def _guard(self) -> None:
-        number = self._number
-        if number is not None:
-            self._key = WATCHDOG.guard(number, self._data(), beats=self._beats, streams=self._streams)
-            if self._beats:
-                self._last_beat = self.loop.time()
-                self._beat()
+        # Where SIGTERM is not handled, for example because another thread than the main one opened the robot, it kills.
+        is_dying = signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and is_supported()
+        number = self._number if self._is_watched or is_dying else None
+        if number is None:
+            return
+        with contextlib.nullcontext() if self._is_watched else contextlib.suppress(Unsupported):
+            self.watchdog = Watchdog(number, self._data(), streams=self._streams)
+        if self._is_watched:
+            self._last_beat = self.loop.time()
+            self._beat()
 
     def _beat(self) -> None:
-        if self._key is not None:
+        if self.watchdog is not None:
             now = self.loop.time()
             if now - self._last_beat >= SILENCE:
                 self._note_stop()  # the watchdog did it: this program was frozen
             self._last_beat = now
-            WATCHDOG.beat(self._key)
+            self.watchdog.beat()
             self._timer = self.loop.call_later(BEAT_EVERY, self._beat)
 
     def _release(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
-        if self._key is not None:
-            WATCHDOG.release(self._key)
-            self._key = None
+        watchdog, self.watchdog = self.watchdog, None
+        if watchdog is not None:
+            watchdog.release()
 
 
 OPEN_STOPS: set[EmergencyStop] = set()

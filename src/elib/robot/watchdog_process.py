@@ -1,8 +1,7 @@
-"""The watchdog's own process, which stops the robots of a program that has died or frozen.
+"""The watchdog's own process, which stops a robot whose program has died or frozen.
 
-It runs as a script and imports nothing of elib, so that it starts fast. The program passes it each open line and the
-bytes that stop the robot, beats while its event loop runs, and lets it release a line before closing it. When the
-socket between them is closed, the program has died.
+It runs as a script and imports nothing of elib, so that it starts fast. Its standard output is the open line to the
+robot, its standard input a pipe in which the program writes while its event loop runs. The pipe ends with the program.
 """
 
 from __future__ import annotations
@@ -12,18 +11,13 @@ import os
 import select
 import signal
 import socket
-import struct
 import sys
 import time
 
-MESSAGE = struct.Struct("=c?HI")
-"""Kind of the message, whether the robot streams (over Wi-Fi), number of bytes that follow, and key of the robot."""
-GUARD, GUARD_DEATH, BEAT, RELEASE = b"g", b"m", b"b", b"r"
-"""Stop a robot when the program dies or freezes; stop it only when it dies; a sign of life; release a robot."""
 SILENCE = 0.5
-"""s without a beat after which a program counts as frozen."""
-PERIOD, IDLE_PERIOD = 0.1, 1.0
-"""s between two checks, with robots and without."""
+"""s without a beat after which a program counts as frozen, once there was one."""
+PERIOD = 0.1
+"""s between two checks."""
 STOPS, STOP_EVERY = 3, 0.5
 """How often a robot of a frozen program is told to stop, and s between: the line may lose bytes."""
 LINGER_TIME = 0.15
@@ -89,81 +83,40 @@ def unread(number: int) -> int:
         return 0
 
 
-class GuardedRobot:
-    """One robot and its open line."""
+def watch(beats: int, line: int, stop: bytes, parent: int, *, streams: bool) -> None:
+    """Watch until the program has died; stop its robot whenever it is frozen.
 
-    def __init__(self, number: int, data: bytes, is_guarded: bool, streams: bool) -> None:
-        self.number = number
-        self.data = data
-        self.is_guarded = is_guarded
-        self.streams = streams
-        self.beat()
-
-    def beat(self) -> None:
-        """Record that the program runs."""
-        self.stops = 0
-        self.due = time.monotonic() + SILENCE
-
-    def check(self) -> None:
-        """Stop the robot if its program is frozen."""
-        if self.is_guarded and self.stops < STOPS and time.monotonic() >= self.due:
-            write_now(self.number, self.data)
-            if self.streams and unread(self.number) > STUCK:
-                end_streams([self.number])
-            self.stops += 1
-            self.due = time.monotonic() + STOP_EVERY
-
-
-def watch(program: socket.socket, parent: int) -> list[GuardedRobot]:
-    """Watch until the program has died; return the robots that it left behind."""
-    robots: dict[int, GuardedRobot] = {}
-    heard, numbers = b"", []
+    Args:
+        beats: The pipe in which the program writes.
+        line: The robot's line.
+        stop: The bytes that stop the robot.
+        parent: The program's number: a fork of it may hold the pipe open for longer.
+        streams: The robot streams packets, over Wi-Fi. Its connection is ended if it may be stuck.
+    """
+    stops, due = 0, float("inf")
     while True:
-        if select.select([program], [], [], PERIOD if robots else IDLE_PERIOD)[0]:
-            try:
-                data, descriptors, _, _ = socket.recv_fds(program, 65536, 16)
-            except OSError:
-                break
-            if not data:
-                break
-            heard += data
-            numbers += descriptors
-            while len(heard) >= MESSAGE.size:
-                kind, streams, length, key = MESSAGE.unpack_from(heard)
-                end = MESSAGE.size + length
-                if len(heard) < end:
-                    break
-                command, heard = heard[MESSAGE.size : end], heard[end:]
-                if kind in (GUARD, GUARD_DEATH):
-                    robots[key] = GuardedRobot(numbers.pop(0), command, kind == GUARD, streams)
-                elif kind == BEAT and key in robots:
-                    robots[key].beat()
-                elif kind == RELEASE:
-                    if key in robots:
-                        os.close(robots.pop(key).number)
-                    write_now(program.fileno(), RELEASE)
-        elif os.getppid() != parent:  # a fork of the program may hold the other end open for longer
-            break
-        for robot in robots.values():
-            robot.check()
-    return list(robots.values())
-
-
-def stop_orphans(robots: list[GuardedRobot]) -> None:
-    """Stop the robots of a program that has died; their answers are dropped."""
-    for _ in range(2 if robots else 0):
-        for robot in robots:
-            write_now(robot.number, robot.data)
-        drain([robot.number for robot in robots], LINGER_TIME)
+        if select.select([beats], [], [], PERIOD)[0]:
+            if not os.read(beats, 65536):
+                return
+            stops, due = 0, time.monotonic() + SILENCE
+        elif os.getppid() != parent:
+            return
+        elif stops < STOPS and time.monotonic() >= due:
+            write_now(line, stop)
+            if streams and unread(line) > STUCK:
+                end_streams([line])
+            stops, due = stops + 1, time.monotonic() + STOP_EVERY
 
 
 def main() -> None:
-    """Watch the program at the other end of the socket whose descriptor is the first argument."""
+    """Watch a robot; the arguments are the bytes that stop it, the program's number, and whether it streams."""
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGPIPE"):
         signal.signal(getattr(signal, name), signal.SIG_IGN)  # they are meant for the program
-    with socket.socket(fileno=int(sys.argv[1])) as program:
-        robots = watch(program, int(sys.argv[2]))
-    stop_orphans(robots)
+    beats, line, stop = sys.stdin.fileno(), sys.stdout.fileno(), bytes.fromhex(sys.argv[1])
+    watch(beats, line, stop, int(sys.argv[2]), streams=sys.argv[3] == "True")
+    for _ in range(2):
+        write_now(line, stop)
+        drain([line], LINGER_TIME)  # answers for nobody
     os._exit(0)
 
 
