@@ -136,6 +136,31 @@ def test_a_signal_ends_a_program_that_blocks_its_event_loop(name: str, codes: tu
     assert done.returncode in codes, done.stderr
 
 
+def test_a_signal_ends_a_blocking_call_whose_event_loop_a_hook_blocks() -> None:
+    done = run_python(
+        f"""
+        import os, signal, threading, elib
+        from elib.testing import emulator_of
+
+        def block(time, event):
+            os.kill(os.getpid(), signal.SIGTERM)
+            threading.Event().wait()
+
+        with elib.connect({FAST!r}) as robot:
+            robot.set_speed(0.5, 0.5)
+            motors = emulator_of(robot).firmware.motors
+            robot.trace(block)
+            try:
+                robot.proximity()
+            finally:
+                robot.robot.session.hooks.remove(block)
+                robot.close()
+                print([motor.speed for motor in motors])
+        """
+    )
+    assert (done.returncode, done.stdout) == (143, "[0, 0]\n"), done.stderr
+
+
 def test_a_signal_has_its_usual_effect_again_when_all_is_over() -> None:
     done = run_python(
         """

@@ -41,7 +41,7 @@ from elib.robot.aio import Epuck, on_open
 from elib.robot.emergency import stop_at_once
 from elib.robot.link import Record
 from elib.robot.runner import NOTHING, Records
-from elib.robot.signals import SHUTDOWN_TIME, SIGNALS
+from elib.robot.signals import SHUTDOWN_TIME, SIGNALS, interrupt_main_thread
 from elib.robot.substitute import choose_robots, substituted, viewed
 from elib.robot.watchdog import watched
 from elib.studies.drive import RobotReport, draw_drive
@@ -461,8 +461,8 @@ class ProgramRun:
             threading.Thread(target=self._insist, name="elib run --for", daemon=True).start()
 
     def _insist(self) -> None:
-        for _ in range(MAX_INTERRUPTS):
-            _interrupt_main_thread()
+        for _ in range(MOST_INTERRUPTS):
+            interrupt_main_thread(signal.SIGINT)
             if self._has_ended.wait(SHUTDOWN_TIME + 0.5):
                 return self._end_threads()
         say("error: the program catches every Ctrl-C and goes on; it is ended now\nhint: write except Exception:")
@@ -495,13 +495,6 @@ def _interruptible() -> Iterator[None]:
     finally:
         if is_ignored:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _interrupt_main_thread() -> None:
-    if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
-    else:
-        signal.raise_signal(signal.SIGINT)
 
 
 def own_name(path: Path, word: str) -> Path:

@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 from elib.base.errors import ElibError, LinkClosed, LinkLost, SimulationStalled
 from elib.base.timebase import LoopSpeed, SimulatedLoop, new_loop, running_loop
 from elib.robot.callbacks import CallbackPool
-from elib.robot.signals import SIGNALS
+from elib.robot.signals import SIGNALS, error_of
 
 T = TypeVar("T")
 AnyFuture = concurrent.futures.Future[Any]
@@ -93,12 +93,6 @@ class Portal:
         """Calls that go on in simulated time even if no thread waits for them."""
         self._has_begun = False
         """Whether a call was begun since the last one that waited."""
-        self._is_main_inside = False
-        """Whether the main thread waits in a call. A signal that comes meanwhile cancels that, and is raised at its
-        end: raised in the middle it could hit a finaliser, where Python drops it."""
-        self._cancel: Callable[[], object] | None = None
-        """Cancels what the main thread waits for."""
-        self._interruption: BaseException | None = None
         self._leaving = threading.RLock()
         self._leaver: threading.Thread | None = None
         """The thread that closes the portal: from then on simulated time stands still only for that thread."""
@@ -110,7 +104,9 @@ class Portal:
         if not self._is_simulated or running_loop() is not None:
             self._start_thread()
         self._signals = SIGNALS.signals_of(self.loop)
-        self._signals.interrupt = self.interrupt
+        self._signals.waiter = None
+        """The main thread, while it waits in a call. A signal that comes meanwhile cancels that, and is raised at its
+        end: raised in the middle it could hit a finaliser, where Python drops it."""
         self._signals.at_exit = self._leave_at_exit
         self._signals.enter()
 
@@ -237,7 +233,8 @@ class Portal:
         with self._turn:
             if self.is_closed:
                 raise LinkClosed("the robot was closed", hint="open a new connection")
-            self._is_main_inside = self._is_main_inside or me is threading.main_thread()
+            if me is threading.main_thread():
+                self._signals.cancel, self._signals.waiter = _nothing, me
             self._uses += 1
             if self._runner is None and here is None:
                 self._runner = me
@@ -262,10 +259,10 @@ class Portal:
         if self._program_ends and me.daemon and me is not self._leaver:
             threading.Event().wait()  # Python ends such a thread silently, and so does elib
         if me is threading.main_thread():
-            self._is_main_inside, self._cancel = False, None
-            interruption, self._interruption = self._interruption, None
-            if interruption is not None:
-                raise interruption from None
+            self._signals.waiter = None
+            came = self._signals.take()
+            if came is not None:
+                raise error_of(came) from None
 
     def _note(self, thread: threading.Thread) -> None:
         """Record that *thread* returns to its own work; simulated time stands still for it, for a while."""
@@ -291,9 +288,7 @@ class Portal:
     def _let_signals(self, cancel: Callable[[], object]) -> None:
         """Let a signal call *cancel* in the loop, until this thread returns to its work, if it is the main thread."""
         if threading.current_thread() is threading.main_thread():
-            self._cancel = cancel
-            if self._interruption is not None:  # it came before there was something to cancel
-                self.loop.call_soon_threadsafe(cancel)  # after the first step: a task that never ran stops no robot
+            self._signals.wait_by(cancel)
 
     def _outcome_of(self, future: concurrent.futures.Future[T]) -> T:
         """Wait for *future*, which only this thread wants."""
@@ -398,15 +393,6 @@ class Portal:
                 return False
         return not self._pool.is_at_work(self._waiting)
 
-    def interrupt(self, error: BaseException) -> bool:
-        """Cancel the call that the main thread waits for, to raise *error* there; return False if there is none."""
-        if not self._is_main_inside:
-            return False
-        self._interruption = error
-        if self._cancel is not None:
-            self.loop.call_soon_threadsafe(self._cancel)
-        return True
-
     # -- closing --
 
     def leave(self, timeout: float | None = None) -> None:
@@ -462,7 +448,7 @@ class Portal:
             if self.is_closed:
                 return
             self.is_closed = self._is_ending = True
-        self._signals.interrupt = self._signals.at_exit = None
+        self._signals.at_exit = None
         self._signals.leave()
         ended = asyncio.run_coroutine_threadsafe(_cancel_all_tasks(), self.loop)
         with contextlib.suppress(ElibError):

@@ -8,10 +8,10 @@ import contextlib
 import signal
 import threading
 from collections.abc import Callable, Coroutine, Iterator
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 from elib.base.timebase import LoopSpeed, new_loop, running_loop
-from elib.robot.signals import SHUTDOWN_TIME, SIGNALS, error_of
+from elib.robot.signals import SHUTDOWN_TIME, SIGNALS, LoopSignals, error_of
 
 T = TypeVar("T")
 
@@ -34,8 +34,14 @@ def run_coroutine(main: Callable[[], Coroutine[Any, Any, T]], speed: LoopSpeed =
         KeyboardInterrupt: Ctrl-C ended it.
         SystemExit: SIGTERM or SIGHUP ended it.
     """
-    run = _Run(main, new_loop(speed))
-    return run.here() if running_loop() is None else run.in_a_thread()
+    signals = SIGNALS.signals_of(new_loop(speed))
+    signals.enter()  # here, because only the main thread can install signal handlers
+    try:
+        if running_loop() is None:
+            return _run(main, signals)
+        return _run_in_a_thread(main, signals)
+    finally:
+        signals.leave()
 
 
 @contextlib.contextmanager
@@ -46,77 +52,52 @@ def ending(stop: asyncio.Event) -> Iterator[None]:
         stop: Set by Ctrl-C, SIGTERM or SIGHUP, in the running event loop.
     """
     signals = SIGNALS.signals_of(asyncio.get_running_loop())
-    before, signals.end = signals.end, stop.set
+    before, signals.cancel = signals.cancel, stop.set
     signals.enter()
     try:
         yield
+        signals.came = None
     finally:
-        signals.end = before
+        signals.cancel = before
         signals.leave()
 
 
-class _Run(Generic[T]):
-    """One coroutine on one event loop; the thread that makes this object waits for its end."""
+def _run(main: Callable[[], Coroutine[Any, Any, T]], signals: LoopSignals) -> T:
+    async def whole() -> T:
+        task = asyncio.current_task()
+        assert task is not None
+        signals.wait_by(task.cancel)
+        return await main()
 
-    def __init__(self, main: Callable[[], Coroutine[Any, Any, T]], loop: asyncio.AbstractEventLoop) -> None:
-        self._main = main
-        self._loop = loop
-        self._task: asyncio.Task[T] | None = None
-        self._is_ended = False
-        self._signals = SIGNALS.signals_of(loop)
-        self._signals.end = self._end
-
-    def here(self) -> T:
-        """Run it on this thread."""
-        signals = self._signals
-        signals.enter()
-        try:
-            with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
-                result = runner.run(self._whole())
-        except asyncio.CancelledError:
-            if signals.came is None:
-                raise
-            raise error_of(signals.came) from None
-        finally:
-            signals.leave()
-        # A signal is the usual end of a server, and a program may catch a Ctrl-C and go on.
-        if self._is_ended and signals.came not in (None, signal.SIGINT):
-            raise error_of(signals.came)
-        return result
-
-    def in_a_thread(self) -> T:
-        """Run it on a thread of its own."""
-        outcome: concurrent.futures.Future[T] = concurrent.futures.Future()
-
-        def run() -> None:
-            try:
-                outcome.set_result(self.here())
-            except BaseException as error:
-                outcome.set_exception(error)
-
-        self._signals.enter()  # here, because only the main thread can install signal handlers
-        try:
-            threading.Thread(target=run, name="elib run", daemon=True).start()
-            # A signal that comes just before a wait without bound is not handled before that ends, in all of Python.
-            while not outcome.done():
-                concurrent.futures.wait([outcome], SIGNAL_DELAY)
-            return outcome.result()
-        except BaseException:
-            if not outcome.done():  # a signal that the program handles itself, or one that came before the loop ran
-                self._loop.call_soon_threadsafe(self._end)
-                with contextlib.suppress(BaseException):
-                    outcome.result(SHUTDOWN_TIME)
+    try:
+        with asyncio.Runner(loop_factory=lambda: signals.loop) as runner:
+            result = runner.run(whole())
+    except asyncio.CancelledError:
+        if signals.came is None:
             raise
-        finally:
-            self._signals.leave()
+        raise error_of(signals.came) from None
+    if signals.came not in (None, signal.SIGINT):  # a program may catch a Ctrl-C and go on
+        raise error_of(signals.came)
+    return result
 
-    async def _whole(self) -> T:
-        self._task = asyncio.current_task()
-        if self._is_ended:
-            raise asyncio.CancelledError
-        return await self._main()
 
-    def _end(self) -> None:
-        self._is_ended = True
-        if self._task is not None:
-            self._task.cancel()
+def _run_in_a_thread(main: Callable[[], Coroutine[Any, Any, T]], signals: LoopSignals) -> T:
+    outcome: concurrent.futures.Future[T] = concurrent.futures.Future()
+
+    def run() -> None:
+        try:
+            outcome.set_result(_run(main, signals))
+        except BaseException as error:
+            outcome.set_exception(error)
+
+    threading.Thread(target=run, name="elib run", daemon=True).start()
+    try:
+        # A signal that comes just before a wait without bound is not handled before that ends, in all of Python.
+        while not outcome.done():
+            concurrent.futures.wait([outcome], SIGNAL_DELAY)
+    except BaseException:  # a signal that the program handles itself, or one that came before the loop ran
+        signals.end(signal.SIGINT)
+        with contextlib.suppress(BaseException):
+            outcome.result(SHUTDOWN_TIME)
+        raise
+    return outcome.result()

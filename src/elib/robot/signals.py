@@ -1,8 +1,8 @@
 r"""Ctrl-C and the other signals that end or suspend a program: whatever they do to it, the robot stops.
 
-While a robot is open, or an event loop of elib runs, signals come here, unless the program handles them itself. A
-blocking program gets an exception in its main thread, an async one the cancellation of its task, a server its event.
-Ctrl-Z and Ctrl-\ leave the program no time: the robot is told to stop past its queue.
+While a robot is open, or an event loop of elib runs, signals come here, unless the program handles them itself. They
+cancel what the main thread waits for: a blocking call, or the main task of an event loop. Ctrl-Z and Ctrl-\ leave the
+program no time: the robot is told to stop past its queue.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import asyncio
 import atexit
 import contextlib
 import functools
+import math
 import os
 import signal
 import threading
@@ -27,15 +28,23 @@ SHUTDOWN_TIME = 2.0
 """s after a signal in which more signals change nothing: robots are being stopped, and that must not be cut short."""
 NOTICE_TIME = 0.5
 """s in which an event loop notices a signal, unless something blocks it."""
-SUSPENSION, QUIT = getattr(signal, "SIGTSTP", None), getattr(signal, "SIGQUIT", None)
-"""Ctrl-Z and Ctrl-Backslash."""
 TERMINATIONS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that end a program: another process ends it, or its terminal is closed."""
+SUSPENSIONS = tuple(getattr(signal, name) for name in ("SIGTSTP", "SIGQUIT") if hasattr(signal, name))
+"""Ctrl-Z and Ctrl-Backslash."""
 
 
 def error_of(number: int) -> BaseException:
     """Return the exception that ends a program because of signal *number*."""
     return KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number)
+
+
+def interrupt_main_thread(number: int) -> None:
+    """Let signal *number* come to the main thread, also while a call of the system keeps it."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, number)
+    else:
+        signal.raise_signal(number)
 
 
 class Signals:
@@ -44,67 +53,57 @@ class Signals:
     def __init__(self) -> None:
         self._loops: dict[asyncio.AbstractEventLoop, LoopSignals] = {}
         self._before: dict[int, Any] = {}
+        """The handlers that were there, by the signals that come here now."""
 
     def signals_of(self, loop: asyncio.AbstractEventLoop) -> LoopSignals:
         """Return what signals do to *loop*."""
-        signals = self._loops.get(loop)
-        if signals is None:
-            signals = self._loops[loop] = LoopSignals(loop)
-        return signals
+        return self._loops.setdefault(loop, LoopSignals(loop))
 
-    def forget(self, signals: LoopSignals) -> None:
+    def forget(self, loop: asyncio.AbstractEventLoop) -> None:
         """Forget a loop; after the last one, put back the handlers that were there before."""
-        self._loops.pop(signals.loop, None)
+        self._loops.pop(loop, None)
         if self._loops or threading.current_thread() is not threading.main_thread():
             return
         for number, handler in self._before.items():
-            if signal.getsignal(number) in (self._handle, self._suspend, self._quit):
-                signal.signal(number, signal.default_int_handler if _is_over(handler) else handler)
+            if signal.getsignal(number) in (self._end, self._suspend):
+                task = _task_of_runner(handler)
+                is_over = task is not None and task.done()
+                signal.signal(number, signal.default_int_handler if is_over else handler)
         self._before.clear()
 
     def install(self) -> None:
         """Handle signals from now on, except those that the program handles itself. Only the main thread can."""
         if threading.current_thread() is not threading.main_thread():
             return
-        handlers = dict.fromkeys((signal.SIGINT, *TERMINATIONS), self._handle)
-        handlers |= {SUSPENSION: self._suspend, QUIT: self._quit}
+        handlers = dict.fromkeys((signal.SIGINT, *TERMINATIONS), self._end) | dict.fromkeys(SUSPENSIONS, self._suspend)
         for number, handler in handlers.items():
-            if number is not None and number not in self._before and _is_free(number):
+            if number not in self._before and _is_free(number):
                 self._before[number] = signal.signal(number, handler)
 
-    def _handle(self, number: int, frame: FrameType | None) -> None:
-        error = error_of(number)
+    def _end(self, number: int, frame: FrameType | None) -> None:
         loops = tuple(self._loops.values())
-        is_noted = [each.interrupt(error) for each in loops if each.interrupt is not None]
-        ended = [each for each in loops if each.interrupt is None]
-        here = [each for each in ended if each.holds_main_thread]
+        here = [each for each in loops if each.is_awaited]
         for each in here:
-            each.break_out(error)
-        if number == signal.SIGINT:
-            ended = here  # loops of other threads are ended by the program, which gets the KeyboardInterrupt
+            each.break_out(number)
         if here and all(each.is_shutting_down for each in here):
             return
-        for each in ended:
-            each.on_signal(number)
-        if any(each.end is not None for each in here):
-            return
+        # Ctrl-C ends what the main thread waits for; to the loops of other threads the program does what it likes.
+        for each in here if number == signal.SIGINT else loops:
+            each.end(number)
+        if any(each.cancel is not None for each in here):
+            return  # whoever waits there raises the error
         before = self._before.get(number, signal.SIG_DFL)
-        if here and callable(before) and _is_runner_handler(before):
+        if here and _task_of_runner(before) is not None:
             before(number, frame)
-        elif (number == signal.SIGINT and here) or (not here and not any(is_noted)):
-            raise error
+        elif number == signal.SIGINT or not here:
+            raise error_of(number)
 
     def _suspend(self, number: int, frame: FrameType | None) -> None:
-        """Stop the robots, then suspend the program. What its link reads behind that is answered by a resync."""
+        """Stop the robots, then suspend or end the program. What its link reads behind that is answered by a resync."""
         stop_at_once()
         signal.signal(number, signal.SIG_DFL)
-        os.kill(os.getpid(), number)  # the program is suspended in here, until it gets SIGCONT
+        os.kill(os.getpid(), number)  # a program that is suspended stays in here until it gets SIGCONT
         signal.signal(number, self._suspend)
-
-    def _quit(self, number: int, frame: FrameType | None) -> None:
-        stop_at_once()
-        signal.signal(number, signal.SIG_DFL)
-        os.kill(os.getpid(), number)
 
     def close_all(self) -> None:
         """Stop every robot that is still open when the interpreter ends."""
@@ -116,117 +115,121 @@ class Signals:
 
 
 class LoopSignals:
-    """The effect of signals on one event loop.
+    """What signals do to one event loop.
 
     Attributes:
         loop: The loop.
-        waiter: The thread that waits for the loop's end: the one that runs it, unless :func:`run_coroutine` says so.
-        end: Ends what the loop is there for; None if only the handlers of its robots know that.
-        interrupt: Ends the blocking call in which the main thread waits for this loop, and returns whether it waits.
-            Only a portal sets it, and then nothing else here is used.
+        waiter: The thread that waits for the loop: for its end, or for a call in it. None if no thread does.
+        cancel: Ends what it waits for; it then raises the error itself. None if the loop is the program's own: then
+            the tasks that opened its robots are cancelled, and Ctrl-C is left to :func:`asyncio.run`.
+        came: The signal that ends it.
         at_exit: Called when the interpreter ends, if set.
-        came: The signal that ended the loop.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self.loop = loop
-        self.waiter = threading.current_thread()
-        self.end: Callable[[], object] | None = None
-        self.interrupt: Callable[[BaseException], bool] | None = None
-        self.at_exit: Callable[[], object] | None = None
+        self.waiter: threading.Thread | None = threading.current_thread()
+        self.cancel: Callable[[], object] | None = None
         self.came: int | None = None
-        self._holders = 0
-        self._open: list[TerminationHandler] = []
-        self._signalled = -SHUTDOWN_TIME
-        self._is_noted = True
-        self._is_stuck = False
+        self.at_exit: Callable[[], object] | None = None
+        self._users: list[asyncio.Task[Any] | None] = []
+        self._since = -math.inf
+        self._is_noticed = True
+
+    def enter(self, task: asyncio.Task[Any] | None = None) -> None:
+        """Handle signals for one more user of the loop, such as a robot that *task* opens."""
+        self._users.append(task)
+        SIGNALS.install()
+
+    def leave(self, task: asyncio.Task[Any] | None = None) -> None:
+        """Handle signals for one user fewer."""
+        self._users.remove(task)
+        if not self._users:
+            SIGNALS.forget(self.loop)
+
+    def wait_by(self, cancel: Callable[[], object]) -> None:
+        """Let signals call *cancel* in the loop. One that came before there was something to cancel does so now."""
+        self.cancel = cancel
+        if self.came is not None:
+            self.loop.call_soon_threadsafe(cancel)  # after the first step: a task that never ran stops no robot
+
+    def take(self) -> int | None:
+        """Return the signal that came, for the one who waited and raises its error; the next signal is a new one."""
+        came, self.came, self._since, self._is_noticed = self.came, None, -math.inf, True
+        return came
 
     @property
-    def holds_main_thread(self) -> bool:
-        """Whether the loop runs, and the main thread waits for its end."""
-        return self.waiter is threading.main_thread() and self.loop.is_running()
+    def is_awaited(self) -> bool:
+        """Whether the main thread waits for the loop."""
+        is_at_it = self.cancel is not None or self.loop.is_running()
+        return is_at_it and self.waiter is threading.main_thread()
 
     @property
     def is_shutting_down(self) -> bool:
         """Whether a signal came a moment ago, so that robots are being stopped now."""
-        return time.monotonic() - self._signalled < SHUTDOWN_TIME
+        return time.monotonic() - self._since < SHUTDOWN_TIME
 
-    def enter(self) -> None:
-        """Handle signals for one more user of the loop."""
-        self._holders += 1
-        SIGNALS.install()
+    @property
+    def is_stuck(self) -> bool:
+        """Whether something blocks the loop, which has not noticed a signal."""
+        return not self._is_noticed and time.monotonic() - self._since >= NOTICE_TIME
 
-    def leave(self) -> None:
-        """Handle signals for one user fewer."""
-        self._holders -= 1
-        if not self._holders:
-            SIGNALS.forget(self)
-
-    def add(self, handler: TerminationHandler) -> None:
-        """Call *handler* too."""
-        self._open.append(handler)
-        self.enter()
-
-    def discard(self, handler: TerminationHandler) -> None:
-        """Call *handler* no longer."""
-        if handler in self._open:
-            self._open.remove(handler)
-            self.leave()
-
-    def on_signal(self, number: int) -> None:
-        """End the loop because of signal *number*, even if something blocks it. Any thread may call this."""
-        self.came = number
-        self._signalled = time.monotonic()
-        self._is_noted = False
+    def end(self, number: int) -> None:
+        """End what is waited for because of signal *number*, even if something blocks the loop."""
+        if self.waiter is None:
+            return
+        self.came, self._since, self._is_noticed = number, time.monotonic(), False
         with contextlib.suppress(RuntimeError):  # it is closed
-            self.loop.call_soon_threadsafe(self._end_loop)
+            self.loop.call_soon_threadsafe(self._notice, self.cancel or self._cancel_openers)
         # Not a threading.Timer: the code that the signal interrupted may hold its locks.
-        _thread.start_new_thread(self._check_noticed, ())
+        _thread.start_new_thread(self._insist, (number,))
 
-    def break_out(self, error: BaseException) -> None:
-        """Raise *error* in the middle of the code that blocks the loop, if there is any."""
-        if self._is_stuck:
-            self._is_stuck = False
-            self._is_noted = True
-            raise error
+    def break_out(self, number: int) -> None:
+        """Raise the error of signal *number* in the middle of the code that blocks the loop, if there is any."""
+        if self.is_stuck:
+            self._is_noticed = True
+            raise error_of(number)
 
-    def _end_loop(self) -> None:
-        if self._is_noted:
-            return
-        self._is_noted = True
-        if self.end is not None:
-            self.end()
-        elif self.came != signal.SIGINT:  # then asyncio itself cancels its main task
-            for handler in tuple(self._open):
-                handler.on_signal()
+    def _notice(self, cancel: Callable[[], object]) -> None:
+        if not self._is_noticed:
+            self._is_noticed = True
+            cancel()
 
-    def _check_noticed(self) -> None:
+    def _cancel_openers(self) -> None:
+        if self.came != signal.SIGINT:  # then asyncio itself cancels its main task
+            openers = [task for task in self._users if task is not None and not task.done()]
+            for task in openers or asyncio.all_tasks(self.loop):
+                task.cancel()
+
+    def _insist(self, number: int) -> None:
+        """Stop the robots of a loop that does not notice the signal, and raise the error in what blocks it."""
         time.sleep(NOTICE_TIME)
-        if self._is_noted or self.came is None:
-            return
-        stop_at_once(self.loop)
-        if not self.holds_main_thread:
-            return
-        self._is_stuck = True
-        if hasattr(signal, "pthread_kill"):
-            signal.pthread_kill(threading.main_thread().ident or 0, self.came)
+        if self.is_stuck:
+            stop_at_once(self.loop)
+            if self.is_awaited:
+                interrupt_main_thread(number)
 
 
 class TerminationHandler:
     """SIGTERM and SIGHUP while a robot is open: the task that opened it is cancelled, so its block ends and it stops.
 
-    If that task has ended, because it only opened the robot for others, every task of the loop is cancelled. A loop
-    that is ended as a whole, as by :func:`elib.run`, does not need this.
+    If all such tasks have ended, because they only opened robots for others, every task of the loop is cancelled. A
+    loop that is ended as a whole, as by :func:`elib.run`, does not need this.
     """
 
     def __init__(self) -> None:
-        self.came: int | None = None
         self._task = asyncio.current_task()
-        self._loop = asyncio.get_running_loop()
-        self._signals = SIGNALS.signals_of(self._loop)
-        self._signals.add(self)
+        self._signals = SIGNALS.signals_of(asyncio.get_running_loop())
+        self._signals.enter(self._task)
+        self._is_over = False
         self._stop: EmergencyStop | None = None
         self._end_of_loop: AsyncGenerator[None, None] | None = None
+
+    @property
+    def came(self) -> int | None:
+        """The signal whose error the block of the robot raises at its end, or None."""
+        is_ours = self._signals.cancel is None and self._signals.came in TERMINATIONS
+        return self._signals.came if is_ours else None
 
     def guard(self, channel: Channel, stop: Callable[[], bytes], *, is_watched: bool) -> None:
         """Let the robot be stopped without its event loop, too; see :class:`EmergencyStop`."""
@@ -240,28 +243,20 @@ class TerminationHandler:
                 yield
             finally:
                 self._end_of_loop = None
-                if self._stop is not None:
+                if not self._is_over:
                     await close()
 
         # asyncio finishes generators that are left over, before it closes its loop.
         self._end_of_loop = wait()
         await anext(self._end_of_loop)
 
-    def on_signal(self) -> None:
-        """End the robot's program."""
-        self.came = self._signals.came
-        if self._task is not None and not self._task.done():
-            self._task.cancel()
-        else:
-            for task in asyncio.all_tasks(self._loop):
-                task.cancel()
-
     async def leave(self) -> None:
-        """Put the signal handlers back, unless another robot of the loop needs them."""
-        self._signals.discard(self)
-        if self._stop is not None:
-            self._stop.leave()
-            self._stop = None
+        """Put the signal handlers back, unless another robot of the loop needs them. Safe to repeat."""
+        if not self._is_over:
+            self._is_over = True
+            self._signals.leave(self._task)
+            if self._stop is not None:
+                self._stop.leave()
         if self._end_of_loop is not None:
             await self._end_of_loop.aclose()
 
@@ -270,22 +265,16 @@ def _is_free(number: int) -> bool:
     """Whether the program leaves signal *number* to Python, or to asyncio."""
     handler = signal.getsignal(number)
     if number == signal.SIGINT:
-        return handler is signal.default_int_handler or _is_runner_handler(handler)
+        return handler is signal.default_int_handler or _task_of_runner(handler) is not None
     return handler is signal.SIG_DFL
 
 
-def _is_runner_handler(handler: object) -> bool:
-    """Whether *handler* is that of :func:`asyncio.run`, which cancels the main task once and then raises."""
-    return isinstance(handler, functools.partial) and isinstance(
+def _task_of_runner(handler: Any) -> asyncio.Task[Any] | None:
+    """Return the main task of :func:`asyncio.run` if *handler* is its own: it cancels that once and then raises."""
+    is_its_own = isinstance(handler, functools.partial) and isinstance(
         getattr(handler.func, "__self__", None), asyncio.Runner
     )
-
-
-def _is_over(handler: Any) -> bool:
-    """Whether *handler* belongs to an :func:`asyncio.run` that has ended meanwhile."""
-    return _is_runner_handler(handler) and all(
-        task.done() for task in handler.keywords.values() if isinstance(task, asyncio.Task)
-    )
+    return handler.keywords["main_task"] if is_its_own else None
 
 
 SIGNALS = Signals()
