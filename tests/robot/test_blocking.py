@@ -16,7 +16,7 @@ from elib.base.errors import ArgumentError, LinkClosed, LinkNotFound, ReplyTimeo
 from elib.base.timebase import SimulatedLoop
 from elib.link.protocol.profiles import FIRMWARES, PROFILES
 from elib.link.session import Wrote
-from elib.robot.portal import MANY_READS
+from elib.robot.sleeping import MANY_READS
 from elib.testing import emulator_of, link_of
 from shared import PATIENCE, run_python
 
@@ -146,7 +146,7 @@ def test_a_program_that_waits_for_a_clock_that_stands_still_is_told_why(caplog: 
             assert robot.time < 3
             robot.sleep(0.1)
         assert [record.levelname for record in caplog.records] == ["WARNING"]
-        assert "simulated time moves only while the program waits in a call; write robot.sleep(0.01)" in caplog.text
+        assert "it moves only while the program waits in a call; write robot.sleep(0.01)" in caplog.text
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
@@ -503,9 +503,9 @@ def interrupt_the_next_call(robot: elib.BlockingEpuck, monkeypatch: pytest.Monke
     """Let Ctrl-C come after the robot's next call was made, and before its loop has taken it."""
     enter = robot._portal._enter
 
-    def interrupted() -> bool:
+    def interrupted(is_last: bool) -> bool:
         monkeypatch.undo()
-        is_runner = enter()
+        is_runner = enter(is_last)
         signal.raise_signal(signal.SIGINT)
         return is_runner
 

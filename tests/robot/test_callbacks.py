@@ -13,8 +13,9 @@ from turns import let_turn
 import elib
 from elib.base.errors import ElibError, LinkClosed
 from elib.link.session import TraceEvent
-from elib.robot import callbacks
-from elib.robot.callbacks import CALLBACK_HOLDING_TIME, CALLBACK_THREADS, CallbackPool
+from elib.robot import portal
+from elib.robot.callbacks import CALLBACK_THREADS, CallbackPool
+from elib.robot.portal import CALLBACK_HOLDING_TIME, HOLDING_TIME
 from elib.testing import emulator_of
 from shared import PATIENCE, wait_until
 
@@ -22,16 +23,16 @@ MAX, REAL = "sim://square?speed=max&firmware=btcom-2.0", "sim://square?baud=0"
 
 
 class Clock:
-    """The clock by which callbacks are seen to work."""
+    """The clock by which threads are seen to work."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = 0.0
-        monkeypatch.setattr(callbacks, "time", SimpleNamespace(monotonic=lambda: self.now))
+        monkeypatch.setattr(portal, "time", SimpleNamespace(monotonic=lambda: self.now))
 
 
 @pytest.fixture
 def pool() -> CallbackPool:
-    return CallbackPool(lambda: None)
+    return CallbackPool()
 
 
 # -- raising ---------------------------------------------------------------------------------------------------------
@@ -110,6 +111,7 @@ def test_simulated_time_goes_on_without_a_callback_that_waits_for_the_main_progr
         robot.sleep(10)
         assert robot.time - before == pytest.approx(10)
         main_went_on.set()
+        clock.now += HOLDING_TIME  # the main thread waits for something else from now on
         assert [seen.get(timeout=PATIENCE) for _ in range(3)] == [3, 3, 3]
     assert caplog.text.count("the callback of selector() has not returned for 5 s; simulated time goes on") == 3
 
@@ -252,43 +254,3 @@ def test_a_closed_robot_leaves_no_thread_behind(url: str) -> None:
     for thread in set(threading.enumerate()) - before:
         thread.join(PATIENCE)
         assert not thread.is_alive(), thread.name
-
-
-def test_a_callback_that_ends_while_it_is_noted_to_go_on_is_not_taken_for_one_that_runs(pool: CallbackPool) -> None:
-    may_end, has_begun, is_ending = threading.Event(), threading.Event(), threading.Event()
-    threads: list[threading.Thread] = []
-    lock = pool._lock
-
-    class Lock:
-        """Tells when the callback's thread comes to the lock."""
-
-        def __enter__(self) -> None:
-            if threading.current_thread() in threads and may_end.is_set():
-                is_ending.set()
-            lock.acquire()
-
-        def __exit__(self, *error: object) -> None:
-            lock.release()
-
-    class LetsItEnd(dict[threading.Thread, tuple[str, float]]):
-        """Lets the callback end between a look and what follows from it, unless the lock is held meanwhile."""
-
-        def __contains__(self, thread: object) -> bool:
-            found = super().__contains__(thread)
-            may_end.set()
-            wait_until(lambda: not threads[0].is_alive() or (is_ending.is_set() and lock.locked()))
-            return found
-
-    def callback() -> None:
-        threads.append(threading.current_thread())
-        has_begun.set()
-        may_end.wait()
-
-    pool._lock = Lock()
-    pool._running = LetsItEnd()
-    pool.put(callback, "a callback")
-    pool.close()
-    has_begun.wait()
-    assert pool.resume(threads[0])
-    threads[0].join()
-    assert not dict(pool._running)

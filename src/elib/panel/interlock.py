@@ -188,7 +188,7 @@ class Bridge(Portal):
         self.loop = loop
         self.is_closed = False
         self.before_close = None
-        self._pool = CallbackPool(lambda: None)
+        self._pool = CallbackPool()
         self._thread_ident = threading.get_ident()
         self._local = threading.local()
 
@@ -210,7 +210,7 @@ class Bridge(Portal):
             if hold is not None:
                 hold.release()
 
-    def call(self, coroutine: Coroutine[Any, Any, T], *, in_order: bool = False) -> T:
+    def call(self, coroutine: Coroutine[Any, Any, T], *, is_last: bool = False) -> T:
         """Run *coroutine* in the loop and return its result."""
         return self.wait(self.start(coroutine))
 
@@ -272,7 +272,7 @@ class Bridge(Portal):
         hold = self.hold()
         self._pool.put(lambda: self.run(function, hold), name)
 
-    def leave(self, patience: float | None = None) -> None:
+    def leave(self) -> None:
         """Let the behaviour close its robot, then take no more calls."""
         if not self.is_closed:
             try:

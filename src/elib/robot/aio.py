@@ -187,7 +187,7 @@ class Epuck(Linked, Actions, AsyncStyle):
     def _call(
         self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
     ) -> Any:
-        self._link.sleep_notice.look(self._link.loop)
+        self._link.standstill.look(self._link.loop)
         if isinstance(operation, Action):
             actor = self
             if self._timeout is not None:

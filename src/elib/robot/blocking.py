@@ -62,7 +62,7 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
         self._link = robot._link
 
     def _call(self, operation: AnyOperation, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        return self._portal.call(self._robot._call(operation, args, kwargs), in_order=True)
+        return self._portal.call(self._robot._call(operation, args, kwargs))
 
     @property
     def begin(self) -> BeginEpuck:
@@ -169,7 +169,7 @@ class BlockingEpuck(Linked, _OverPortal, BlockingStyle):
     @property
     def time(self) -> float:
         """The robot's time: the clock of its event loop, s since the robot was opened."""
-        return self._portal.time()
+        return self._link.standstill.read(self._robot.time)
 
     def log(self, target: Target, *, names: Vocabulary = "python") -> Log:
         """Write a line for each call and each outcome: see :meth:`elib.Epuck.log`.
@@ -334,4 +334,4 @@ def connect_robot(robot: Epuck) -> BlockingEpuck:
             portal.close()
         raise
     portal.before_close, portal.after_close = robot._close, robot._link.draw_plots
-    return BlockingEpuck(robot, portal, portal.keep_alive())
+    return BlockingEpuck(robot, portal, KeepAlive(portal))

@@ -24,7 +24,7 @@ from elib.robot.events import Events
 from elib.robot.motion import Motion
 from elib.robot.reconnect import Policy, Reconnector
 from elib.robot.signals import TerminationHandler
-from elib.robot.sleeping import SleepNotice
+from elib.robot.sleeping import Standstill
 from elib.robot.telemetry import Telemetry
 from elib.robot.watchdog import check_supported, is_usual
 
@@ -117,7 +117,7 @@ class Link:
         self.telemetry = Telemetry()
         self.events = Events()
         self.motion = Motion()
-        self.sleep_notice = SleepNotice()
+        self.standstill = Standstill()
         self.termination: TerminationHandler | None = None
         self.is_stopped = False
         self.has_reported = False

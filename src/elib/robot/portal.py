@@ -13,16 +13,14 @@ import asyncio
 import concurrent.futures
 import contextlib
 import logging
-import math
 import threading
 import time
-import weakref
-from collections.abc import Callable, Coroutine, Iterator, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Iterator
 from typing import Any, TypeVar
 
-from elib.base.errors import ElibError, LinkClosed, LinkLost, SimulationStalled
+from elib.base.errors import ElibError, LinkClosed, SimulationStalled
 from elib.base.timebase import LoopSpeed, SimulatedLoop, new_loop, running_loop
-from elib.robot.callbacks import CallbackPool
+from elib.robot.callbacks import CALLBACK_THREADS, CallbackPool
 from elib.robot.signals import SIGNALS, error_of
 
 T = TypeVar("T")
@@ -31,22 +29,15 @@ AnyFuture = concurrent.futures.Future[Any]
 HOLDING_TIME = 0.05
 """s of real time for which simulated time stands still while a thread that has called goes on working. After that it
 may move: the thread waits for something else, perhaps for the thread that calls now."""
+CALLBACK_HOLDING_TIME = 5.0
+"""s of real time for which simulated time stands still while a callback runs: most work for themselves. After that it
+goes on: the callback waits for something else, perhaps for the program that waits for the robot."""
 IDLE_TIME = 0.005
 """s of real time after a call in which nobody runs the loop, so that a thread that polls need not take it back."""
-MANY_READS = 100_000
-"""Reads of a simulated clock that stands still, after which the program is warned. They take some 0.1 s."""
 CLOSING_TIME = 5.0
 """s of real time in which a portal must close."""
-EXIT_STOP_TIME = 5.0
-"""s that stopping a robot may take when the interpreter ends."""
 
 log = logging.getLogger("elib")
-
-
-class KeepAlive:
-    """A token that all objects of one robot share: when the last of them is dropped, the robot is closed."""
-
-    __slots__ = ("__weakref__",)
 
 
 class Portal:
@@ -61,10 +52,6 @@ class Portal:
         after_close: Called after that.
     """
 
-    _last_time = -1.0
-    _reads: int | None = 0
-    """Reads of the clock that gave the same time; None once the program was warned."""
-
     def __init__(self, speed: LoopSpeed) -> None:
         self.loop = new_loop(speed)
         self.is_closed = False
@@ -73,7 +60,7 @@ class Portal:
         self._is_simulated = isinstance(self.loop, SimulatedLoop)
         lock = threading.RLock()
         self._turn = threading.Condition(lock)
-        """Guards the fields down to the failure; told when the loop has lost its runner, and when a call has ended."""
+        """Guards all fields; told when the loop has lost its runner, and when a call has ended."""
         self._demand = threading.Condition(lock)
         """Told when the portal's own thread is needed."""
         self._runner: threading.Thread | None = None
@@ -84,11 +71,15 @@ class Portal:
         """How many threads wait that cannot run the loop themselves."""
         self._uses = 0
         """How often a thread has called."""
-        self._must_end = False
+        self._is_over = False
         self._failure: BaseException | None = None
-        """What ended the loop on the portal's own thread."""
-        self._callers: dict[threading.Thread, float] = {}
-        """Threads that have called in simulated time, and when each of them last returned to its own work."""
+        """What ended a run of the loop on the portal's own thread."""
+        self._working: dict[threading.Thread, float] = {}
+        """Threads that hold simulated time back, and when each of them last returned to its own work."""
+        self._callbacks: dict[threading.Thread, str] = {}
+        """What each thread of the pool runs."""
+        self._callback_count = 0
+        """Callbacks queued or running."""
         self._begun: set[AnyFuture] = set()
         """Calls that go on in simulated time even if no thread waits for them."""
         self._has_begun = False
@@ -97,8 +88,7 @@ class Portal:
         self._leaver: threading.Thread | None = None
         """The thread that closes the portal: from then on simulated time stands still only for that thread."""
         self._program_ends = False
-        self._is_ending = False
-        self._pool = CallbackPool(self._wake)
+        self._pool = CallbackPool()
         if isinstance(self.loop, SimulatedLoop):
             self.loop.may_jump = self._may_jump
         if not self._is_simulated or running_loop() is not None:
@@ -112,20 +102,20 @@ class Portal:
 
     # -- calls --
 
-    def call(self, coroutine: Coroutine[Any, Any, T], *, in_order: bool = False) -> T:
-        """Run *coroutine* in the loop and wait for its outcome. Ctrl-C cancels it.
+    def call(self, coroutine: Coroutine[Any, Any, T], *, is_last: bool = False) -> T:
+        """Run *coroutine* in the loop, after the calls that were begun before it, and wait for its outcome.
 
-        With *in_order* it runs after the calls that were begun before it.
+        Ctrl-C cancels it. With *is_last* the portal takes no more calls.
         """
         try:
-            is_runner = self._enter()
+            is_runner = self._enter(is_last)
         except BaseException:
             coroutine.close()
             raise
         try:
             if not is_runner:
-                return self._outcome_of(asyncio.run_coroutine_threadsafe(coroutine, self.loop))
-            if in_order and self._has_begun:
+                return self._follow(asyncio.run_coroutine_threadsafe(coroutine, self.loop))
+            if self._has_begun:
                 coroutine = _behind_others(coroutine)
                 self._has_begun = False
             return self._run(self.loop.create_task(coroutine))
@@ -141,11 +131,10 @@ class Portal:
             self._has_begun = True
             self._uses += 1
             future = asyncio.run_coroutine_threadsafe(coroutine, self.loop)
-            if self._is_simulated:
-                self._begun.add(future)
-                if running_loop() is not self.loop:
-                    self._note(threading.current_thread())
-                    self._start_thread()
+            self._begun.add(future)
+            if running_loop() is not self.loop:
+                self._note(threading.current_thread())
+                self._start_thread()
             self._demand.notify_all()
         future.add_done_callback(self._begun.discard)
         return future
@@ -160,25 +149,16 @@ class Portal:
         Raises:
             TimeoutError: *timeout* passed; the call goes on.
         """
-        is_runner = self._enter()
-        expiry = None if timeout is None else asyncio.run_coroutine_threadsafe(asyncio.sleep(timeout), self.loop)
-        futures = (future,) if expiry is None else (future, expiry)
-        try:
-            if is_runner or self._follow(*futures):
-                self._run(self.loop.create_task(_first_of(futures)))
-        finally:
-            self._exit()
-            if expiry is not None:
-                expiry.cancel()
+        self.call(ended([future], timeout=timeout))
         if not future.done():
             raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
-        return _result(future)
+        return future.result()
 
     @contextlib.contextmanager
     def lent(self) -> Iterator[None]:
         """Let the portal's own thread run the loop, and time pass, while this thread waits for something else."""
         with self._turn:
-            self._callers.pop(threading.current_thread(), None)
+            self._working.pop(threading.current_thread(), None)
             self._needy += 1
             self._start_thread()
             self._demand.notify_all()
@@ -187,41 +167,39 @@ class Portal:
         finally:
             with self._turn:
                 self._needy -= 1
-            self._note(threading.current_thread())
+                self._note(threading.current_thread())
 
     def check(self) -> None:
-        """Raise what ended the loop on the portal's own thread, if something did."""
+        """Raise what ended a run of the loop on the portal's own thread, once."""
         failure, self._failure = self._failure, None
-        if isinstance(failure, SimulationStalled):
-            raise failure
         if failure is not None:
-            self._failure = failure
-            raise LinkLost(f"the robot's event loop ended: {failure!r}", hint="open a new connection")
-
-    def time(self) -> float:
-        """Return the robot's time, s."""
-        now, reads = self.loop.time(), self._reads
-        if reads is None:
-            return now
-        self._reads = reads + 1 if now == self._last_time else 0
-        self._last_time = now
-        if reads == MANY_READS and isinstance(self.loop, SimulatedLoop):
-            self._reads = None
-            log.warning(
-                "robot.time was read %d times and stood still at %.6g s: simulated time moves only while the program "
-                "waits in a call; write robot.sleep(0.01) into the loop",
-                MANY_READS,
-                now,
-            )
-        return now
+            raise failure
 
     def later(self, function: Callable[[], None], name: str) -> None:
         """Run *function* in a callback thread, where it may block or raise without harm to the link."""
-        self._pool.put(function, name)
+
+        def run() -> None:
+            me = threading.current_thread()
+            with self._turn:
+                self._callbacks[me] = name
+                self._note(me)
+            try:
+                function()
+            finally:
+                with self._turn:
+                    del self._callbacks[me]
+                    self._working.pop(me, None)
+                    self._callback_count -= 1
+                with contextlib.suppress(RuntimeError):  # it is closed
+                    self.loop.call_soon_threadsafe(_nothing)
+
+        with self._turn:
+            self._callback_count += 1
+        self._pool.put(run, name)
 
     # -- running the loop --
 
-    def _enter(self) -> bool:
+    def _enter(self, is_last: bool) -> bool:
         """Let this thread wait; return whether it is the runner.
 
         Raises:
@@ -233,6 +211,7 @@ class Portal:
         with self._turn:
             if self.is_closed:
                 raise LinkClosed("the robot was closed", hint="open a new connection")
+            self.is_closed = is_last
             if me is threading.main_thread():
                 self._signals.cancel, self._signals.waiter = _nothing, me
             self._uses += 1
@@ -260,14 +239,13 @@ class Portal:
             threading.Event().wait()  # Python ends such a thread silently, and so does elib
         if me is threading.main_thread():
             self._signals.waiter = None
-            came = self._signals.take()
-            if came is not None:
-                raise error_of(came) from None
+            if self._signals.came is not None:
+                raise error_of(self._signals.take()) from None
 
     def _note(self, thread: threading.Thread) -> None:
         """Record that *thread* returns to its own work; simulated time stands still for it, for a while."""
-        if self._is_simulated and not self._pool.resume(thread):
-            self._callers[thread] = time.monotonic()
+        if self._is_simulated:
+            self._working[thread] = time.monotonic()
 
     def _run(self, task: asyncio.Future[T]) -> T:
         """Run the loop on this thread until *task* has ended."""
@@ -290,22 +268,10 @@ class Portal:
         if threading.current_thread() is threading.main_thread():
             self._signals.wait_by(cancel)
 
-    def _outcome_of(self, future: concurrent.futures.Future[T]) -> T:
-        """Wait for *future*, which only this thread wants."""
-        try:
-            if self._follow(future):
-                self._run(asyncio.wrap_future(future, loop=self.loop))
-        except BaseException:
-            future.cancel()
-            raise
-        return _result(future)
+    def _follow(self, future: concurrent.futures.Future[T]) -> T:
+        """Wait for *future*, whose loop another thread runs; run the loop on this thread as soon as no other one does.
 
-    def _follow(self, *futures: AnyFuture, until: float = math.inf) -> bool:
-        """Wait until one of *futures* has ended; return True as soon as this thread has to run the loop for that.
-
-        Args:
-            futures: What it waits for.
-            until: When to give up, s of the monotonic clock.
+        A thread in which another event loop runs cannot run this one.
         """
         me, may_run = threading.current_thread(), running_loop() is None
 
@@ -318,39 +284,40 @@ class Portal:
                 self._turn.notify_all()
 
         self._waiting.add(me)  # what it waits for is in the loop by now, or time could move before it is
-        for future in futures:
-            future.add_done_callback(resume)
-        self._let_signals(futures[0].cancel)
-        with contextlib.nullcontext() if may_run else self.lent():
-            while True:
-                with self._turn:
-                    if any(future.done() for future in futures) or time.monotonic() > until:
-                        return False
-                    if may_run and self._runner is None and not self._must_end:
-                        self._runner = me
-                        return True
+        future.add_done_callback(resume)
+        self._let_signals(future.cancel)
+        try:
+            with contextlib.nullcontext() if may_run else self.lent(), self._turn:
+                while not future.done() and not (may_run and self._runner is None):
                     if may_run and self._runner is self._thread:
                         self.loop.call_soon_threadsafe(self.loop.stop)
                     self._turn.wait(HOLDING_TIME)
-                self.check()
+                    self.check()
+                if is_runner := not future.done():
+                    self._runner = me
+            return self._run(asyncio.wrap_future(future, loop=self.loop)) if is_runner else future.result()
+        except concurrent.futures.CancelledError:
+            raise LinkClosed("the call was cancelled") from None
+        except BaseException:
+            future.cancel()
+            raise
 
     def _start_thread(self) -> None:
-        if self._thread is None and not self._must_end:
-            thread = threading.Thread(target=self._serve, name="elib event loop", daemon=True)
-            thread.start()  # it may fail, and a thread that never started must not be joined
-            self._thread = thread
+        with self._turn:
+            if self._thread is None and not self._is_over:
+                thread = threading.Thread(target=self._serve, name="elib event loop", daemon=True)
+                thread.start()  # it may fail, and a thread that never started must not be joined
+                self._thread = thread
 
     def _serve(self) -> None:
         """Run the loop on the portal's own thread whenever that is needed."""
-        asyncio.set_event_loop(self.loop)
         while self._take_turn():
             try:
                 self.loop.run_forever()
-            except SimulationStalled as error:
+            except BaseException as error:
                 self._failure = error
-            except BaseException as error:  # a hook that raises SystemExit, say
-                self._failure, self._must_end = error, True
-                log.exception("the robot's event loop ended")
+                if not isinstance(error, SimulationStalled):  # a hook that raises SystemExit, say
+                    log.exception("the robot's event loop was interrupted")
             finally:
                 with self._turn:
                     self._runner = None
@@ -361,7 +328,7 @@ class Portal:
         limit = HOLDING_TIME if self._is_simulated else IDLE_TIME
         idle, uses = 0.0, -1
         with self._turn:
-            while not self._must_end:
+            while not self._is_over:
                 # Turns are counted, not seconds: a computer that is busy with something else delays all threads alike.
                 idle, uses = (idle + IDLE_TIME if uses == self._uses and self._runner is None else 0.0), self._uses
                 goes_on = not self._is_simulated or self._begun
@@ -371,47 +338,44 @@ class Portal:
                 self._demand.wait(IDLE_TIME if goes_on else None)
         return False
 
-    def _wake(self) -> None:
-        with contextlib.suppress(RuntimeError):
-            self.loop.call_soon_threadsafe(_nothing)
-
     def _may_jump(self) -> bool:
         """Return whether simulated time may move: a call goes on, and no thread of the program works."""
-        if self._is_ending:
-            return True
         if self._leaver is not None:
             return self._leaver in self._waiting
         if not self._waiting and not self._begun:
             return False
         me, now = threading.current_thread(), time.monotonic()
-        for thread, seen in tuple(self._callers.items()):
+        for thread, since in tuple(self._working.items()):
             if thread is me or thread in self._waiting:
                 continue  # when the interpreter ends, the main thread counts as dead, but it still waits here
-            if not thread.is_alive():
-                self._callers.pop(thread, None)
-            elif now - seen < HOLDING_TIME:
+            name = self._callbacks.get(thread)
+            if thread.is_alive() and now - since < (HOLDING_TIME if name is None else CALLBACK_HOLDING_TIME):
                 return False
-        return not self._pool.is_at_work(self._waiting)
+            with self._turn:
+                if self._working.get(thread) != since:
+                    return False  # it has just begun something new
+                del self._working[thread]
+            if name is not None:
+                reason = f"has not returned for {CALLBACK_HOLDING_TIME:g} s; simulated time goes on without it"
+                log.warning("%s %s", name, reason)
+        return len(self._callbacks) >= min(self._callback_count, CALLBACK_THREADS)  # else one is about to begin
 
     # -- closing --
 
-    def leave(self, timeout: float | None = None) -> None:
+    def leave(self) -> None:
         """Run :attr:`before_close`, which stops the robot, close, and run :attr:`after_close`. Safe to repeat.
 
         All threads wait for the end.
-
-        Args:
-            timeout: Robot time that stopping may take, s; None for no limit.
         """
         self._refuse_inside(running_loop())
         with self._leaving:
             if self.is_closed:
                 return
             self._leaver = threading.current_thread()
-            self._wake()
             try:
                 if self.before_close is not None:
-                    self.call(_bounded(self.before_close, timeout))
+                    self._has_begun = False  # the stop waits for no call, and no signal comes before it
+                    self.call(self.before_close())
             finally:
                 self.close()
                 if self.after_close is not None:
@@ -419,48 +383,25 @@ class Portal:
 
     def _leave_at_exit(self) -> None:
         self._program_ends = True
-        self.leave(EXIT_STOP_TIME)
-
-    def keep_alive(self) -> KeepAlive:
-        """Return a token; when nothing refers to it any more, the robot is stopped and this portal closed."""
-        token = KeepAlive()
-        weakref.finalize(token, self._abandon).atexit = False  # at the end all portals are closed anyway
-        return token
-
-    def _abandon(self) -> None:
-        """Leave in a thread of its own: the last object may have been dropped in the middle of any code."""
-        if self.is_closed:
-            return
-        ending = threading.Thread(target=self._leave_quietly, name="elib forgotten robot", daemon=True)
-        ending.start()
-        if running_loop() is None:  # an event loop must go on meanwhile, above all this portal's own
-            ending.join(CLOSING_TIME)
-
-    def _leave_quietly(self) -> None:
-        try:
-            self.leave(CLOSING_TIME)
-        except Exception as error:
-            log.error("a robot that nothing refers to any more could not be closed: %s", error)
+        self.leave()
 
     def close(self) -> None:
-        """Cancel what still runs and end the loop, within :data:`CLOSING_TIME`. Safe to repeat."""
+        """Cancel what still runs and end the loop. Safe to repeat."""
+        if self.is_closed:
+            return
+        try:
+            with contextlib.suppress(ElibError):
+                self.call(_cancel_all_tasks(), is_last=True)
+        finally:
+            self._signals.at_exit = None
+            self._signals.leave()
+            self._end()
+
+    def _end(self) -> None:
         with self._turn:
-            if self.is_closed:
-                return
-            self.is_closed = self._is_ending = True
-        self._signals.at_exit = None
-        self._signals.leave()
-        ended = asyncio.run_coroutine_threadsafe(_cancel_all_tasks(), self.loop)
-        with contextlib.suppress(ElibError):
-            if self._follow(ended, until=time.monotonic() + CLOSING_TIME):
-                self._run(asyncio.wrap_future(ended, loop=self.loop))
-        with self._turn:
-            self._must_end = True
-            if self._runner is threading.current_thread():
-                self._runner = None
-            elif self._runner is not None:
+            self._is_over = True
+            if self._runner is not None:
                 self.loop.call_soon_threadsafe(self.loop.stop)
-            self._turn.notify_all()
             self._demand.notify_all()
             if not self._turn.wait_for(lambda: self._runner is None, CLOSING_TIME):
                 log.error("the robot's event loop did not end within %g s", CLOSING_TIME)
@@ -469,6 +410,46 @@ class Portal:
             self._thread.join(CLOSING_TIME)
         self._pool.close()
         self.loop.close()
+
+
+class KeepAlive:
+    """A token that all objects of one robot share: when the last of them is dropped, the robot is stopped and closed.
+
+    Nothing in the portal refers to it.
+    """
+
+    def __init__(self, portal: Portal) -> None:
+        self._portal = portal
+
+    def __del__(self) -> None:
+        if self._portal.is_closed:
+            return
+        # In a thread of its own: the last object may have been dropped in the middle of any code.
+        ending = threading.Thread(target=self._leave, name="elib forgotten robot", daemon=True)
+        ending.start()
+        if running_loop() is None:  # an event loop must go on meanwhile, above all the portal's own
+            ending.join(CLOSING_TIME)
+
+    def _leave(self) -> None:
+        try:
+            self._portal.leave()
+        except Exception as error:
+            log.error("a robot that nothing refers to any more could not be closed: %s", error)
+
+
+async def ended(futures: Iterable[AnyFuture], *, first: bool = False, timeout: float | None = None) -> None:
+    """Wait until all calls that were begun, or the first of them, have ended, whatever their outcome.
+
+    Args:
+        futures: From :meth:`Portal.begin`, at least one.
+        first: Wait for one of them.
+        timeout: The loop's time after which to stop waiting, s.
+    """
+    outcomes = [asyncio.wrap_future(future) for future in futures]
+    for each in outcomes:
+        each.add_done_callback(lambda each: each.cancelled() or each.exception())  # asyncio would report it as not read
+    how_many = asyncio.FIRST_COMPLETED if first else asyncio.ALL_COMPLETED
+    await asyncio.wait(outcomes, timeout=timeout, return_when=how_many)
 
 
 async def _behind_others(coroutine: Coroutine[Any, Any, T]) -> T:
@@ -480,28 +461,8 @@ async def _behind_others(coroutine: Coroutine[Any, Any, T]) -> T:
         coroutine.close()
 
 
-async def _first_of(futures: Sequence[AnyFuture]) -> None:
-    """Wait until one of *futures* has ended, whatever its outcome."""
-    outcomes = [asyncio.wrap_future(future) for future in futures]
-    for each in outcomes:
-        each.add_done_callback(lambda each: each.cancelled() or each.exception())  # asyncio would report it as not read
-    await asyncio.wait(outcomes, return_when=asyncio.FIRST_COMPLETED)
-
-
-def _result(future: concurrent.futures.Future[T]) -> T:
-    try:
-        return future.result()
-    except concurrent.futures.CancelledError:
-        raise LinkClosed("the call was cancelled") from None
-
-
 def _nothing() -> None:
     """Do nothing: being called wakes the loop."""
-
-
-async def _bounded(function: Callable[[], Coroutine[Any, Any, None]], seconds: float | None) -> None:
-    async with asyncio.timeout(seconds):
-        await function()
 
 
 async def _cancel_all_tasks() -> None:

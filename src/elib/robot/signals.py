@@ -153,8 +153,9 @@ class LoopSignals:
         if self.came is not None:
             self.loop.call_soon_threadsafe(cancel)  # after the first step: a task that never ran stops no robot
 
-    def take(self) -> int | None:
+    def take(self) -> int:
         """Return the signal that came, for the one who waited and raises its error; the next signal is a new one."""
+        assert self.came is not None
         came, self.came, self._since, self._is_noticed = self.came, None, -math.inf, True
         return came
 

@@ -1,4 +1,4 @@
-"""Notice a program that waits with ``time.sleep()`` for a robot whose time is simulated, and stands still meanwhile."""
+"""Notice a program for which simulated time stands still: it waits by ``time.sleep()``, or only reads the clock."""
 
 from __future__ import annotations
 
@@ -11,39 +11,55 @@ from types import CodeType, FrameType
 
 from elib.base.timebase import PacedLoop, SimulatedLoop
 
-LEAST_PAUSE = 0.04
+MIN_PAUSE = 0.04
 """s without a turn of the loop from which on the program is looked at: its shortest sleeps are of 0.05 s."""
+MANY_READS = 100_000
+"""Reads of a clock that stands still, after which the program is warned. They take some 0.1 s."""
 
 log = logging.getLogger("elib")
 
 
-class SleepNotice:
+class Standstill:
     """Warns once. It looks only into code that calls the robot after a pause."""
 
     def __init__(self) -> None:
         self._is_given = False
         self._seen: set[CodeType] = set()
+        self._read = -1.0
+        self._reads = 0
+        """How often the clock gave the same time."""
 
     def look(self, loop: asyncio.AbstractEventLoop | None) -> None:
         """Look at the program that calls now, and warn if it was at rest by ``time.sleep()``."""
         if self._is_given or not isinstance(loop, SimulatedLoop) or isinstance(loop, PacedLoop):
             return
         pause = time.monotonic() - loop.turned
-        if pause < LEAST_PAUSE:
+        if pause < MIN_PAUSE:
             return
         frame: FrameType | None = sys._getframe(1)  # noqa: SLF001  # the only way to the caller
         while frame is not None:
             if frame.f_code not in self._seen and _sleeps(frame):
-                self._is_given = True
-                log.warning(
-                    "the program waited %.2g s in time.sleep(), and the robot's simulated time stood still at %.6g s "
-                    "meanwhile; write robot.sleep() instead",
-                    pause,
-                    loop.time(),
+                self._warn(
+                    f"{loop.time():.6g} s while the program waited {pause:.2g} s in time.sleep()",
+                    "robot.sleep() instead",
                 )
                 return
             self._seen.add(frame.f_code)
             frame = frame.f_back
+
+    def read(self, now: float) -> float:
+        """Return *now*, the time that a blocking program reads, and warn if it reads the same one all the time."""
+        self._reads = self._reads + 1 if now == self._read else 0
+        self._read = now
+        if self._reads == MANY_READS and not self._is_given:
+            self._warn(f"{now:.6g} s while robot.time was read {MANY_READS} times", "robot.sleep(0.01) into the loop")
+        return now
+
+    def _warn(self, what: str, cure: str) -> None:
+        self._is_given = True
+        log.warning(
+            "simulated time stood still at %s: it moves only while the program waits in a call; write %s", what, cure
+        )
 
 
 def _sleeps(frame: FrameType) -> bool:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import asyncio
 import concurrent.futures
 import contextlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any, TypeVar, cast
 
 from elib.base.errors import ArgumentError, LinkClosed
 from elib.link.protocol.styles import Pending
 from elib.link.session import check_timeout
-from elib.robot.portal import CLOSING_TIME, HOLDING_TIME, Portal
+from elib.robot.portal import CLOSING_TIME, HOLDING_TIME, AnyFuture, Portal, ended
 
 P = TypeVar("P", bound=Pending[Any])
 
@@ -48,11 +47,12 @@ def wait(calls: Iterable[P], *, first: bool = False, timeout: float | None = Non
     every = list(calls)
     if timeout is not None:
         check_timeout(timeout)
-    begun = [_checked(call) for call in every]
-    left = {call._future for call in begun if not call.done()}
-    if left and not (first and len(left) < len({call._future for call in begun})):
-        portals = dict.fromkeys(call._portal for call in begun if not call.done())
-        _wait(left, cast("list[Portal]", list(portals)), first, timeout)
+    left: dict[Portal, set[AnyFuture]] = {}
+    for call in map(_checked, every):
+        if not call.done():
+            left.setdefault(cast("Portal", call._portal), set()).add(call._future)
+    if left and not (first and any(call.done() for call in every)):
+        _wait(left, first, timeout)
     return [call for call in every if call.done()], [call for call in every if not call.done()]
 
 
@@ -62,40 +62,25 @@ def _checked(call: object) -> Pending[Any]:
     return call
 
 
-def _wait(
-    left: set[concurrent.futures.Future[Any]], portals: Sequence[Portal], first: bool, timeout: float | None
-) -> None:
-    over: concurrent.futures.Future[None] = concurrent.futures.Future()
-    expiries: set[concurrent.futures.Future[None]] = set()
-
-    def end(future: concurrent.futures.Future[Any], those: set[concurrent.futures.Future[Any]]) -> None:
-        those.discard(future)
-        if (first and those is left) or not those:
-            with contextlib.suppress(concurrent.futures.InvalidStateError):  # it ended before
-                over.set_result(None)
-
-    for future in tuple(left):
-        future.add_done_callback(lambda future: end(future, left))
-    if len(portals) == 1:
+def _wait(left: dict[Portal, set[AnyFuture]], first: bool, timeout: float | None) -> None:
+    """Wait for calls, by the portals of their robots."""
+    if len(left) == 1:
+        ((portal, futures),) = left.items()
         try:
-            portals[0].wait(over, timeout)
-        except TimeoutError:
-            pass
+            portal.call(ended(futures, first=first, timeout=timeout))
         except LinkClosed:
-            concurrent.futures.wait([over], CLOSING_TIME)  # the robot is being closed, which ends all its calls
+            concurrent.futures.wait(futures, CLOSING_TIME)  # the robot is being closed, which ends all its calls
         return
-    if timeout is not None:
-        for portal in portals:
-            with contextlib.suppress(LinkClosed):  # it is being closed, which ends all its calls
-                expiries.add(portal.begin(asyncio.sleep(timeout)))
-        for expiry in tuple(expiries):
-            expiry.add_done_callback(lambda expiry: end(expiry, expiries))
+    over: list[AnyFuture] = []
     with contextlib.ExitStack() as stay:
-        for portal in portals:
+        for portal, futures in left.items():
             stay.enter_context(portal.lent())
-        for expiry in tuple(expiries):
-            stay.callback(expiry.cancel)
-        while not over.done():
-            concurrent.futures.wait([over], HOLDING_TIME)
-            for portal in portals:
+            with contextlib.suppress(LinkClosed):  # it is being closed, which ends all its calls
+                over.append(portal.begin(ended(futures, first=first, timeout=timeout)))
+                stay.callback(over[-1].cancel)
+        pending = set(over)
+        while pending := concurrent.futures.wait(pending, HOLDING_TIME, concurrent.futures.FIRST_COMPLETED).not_done:
+            if first and any(future.done() for futures in left.values() for future in futures):
+                break
+            for portal in left:
                 portal.check()
