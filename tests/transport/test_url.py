@@ -64,7 +64,7 @@ def test_a_url_written_out_says_the_same_again(text: str) -> None:
         ("sim://?loss=1.1", "loss is 1.1; it must be a number from 0 to 1", ""),
         ("sim://?robots=0", "robots is 0; it must be a whole number from 1", ""),
         ("sim://?robots=two", "robots is 'two'; it must be a whole number", ""),
-        ("sim://?baud=1.5", "baud is '1.5'; it must be a whole number", ""),
+        ("sim://?baud=1.5", "baud is 1.5 bit/s; it must be a whole number", ""),
         ("sim://?seed=-1", "seed is -1", ""),
         ("sim://?speed=fast", "speed is 'fast'; it must be 'real', 'max' or a factor", "speed=max"),
         ("sim://?speed=0", "speed is '0'", "speed=max"),

@@ -302,7 +302,10 @@ class Number(Rule):
             said = f"{said} {self.unit}".rstrip() if not said.endswith(" bits") else said
             if self.usual < abs(value) and self.low <= value <= self.high:
                 hint += f" for {said} write elib.really({value:g})"
-        return Mistake(f"is {said}; it must be {self}", hint=hint.strip())
+        rule = str(self)
+        if value == math.inf and self.high == MAX_NUMBER and "finite" not in rule:
+            rule = rule.replace("number", "finite number", 1)
+        return Mistake(f"is {said}; it must be {rule}", hint=hint.strip())
 
 
 @dataclass(frozen=True, slots=True)

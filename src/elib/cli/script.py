@@ -461,7 +461,7 @@ class ProgramRun:
             threading.Thread(target=self._insist, name="elib run --for", daemon=True).start()
 
     def _insist(self) -> None:
-        for _ in range(MOST_INTERRUPTS):
+        for _ in range(MAX_INTERRUPTS):
             interrupt_main_thread(signal.SIGINT)
             if self._has_ended.wait(SHUTDOWN_TIME + 0.5):
                 return self._end_threads()
