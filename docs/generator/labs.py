@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 
-from elib.base.fields import fields_of
+from elib.base.rules import fields_of
 from elib.base.tables import Table
 from elib.lab import labfile
 from elib.lab.goal import Goal

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from elib.base.fields import Number, fields_of
+from elib.base.rules import Number, fields_of
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.transport.url import scheme_named
 from elib.simulator.emulator.settings import SimulationSettings

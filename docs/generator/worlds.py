@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 
-from elib.base.fields import Flag, Number, rule_of
+from elib.base.rules import Flag, Number, rule_of
 from elib.base.tables import MAX_FILE, Key, Table
 from elib.simulator.physics.fittings import MAX_POINTS
 from elib.simulator.physics.scene import MAX_THINGS

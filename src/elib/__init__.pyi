@@ -24,8 +24,8 @@ from elib.base.errors import SimulationError as SimulationError
 from elib.base.errors import SimulationStalled as SimulationStalled
 from elib.base.errors import SwarmError as SwarmError
 from elib.base.errors import Unsupported as Unsupported
-from elib.base.fields import really as really
 from elib.base.pose import Pose as Pose
+from elib.base.rules import really as really
 from elib.behaviours._run.behaviour import behaviour as behaviour
 from elib.behaviours._run.context import RunContext as RunContext
 from elib.behaviours._run.loop import react as react

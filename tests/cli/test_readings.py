@@ -17,7 +17,7 @@ from elib.link.protocol.quantities import CameraMode
 NEAR = v.Proximity(1, 2, 3, 4, 5, 6, 7, 8, time=9.0, origin="simulator")
 
 
-def test_fields_are_aligned_and_carry_their_unit() -> None:
+def test_rules_are_aligned_and_carry_their_unit() -> None:
     assert to_text(v.Wheels(0.5, -0.25), 80) == "left     0.5 rev/s\nright  -0.25 rev/s"
     assert to_text(NEAR, 80).splitlines()[1] == "diagonal_right  2 counts"
 

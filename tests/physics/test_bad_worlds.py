@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from elib.base.errors import ArgumentError, LinkNotFound, SimulationError
-from elib.base.fields import Choice, Flag, Number, Several, Text
 from elib.base.files import WORLDS
+from elib.base.rules import Choice, Flag, Number, Several, Text
 from elib.base.tables import MAX_FILE, MAX_PARTS
 from elib.simulator.physics import Box, Cylinder, Scene, Wall, World
 from elib.simulator.physics.fittings import MAX_POINTS, CourseRule

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from elib.base.errors import LinkNotFound, SimulationError
-from elib.base.fields import MAX_NUMBER, Degrees, Mistake, Number, Several, fields_of
+from elib.base.rules import MAX_NUMBER, Degrees, Mistake, Number, Several, fields_of
 from elib.base.tables import line_of
 from elib.simulator.physics import Box, Colour, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe

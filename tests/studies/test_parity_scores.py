@@ -128,7 +128,7 @@ def test_the_score_is_the_difference_beyond_noise_over_the_spread() -> None:
     assert parts == pytest.approx([9, 1, 25])
 
 
-def test_fields_that_the_simulated_drive_does_not_have_are_not_scored() -> None:
+def test_rules_that_the_simulated_drive_does_not_have_are_not_scored() -> None:
     other = Series(("else",), np.arange(3.0), np.zeros((3, 1)))
     assert list(field_parts(series([1, 2, 3]), series([1, 2, 3]), other)) == []
 

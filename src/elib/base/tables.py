@@ -1,7 +1,7 @@
 """Read TOML files that people wrote, and name every mistake with its file, line, key and cure.
 
 World files, fault scripts and robot profiles are read by it. A :class:`Table` follows from the fields of the class that
-it makes (:mod:`elib.base.fields`), so each range is declared in one place.
+it makes (:mod:`elib.base.rules`), so each range is declared in one place.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from functools import cached_property
 from importlib.resources import files
 
 from elib.base.errors import ArgumentError, ElibError, SimulationError
-from elib.base.fields import (
+from elib.base.files import read_file
+from elib.base.rules import (
     MAX_TEXT,
     REQUIRED,
     Mistake,
@@ -29,7 +30,6 @@ from elib.base.fields import (
     nearest,
     shown,
 )
-from elib.base.files import read_file
 
 MAX_FILE = 8_000_000
 """Bytes: a hundred thousand walls, and some seconds of reading."""

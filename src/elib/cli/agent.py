@@ -10,8 +10,8 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
-from elib.base.fields import PORT_NUMBER
 from elib.base.files import guide
+from elib.base.rules import PORT_NUMBER
 from elib.link.transport import parse_url, speed_of
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import bind

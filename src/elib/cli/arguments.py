@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.base.fields import DURATION
+from elib.base.rules import DURATION
 
 FAST_SIMULATION = "sim://?speed=max"
 """The robot if none is given and no person has to watch: a virtual one, as fast as the processor allows."""

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter as Cli
 
-from elib.base.fields import number_from
+from elib.base.rules import number_from
 from elib.behaviours import Behaviour
 from elib.behaviours._run.context import DEFAULT_SEED
 from elib.link.protocol.profiles import rule

@@ -13,8 +13,8 @@ from typing import Annotated, TypeVar
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ElibError, LinkError, ReplyTimeout
-from elib.base.fields import Whole
 from elib.base.quantiles import quantile
+from elib.base.rules import Whole
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.readings import Json, print_json
 from elib.cli.recordoptions import NOTHING_KEPT, Kept

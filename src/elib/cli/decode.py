@@ -15,7 +15,7 @@ from typing import Annotated, cast
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import DURATION, Choice
+from elib.base.rules import DURATION, Choice
 from elib.cli.decoded import PAUSE, to_json, to_text
 from elib.cli.readings import json_line
 from elib.cli.terminal import has_colour, say

@@ -14,7 +14,7 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import DURATION
+from elib.base.rules import DURATION
 from elib.behaviours import find, run_behaviour
 from elib.cli.arguments import FAST_SIMULATION, RobotUrl
 from elib.cli.live import Watcher, beside, period_of

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.base.fields import Number
 from elib.base.plaintext import plain
+from elib.base.rules import Number
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import columns, say, table

@@ -14,8 +14,8 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
-from elib.base.fields import PORT_NUMBER
 from elib.base.files import write_file
+from elib.base.rules import PORT_NUMBER
 from elib.cli.joystick import TOKEN_BYTES, Host
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK, joined, reachable

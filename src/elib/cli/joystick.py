@@ -12,7 +12,7 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.base.extras import check_web
-from elib.base.fields import PORT_NUMBER
+from elib.base.rules import PORT_NUMBER
 from elib.panel.listening import PORT, listen
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK

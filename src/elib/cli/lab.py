@@ -13,9 +13,9 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.exits import FAILED
-from elib.base.fields import Number, nearest
 from elib.base.files import reason_of, write_file
 from elib.base.plaintext import plain
+from elib.base.rules import Number, nearest
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import GREEN, RED, paint, say, table

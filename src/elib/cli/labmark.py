@@ -14,9 +14,9 @@ from rich.text import Text
 
 from elib.base.errors import ArgumentError
 from elib.base.exits import FAILED
-from elib.base.fields import Whole
 from elib.base.files import write_file
 from elib.base.plaintext import plain
+from elib.base.rules import Whole
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, LiveLine, say

@@ -11,8 +11,8 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import nearest
 from elib.base.files import create_file
+from elib.base.rules import nearest
 from elib.behaviours import behaviours
 from elib.cli.terminal import table
 

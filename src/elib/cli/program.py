@@ -17,7 +17,7 @@ from cyclopts import Parameter as Cli
 
 from elib import __version__
 from elib.base.errors import ArgumentError
-from elib.base.fields import rule_in
+from elib.base.rules import rule_in
 from elib.cli.terminal import WIDEST, table
 
 if TYPE_CHECKING:

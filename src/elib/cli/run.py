@@ -9,7 +9,7 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import DURATION
+from elib.base.rules import DURATION
 from elib.behaviours import behaviours, find
 from elib.cli.arguments import RobotUrl, Seconds
 from elib.cli.behaviouroptions import with_options

@@ -14,8 +14,8 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
-from elib.base.fields import Number, number_from
 from elib.base.plaintext import plain, summary
+from elib.base.rules import Number, number_from
 from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.recordoptions import NOTHING_KEPT, Kept

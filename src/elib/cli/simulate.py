@@ -17,8 +17,8 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.extras import check_web
-from elib.base.fields import Number, Whole, rule_of
 from elib.base.files import write_file
+from elib.base.rules import Number, Whole, rule_of
 from elib.cli.terminal import say
 from elib.link.protocol.profiles import EPUCK2_WIFI, FIRMWARES
 from elib.robot.running import ending, run_coroutine

@@ -13,8 +13,8 @@ from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, SimulationError
-from elib.base.fields import Choice, Whole, nearest
 from elib.base.files import create_file
+from elib.base.rules import Choice, Whole, nearest
 from elib.base.tables import Source
 from elib.cli.arguments import AsJson
 from elib.cli.readings import json_line, print_json

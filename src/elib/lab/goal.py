@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 
-from elib.base.fields import Degrees, Mistake, Number, Rule, Several, Text, Whole, nearest
+from elib.base.rules import Degrees, Mistake, Number, Rule, Several, Text, Whole, nearest
 from elib.simulator.drawing.top import Zone as MarkedZone
 from elib.simulator.physics import Pose, Scene, Snapshot
 

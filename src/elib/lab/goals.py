@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import Annotated
 
-from elib.base.fields import Degrees, Mistake, Number, Text, Whole, nearest
+from elib.base.rules import Degrees, Mistake, Number, Text, Whole, nearest
 from elib.lab.goal import (
     Count,
     Finding,

@@ -37,8 +37,8 @@ from pathlib import Path
 from typing import Annotated, cast
 
 from elib.base.errors import ArgumentError, ElibError, SimulationError
-from elib.base.fields import Choice, Delay, Mistake, Number, Probability, Text, Whole, nearest
 from elib.base.files import LABS, read_file
+from elib.base.rules import Choice, Delay, Mistake, Number, Probability, Text, Whole, nearest
 from elib.base.tables import MAX_FILE, Key, Pair, Source, Table, keys_of, read_toml
 from elib.lab.goal import Goal, Name, Zone
 from elib.lab.goals import KINDS, EndsAt

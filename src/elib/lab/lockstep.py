@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from elib.base.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
-from elib.base.fields import Whole
+from elib.base.rules import Whole
 from elib.base.timebase import LoopMaker, SimulatedLoop, running_loop
 from elib.link.protocol.values import Neighbour
 from elib.link.transport.base import BufferedTransport

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from elib.base.fields import nearest
+from elib.base.rules import nearest
 from elib.lab.labfile import Lab
 from elib.lab.running import MISSED
 

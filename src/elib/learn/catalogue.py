@@ -15,7 +15,7 @@ from types import ModuleType
 
 import elib.learn.tasks as shipped
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.fields import nearest
+from elib.base.rules import nearest
 from elib.simulator.physics.task import Task
 
 

@@ -32,8 +32,8 @@ from typing import Annotated, Any, Final
 from elib import __version__
 from elib.base.body import STEPS_PER_REVOLUTION
 from elib.base.errors import Unsupported
-from elib.base.fields import Mistake, Number, Rule, Text, Whole, check
 from elib.base.files import read_file, write_file
+from elib.base.rules import Mistake, Number, Rule, Text, Whole, check
 from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, react
 from elib.learn.catalogue import find_task

@@ -32,8 +32,8 @@ from urllib.parse import urlsplit
 import elib
 from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost, LinkNotFound, Unsupported, about
 from elib.base.extras import install
-from elib.base.fields import Whole
 from elib.base.plaintext import plain
+from elib.base.rules import Whole
 
 LOOPBACK = "127.0.0.1"
 PORT = 8786

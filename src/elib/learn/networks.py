@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
 
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError
-from elib.base.fields import Choice, Number, Whole, nearest, shown
+from elib.base.rules import Choice, Number, Whole, nearest, shown
 from elib.learn.catalogue import variable_of
 from elib.learn.sensors import channels_of
 from elib.simulator.physics.controller import MAX_MEMORY, Controller

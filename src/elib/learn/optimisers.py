@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
-from elib.base.fields import nearest
+from elib.base.rules import nearest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
 from elib import __version__
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.fields import Number, Text, Whole, check
 from elib.base.files import read_file, write_file
+from elib.base.rules import Number, Text, Whole, check
 from elib.learn.catalogue import find_task
 from elib.learn.executor import versions_of
 from elib.learn.journal import Journal, read_lines

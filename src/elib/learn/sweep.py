@@ -24,8 +24,8 @@ from typing import Any, Literal
 
 from elib import __version__
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.fields import Number, Whole, nearest, number_from
 from elib.base.files import parse_json, read_file, write_file
+from elib.base.rules import Number, Whole, nearest, number_from
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, find, play
 from elib.learn.catalogue import importing
 from elib.learn.champion import Champion, load_champion

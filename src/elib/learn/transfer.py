@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError, ElibError, Unsupported
-from elib.base.fields import SEED, Whole
+from elib.base.rules import SEED, Whole
 from elib.learn.champion import Champion
 from elib.learn.executor import Executor, open_executor
 from elib.learn.linked import can_be_measured, play_on_robot, play_on_wire

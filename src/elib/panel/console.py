@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, NamedTuple
 
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.fields import number_from
+from elib.base.rules import number_from
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Profile
 from elib.link.protocol.image import Image

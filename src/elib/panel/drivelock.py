@@ -12,7 +12,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 
 from elib.base.errors import ElibError
-from elib.base.fields import Number
+from elib.base.rules import Number
 
 DEAD_MAN = 0.3
 """s of silence of the page that drives after which the stop is sent: with a round trip it stands within 0.5 s."""

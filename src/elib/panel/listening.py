@@ -8,7 +8,7 @@ import socket
 from dataclasses import dataclass
 
 from elib.base.errors import LinkBusy, LinkError
-from elib.base.fields import PORT_NUMBER
+from elib.base.rules import PORT_NUMBER
 from elib.simulator.emulator.loopback import LOOPBACK, PORTS, bound, joined, reachable, refusal
 
 PORT = 8700

@@ -8,8 +8,8 @@ from collections import deque
 from collections.abc import Callable
 
 from elib.base.errors import ElibError
-from elib.base.fields import Number
 from elib.base.pose import Pose
+from elib.base.rules import Number
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Reading
 from elib.robot.aio import Epuck

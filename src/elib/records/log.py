@@ -15,7 +15,7 @@ from typing import Literal, Self, get_args
 from urllib.parse import quote
 
 from elib.base.errors import ElibError
-from elib.base.fields import Choice
+from elib.base.rules import Choice
 from elib.link.session import Called, Disconnected, Ended, Ending, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
 from elib.records.lognames import name_of_2011
 from elib.records.writer import LineWriter, Target

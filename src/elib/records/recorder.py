@@ -13,8 +13,8 @@ from types import TracebackType
 from typing import Protocol, Self, runtime_checkable
 
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.fields import Number, Whole
 from elib.base.pose import Pose
+from elib.base.rules import Number, Whole
 from elib.link.session import Ended, Ending, Pushed, Reconnected, Robot, SessionOpened, TraceEvent
 from elib.records.background import CLOSING_TIME, Background
 from elib.records.mcapfile import Parts, check_mcap, exists, versions

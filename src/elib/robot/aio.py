@@ -12,8 +12,8 @@ from collections.abc import Callable, Coroutine, Generator, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from elib.base.errors import ArgumentError, ElibError, LinkClosed, RemoteProtocolError, ReplyTimeout
-from elib.base.fields import Whole
 from elib.base.pose import Pose
+from elib.base.rules import Whole
 from elib.link.protocol.context import Context
 from elib.link.protocol.image import Mounting
 from elib.link.protocol.styles import Action, AsyncStyle

@@ -6,7 +6,7 @@ from collections.abc import Generator
 from typing import Any, Literal
 
 from elib.base.errors import ArgumentError, LinkClosed
-from elib.base.fields import Choice
+from elib.base.rules import Choice
 from elib.link.protocol.image import Mounting
 from elib.link.session import check_timeout
 from elib.robot.aio import Epuck

@@ -11,7 +11,7 @@ import numpy as np
 
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.fields import MAX_TEXT
+from elib.base.rules import MAX_TEXT
 from elib.records.reader import Recording
 from elib.simulator.emulator.robotprofile import (
     GREATEST_SCALE,

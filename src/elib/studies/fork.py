@@ -14,7 +14,7 @@ from typing import Any
 
 from elib.base.body import STEPS_PER_REVOLUTION
 from elib.base.errors import ArgumentError, LinkNotFound
-from elib.base.fields import Number
+from elib.base.rules import Number
 from elib.base.timebase import LoopSpeed, Paced, parse_speed, require_speed
 from elib.link.protocol.actuators import restoring_calls
 from elib.link.protocol.commands import SPECS

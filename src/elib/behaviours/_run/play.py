@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import cast
 
 from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost
-from elib.base.fields import DURATION
+from elib.base.rules import DURATION
 from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle, find
 from elib.behaviours._run.context import DEFAULT_SEED, RunContext
 from elib.link.session.statistics import LinkStats, merged

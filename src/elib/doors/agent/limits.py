@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, STEPS_PER_REVOLUTION, step_rate
 from elib.base.errors import ArgumentError, ElibError, MotionInterrupted
-from elib.base.fields import Number, Whole
 from elib.base.pose import Pose
+from elib.base.rules import Number, Whole
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.table import Request
 from elib.link.session import Called, Channel, Ended, ForwardingChannel, Hooks, TraceEvent

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import Number, is_number, nearest
+from elib.base.rules import Number, is_number, nearest
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 

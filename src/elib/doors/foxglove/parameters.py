@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from elib.base.body import WHEEL_CIRCUMFERENCE
 from elib.base.errors import ArgumentError
-from elib.base.fields import Flag, Number
+from elib.base.rules import Flag, Number
 from elib.panel.slot import LIVE, Slot
 from elib.panel.watching import FAST, QUICKEST, SLOW, SLOWEST
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import nearest, short
+from elib.base.rules import nearest, short
 from elib.link.protocol import camera, shapes, values
 from elib.link.protocol.actuators import ACTUATORS, ACTUATORS_LAYOUT
 from elib.link.protocol.context import Form, Profile

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from elib.base.body import STEPS_PER_REVOLUTION
-from elib.base.fields import Choice, Member, Number, Rule, Whole, is_number
+from elib.base.rules import Choice, Member, Number, Rule, Whole, is_number
 
 
 class LedAction(enum.IntEnum):

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Concatenate, Generic, Never, ParamSpec, Protocol, TypeVar, overload
 
 from elib.base.errors import ArgumentError, CallCancelled, ElibError, LinkClosed
-from elib.base.fields import nearest
+from elib.base.rules import nearest
 from elib.link.protocol.quantities import Quantity, check_timeout
 
 P = ParamSpec("P")

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any, Concatenate, Generic, Literal, ParamSpec, TypeVar
 
 from elib.base.errors import Unsupported
-from elib.base.fields import Flag
+from elib.base.rules import Flag
 from elib.link.protocol.context import Context, Form, Profile, Reply
 from elib.link.protocol.forms import prepare
 from elib.link.protocol.profiles import rule

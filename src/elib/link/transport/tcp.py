@@ -8,7 +8,7 @@ import socket
 from dataclasses import dataclass
 
 from elib.base.errors import ArgumentError, LinkError, LinkNotFound
-from elib.base.fields import Whole
+from elib.base.rules import Whole
 from elib.base.timebase import require_real_time
 from elib.link.transport.stream import StreamTransport
 from elib.link.transport.url import HOST_PORT, Scheme, Url

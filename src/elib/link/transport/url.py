@@ -11,7 +11,7 @@ from types import MappingProxyType
 from urllib.parse import quote, unquote
 
 from elib.base.errors import ArgumentError, Unsupported
-from elib.base.fields import nearest
+from elib.base.rules import nearest
 from elib.base.timebase import LoopSpeed
 from elib.link.transport.base import Transport
 

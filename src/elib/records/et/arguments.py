@@ -9,7 +9,7 @@ from dataclasses import MISSING, dataclass, fields, replace
 from typing import Annotated, Any
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import REQUIRED, Number, Rule, Several
+from elib.base.rules import REQUIRED, Number, Rule, Several
 from elib.records.et.rows import NAMES
 
 

@@ -10,7 +10,7 @@ from inspect import getdoc
 from typing import Annotated
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import REQUIRED, Choice, nearest
+from elib.base.rules import REQUIRED, Choice, nearest
 from elib.records.et.action import Action, Plotted
 from elib.records.et.actions import actions
 from elib.records.et.arguments import FileName, Parameter, arguments_of, usage, values_of

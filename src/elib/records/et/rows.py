@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import shown
+from elib.base.rules import shown
 
 BLOCK = 1 << 20
 """Bytes that are read at once: enough that the overhead of a block does not count, and few enough for the cache."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
 
-from elib.base.fields import Whole
+from elib.base.rules import Whole
 from elib.simulator.drawing.fittings import glow_shapes, lamp_shapes, push_shapes, sound_shapes
 from elib.simulator.drawing.robot import robot_shapes
 from elib.simulator.drawing.shapes import Circle, Drawing, Picture, Point, Polygon, Shape, Stroke, Text, blend

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from elib.base.fields import Number
+from elib.base.rules import Number
 from elib.simulator.physics.elementary import interpolated
 
 CAPACITY: Final = 5.0 * 3600

@@ -9,7 +9,7 @@ import asyncio
 import math
 
 from elib.base.errors import ArgumentError, SimulationError
-from elib.base.fields import Number
+from elib.base.rules import Number
 from elib.base.timebase import ScaledLoop, SimulatedLoop
 
 RATE = Number(0.1, 10)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, TypeVar
 
 from elib.base.errors import ArgumentError, LinkError, SimulationError
-from elib.base.fields import Delay, Number, Probability, Rule, Whole, rule_of
+from elib.base.rules import Delay, Number, Probability, Rule, Whole, rule_of
 from elib.link.protocol.profiles import profile_named
 from elib.simulator.emulator.clock import RATE
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware

@@ -19,8 +19,8 @@ from collections.abc import AsyncIterator, Mapping
 from types import MappingProxyType
 
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.fields import REQUIRED, Field, fields_of, nearest, shown
 from elib.base.files import parse_json
+from elib.base.rules import REQUIRED, Field, fields_of, nearest, shown
 from elib.simulator.emulator.control import ORDERS, Control, LinkState
 from elib.simulator.emulator.loopback import bind, named
 

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Annotated, ClassVar, Protocol
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import Number, check
+from elib.base.rules import Number, check
 from elib.simulator.emulator.link import Link
 
 MAX_TIME = 1e6

@@ -6,7 +6,7 @@ import random
 from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol
 
-from elib.base.fields import Number, Whole
+from elib.base.rules import Number, Whole
 
 SECONDS, MASK, INDEX = Number(0, unit="s"), Whole(1, 255), Whole(0)
 """Rules for a fault. They are made once: each answer over a bad link makes faults."""

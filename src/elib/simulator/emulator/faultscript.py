@@ -38,8 +38,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, cast
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import Choice, Mistake, Number, Rule, Seed, check, rule_of
 from elib.base.files import FAULTS
+from elib.base.rules import Choice, Mistake, Number, Rule, Seed, check, rule_of
 from elib.base.tables import Key, Table, content_of, keys_of, others, read_toml, shipped
 from elib.simulator.emulator.faultkinds import KINDS, Ramp, Strength, TimedFault, When
 

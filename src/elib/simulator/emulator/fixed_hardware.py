@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import Choice, Number, Rule, Several, Whole, nearest, shown
 from elib.base.files import MAX_STATE, parse_json, read_file
+from elib.base.rules import Choice, Number, Rule, Several, Whole, nearest, shown
 from elib.link.protocol.camera import CameraWindow
 from elib.simulator.emulator.hardware import Lights
 

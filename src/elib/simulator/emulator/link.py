@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Literal
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import DELAY, PROBABILITY
+from elib.base.rules import DELAY, PROBABILITY
 from elib.link.transport.base import BufferedTransport
 from elib.simulator.emulator.clock import WorldClock
 from elib.simulator.emulator.emulator import Chunk, Emulator

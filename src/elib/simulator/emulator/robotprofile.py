@@ -30,9 +30,9 @@ from itertools import pairwise
 from typing import Annotated, cast
 
 from elib.base.body import AXLE, WHEEL_DIAMETER
-from elib.base.fields import Delay, Number, Rule, Several, Text, is_number
 from elib.base.files import read_file, write_file
 from elib.base.infrared import response_table
+from elib.base.rules import Delay, Number, Rule, Several, Text, is_number
 from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
 from elib.simulator.physics import profiles
 from elib.simulator.physics.body import EpuckModel

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Self
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import Delay, Probability, Seed, Whole, check, fields_of
+from elib.base.rules import Delay, Probability, Seed, Whole, check, fields_of
 from elib.base.timebase import Speed, parse_speed
 from elib.link.transport.url import Url
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError
-from elib.base.fields import Whole
+from elib.base.rules import Whole
 from elib.link.protocol.camera import SENSOR_HEIGHT, SENSOR_WIDTH, CameraWindow
 from elib.link.protocol.image import Mounting, check_mounting
 from elib.simulator.emulator.battery import FULL_VOLTS, LOW_VOLTS, BatteryCell, power_of

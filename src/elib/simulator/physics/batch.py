@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import overload
 
-from elib.base.fields import Whole
+from elib.base.rules import Whole
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.engine import EngineName
 from elib.simulator.physics.scene import Scene, check_scene, check_seed

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from elib.base.body import AXLE, SENSOR_RADIUS, WHEEL_DIAMETER
-from elib.base.fields import Choice, Number, Text, check
+from elib.base.rules import Choice, Number, Text, check
 from elib.simulator.physics.profiles import Profile
 
 __all__ = ["AXLE", "GRAVITY", "HEIGHT", "MASS", "RADIUS", "SENSOR_RADIUS", "WHEEL_DIAMETER", "EpuckModel"]

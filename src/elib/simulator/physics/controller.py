@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import Whole
+from elib.base.rules import Whole
 from elib.simulator.physics import simulation
 from elib.simulator.physics.records import SENSORS, SensorView
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError, SimulationError
-from elib.base.fields import Whole
+from elib.base.rules import Whole
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.course import Course, Judge, begin_worlds, judge_of, obey, play_episodes, shown, step_worlds
 from elib.simulator.physics.engine import INTERPRETED, EngineName, not_compiled

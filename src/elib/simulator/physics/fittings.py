@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 
-from elib.base.fields import Mistake, Number, Rule, Several, Text, check
+from elib.base.rules import Mistake, Number, Rule, Several, Text, check
 from elib.simulator.physics.geometry import MAX_ARENA, Colour, Length, Name, Painted, Place
 
 FLOOR_COLOUR = Colour(176, 172, 164)

@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Annotated, NamedTuple, TypeAlias
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import Number, Rule, Text, Whole, check
+from elib.base.rules import Number, Rule, Text, Whole, check
 
 _HEX_DIGITS = frozenset("0123456789abcdefABCDEF")
 

@@ -12,8 +12,8 @@ from dataclasses import replace
 from itertools import chain
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import rule_of
 from elib.base.pose import Pose
+from elib.base.rules import rule_of
 from elib.simulator.physics.geometry import Box, Cylinder, Solid, Wall, extent, gap, unit
 from elib.simulator.physics.pushing import follow
 from elib.simulator.physics.spawning import stand

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from elib.base.errors import SimulationError
-from elib.base.fields import other_unit
 from elib.base.pose import Pose
+from elib.base.rules import other_unit
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.geometry import Solid, extent
 from elib.simulator.physics.noise import PLACE, numbered_key, seed_key, tick_key, uniform

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import SEED, Number, Seed, check
 from elib.base.pose import Pose
+from elib.base.rules import SEED, Number, Seed, check
 from elib.base.tables import MAX_TABLES
 from elib.simulator.physics.body import RADIUS, EpuckModel
 from elib.simulator.physics.fittings import FLOOR_COLOUR, Light, Paint, Sound

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.base.errors import ArgumentError
-from elib.base.fields import Number, Text, Whole, check, fields_of
+from elib.base.rules import Number, Text, Whole, check, fields_of
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.records import SENSORS, Records
 from elib.simulator.physics.scene import Scene

@@ -15,8 +15,8 @@ from typing import Any
 
 from elib.base.body import METRES_PER_STEP, step_rate
 from elib.base.errors import ArgumentError, SimulationError
-from elib.base.fields import Number, Whole, is_number, rule_of, shown
 from elib.base.pose import Pose
+from elib.base.rules import Number, Whole, is_number, rule_of, shown
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.engine import INTERPRETED, EngineName, engine_named, not_compiled

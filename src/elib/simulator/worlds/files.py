@@ -60,8 +60,8 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from elib.base.errors import ArgumentError, LinkNotFound, SimulationError
-from elib.base.fields import Mistake
 from elib.base.files import WORLDS
+from elib.base.rules import Mistake
 from elib.base.tables import Source, content_of, others, read_toml, shipped
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.fittings import Checkers, Light, Paint, Print, Sound

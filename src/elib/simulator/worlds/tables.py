@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import Choice, Degrees, Mistake, Number, Text, Whole, fields_of
 from elib.base.pose import Pose
+from elib.base.rules import Choice, Degrees, Mistake, Number, Text, Whole, fields_of
 from elib.base.tables import Key, Pair, Table, keys_of
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe

@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from elib.base.fields import Degrees, Rule
+from elib.base.rules import Degrees, Rule
 from elib.base.tables import Key, Table
 from elib.simulator.physics.fittings import Checkers, Patch, Print, Stripe
 from elib.simulator.physics.geometry import Colour

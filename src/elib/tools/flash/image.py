@@ -10,8 +10,8 @@ from pathlib import Path
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
-from elib.base.fields import Whole
 from elib.base.files import guide, read_file
+from elib.base.rules import Whole
 
 ROW = 0x40
 """Addresses in a row. The chip counts half instructions, and a row has 32 instructions."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from elib.base.fields import Number
+from elib.base.rules import Number
 from elib.records.et.action import Filter
 from elib.records.et.arguments import Column, Parameter, Words
 from elib.records.et.rows import NAMES, Block

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from elib.base.fields import Whole
+from elib.base.rules import Whole
 from elib.records.et.action import Plotted, TableAction
 from elib.records.et.arguments import Column, Parameter
 from elib.records.et.groups import Values, grouped

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from elib.base.fields import Choice
+from elib.base.rules import Choice
 from elib.records.et.action import Plotted, TableAction
 from elib.records.et.arguments import Parameter, Percentiles
 from elib.records.et.groups import Groups, box, check_words, describe, names

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from elib.base.errors import ArgumentError
-from elib.base.fields import DURATION
+from elib.base.rules import DURATION
 from elib.records.et.action import Plotted, TableAction
 from elib.records.et.arguments import By, Parameter
 from elib.records.et.plot import COLOURS, draw_legend, label_of

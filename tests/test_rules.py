@@ -9,7 +9,7 @@ import pytest
 
 from elib import EpuckModel, Scene
 from elib.base.errors import ArgumentError
-from elib.base.fields import (
+from elib.base.rules import (
     Choice,
     Degrees,
     Flag,
