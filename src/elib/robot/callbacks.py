@@ -13,6 +13,14 @@ CALLBACK_THREADS = 16
 log = logging.getLogger("elib")
 
 
+def reported(function: Callable[[], None], name: str) -> None:
+    """Run a callback; what it raises is logged, and SystemExit too: it would end only a thread."""
+    try:
+        function()
+    except BaseException:
+        log.exception("%s raised; the link goes on", name)
+
+
 class CallbackPool:
     """A few daemon threads for callbacks, so that one that never returns cannot keep the interpreter alive."""
 
@@ -36,14 +44,10 @@ class CallbackPool:
     def _work(self) -> None:
         while (item := self._queue.get()) is not None:
             function, name = item
-            try:
-                function()
-            except BaseException:  # SystemExit too: it would end only this thread, and with it the callbacks that wait
-                log.exception("%s raised; the link goes on", name)
-            finally:
-                del item, function  # the program may have dropped the objects that they refer to
-                with self._lock:
-                    self._busy -= 1
+            reported(function, name)
+            del item, function  # the program may have dropped the objects that they refer to
+            with self._lock:
+                self._busy -= 1
 
     def close(self) -> None:
         """End each thread after the callback that it runs."""

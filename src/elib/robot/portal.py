@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 from elib.base.errors import ElibError, LinkClosed, SimulationStalled
 from elib.base.timebase import LoopSpeed, SimulatedLoop, new_loop, running_loop
-from elib.robot.callbacks import CALLBACK_THREADS, CallbackPool
+from elib.robot.callbacks import CALLBACK_THREADS, CallbackPool, reported
 from elib.robot.signals import SIGNALS, error_of
 
 T = TypeVar("T")
@@ -183,15 +183,13 @@ class Portal:
             with self._turn:
                 self._callbacks[me] = name
                 self._note(me)
-            try:
-                function()
-            finally:
-                with self._turn:
-                    del self._callbacks[me]
-                    self._working.pop(me, None)
-                    self._callback_count -= 1
-                with contextlib.suppress(RuntimeError):  # it is closed
-                    self.loop.call_soon_threadsafe(_nothing)
+            reported(function, name)
+            with self._turn:
+                del self._callbacks[me]
+                self._working.pop(me, None)
+                self._callback_count -= 1
+            with contextlib.suppress(RuntimeError):  # it is closed
+                self.loop.call_soon_threadsafe(_nothing)
 
         with self._turn:
             self._callback_count += 1
