@@ -362,7 +362,7 @@ def a_kind_of_fault_is_a_class(copy: Copy) -> Asking:
 
 KINDS: Mapping'''
     copy.replace("src/elib/simulator/emulator/faultkinds.py", "KINDS: Mapping", theft)
-    copy.replace("src/elib/simulator/emulator/faultkinds.py", "for kind in (Loss, ", "for kind in (Theft, Loss, ")
+    copy.replace("src/elib/simulator/emulator/faultkinds.py", '"loss": Loss,', '"loss": Loss, "theft": Theft,')
     script = 'description = "A thief"\n[[fault]]\nkind = "theft"\nprobability = 1.0\n'
     (copy.root / "thief.toml").write_text(script)
     answers = yield ask("send version --robot sim://?fault=thief.toml&speed=max", pages=("faults.md",))

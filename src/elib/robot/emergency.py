@@ -12,7 +12,7 @@ from collections.abc import Callable
 from elib.base.errors import Unsupported
 from elib.link.session import Channel, Ending, Received, SessionOpened, TraceEvent
 from elib.robot.watchdog import BEAT_EVERY, Watchdog, is_supported
-from elib.robot.watchdog_process import SILENCE, end_streams, write_now
+from elib.robot.watchdog_process import FROZEN_AFTER, end_streams, write_now
 
 ESTABLISHED = 1
 """The state of an open connection, first byte of ``TCP_INFO`` (Linux: tcp(7))."""
@@ -27,7 +27,7 @@ class EmergencyStop:
         is_watched: The watchdog also stops the robot when this program freezes.
 
     Attributes:
-        watchdog: Stops the robot when this program has died; None without an open line, or if nobody asked for it.
+        watchdog: Stops the robot when this program has died; None without an open line, or where none was asked for.
 
     Raises:
         Unsupported: The system does not start the watchdog.
@@ -95,7 +95,7 @@ class EmergencyStop:
 
     def _check_stream(self, time: float) -> None:
         """Give a connection up from which :meth:`stop`, or the watchdog of a frozen program, has read."""
-        was_frozen = self._is_watched and time - self._last_beat >= SILENCE
+        was_frozen = self._is_watched and time - self._last_beat >= FROZEN_AFTER
         number = self._number if was_frozen else None
         if self._has_ended_stream or (number is not None and is_ended(number)):
             lose = getattr(self._channel.transport, "lose", None)
@@ -121,7 +121,7 @@ class EmergencyStop:
     def _beat(self) -> None:
         if self.watchdog is not None:
             now = self.loop.time()
-            if now - self._last_beat >= SILENCE:
+            if now - self._last_beat >= FROZEN_AFTER:
                 self._note_stop()  # the watchdog did it: this program was frozen
             self._last_beat = now
             self.watchdog.beat()

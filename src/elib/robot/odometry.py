@@ -116,8 +116,8 @@ class Odometry(Reckoning):
             self._read(steps, sent, time)
         if event.request.name not in SETTING or isinstance(event.error, CommandRejected):
             return
-        if event.overtook < sent:
-            sent = event.overtook  # and was sent again in its turn
+        if event.overtook_at < sent:
+            sent = event.overtook_at  # and was sent again in its turn
         if event.error is None:
             self._set(event.request, Moment(sent, sent + self._half, time), is_sure=True)
         else:

@@ -1,10 +1,13 @@
 """The portal from ordinary threads into an event loop, on which the blocking, begin and callback styles are built.
 
-One thread at a time runs the loop, the *runner*. A thread that waits in a call is the runner if there is no other;
-else it waits until the runner has got its answer, or has ended. So a program with one thread changes no threads for a
-call. The portal has a thread of its own that runs the loop when nobody else does: in real time soon after a call, as
-the link goes on, and in simulated time only for calls that were begun, when no thread has called for a while, because
-the program then waits for something else. Simulated time moves only while every thread that has called waits.
+One thread at a time runs the loop: the *runner*. A thread that makes a call becomes the runner if there is none. If
+there is one, it waits until its own call has ended, or until it can become the runner. So a call in a program with one
+thread needs no second thread.
+
+The portal has a thread of its own that runs the loop when no other thread does. In real time it takes over soon after
+a call, because the link goes on. In simulated time it takes over only for calls that were begun, when no thread has
+called for a while: the program then waits for something else. Simulated time moves only while every thread that has
+called waits.
 """
 
 from __future__ import annotations
@@ -33,7 +36,7 @@ CALLBACK_HOLDING_TIME = 5.0
 """s of real time for which simulated time stands still while a callback runs: most work for themselves. After that it
 goes on: the callback waits for something else, perhaps for the program that waits for the robot."""
 IDLE_TIME = 0.005
-"""s of real time after a call in which nobody runs the loop, so that a thread that polls need not take it back."""
+"""s of real time after a call in which no thread runs the loop, so that a thread that polls need not take it back."""
 CLOSING_TIME = 5.0
 """s of real time in which a portal must close."""
 
@@ -253,8 +256,9 @@ class Portal:
                 try:
                     return self.loop.run_until_complete(task)
                 except RuntimeError:
-                    if task.done():
-                        raise  # the task's own error; else the loop was stopped late: meant was the portal's thread
+                    if task.done() or self.loop.is_closed():
+                        raise
+                    # Another thread stopped the loop while the portal's thread ran it, and that came too late: go on.
         except asyncio.CancelledError:
             raise LinkClosed("the call was cancelled") from None
         except BaseException:

@@ -138,7 +138,7 @@ class Reckoning:
         began, at, ended = change.when
         at = max(at, self._start.when.at)
         change = replace(change, when=Moment(min(began, at), at, max(at, ended)))
-        if change.counters is not None and change.is_sure:  # nobody read what they were set to before
+        if change.counters is not None and change.is_sure:  # what they were set to before was never read
             before = [each for each in self._changes if each.when.at <= at]
             kept = [replace(each, counters=None) for each in before if each.speeds is not None]
             self._changes[: len(before)] = kept

@@ -91,7 +91,7 @@ class Signals:
         for each in here if number == signal.SIGINT else loops:
             each.end(number)
         if any(each.cancel is not None for each in here):
-            return  # whoever waits there raises the error
+            return  # the thread that waits there raises the error
         before = self._before.get(number, signal.SIG_DFL)
         if here and _task_of_runner(before) is not None:
             before(number, frame)
@@ -99,7 +99,10 @@ class Signals:
             raise error_of(number)
 
     def _suspend(self, number: int, frame: FrameType | None) -> None:
-        """Stop the robots, then suspend or end the program. What its link reads behind that is answered by a resync."""
+        """Stop the robots, then suspend or end the program.
+
+        When it goes on, the answer to this stop is unexpected, and a resync drops it.
+        """
         stop_at_once()
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)  # a program that is suspended stays in here until it gets SIGCONT
@@ -239,7 +242,7 @@ class TerminationHandler:
     async def close_with_loop(self, close: Callable[[], Awaitable[None]]) -> None:
         """Close the robot by *close* when :func:`asyncio.run` ends and the program has not closed it."""
 
-        async def wait() -> AsyncGenerator[None, None]:
+        async def close_when_loop_ends() -> AsyncGenerator[None, None]:
             try:
                 yield
             finally:
@@ -248,7 +251,7 @@ class TerminationHandler:
                     await close()
 
         # asyncio finishes generators that are left over, before it closes its loop.
-        self._end_of_loop = wait()
+        self._end_of_loop = close_when_loop_ends()
         await anext(self._end_of_loop)
 
     async def leave(self) -> None:
@@ -275,7 +278,7 @@ def _task_of_runner(handler: Any) -> asyncio.Task[Any] | None:
     is_its_own = isinstance(handler, functools.partial) and isinstance(
         getattr(handler.func, "__self__", None), asyncio.Runner
     )
-    return handler.keywords["main_task"] if is_its_own else None
+    return handler.keywords.get("main_task") if is_its_own else None
 
 
 SIGNALS = Signals()

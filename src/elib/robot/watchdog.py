@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from elib.base.errors import Unsupported
 from elib.robot import watchdog_process
 
-BEAT_EVERY = watchdog_process.SILENCE / 5
+BEAT_EVERY = watchdog_process.FROZEN_AFTER / 5
 """s between two signs of life."""
 RELEASE_TIME = 1.0
 """s in which the system must end a process."""

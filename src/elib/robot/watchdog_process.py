@@ -14,7 +14,7 @@ import socket
 import sys
 import time
 
-SILENCE = 0.5
+FROZEN_AFTER = 0.5
 """s without a beat after which a program counts as frozen, once there was one."""
 PERIOD = 0.1
 """s between two checks."""
@@ -98,7 +98,7 @@ def watch(beats: int, line: int, stop: bytes, parent: int, *, streams: bool) -> 
         if select.select([beats], [], [], PERIOD)[0]:
             if not os.read(beats, 65536):
                 return
-            stops, due = 0, time.monotonic() + SILENCE
+            stops, due = 0, time.monotonic() + FROZEN_AFTER
         elif os.getppid() != parent:
             return
         elif stops < STOPS and time.monotonic() >= due:
@@ -116,7 +116,7 @@ def main() -> None:
     watch(beats, line, stop, int(sys.argv[2]), streams=sys.argv[3] == "True")
     for _ in range(2):
         write_now(line, stop)
-        drain([line], LINGER_TIME)  # answers for nobody
+        drain([line], LINGER_TIME)  # answers that are not wanted
     os._exit(0)
 
 

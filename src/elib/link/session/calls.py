@@ -24,7 +24,7 @@ class Call(Generic[T]):
         called: When the call was made.
         deadline: When it ends at the latest.
         sent: When its bytes were sent; nan before that.
-        overtook: When they were sent past what was under way; nan if they were not.
+        overtook_at: When they were sent past what was under way; nan if they were not.
         timer: Ends the call at its deadline.
         followers: Older calls that this one replaced; they share its outcome.
         saw_reset: Whether the robot has restarted since the bytes were sent.
@@ -37,7 +37,7 @@ class Call(Generic[T]):
         "followers",
         "future",
         "is_replaced",
-        "overtook",
+        "overtook_at",
         "request",
         "saw_reset",
         "sent",
@@ -49,7 +49,7 @@ class Call(Generic[T]):
         self.future = future
         self.called = called
         self.deadline = deadline
-        self.sent = self.overtook = math.nan
+        self.sent = self.overtook_at = math.nan
         self.timer: asyncio.TimerHandle | None = None
         self.followers: list[Call[T]] = []
         self.saw_reset = self.is_replaced = False

@@ -1,8 +1,8 @@
 """The session of one link: one queue, one writer, deadlines, and a resync whenever the line is out of sync.
 
 Every call ends exactly once: with its value, a :class:`~elib.ReplyTimeout`, its cancellation, the robot's
-refusal or the link's error; at the latest :data:`GRACE` after its deadline. docs/concepts says what the session cannot
-promise.
+refusal or the link's error; at the latest :data:`GRACE` after its deadline. docs/concepts/link.md says what the session
+cannot promise.
 
 A session has no task of its own: a call is sent by its caller if no other call is before it, and answered where its
 bytes are received. Only a resync is a task, while it lasts.
@@ -64,10 +64,10 @@ T = TypeVar("T")
 OVERTAKING_TIME = 0.05
 """s that a call which halts the robot waits for the answer under way; after that it is sent past it."""
 GREETING_TIME = 0.03
-"""s that a robot has to end its greeting and to take up what came before it. Then it is asked whether it knows the call
-under way; less than OVERTAKING_TIME, as the answer to a stop must come behind that."""
+"""s after a greeting, in which the robot finishes it and reads its buffer. Then the session asks a question, to find
+out whether the robot knows the call under way. Less than OVERTAKING_TIME: a stop that overtakes is sent behind it."""
 STOPPING_TIME, STOPPING_TRIPS = 0.4, 4
-"""s, and round trips, that the robot has to confirm a stop; the longer of both. A line out of sync needs three."""
+"""s, and round trips, that the robot has to confirm a stop; the longer of both. Out of sync it takes three trips."""
 LATE = 0.001
 """s. A timer that is later than this shows that the program was suspended or blocked."""
 GRACE = 0.15
@@ -118,7 +118,7 @@ class Session:
         else:
             self._resync = Resync(connection, self.transport.url, self._put_and_wait, lambda: self._is_paused)
         self._writing: asyncio.Task[None] | None = None
-        self._asking: asyncio.TimerHandle | None = None
+        self._ask_timer: asyncio.TimerHandle | None = None
         self._is_pumping = False
         self._received_out_of_sync = 0
         self._is_closing = False
@@ -198,8 +198,7 @@ class Session:
         now = self._loop.time()
         call = Call(request, self._loop.create_future(), now, now + timeout)
         anonymous = cast("Call[object]", call)
-        if self.hooks[Called]:
-            self.hooks.call(now, Called(anonymous.request))
+        self.hooks.emit(now, Called, anonymous.request)
         call.timer = self._loop.call_at(call.deadline, self._expire, anonymous)
         if self._connection.state is State.IDLE and self._is_free and not self._is_pumping and not self._queue:
             self._send(anonymous)  # the common case, which need not use the queue
@@ -215,7 +214,7 @@ class Session:
         return call
 
     def _overtake(self, call: Call[object]) -> None:
-        """Send a call that halts the robot and still waits, past all that is under way; it goes out again in its turn.
+        """Send a stop that waits at once, past the call on the wire. It is sent again in its turn, and ends then.
 
         The robot may receive although its answers are lost, and a resync takes seconds.
         """
@@ -224,9 +223,8 @@ class Session:
             if not data:
                 self._loop.call_later(OVERTAKING_TIME, self._overtake, call)
             elif self._send_past(data):
-                call.sent = call.overtook = now = self._loop.time()
-                if self.hooks[Wrote]:
-                    self.hooks.call(now, Wrote(data))
+                call.sent = call.overtook_at = now = self._loop.time()
+                self.hooks.emit(now, Wrote, data)
 
     def _ask_behind(self, call: Call[object] | None) -> None:
         """Ask a question behind *call*, on whose way the robot restarted: was it lost, or is it still answered?
@@ -237,10 +235,10 @@ class Session:
         if call is None or call is not self._current or not isinstance(connection, HostConnection):
             return
         data = connection.ask_behind()
-        if self._line.send_nowait(data) and self.hooks[Wrote]:
-            self.hooks.call(self._loop.time(), Wrote(data))
+        if self._line.send_nowait(data):
+            self.hooks.emit(self._loop.time(), Wrote, data)
         pause = max(PROBE_TIMES[0], PROBE_TRIPS * self._resync.trip, call.request.service)
-        self._asking = self._loop.call_later(pause, self._ask_behind, call)
+        self._ask_timer = self._loop.call_later(pause, self._ask_behind, call)
 
     def _send_past(self, data: bytes) -> bool:
         """Send *data* past all that is under way; return False if the line does not take them at once."""
@@ -376,11 +374,10 @@ class Session:
             call.timer.cancel()
         now = self._loop.time()
         self.counter.ended(call, error, now)
-        if self.hooks[Ended]:
-            trip = now - call.sent
-            self.hooks.call(
-                now, Ended(call.request, value, error, now - call.called, trip, call.is_replaced, call.overtook)
-            )
+        trip = now - call.sent
+        self.hooks.emit(
+            now, Ended, call.request, value, error, now - call.called, trip, call.is_replaced, call.overtook_at
+        )
 
     # -- sending and receiving --
 
@@ -410,18 +407,16 @@ class Session:
             self._is_pumping = False
 
     def _send(self, call: Call[object]) -> None:
-        call.sent = now = self._loop.time()
-        for older in call.followers:
-            for each in older:
-                each.sent = now
+        now = self._loop.time()
+        for each in call:
+            each.sent = now
         self._current = call
         self._put(self._connection.send(call.request), now)
 
     def _put(self, data: bytes, now: float) -> None:
         """Write *data* to the line, at once if it takes them."""
         self._resync.last_sent = now
-        if self.hooks[Wrote]:
-            self.hooks.call(now, Wrote(data))
+        self.hooks.emit(now, Wrote, data)
         if not self._line.send_nowait(data) and self.error is None:
             self._writing = self._loop.create_task(self._write(data), name=f"elib writing {self.transport.url}")
             self._writing.add_done_callback(self._on_task_done)
@@ -438,11 +433,11 @@ class Session:
         self._received_out_of_sync = self._connection.received_bytes
         self.counter.resyncs += 1
         now = self._loop.time()
-        self.hooks.call(now, Resynced(now - began, dropped))
+        self.hooks.emit(now, Resynced, now - began, dropped)
 
     async def _put_and_wait(self, data: bytes) -> None:
         """Write a probe and wait until it was taken; no request is sent meanwhile."""
-        self.hooks.call(self._loop.time(), Wrote(data))
+        self.hooks.emit(self._loop.time(), Wrote, data)
         await self._write(data)
 
     async def _write(self, data: bytes) -> None:
@@ -473,8 +468,7 @@ class Session:
 
     def _on_bytes(self, data: bytes) -> None:
         now = self._resync.last_byte = self._loop.time()
-        if self.hooks[Received]:
-            self.hooks.call(now, Received(data))
+        self.hooks.emit(now, Received, data)
         connection = self._connection
         connection.receive(data, now)
         while (event := connection.next_event()) is not None:
@@ -497,10 +491,8 @@ class Session:
                     for each in call:
                         self._fail(each, each.timeout_error(value))
                     return
-                self._succeed(call, value)
-                for older in call.followers:
-                    for each in older:
-                        self._succeed(each, value)
+                for each in call:
+                    self._succeed(each, value)
             case Refusal(error=error):
                 call, self._current = self._current, None
                 for each in call or ():
@@ -511,10 +503,10 @@ class Session:
                 self.counter.resets += 1
                 for each in self._current or ():
                     each.saw_reset = True
-                if self._asking is not None:
-                    self._asking.cancel()
-                self._asking = self._loop.call_later(GREETING_TIME, self._ask_behind, self._current)
-                self.hooks.call(now, Greeted())
+                if self._ask_timer is not None:
+                    self._ask_timer.cancel()
+                self._ask_timer = self._loop.call_later(GREETING_TIME, self._ask_behind, self._current)
+                self.hooks.emit(now, Greeted)
                 self.context.forget()
             case RequestLost():
                 call, self._current = self._current, None
@@ -522,7 +514,7 @@ class Session:
                 for each in call or ():
                     self._fail(each, each.timeout_error())
             case Streamed(value=value):
-                self.hooks.call(now, Pushed(value))
+                self.hooks.emit(now, Pushed, value)
             case OutOfStep(reason=reason):
                 self._finish(
                     LinkLost(
@@ -564,7 +556,7 @@ class Session:
                 task.cancel()
         if not isinstance(error, LinkClosed):
             self._release_line()
-        self.hooks.call(self._loop.time(), Ending(error))
+        self.hooks.emit(self._loop.time(), Ending, error)
 
     def lose(self, error: LinkLost) -> None:
         """End the session as if the link had broken, for the reason *error*: it is of no use any more."""

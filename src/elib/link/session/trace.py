@@ -6,7 +6,7 @@ import asyncio
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import get_args
+from typing import Any, get_args
 
 from elib.base.errors import ElibError
 from elib.link.protocol.image import Image
@@ -32,7 +32,7 @@ class Ended:
         waited: Time from the call to its end, s.
         round_trip: Time from sending to the end, s; nan if it was never sent.
         is_replaced: Whether a newer call was sent in its place, and it shares that one's outcome.
-        overtook: When it was first sent, past what was under way, s; nan if it was not.
+        overtook_at: When it was first sent, past what was under way, s; nan if it was not.
     """
 
     request: Request[object]
@@ -41,7 +41,7 @@ class Ended:
     waited: float
     round_trip: float
     is_replaced: bool = False
-    overtook: float = math.nan
+    overtook_at: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,8 +134,8 @@ class SessionOpened:
     """A session was opened: the robot was asked for its version.
 
     Attributes:
-        opening: What was written and received for that.
-        counters: The step counters as they were read last in it, if the answer came.
+        opening: The bytes that were exchanged to recognise the robot.
+        counters: The step counters that were read last meanwhile; None if the robot did not answer.
     """
 
     opening: Transcript
@@ -188,6 +188,11 @@ class Hooks(dict[type, tuple[TraceHook, ...]]):
         """Call *hook* no longer. Safe to repeat."""
         for kind, hooks in self.items():
             self[kind] = tuple(each for each in hooks if each != hook)
+
+    def emit(self, time: float, kind: type[TraceEvent], *values: Any) -> None:
+        """Call the hooks that want an event of a *kind*, made from its values, at *time*, s on the loop's clock."""
+        if self[kind]:
+            self.call(time, kind(*values))
 
     def call(self, time: float, event: TraceEvent) -> None:
         """Call the hooks that want *event*, which happened at *time*, s on the loop's clock."""

@@ -63,7 +63,7 @@ class When:
         return self.lasting is not None or (self.every is None and math.isfinite(self.until))
 
     def share(self, time: float) -> float | None:
-        """Return which share of its span has passed at *time*, 0 to 1; 0 without an end, None outside of its spans."""
+        """Return how much of its span has passed at *time*: 0 to 1, and 0 without an end; None if it does not hold."""
         begin = self._begin(time)
         end = min(self.until, begin + (math.inf if self.lasting is None else self.lasting))
         if not begin <= time < end:
@@ -276,7 +276,7 @@ class Kind:
         self.faults = faults
 
     @property
-    def is_held(self) -> bool:
+    def blocks_robot(self) -> bool:
         """Whether no program can talk to the robot because of it."""
         return False
 
@@ -309,19 +309,19 @@ class AnswerKind(Kind):
 class HeldKind(Kind):
     """A kind that holds from its beginning to its end."""
 
-    _is_held = False
+    _holds = False
 
     @property
-    def is_held(self) -> bool:
+    def blocks_robot(self) -> bool:
         """Whether it holds now."""
-        return self._is_held
+        return self._holds
 
     def play(self, time: float) -> None:
         """Begin or end."""
-        is_held = any(fault.when.share(time) is not None for fault, _ in self.faults)
-        if is_held != self._is_held:
-            self._is_held = is_held
-            (self._begin if is_held else self._end)()
+        blocks_robot = any(fault.when.share(time) is not None for fault, _ in self.faults)
+        if blocks_robot != self._holds:
+            self._holds = blocks_robot
+            (self._begin if blocks_robot else self._end)()
 
     def next_change(self, time: float) -> float:
         """Return when one of the faults begins or ends next."""
@@ -566,8 +566,17 @@ def _empty_at(fault: TimedFault) -> float:
 
 KINDS: Mapping[str, type[Kind]] = MappingProxyType(
     {
-        kind.__name__.lower(): kind
-        for kind in (Loss, Delay, Duplicate, Halve, Corrupt, Noise, Stall, Silence, Cut, Reset, Battery)
+        "loss": Loss,
+        "delay": Delay,
+        "duplicate": Duplicate,
+        "halve": Halve,
+        "corrupt": Corrupt,
+        "noise": Noise,
+        "stall": Stall,
+        "silence": Silence,
+        "cut": Cut,
+        "reset": Reset,
+        "battery": Battery,
     }
 )
 """Every kind of fault, by the name it has in a file."""

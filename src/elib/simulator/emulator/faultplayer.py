@@ -92,7 +92,7 @@ class FaultPlayer:
     @property
     def is_cut(self) -> bool:
         """Whether the script keeps the link down now."""
-        return self._cut is not None and self._cut.is_held
+        return self._cut is not None and self._cut.blocks_robot
 
     @property
     def cuts(self) -> bool:
@@ -107,8 +107,8 @@ class FaultPlayer:
     @property
     def is_reachable(self) -> bool:
         """Whether a program can talk to the robot at the moment, even if an answer is lost now and then."""
-        is_held = any(kind.is_held for kind in self._kinds.values())
-        return not self.is_dead and not is_held and self._faults_in_a_row < MAX_FAULTS_IN_A_ROW
+        blocks_robot = any(kind.blocks_robot for kind in self._kinds.values())
+        return not self.is_dead and not blocks_robot and self._faults_in_a_row < MAX_FAULTS_IN_A_ROW
 
     def begin(self) -> None:
         """Begin, if the script has not begun; go on, if it paused because no program sent anything."""

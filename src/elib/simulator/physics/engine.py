@@ -6,8 +6,9 @@ Compiled, it and every kernel that it calls are compiled by Numba, on arrays of 
 
 A kernel that needs a function of the user takes it as an argument, and calls it by :func:`call`. Compiled, the
 argument is the function's address. So the kernels are compiled once for all, and their code is kept in the user's cache
-folder; a function of the user alone is compiled in each process, in about 0.1 s. The folder's name covers the source of
-all kernels and the versions of NumPy and Numba, because Numba looks for changes in the file of a function alone.
+folder; only the user's function is compiled again in each process, in about 0.1 s. The folder's name has a hash of the
+source of all kernels and of the versions of NumPy and Numba: Numba checks only the file in which a function stands, not
+the files of the functions that it calls.
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ _is_forked = False
 
 
 def _forked() -> None:
-    """Do without threads in a process that another one forked: what runs loops does not survive it."""
+    """Do without threads in a process that another one forked: Numba's threads do not survive that."""
     global _is_forked, _one_loop, _one_compiler
     _is_forked, _one_loop, _one_compiler = True, Lock(), Lock()
 
@@ -277,7 +278,7 @@ class Compiled(Engine):
         return self._made[function, use]
 
     def _users(self, function: FunctionType, made: dict[FunctionType, Any]) -> Any:
-        """Return what compiles a function of the user; *made* holds others that it uses, and None for its callers."""
+        """Return Numba's dispatcher of a user's function. *made* has one for each function; None while it is built."""
         if function not in made:
             made[function] = None
             copy = _copy(function, lambda value: self._called(value, made))
@@ -352,6 +353,7 @@ def _copy(function: FunctionType, replaced: Callable[[Any], Any]) -> FunctionTyp
     names = {**function.__globals__, **used}
     copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__, cells or None)
     copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
+    copy.__kwdefaults__ = function.__kwdefaults__
     return copy
 
 

@@ -49,7 +49,8 @@
     position = [0.5, 0.2]
     heading = 90               # degrees, 0 along x, positive to the left
 
-Lengths are metres, angles degrees: such files are written by hand. ``tables.py`` has every key.
+Lengths are metres, angles degrees: such files are written by hand. ``tables.py`` has the tables; their keys are the
+fields of the classes that they make.
 """
 
 from __future__ import annotations
