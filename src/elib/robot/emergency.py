@@ -60,6 +60,10 @@ class EmergencyStop:
         self._has_ended_stream = self._streams
         return number if self._streams else None
 
+    def stop_in_loop(self) -> None:
+        """Tell the robot to stop, in its event loop: there no call takes the stop's answer for its own."""
+        self._channel.send_unqueued(self._stop())
+
     def leave(self) -> None:
         """Forget the robot: it was stopped, or is lost. Safe to repeat."""
         OPEN_STOPS.discard(self)
@@ -139,9 +143,20 @@ OPEN_STOPS: set[EmergencyStop] = set()
 """The emergency stops of all open robots."""
 
 
-def stop_at_once(loop: asyncio.AbstractEventLoop | None = None) -> None:
-    """Tell the robots of *loop*, or all robots, to stop, past their queues and without their event loops."""
-    streams = [each.stop() for each in tuple(OPEN_STOPS) if loop is None or each.loop is loop]
+def stop_at_once(
+    loop: asyncio.AbstractEventLoop | None = None, *, inside: asyncio.AbstractEventLoop | None = None
+) -> None:
+    """Tell the robots of *loop*, or all robots, to stop, past their queues and without their event loops.
+
+    Args:
+        loop: Stop the robots of this loop alone.
+        inside: The loop in which this is called: its robots are stopped by their sessions, which expect the answer.
+    """
+    those = [each for each in tuple(OPEN_STOPS) if loop is None or each.loop is loop]
+    for each in those:
+        if each.loop is inside:
+            each.stop_in_loop()
+    streams = [each.stop() for each in those if each.loop is not inside]
     end_streams([number for number in streams if number is not None])
 
 

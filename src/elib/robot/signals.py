@@ -21,11 +21,14 @@ from collections.abc import AsyncGenerator, Awaitable, Callable
 from types import FrameType
 from typing import Any
 
+from elib.base.timebase import running_loop
 from elib.link.session import Channel
 from elib.robot.emergency import EmergencyStop, stop_at_once
 
 SHUTDOWN_TIME = 2.0
 """s after a signal in which more signals change nothing: robots are being stopped, and that must not be cut short."""
+SUSPENSION_TIME = 0.1
+"""s after which a program is suspended even if its event loop is busy and does not suspend it."""
 NOTICE_TIME = 0.5
 """s in which an event loop notices a signal, unless something blocks it."""
 TERMINATIONS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -52,6 +55,7 @@ class Signals:
 
     def __init__(self) -> None:
         self._loops: dict[asyncio.AbstractEventLoop, LoopSignals] = {}
+        self._is_suspending = False
         self._before: dict[int, Any] = {}
         """The handlers that were there, by the signals that come here now."""
 
@@ -99,14 +103,32 @@ class Signals:
             raise error_of(number)
 
     def _suspend(self, number: int, frame: FrameType | None) -> None:
-        """Stop the robots, then suspend or end the program.
+        """Stop the robots, then suspend or end the program."""
+        loop = running_loop()
+        if loop is not None and not self._is_suspending:
+            # Not in the middle of a call: what it sends behind the stop would take the stop's answer for its own.
+            self._is_suspending = True
+            loop.call_soon_threadsafe(self._suspend_in, loop, number)
+            _thread.start_new_thread(self._suspend_anyway, (number,))
+            return
+        self._suspend_in(None, number)
 
-        When it goes on, the answer to this stop is unexpected, and a resync drops it.
-        """
-        stop_at_once()
+    def _suspend_in(self, loop: asyncio.AbstractEventLoop | None, number: int) -> None:
+        """Stop the robots, those of *loop* by their sessions, then suspend or end the program."""
+        is_late = not self._is_suspending or threading.current_thread() is not threading.main_thread()
+        if loop is not None and is_late:
+            return
+        self._is_suspending = False
+        stop_at_once(inside=loop)
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)  # a program that is suspended stays in here until it gets SIGCONT
         signal.signal(number, self._suspend)
+
+    def _suspend_anyway(self, number: int) -> None:
+        """Suspend a program whose event loop is too busy to do it."""
+        time.sleep(SUSPENSION_TIME)
+        if self._is_suspending:
+            interrupt_main_thread(number)
 
     def close_all(self) -> None:
         """Stop every robot that is still open when the interpreter ends."""
