@@ -105,7 +105,8 @@ class Signals:
     def _suspend(self, number: int, frame: FrameType | None) -> None:
         """Stop the robots, then suspend or end the program."""
         loop = running_loop()
-        if loop is not None and not self._is_suspending:
+        goes_on = number != getattr(signal, "SIGQUIT", None)
+        if loop is not None and goes_on and not self._is_suspending:
             # Not in the middle of a call: what it sends behind the stop would take the stop's answer for its own.
             self._is_suspending = True
             loop.call_soon_threadsafe(self._suspend_in, loop, number)
