@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.simulator.physics import profiles, records
-from elib.simulator.physics.body import RADIUS
+from elib.simulator.physics.body import QUALITIES, RADIUS
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
 from elib.simulator.physics.neighbours import IN_A_TICK, NEAR_WALLS, SENSORS_WITHIN, STRAY
@@ -222,6 +222,7 @@ def setting(scene: Scene, floor: Floor, grid: Grid, profile: profiles.Profile, l
         depth=scene.depth,
         motor_noise=model.motor_noise,
         sensor_noise=model.sensor_noise,
+        spread=QUALITIES[model.quality],
         ambient=model.ambient,
         horizon=horizon,
         place_x=[x for x, _ in profiles.PLACES],

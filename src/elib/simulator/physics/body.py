@@ -7,7 +7,7 @@ models of Enki, Webots and ARGoS.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 from elib.base.body import AXLE, SENSOR_RADIUS, WHEEL_DIAMETER
 from elib.base.rules import Choice, Number, Text, check
@@ -30,6 +30,10 @@ GRAVITY = 9.81
 
 Ambient = Annotated[float, Number(0, 4095, "counts")]
 """What the infrared sensors read in the room's light."""
+
+QUALITIES: Final = {"ideal": 0.0, "good": 0.5, "typical": 1.0, "bad": 2.0}
+"""How good robots are: the factor on every spread that was measured between real robots, and on what only real robots
+do, such as noise while they drive. Each sensor's file states its figures at 1, the typical robot."""
 
 Noise = Annotated[float, Number(0, 10)]
 GainSpread = Annotated[float, Number(0, 0.3, example="0.05")]
@@ -56,6 +60,8 @@ class EpuckModel:
     from the world's seed.
 
     Attributes:
+        quality: How good the robots are, a name in :data:`QUALITIES`: ``ideal`` ones are all alike; the faults of the
+            others are drawn by the seed, so that two robots differ as two real ones do.
         profile: Whose published response the infrared sensors have, a name in
             :data:`~elib.simulator.physics.profiles.PROFILES`; or a response of their own.
         rays: The number of rays of each infrared sensor, 1, 3 or 5: the more, the softer the edges of things.
@@ -73,6 +79,7 @@ class EpuckModel:
         lens: Whose published field of view their cameras have, a name in :data:`~elib.simulator.physics.optics.LENSES`.
     """
 
+    quality: Annotated[str, Choice(tuple(QUALITIES))] = "ideal"
     profile: Annotated[str | Profile, ProfileRule()] = "enki"
     rays: Annotated[int, Choice((1, 3, 5))] = 3
     sensor_noise: Noise = 1.0

@@ -284,6 +284,7 @@ class Setting:
     depth: float = 0.0
     motor_noise: float = 0.0  # Relative standard deviation of a wheel's travel in a tick.
     sensor_noise: float = 0.0  # Factor on every sensor's noise.
+    spread: float = 0.0  # Factor on all that tells real robots from ideal ones: 1 for typical robots.
     ambient: float = 0.0  # What an infrared sensor reads in the room's light, counts.
     horizon: float = 0.0  # No infrared sensor sees farther from the middle of its robot, m.
     sensors: int = 8  # How many infrared sensors there are.
