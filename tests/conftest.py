@@ -27,9 +27,14 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Run the files in another order for another seed, too: no test may need one that ran before it."""
+    """Put the tests of the physics first, or run the files in the order of a seed: no test may need an earlier one.
+
+    Of two processes, one then compiles the kernels while the other one has tests that need none.
+    """
     seed = config.getoption("--hypothesis-seed")
-    if seed is not None:
+    if seed is None:
+        items.sort(key=lambda item: item.path.parent.name != "physics")
+    else:
         files = sorted({item.path for item in items})
         random.Random(str(seed)).shuffle(files)
         items.sort(key=lambda item: files.index(item.path))

@@ -366,6 +366,7 @@ def test_signals_stop_the_robot(style: str, number: signal.Signals, tmp_path: Pa
     assert " ok stop " in log.read_text()
 
 
+@pytest.mark.long  # It is given 5 s.
 def test_a_program_that_catches_everything_is_ended_by_force(tmp_path: Path) -> None:
     written(
         tmp_path,

@@ -31,9 +31,9 @@ def url(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(autouse=True, scope="module")
 def quick_collections() -> Iterator[None]:
-    """Let a collection look only at what the test itself has made: looking at everything takes long."""
+    """Let a collection look only at what these tests have made: looking at everything takes long."""
     gc.collect()
     gc.freeze()
     yield
