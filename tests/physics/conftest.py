@@ -32,7 +32,7 @@ def compiled() -> set[object]:
     """Return the kernels that this process compiled, or found compiled, and for which use."""
     if "numba" not in sys.modules:
         return set()
-    return {key for key, ready in engine_named("compiled")._made.items() if ready.signatures}
+    return {key for key, ready in engine_named("compiled")._dispatchers.items() if ready.signatures}
 
 
 def compile_set(make: Callable[[], None]) -> None:

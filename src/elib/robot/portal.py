@@ -63,7 +63,7 @@ class Portal:
         self._is_simulated = isinstance(self.loop, SimulatedLoop)
         lock = threading.RLock()
         self._turn = threading.Condition(lock)
-        """Guards all fields; told when the loop has lost its runner, and when a call has ended."""
+        """Held where fields change together; told when the loop has lost its runner, and when a call has ended."""
         self._demand = threading.Condition(lock)
         """Told when the portal's own thread is needed."""
         self._runner: threading.Thread | None = None
@@ -341,7 +341,10 @@ class Portal:
         return False
 
     def _may_jump(self) -> bool:
-        """Return whether simulated time may move: a call goes on, and no thread of the program works."""
+        """Return whether simulated time may move: a call goes on, and no thread of the program works.
+
+        A thread that has worked for too long holds it back no more: it is forgotten here.
+        """
         if self._leaver is not None:
             return self._leaver in self._waiting
         if not self._waiting and not self._begun:

@@ -200,8 +200,8 @@ class Compiled(Engine):
             raise SimulationError("the compiled engine needs Numba, which is not installed", hint=install("compiled"))
         self._folder = _cache_folder()
         self._is_kept = _is_writable(self._folder)
-        self._made: dict[tuple[FunctionType, Use], Any] = {}
-        self._arguments: dict[tuple[object, ...], Any] = {}
+        self._dispatchers: dict[tuple[FunctionType, Use], Any] = {}
+        self._addresses: dict[tuple[object, ...], Any] = {}
         _announce_compilation()
 
     def records(self, kind: type[R], rows: Sequence[R]) -> Sequence[R]:
@@ -244,14 +244,14 @@ class Compiled(Engine):
         """Return the address of the compiled function; if anything that it uses has changed it is compiled again."""
         key = tuple(constants_of(cast("FunctionType", function), _kernels, set()))
         with _one_compiler:
-            if key not in self._arguments:
+            if key not in self._addresses:
                 numba: Any = importlib.import_module("numba")
-                made = self._users(cast("FunctionType", function), {})
+                made = self._user_function(cast("FunctionType", function), {})
                 made.compile(tuple(numba.typeof(each) for each in like()))
                 result = made.overloads[made.signatures[0]]
                 address = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
-                self._arguments[key] = made, address
-        return self._arguments[key][1]
+                self._addresses[key] = made, address
+        return self._addresses[key][1]
 
     def ready(self, function: F, *, threads: int = 1) -> F:
         """Return what compiles the function at its first call, or finds it in the cache."""
@@ -260,11 +260,11 @@ class Compiled(Engine):
 
     def _kernel(self, function: Any, use: Use) -> Any:
         """Return what compiles a kernel; its code is read from the folder, or written there."""
-        if (function, use) in self._made:
-            return self._made[function, use]
+        if (function, use) in self._dispatchers:
+            return self._dispatchers[function, use]
         numba: Any = importlib.import_module("numba")
         turns = numba.prange if use == "parallel" else range
-        copy = _copy(function, lambda value: turns if value is loop else self._called(value, {}))
+        copy = _copy(function, lambda value: turns if value is loop else self._stand_in(value, {}))
         copy.__qualname__ += f"_{use}"  # of two functions of one name, Numba could take one for the other
         _copies.add(copy)
         options = {**OPTIONS, **USES[use]} | ({"forceinline": function not in _phases} if use == "inner" else {})
@@ -272,25 +272,25 @@ class Compiled(Engine):
         try:
             # Numba never finds a function again that refers to others by its closure.
             is_kept = self._is_kept and not function.__closure__
-            self._made[function, use] = numba.njit(cache=is_kept, **options)(copy)
+            self._dispatchers[function, use] = numba.njit(cache=is_kept, **options)(copy)
         finally:
             numba.config.CACHE_DIR = before
-        return self._made[function, use]
+        return self._dispatchers[function, use]
 
-    def _users(self, function: FunctionType, made: dict[FunctionType, Any]) -> Any:
-        """Return Numba's dispatcher of a user's function. *made* has one for each function; None while it is built."""
-        if function not in made:
-            made[function] = None
-            copy = _copy(function, lambda value: self._called(value, made))
-            made[function] = importlib.import_module("numba").njit(**OPTIONS, **USES["inner"], forceinline=True)(copy)
-        if made[function] is None:
+    def _user_function(self, function: FunctionType, built: dict[FunctionType, Any]) -> Any:
+        """Return Numba's dispatcher of a user's function. *built* has one for each function; None while it is built."""
+        if function not in built:
+            built[function] = None
+            copy = _copy(function, lambda value: self._stand_in(value, built))
+            built[function] = importlib.import_module("numba").njit(**OPTIONS, **USES["inner"], forceinline=True)(copy)
+        if built[function] is None:
             raise SimulationError(
                 f"{function.__qualname__!r} calls itself, which cannot be compiled",
                 hint=f"use a loop, or {INTERPRETED}",
             )
-        return made[function]
+        return built[function]
 
-    def _called(self, value: Any, made: dict[FunctionType, Any]) -> Any:
+    def _stand_in(self, value: Any, built: dict[FunctionType, Any]) -> Any:
         """Return what stands for *value* in a compiled function: functions are compiled, too."""
         if value is call:
             return _caller()
@@ -302,7 +302,7 @@ class Compiled(Engine):
         if not isinstance(value, FunctionType):
             return value
         value = _compiled_as.get(value, value)
-        return self._kernel(value, "inner") if value in _kernels else self._users(value, made)
+        return self._kernel(value, "inner") if value in _kernels else self._user_function(value, built)
 
     @contextmanager
     def threads(self, count: int) -> Iterator[None]:
@@ -364,8 +364,9 @@ def dtype_of(kind: type) -> Any:
 
     columns = []
     for entry in fields(kind):
-        code = "f8" if "float" in str(entry.type) else "i8"
-        columns.append((entry.name, code, (entry.metadata[SIZE],)) if SIZE in entry.metadata else (entry.name, code))
+        size = entry.metadata.get(SIZE)
+        zero = entry.default if size is None else cast("Any", entry.default_factory)()[0]
+        columns.append((entry.name, "f8" if isinstance(zero, float) else "i8", *([(size,)] if size else [])))
     return np.dtype(columns, align=True)
 
 
