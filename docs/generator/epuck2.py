@@ -23,7 +23,7 @@ DEVICES: dict[str, tuple[tuple[str, ...], str]] = {
     "thermometer": (("temperature",), "25 degrees C"),
     "ground and cliff sensors (module)": (("ground",), "in worlds with the module"),
     "four microphones": (("microphones",), "yes"),
-    "samples of the microphones": (("microphone_samples",), "-"),
+    "samples of the microphones": (("microphone_samples", "pitch"), "-"),
     "loudspeaker": (("play_sound",), "yes; others hear it"),
     "camera": (("image", "set_camera", "camera"), "yes"),
     "red LEDs": (("set_led",), "yes"),

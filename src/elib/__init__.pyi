@@ -50,6 +50,7 @@ from elib.link.protocol.values import IrCode as IrCode
 from elib.link.protocol.values import MagneticField as MagneticField
 from elib.link.protocol.values import Microphones as Microphones
 from elib.link.protocol.values import Neighbour as Neighbour
+from elib.link.protocol.values import Pitch as Pitch
 from elib.link.protocol.values import Proximity as Proximity
 from elib.link.protocol.values import SdCard as SdCard
 from elib.link.protocol.values import Selector as Selector

@@ -151,7 +151,7 @@ async def test_objects_are_not_put_onto_a_robot_or_out_of_the_arena_either(contr
         (lambda control: control.move_box("chest", 0.5, 0.5), "there is no box 'chest'"),
         (lambda control: control.move_cylinder(1, 0.5, 0.5), "there is no cylinder 1"),
         (lambda control: control.set_light(0, intensity=11), "intensity is 11"),
-        (lambda control: control.set_sound(0, frequency=5), "frequency is 5"),
+        (lambda control: control.set_sound(0, frequency=8001), "frequency is 8001"),
         (lambda control: control.set_ambient(5000), "ambient is 5000"),
         (lambda control: control.set_faults(0, loss=1.5), "loss is 1.5; it must be a number from 0 to 1"),
         (lambda control: control.set_faults(0, latency=-1), "latency is -1 s; it must be a number from 0 to 60 s"),

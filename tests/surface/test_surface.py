@@ -17,7 +17,7 @@ COMMANDS = """
 set_speed speed set_encoders encoders stop reset set_obstacle_avoidance
 proximity ambient_light calibrate_proximity set_proximity_rate
 accelerometer attitude gyroscope magnetometer start_magnetometer temperature distance set_distance_sensor ground
-microphones microphone_samples battery selector button sd_card ir_receiver set_led set_body_led set_front_led
+microphones microphone_samples pitch battery selector button sd_card ir_receiver set_led set_body_led set_front_led
 set_rgb_led play_sound set_camera camera image version help_text i2c_read i2c_write i2c_scan
 """.split()
 ACTIONS = """drive go_to neighbours pose send_message sensors set_pose set_velocity sleep text turn""".split()
@@ -28,7 +28,7 @@ ABSENT = {
     " set_distance_sensor set_obstacle_avoidance set_proximity_rate set_rgb_led start_magnetometer temperature",
     "asercom-1.2.2": "button distance magnetometer sd_card set_distance_sensor set_obstacle_avoidance"
     " set_proximity_rate set_rgb_led start_magnetometer",
-    "epuck2": "microphone_samples reset",
+    "epuck2": "microphone_samples pitch reset",
 }
 
 
@@ -40,7 +40,7 @@ def test_the_exported_names_are_these() -> None:
         Controller
         Distance ElibError Epuck EpuckModel Found Ground Image IrCode LateAnswer LedAction LinkBack LinkBusy LinkClosed
         LinkDenied LinkDown LinkError LinkLost LinkNotFound LocalProtocolError MagneticField Microphones
-        MotionBusy MotionError MotionInterrupted Mounting Neighbour NotAnEpuck Outcomes Pending Pose
+        MotionBusy MotionError MotionInterrupted Mounting Neighbour NotAnEpuck Outcomes Pending Pitch Pose
         ProtocolError Proximity ProximityRate Reconnecting
         RemoteProtocolError ReplayDiffers ReplyTimeout RobotEvent RobotSilent RunContext Scene SdCard Selector Sensors
         SimulationError SimulationStalled Snapshot LinkStats Steps Swarm SwarmError Temperature

@@ -59,6 +59,9 @@ MICROPHONES: Final = ((0.0084, -0.0303), (0.0084, 0.0303), (-0.0231, 0.0), (0.03
 MICROPHONE_DIRECTIONS: Final = tuple(math.atan2(y, x) for x, y in MICROPHONES)
 """Where they face, away from the middle of the robot, rad from straight ahead, positive to the left."""
 
+MICROPHONE_RATE: Final = 16384
+"""Samples a second that an e-puck1 takes of each microphone (wire-protocol.md, 5.6)."""
+
 
 def wrapped(count: Count, bits: int = 16) -> Count:
     """Return *count*, or a difference of two counts, as a signed counter holds it: -32768 to 32767 with 16 bits.

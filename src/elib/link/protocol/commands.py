@@ -12,6 +12,7 @@ from elib.link.protocol import actuators, shapes, wifi
 from elib.link.protocol import values as v
 from elib.link.protocol.forms import binary_form, text_form
 from elib.link.protocol.image import Image
+from elib.link.protocol.pitch import pitch_of
 from elib.link.protocol.quantities import (
     Byte,
     CameraMode,
@@ -343,11 +344,24 @@ class Commands:
             -2.6
         """
 
+    # Before microphone_samples, which has the same code: of two, recordings show the later one.
+    @command(binary=binary_form("U", Packed(f"{shapes.RINGS}B", pitch_of)))
+    def pitch(self) -> v.Pitch:
+        """Measure the frequency of the loudest tone from the samples of the microphones.
+
+        A tone of 150 to 8000 Hz is right to 6 Hz in the simulator. It was not measured on a robot.
+
+        Example:
+            >>> robot = elib.connect("sim://beeper?speed=max")
+            >>> round(robot.pitch().frequency)
+            1000
+        """
+
     @command(binary=binary_form("U", Packed(f"{shapes.RINGS}B", shapes.ordered_samples)))
     def microphone_samples(self) -> NDArray[numpy.int16]:
         """Read the last 100 samples of each microphone: int16, shape (3, 100), oldest first, 12-bit counts at 16.4 kHz.
 
-        The robot samples on while it sends, so the samples of a block are not from one moment.
+        The robot samples on while it sends, so a row is made of two or three pieces from different moments.
 
         Example:
             >>> robot.microphone_samples().shape

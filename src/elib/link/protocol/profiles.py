@@ -142,6 +142,7 @@ EPUCK2 = Profile(
     absent={
         "reset": "the firmware takes R and does nothing",
         "microphone_samples": "its code is switched off in this firmware",
+        "pitch": "its code for samples of the microphones is switched off in this firmware",
     },
     unsent={
         **_GCTRONIC_UNSENT,

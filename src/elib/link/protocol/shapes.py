@@ -98,10 +98,20 @@ def ordered_samples(numbers: Values, context: Context) -> NDArray[numpy.int16]:
     """
     import numpy as np
 
+    rings, oldest = rings_of(numbers, context)
+    return np.roll(rings, -oldest, axis=1)
+
+
+def rings_of(numbers: Values, context: Context) -> tuple[NDArray[numpy.int16], int]:
+    """Return the rings of the microphones, and the slot that was to be written next when they began to be sent.
+
+    Raises:
+        RemoteProtocolError: There is no such slot, so the bytes do not answer this request.
+    """
     *rings, oldest = numbers
     if oldest >= SAMPLES:
         raise RemoteProtocolError(f"the microphones' next slot is {oldest}; there are {SAMPLES}")
-    return np.roll(samples(rings, context), -int(oldest), axis=1)
+    return samples(rings, context), int(oldest)
 
 
 def attitude_of(numbers: Values, context: Context) -> v.Attitude:

@@ -424,6 +424,23 @@ class Microphones(Counts):
         return sound.bearing if sound.contrast >= MIN_CONTRAST * sound.volume else None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Pitch(Single):
+    """The frequency of the loudest tone that the microphones hear, used like its number, in Hz.
+
+    Attributes:
+        frequency: Hz, 150 to 8000; 0 if no tone stands out, as in silence, of a clap or of a voice.
+        error: The frequency is right to this, Hz, if one steady tone of 150 to 8000 Hz is much louder than the rest.
+        share: Part of what is heard that this tone makes, 0..1.
+    """
+
+    _holds: ClassVar[str] = "frequency"
+
+    frequency: float = field(metadata={"info": FieldInfo(unit="Hz", label="", low=0, high=8000, span=20, form=".0f")})
+    error: float = field(metadata={"info": FieldInfo(unit="Hz", span=20, form=".0f")})
+    share: float = field(metadata={"info": FieldInfo(low=0, high=1, span=0.2, form=".2f")})
+
+
 class Sound(NamedTuple):
     """A sound, as the microphones hear it.
 

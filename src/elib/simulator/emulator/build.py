@@ -21,6 +21,10 @@ MELODIES_AND_TONES = {1: MELODY, 2: MELODY, 3: MELODY, 4: math.inf, 5: math.inf}
 (wire-protocol.md, 5.9)."""
 
 
+TONES = {4: 4000.0, 5: 10_000.0}
+"""Frequencies of the e-puck2's two tones, Hz. Its melodies and the e-puck1's voices are heard as noise."""
+
+
 @dataclass(frozen=True, slots=True)
 class Build:
     """The hardware of one kind of robot.
@@ -37,6 +41,7 @@ class Build:
         has_time_of_flight: Whether it has the distance sensor.
         slot: Time between the samplings of two pairs of infrared sensors, s.
         sounds: How long each sound lasts, s.
+        tones: Frequencies of the sounds that are tones, Hz.
         selector: Position of the rotary switch at first: where the firmware talks on the link that it is driven by.
     """
 
@@ -49,6 +54,7 @@ class Build:
     has_time_of_flight: bool = False
     slot: float = 1 / 256
     sounds: Mapping[int, float] = field(default_factory=lambda: RECORDINGS)
+    tones: Mapping[int, float] = field(default_factory=dict)
     selector: int = 3
 
 
@@ -70,5 +76,6 @@ EPUCK2 = Build(
     has_time_of_flight=True,
     slot=0.0025,
     sounds=MELODIES_AND_TONES,
+    tones=TONES,
 )
 """Its four infrared pairs are read 100 times a second (wire-protocol.md, 5.3)."""

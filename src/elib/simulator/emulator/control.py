@@ -347,7 +347,7 @@ class Control:
         Args:
             sound: Name or index of the source.
             volume: Volume at 0.1 m, counts peak to peak, 0..4095; 0 silences the source.
-            frequency: Frequency, Hz, 20..8000.
+            frequency: Frequency, Hz, 0..8000; 0 is a noise without a tone.
             x: New x, m.
             y: New y, m.
         """

@@ -12,6 +12,7 @@ from elib.base.errors import ArgumentError
 from elib.base.files import MAX_STATE, parse_json, read_file
 from elib.base.rules import Choice, Number, Rule, Several, Whole, nearest, shown
 from elib.link.protocol.camera import CameraWindow
+from elib.link.protocol.shapes import MICROPHONES, SAMPLES
 from elib.simulator.emulator.hardware import Lights
 
 T = TypeVar("T")
@@ -19,6 +20,9 @@ T = TypeVar("T")
 INT16 = Whole(-32_768, 32_767)
 UINT16 = Whole(0, 65_535)
 SWITCH = Whole(0, 1)
+
+TRIANGLE = 20
+"""Period of the sound, samples (tests/golden/README.md)."""
 
 KEYS: Mapping[str, tuple[Any, Rule]] = {
     "selector": (3, Whole(0, 15)),
@@ -218,6 +222,15 @@ class FixedHardware:
     def microphones(self) -> Sequence[tuple[int, int]]:
         """Return pairs of ``mic_base`` and ``mic_volume``."""
         return list(zip(self._state["mic_base"], self._state["mic_volume"], strict=True))
+
+    def microphone_rings(self) -> Sequence[int]:
+        """Return a triangle wave around each base level, three samples apart (tests/golden/README.md)."""
+        values = []
+        for number, (base, volume) in enumerate(self.microphones()[:MICROPHONES]):
+            for sample in range(SAMPLES):
+                phase = (sample + 3 * number) % TRIANGLE
+                values.append(base - volume // 2 + volume * min(phase, TRIANGLE - phase) // (TRIANGLE // 2))
+        return values
 
     def battery_is_low(self) -> bool:
         """Return the comparator's result: ``batt_low`` is the level of its pin, and 1 means that it is *not* low."""

@@ -103,6 +103,9 @@ class Hardware(Protocol):
     def microphone_index(self) -> int:
         """Return the slot of the sample ring written next, 0..99."""
 
+    def microphone_rings(self) -> Sequence[int]:
+        """Return three microphones' rings of 100 samples as they are sent from now on, counts."""
+
     def battery(self) -> int:
         """Return the raw battery reading, ADC counts."""
 

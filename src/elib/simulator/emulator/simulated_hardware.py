@@ -16,15 +16,17 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from elib.base.body import METRES_PER_STEP
+from elib.base.body import METRES_PER_STEP, MICROPHONE_RATE
 from elib.base.errors import ArgumentError
 from elib.base.rules import Whole
 from elib.link.protocol.camera import SENSOR_HEIGHT, SENSOR_WIDTH, CameraWindow
 from elib.link.protocol.image import Mounting, check_mounting
+from elib.link.protocol.shapes import MICROPHONES, SAMPLES
 from elib.simulator.emulator.battery import FULL_VOLTS, LOW_VOLTS, BatteryCell, power_of
 from elib.simulator.emulator.build import EPUCK1, Build
 from elib.simulator.emulator.hardware import Lights
 from elib.simulator.emulator.robotprofile import RobotProfile
+from elib.simulator.emulator.timing import BITS_PER_BYTE, DEFAULT_BAUD
 from elib.simulator.physics import Colour, Lamps, World
 from elib.simulator.physics.body import GRAVITY
 from elib.simulator.physics.profiles import FULL_SCALE
@@ -55,7 +57,8 @@ NORTH, DOWN = 20.0, 44.0
 FIELD_STEP = 0.15
 """microtesla. One count of the magnetometers of the e-puck2 (their data sheets)."""
 
-MICROPHONE_RATE = 16384  # Samples a second of each microphone, into a ring of 100 (wire-protocol.md, 5.6).
+WORD_TIME = 2 * BITS_PER_BYTE / DEFAULT_BAUD
+"""s in which a robot's UART sends a number of two bytes, however fast the link is said to be."""
 
 
 class SimulatedHardware:
@@ -157,7 +160,8 @@ class SimulatedHardware:
         """Start sound 1..5, or stop with 0; the sound is in the world until it ends."""
         self._sound = number
         self._sound_ends = self._now + self._build.sounds.get(number, 0.0)
-        self.world.play(self.robot_index, LOUDNESS if number else 0.0, until=self._sound_ends)
+        loudness, tone = LOUDNESS if number else 0.0, self._build.tones.get(number, 0.0)
+        self.world.play(self.robot_index, loudness, until=self._sound_ends, frequency=tone)
 
     @property
     def sound(self) -> int:
@@ -263,7 +267,18 @@ class SimulatedHardware:
 
     def microphone_index(self) -> int:
         """Return the slot of the sample ring written next, 0..99: it goes round 164 times a second."""
-        return int((self._now - self._switched_on) * MICROPHONE_RATE) % 100
+        return int((self._now - self._switched_on) * MICROPHONE_RATE) % SAMPLES
+
+    def microphone_rings(self) -> Sequence[int]:
+        """Return the rings of three microphones as the transmitter reads them while they are filled on, counts."""
+        import numpy as np
+
+        slots = np.arange(MICROPHONES * SAMPLES)
+        taken = np.floor((self._now - self._switched_on + slots * WORD_TIME) * MICROPHONE_RATE).astype(np.int64)
+        newest = taken - 1 - (taken - 1 - slots) % SAMPLES  # the last sample in each slot when that is sent
+        since = round(self._switched_on * MICROPHONE_RATE)
+        heard = self.world.waveform(self.robot_index, newest.reshape(MICROPHONES, SAMPLES) + since)
+        return (MIDDLE + np.rint(heard)).clip(0, 4095).astype(int).ravel().tolist()
 
     @property
     def voltage(self) -> float:

@@ -20,7 +20,8 @@ MAX_POINTS = 10_000
 
 Intensity = Annotated[float, Number(0, 10)]
 Volume = Annotated[float, Number(0, 4095, "counts")]
-Frequency = Annotated[float, Number(20, 8000, "Hz")]
+Frequency = Annotated[float, Number(0, 8000, "Hz")]
+Interval = Annotated[float, Number(0, 3600, "s", example="2.0")]
 StripeWidth = Annotated[float, Number(0.001, 1, "m")]
 
 
@@ -74,14 +75,16 @@ class Light:
 
 @dataclass(frozen=True, slots=True)
 class Sound:
-    """A source of a steady tone.
+    """A source of sound: a tone or a noise, steady or again and again.
 
     Attributes:
         x: Place, m, -1000..1000.
         y: Place, m, -1000..1000.
         volume: What a microphone that faces it reads at 0.1 m beyond the noise of the room, peak to peak, counts,
             0..4095. No loudness was ever published; the figure is uncalibrated. 0 is silent.
-        frequency: The frequency of the tone, Hz, 20..8000.
+        frequency: The frequency of the tone, Hz, 0..8000; 0 is a noise without a tone, such as a clap.
+        every: It begins again each time after this many seconds, 0..3600; 0 for a sound that never stops.
+        lasts: How long it sounds each time, s, 0..3600, if it is not steady.
         name: To find it by; no two things of a world share one. Empty for none.
     """
 
@@ -89,6 +92,8 @@ class Sound:
     y: Place
     volume: Volume = 1000.0
     frequency: Frequency = 440.0
+    every: Interval = 0.0
+    lasts: Interval = 0.05
     name: Name = ""
 
     def __post_init__(self) -> None:

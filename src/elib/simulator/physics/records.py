@@ -73,6 +73,7 @@ class Robot:
     right_steps: float = 0.0
     volume: float = 0.0  # Of the sound that it plays, counts at 0.1 m; 0 is silence.
     silent_from: float = inf  # When that sound ends, s.
+    frequency: float = 0.0  # Of that sound, Hz; 0 if it has no tone.
     slot: float = 0.0  # Time between the samplings of two pairs of its infrared sensors, s.
     grip: float = 0.0  # What its wheels can still push in this tick, kg m.
     touched: int = -1  # Iteration of the contact solver that last moved it; 0 overlapped; -1 touched nothing.
@@ -209,11 +210,13 @@ class Lamp:
 
 @dataclass(slots=True, eq=False)
 class Tone:
-    """A source of sound that plays."""
+    """A source of sound that is not silent."""
 
     x: float = 0.0  # Place, m.
     y: float = 0.0
     volume: float = 0.0  # Counts at 0.1 m.
+    every: float = 0.0  # It begins again after so many s; 0 if it is steady.
+    lasts: float = 0.0  # How long it then sounds, s.
 
 
 @dataclass(slots=True, eq=False)

@@ -52,7 +52,7 @@ class Scene:
         model: What the robots are like.
         name: For messages and captions.
         lights: Lamps.
-        sounds: Steady tones.
+        sounds: Sources of sound.
         floor: Colour of the floor.
         paint: What is painted on it, the first one lowest.
         firmware: The firmware of the first robots; "" where the world does not say.

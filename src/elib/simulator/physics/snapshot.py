@@ -78,7 +78,7 @@ class Snapshot:
         cylinders: Posts and balls where they are now.
         robots: In order of insertion.
         lights: Lamps as they are now.
-        sounds: Steady tones as they are now.
+        sounds: Sources of sound as they are now.
         floor: What is painted on the floor.
     """
 

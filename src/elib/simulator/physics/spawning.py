@@ -40,6 +40,7 @@ def spawn(world: Records, starts: Sequence[Sequence[float]], seed_key: int) -> N
         robot.right_steps = 0.0
         robot.volume = 0.0
         robot.silent_from = FOREVER
+        robot.frequency = 0.0
         robot.touched = -1
         robot.digest = 0
         robot.seen = -1

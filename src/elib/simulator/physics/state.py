@@ -177,7 +177,7 @@ class State:
     def relight(self) -> None:
         """Lay lights and sounds out again after one was changed."""
         lamps = [records.Lamp(a.x, a.y, a.height, a.intensity) for a in self.lights if a.intensity > 0.0]
-        tones = [records.Tone(a.x, a.y, a.volume) for a in self.sounds if a.volume > 0.0]
+        tones = [records.Tone(a.x, a.y, a.volume, a.every, a.lasts) for a in self.sounds if a.volume > 0.0]
         self.world = self.world._replace(
             lamps=self.engine.records(records.Lamp, lamps), tones=self.engine.records(records.Tone, tones)
         )

@@ -324,22 +324,25 @@ class World(ReadableWorld):
         """Set what a robot shows."""
         self._lamps[self._index(robot)] = lamps
 
-    def play(self, robot: int, volume: float, *, until: float = math.inf) -> None:
+    def play(self, robot: int, volume: float, *, until: float = math.inf, frequency: float = 0.0) -> None:
         """Let a robot sound.
 
         Args:
             robot: Index.
             volume: What a microphone at 0.1 m reads of it, 0..4095 counts; 0 is silence.
             until: When the sound ends, s since the start; by itself it never does.
+            frequency: The frequency of its tone, Hz, 0..20000; 0 if it has none.
 
         Raises:
-            ArgumentError: There is no such robot, *volume* is out of its range, or *until* is not a number.
+            ArgumentError: There is no such robot, *volume* or *frequency* is out of its range, or *until* is not a
+                number.
         """
         if math.isnan(until):
             raise ArgumentError(f"until is {until}; it must be a time, or infinite")
         here = self._robot(robot)
         here.volume = Number(0, 4095, "counts").require(volume, "volume")
         here.silent_from = float(until)
+        here.frequency = Number(0, 20_000, "Hz").require(frequency, "frequency")
 
     def set_slot(self, robot: int, seconds: float) -> None:
         """Set the time between the samplings of two pairs of a robot's infrared sensors, 0..0.1 s."""

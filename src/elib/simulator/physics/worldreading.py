@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.simulator.physics.floor import packed
+from elib.simulator.physics.hearing import waveform
 from elib.simulator.physics.rangebearing import Heard, RangeAndBearing
 from elib.simulator.physics.records import Records, Robot, SensorView, Thing
 from elib.simulator.physics.scene import Scene
@@ -160,6 +161,15 @@ class ReadableWorld:
     def microphones(self, robot: int) -> list[int]:
         """Return the microphones right, left, rear, front, counts peak to peak, 0..4095."""
         return self._senses.reading("microphones", self._index(robot))
+
+    def waveform(self, robot: int, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return samples of the robot's microphones, counts around 0, at 16,384 Hz.
+
+        Args:
+            robot: Index.
+            numbers: Which samples, counted from the start: one row a microphone, right, left, rear, front.
+        """
+        return waveform(self._state, self._index(robot), numbers)
 
     def acceleration(self, robot: int) -> list[float]:
         """Return the acceleration forward, to the left and upwards, m/s2; (0, 0, 9.81) at rest."""

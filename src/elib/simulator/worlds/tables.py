@@ -165,7 +165,7 @@ TABLES = (
     ),
     Table("cylinder", "Posts, and balls.", Cylinder, keys_of(Cylinder, POSITION)),
     Table("light", "Lamps that shine on all sides.", Light, keys_of(Light, POSITION)),
-    Table("sound", "Sources of a steady tone.", Sound, keys_of(Sound, POSITION)),
+    Table("sound", "Sources of sound: tones and noises, steady or again and again.", Sound, keys_of(Sound, POSITION)),
     Table(
         "floor",
         "The floor where nothing is painted on it.",

@@ -36,11 +36,6 @@ REMOTE_SPEEDS = {
 (wire-protocol.md, 5.10)."""
 REMOTE_SOUND = 5
 
-MICROPHONES, SAMPLES = 3, 100
-"""The ring buffer that the e-puck1's ADC fills (wire-protocol.md, 3.3)."""
-TRIANGLE = 20
-"""Period of the emulated sound, samples (tests/golden/README.md)."""
-
 
 class DsPicFirmware(Firmware):
     """A firmware of the e-puck1: 16-bit integers, and one loop that does nothing else while it sends."""
@@ -149,16 +144,6 @@ class DsPicFirmware(Firmware):
         x, y, z = self.hardware.inertial_acceleration()
         return [scaled(wrap(axis - zero, 16)) for axis, zero in zip((y, x, z), self.zero, strict=True)]
 
-    def samples(self) -> bytes:
-        """Return the ring of microphone samples: a triangle wave around each base level, three samples apart."""
-        values = []
-        for number, (base, volume) in enumerate(self.hardware.microphones()[:MICROPHONES]):
-            for sample in range(SAMPLES):
-                phase = (sample + 3 * number) % TRIANGLE
-                height = min(phase, TRIANGLE - phase)
-                values.append(base - volume // 2 + volume * height // (TRIANGLE // 2))
-        return words(values)
-
     # -- the camera --
 
     @property
@@ -209,5 +194,5 @@ class DsPicFirmware(Firmware):
 
     @binary(0xAB)
     def _binary_microphone_samples(self, parameters: bytes) -> Iterator[FirmwareStep | bytes]:
-        yield Send(self.samples(), waits=False)
+        yield Send(words(self.hardware.microphone_rings()), waits=False)
         yield bytes((self.hardware.microphone_index() & 0xFF,))

@@ -22,7 +22,7 @@ from typing import Final
 from elib.base.body import MICROPHONES
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import MICROPHONE, gauss, tick_key
-from elib.simulator.physics.records import Records
+from elib.simulator.physics.records import Records, Robot
 
 COUNT: Final = 4
 
@@ -62,14 +62,12 @@ def read(world: Records, i: int) -> None:
     now = world.setting[0].tick * world.setting[0].step
     noise = world.setting[0].sensor_noise
     for s in range(COUNT):
-        place_x = robot.x + PLACE_X[s] * robot.heading_x - PLACE_Y[s] * robot.heading_y
-        place_y = robot.y + PLACE_X[s] * robot.heading_y + PLACE_Y[s] * robot.heading_x
-        facing_x = FACING_X[s] * robot.heading_x - FACING_Y[s] * robot.heading_y
-        facing_y = FACING_X[s] * robot.heading_y + FACING_Y[s] * robot.heading_x
+        place_x, place_y, facing_x, facing_y = placed(robot, s)
         heard = 0.0
         for k in range(len(world.tones)):
             tone = world.tones[k]
-            heard += tone.volume * share(tone.x - place_x, tone.y - place_y, facing_x, facing_y)
+            if sounds(tone.every, tone.lasts, now):
+                heard += tone.volume * share(tone.x - place_x, tone.y - place_y, facing_x, facing_y)
         for k in range(len(world.robots)):
             other = world.robots[k]
             if other.volume > 0.0 and now < other.silent_from:
@@ -78,6 +76,23 @@ def read(world: Records, i: int) -> None:
         if noise > 0.0:
             level += noise * (FLOOR_DEVIATION + RELATIVE_DEVIATION * heard) * gauss(key, MICROPHONE + s)
         world.views[i].microphones[s] = int(min(max(level, 0.0), 4095.0) + 0.5)
+
+
+@kernel
+def placed(robot: Robot, s: int) -> tuple[float, float, float, float]:
+    """Return where microphone *s* of a robot is, m, and the unit vector in which it faces."""
+    return (
+        robot.x + PLACE_X[s] * robot.heading_x - PLACE_Y[s] * robot.heading_y,
+        robot.y + PLACE_X[s] * robot.heading_y + PLACE_Y[s] * robot.heading_x,
+        FACING_X[s] * robot.heading_x - FACING_Y[s] * robot.heading_y,
+        FACING_X[s] * robot.heading_y + FACING_Y[s] * robot.heading_x,
+    )
+
+
+@kernel
+def sounds(every: float, lasts: float, now: float) -> bool:
+    """Return whether a source sounds *now*, s, that begins again after *every* s and then *lasts* so long."""
+    return every <= 0.0 or now - every * int(now / every) < lasts
 
 
 @kernel
