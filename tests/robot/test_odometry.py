@@ -219,6 +219,13 @@ def at(time: float, early: float = 0.0, late: float = 0.0) -> Moment:
     return Moment(time - early, time, time + late)
 
 
+@pytest.mark.parametrize(("early", "late", "variance"), [(0, 0, 0), (0.3, 0.3, 0.03), (0, 0.6, 0.12), (0.6, 0, 0.12)])
+def test_a_moment_is_as_unsure_as_the_time_in_which_it_may_lie_is_long(
+    early: float, late: float, variance: float
+) -> None:
+    assert at(1.0, early, late).variance == pytest.approx(variance)
+
+
 def begun() -> Reckoning:
     reckoning = Reckoning(Pose(0, 0), 0.0)
     reckoning.read((0, 0), at(0), 16, 0.0)
