@@ -243,6 +243,7 @@ def _paint(chance: Random, width: float, depth: float) -> tuple[Stripe | Checker
 
 def _model(chance: Random) -> EpuckModel:
     return EpuckModel(
+        quality=chance.choice(("ideal", "good", "typical", "bad")),
         profile=chance.choice(("enki", "webots", "gctronic")),
         rays=chance.choice((1, 3, 3, 5)),
         sensor_noise=chance.choice((0.0, 1.0, chance.uniform(0, 3))),
@@ -263,6 +264,8 @@ def _height(chance: Random) -> float:
 
 
 def _colour(chance: Random) -> Colour:
+    if chance.random() < 0.5:
+        return Colour(*[chance.randint(0, 255)] * 3)  # The ground sensors see how dark a grey is, not which colour.
     return Colour(chance.randint(0, 255), chance.randint(0, 255), chance.randint(0, 255))
 
 

@@ -33,6 +33,9 @@ WHEEL: Final = 16  # 0 left, 1 right
 AXLE_LENGTH: Final = 18
 PLACE: Final = 32
 BOARD_PHASE: Final = 40
+GROUND_BLACK: Final = 48  # +0..4
+GROUND_BLACKS: Final = 53  # Shared by the five.
+GROUND_WHITE: Final = 56  # +0..4
 SAMPLES_OF_SOUND: Final = 1024  # + the number of the source; 0 is the room.
 PAIR: Final = 4096  # + the number of another robot: a key of the messages from it.
 

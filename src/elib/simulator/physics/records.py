@@ -83,6 +83,8 @@ class Robot:
     lane: int = 0  # Which scratch its sensors work on: robots of different lanes can be sensed at the same time.
     gain: list[float] = floats(8)  # Of its infrared sensors, factors.
     offset: list[float] = floats(8)  # What they read more than others in the open, counts.
+    black: list[float] = floats(5)  # What its ground sensors read over black, counts.
+    white: list[float] = floats(5)  # The same over white.
 
 
 @dataclass(slots=True, eq=False)

@@ -10,6 +10,7 @@ from elib.simulator.physics.body import AXLE, RADIUS
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import AXLE_LENGTH, GAIN, OFFSETS, WHEEL, gauss, numbered_key
 from elib.simulator.physics.records import Records, Robot, Setting
+from elib.simulator.physics.sensors.ground import vary_ground
 
 FOREVER: Final = math.inf
 
@@ -82,3 +83,4 @@ def vary(setting: Setting, robot: Robot) -> None:
         for s in range(8):
             robot.gain[s] = 1.0 + setting.gain_spread * gauss(key, GAIN + s)
             robot.offset[s] = setting.offset_spread * gauss(key, OFFSETS + s)
+    vary_ground(setting, robot)
