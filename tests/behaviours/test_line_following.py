@@ -8,26 +8,30 @@ import pytest
 
 from elib.base.errors import Unsupported
 from elib.behaviours import find, play
-from elib.behaviours.line_following import (
-    LEARNING,
-    LEGS,
-    SWEEP,
-    bare_floor,
-    follow,
-    leg_direction,
-    offset,
-    sweep,
-)
+from elib.behaviours.line_following import CONTRAST, LEARNING, LEGS, SWEEP, Levels, follow, leg_direction, sweep
 from elib.link.protocol.values import Ground
 
-PAPER, LINE = 810, 150
+NAMES = "left", "centre", "right"
+PAPER = 960
+LINES = (325, 325, 325), (79, 300, 750), (585, 179, 294)
+"""What the sensors of an ideal robot read over black, and those of two robots that differ as real ones do, counts."""
 
 
-def ground(*dark: str) -> Ground:
-    """Return what the sensors read with the line under some of them."""
-    return Ground(counts=tuple(LINE if name in dark else PAPER for name in ("left", "centre", "right")))
+def ground(line: tuple[int, ...], *dark: str) -> Ground:
+    """Return what sensors that read *line* over black read with the line under some of them."""
+    return Ground(counts=tuple(black if name in dark else PAPER for name, black in zip(NAMES, line, strict=True)))
 
 
+def learnt(line: tuple[int, ...]) -> Levels:
+    """Return the levels that such sensors learn when the line passes under each of them."""
+    levels = Levels()
+    for name in NAMES:
+        levels.learn(ground(line, name))
+    levels.learn(ground(line))
+    return levels
+
+
+@pytest.mark.parametrize("line", LINES)
 @pytest.mark.parametrize(
     ("dark", "expected"),
     [
@@ -39,24 +43,42 @@ def ground(*dark: str) -> Ground:
         (("left", "centre", "right"), 0.0),
     ],
 )
-def test_the_line_is_where_the_dark_sensors_are(dark: tuple[str, ...], expected: float) -> None:
-    assert offset(ground(*dark), PAPER) == pytest.approx(expected)
+def test_the_line_is_where_the_dark_sensors_are(line: tuple[int, ...], dark: tuple[str, ...], expected: float) -> None:
+    assert learnt(line).offset(ground(line, *dark)) == pytest.approx(expected)
 
 
-def test_without_a_dark_sensor_there_is_no_line_and_noise_is_not_taken_for_one() -> None:
-    assert offset(ground(), PAPER) is None
-    assert offset(Ground(counts=(PAPER - 240, PAPER + 240, PAPER)), PAPER) is None
+@pytest.mark.parametrize("line", LINES)
+def test_without_a_dark_sensor_there_is_no_line_and_a_shadow_is_not_taken_for_one(line: tuple[int, ...]) -> None:
+    levels = learnt(line)
+    assert levels.offset(ground(line)) is None
+    shadow = [PAPER - (PAPER - black) // 3 for black in line]
+    assert levels.offset(Ground(counts=tuple(shadow))) is None
+
+
+def test_a_sensor_that_has_not_seen_a_line_yet_sees_none() -> None:
+    levels = Levels()
+    for count in (PAPER, PAPER - CONTRAST + 1, PAPER):
+        levels.learn(Ground(counts=(count, count, count)))
+    assert levels.offset(Ground(counts=(PAPER - CONTRAST + 1,) * 3)) is None
 
 
 def test_cliff_sensors_take_no_part() -> None:
-    assert offset(Ground(counts=(PAPER, PAPER, PAPER, LINE, LINE)), PAPER) is None
+    for line in LINES:
+        assert learnt(line).offset(Ground(counts=(PAPER, PAPER, PAPER, 325, 325))) is None
 
 
-def test_the_bare_floor_is_learnt_from_what_is_not_the_line() -> None:
-    assert bare_floor(ground("centre"), 0.0) == PAPER
-    assert bare_floor(ground("left", "centre", "right"), PAPER) == PAPER
-    darker = Ground(counts=(700, LINE, 700))
-    assert bare_floor(darker, 800.0) == pytest.approx(800 - LEARNING * 100)
+def test_what_line_and_floor_give_is_learnt_on_the_way_and_each_sensor_by_itself() -> None:
+    levels = learnt(LINES[1])
+    levels.learn(Ground(counts=(179, 860, 860)))
+    assert levels.line == pytest.approx([79 + LEARNING * 100, 300, 750])
+    assert levels.floor == pytest.approx([PAPER, PAPER - LEARNING * 100, PAPER - LEARNING * 100])
+
+
+@pytest.mark.parametrize("count", [-1, 0, 5, 4095])
+def test_a_hole_and_an_impossible_count_are_not_learnt(count: int) -> None:
+    levels = learnt(LINES[0])
+    levels.learn(Ground(counts=(count,) * 3))
+    assert (levels.line, levels.floor) == ([325.0] * 3, [960.0] * 3)
 
 
 def test_it_turns_to_the_side_where_the_line_is_and_the_more_the_further() -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import mean, median
 
 import pytest
-from story_rig import Change, anywhere, clearance, drawn, drawn_quick, from_segment, run
+from story_rig import Change, anywhere, clearance, drawn, drawn_quick, from_segment, of_quality, run
 
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
@@ -147,19 +147,47 @@ def from_line(world: World) -> float:
 
 @pytest.mark.parametrize("seed", drawn_quick(2, "lap"))
 def test_it_stays_on_the_line_for_a_whole_lap(seed: int) -> None:
-    seen = run("line-following", "line", seed, seconds=52, at={0: on_the_line}, look=from_line)
-    assert max(seen.seen[seen.after(1) :]) < 0.008
-    assert seen.states == ["following"]
+    seen = run("line-following", "line", seed, seconds=56, at={0: on_the_line}, look=from_line)
+    assert max(seen.seen[seen.after(6) :]) < 0.008
+    assert seen.states == ["calibrating", "following"]
     length = sum(math.dist(*piece) for piece in pairwise(points(seen.world)))
     assert seen.path > length
 
 
+REAL = [
+    (quality, firmware, link)
+    for quality in ("typical", "bad", "ideal")
+    for firmware in ("asercom-1.2.2", "epuck2", "epuck2-wifi")
+    for link in ("", "&fault=flaky-bluetooth")
+]
+
+
+@pytest.mark.parametrize(
+    ("quality", "firmware", "link", "seed"),
+    [
+        pytest.param(*real, seed, marks=() if k == number == 0 else pytest.mark.long)
+        for number, real in enumerate(REAL)
+        for k, seed in enumerate(drawn(20, "".join(real[:2])))
+    ],
+)
+def test_whatever_its_sensors_read_over_black_a_robot_learns_it_and_stays_on_the_line(
+    quality: str, firmware: str, link: str, seed: int, tmp_path: Path
+) -> None:
+    world = of_quality("line", quality, tmp_path)
+    url = f"{world}?firmware={firmware}{link}"
+    seen = run("line-following", url, seed, seconds=30, at={0: on_the_line}, look=from_line)
+    late = seen.seen[seen.after(8) :]
+    assert sum(distance < 0.02 for distance in late) > 0.95 * len(late)
+    assert seen.states[0] == "calibrating"
+    assert seen.path > 0.8
+
+
 @pytest.mark.parametrize("seed", drawn_quick(2, "push"))
 def test_pushed_off_the_line_it_finds_it_again(seed: int) -> None:
-    seen = run("line-following", "line", seed, seconds=40, at={0: on_the_line, 5: aside}, look=from_line)
-    assert max(seen.seen[seen.after(5) : seen.after(6)]) > 0.01
+    seen = run("line-following", "line", seed, seconds=60, at={0: on_the_line, 8: aside}, look=from_line)
+    assert max(seen.seen[seen.after(8) : seen.after(9)]) > 0.01
     assert "sweeping" in seen.states
-    assert max(seen.seen[seen.after(35) :]) < 0.01
+    assert max(seen.seen[seen.after(50) :]) < 0.01
 
 
 # -- a ball --
