@@ -12,6 +12,7 @@ from elib.simulator.emulator.hardware import Lights
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.physics import Box, Colour, EpuckModel, Pose, Scene, World
 from elib.simulator.physics.fittings import Light, Sound, Stripe
+from elib.simulator.physics.sensors import ground
 
 QUIET = EpuckModel(sensor_noise=0, ground_module=True)
 FIRMWARES = [("btcom-2.0", EPUCK1), ("asercom-1.2.2", EPUCK1_HW13), ("epuck2", EPUCK2)]
@@ -140,8 +141,8 @@ def test_a_lamp_is_seen_by_the_sensors_that_face_it():
 def test_a_line_is_seen_by_the_ground_sensor_above_it():
     line = Stripe(((0.2, 2.0), (3.8, 2.0)), width=0.012)
     left, centre, right, cliff_left, cliff_right = robot(paint=(line,), floor=Colour(255, 255, 255)).ground()
-    assert centre < 200
-    assert left == right == cliff_left == cliff_right == 900
+    assert centre == pytest.approx(ground.BLACK + 0.05 * (ground.WHITE - ground.BLACK), abs=5)  # Painted in 16, 16, 16.
+    assert left == right == cliff_left == cliff_right == ground.WHITE
 
 
 def test_the_distance_sensor_does_not_see_what_is_lower_than_itself():

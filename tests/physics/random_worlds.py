@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 
@@ -35,6 +36,7 @@ from elib.simulator.physics import (
     Wall,
     World,
 )
+from elib.simulator.physics.body import QUALITIES
 
 RADIUS = 0.037  # m. Of a robot.
 GAP = 0.001  # m. Between a start and everything else.
@@ -85,9 +87,16 @@ def random_world(seed: int, *, pushables: bool = True) -> tuple[Scene, int]:
 
 
 def random_worlds(count: int, *, first: int = 0, pushables: bool = True) -> Iterator[tuple[Scene, int]]:
-    """Yield the worlds of *count* seeds from *first* on."""
+    """Yield the worlds of *count* seeds from *first* on, with robots of any quality, and half of them on a grey floor.
+
+    Greys are drawn because to the ground sensors nearly all colours are white.
+    """
     for seed in range(first, first + count):
-        yield random_world(seed, pushables=pushables)
+        scene, robots = random_world(seed, pushables=pushables)
+        chance = Random(f"robots {seed}")
+        model = replace(scene.model, quality=chance.choice(tuple(QUALITIES)))
+        floor = chance.choice((scene.floor, Colour(*[chance.randint(0, 255)] * 3)))
+        yield replace(scene, model=model, floor=floor), robots
 
 
 def window(zoom: float) -> tuple[list[float], list[float]]:
@@ -243,7 +252,6 @@ def _paint(chance: Random, width: float, depth: float) -> tuple[Stripe | Checker
 
 def _model(chance: Random) -> EpuckModel:
     return EpuckModel(
-        quality=chance.choice(("ideal", "good", "typical", "bad")),
         profile=chance.choice(("enki", "webots", "gctronic")),
         rays=chance.choice((1, 3, 3, 5)),
         sensor_noise=chance.choice((0.0, 1.0, chance.uniform(0, 3))),
@@ -264,8 +272,6 @@ def _height(chance: Random) -> float:
 
 
 def _colour(chance: Random) -> Colour:
-    if chance.random() < 0.5:
-        return Colour(*[chance.randint(0, 255)] * 3)  # The ground sensors see how dark a grey is, not which colour.
     return Colour(chance.randint(0, 255), chance.randint(0, 255), chance.randint(0, 255))
 
 

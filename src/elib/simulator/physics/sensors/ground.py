@@ -56,6 +56,9 @@ BRIGHTEST: Final = 750.0
 SHARES: Final = (0.0, 0.085, 0.17, 0.25, 0.35, 0.45, 0.655, 0.895, 0.985, 1.0, 1.0)
 """f at b = 0, 0.1 ... 1: a laser print of eight greys (measured-robots: ground.printed_grey)."""
 
+BRIGHT: Final = 230
+"""Brightest part of a colour, of 255, from which on b is 0.9 or more, and f is 1."""
+
 HUELESS: Final = 51
 """Paint whose brightest part is below this, of 255, has hardly a hue: its saturation is taken against this, so that the
 noise of a picture does not turn black into a colour. Chosen."""
@@ -87,16 +90,21 @@ def read(world: Records, i: int) -> None:
     if robot.left_speed != 0.0 or robot.right_speed != 0.0:
         deviation += setting.spread * DRIVING
     deviation *= setting.sensor_noise
+    ground = world.views[i].ground
+    seen, share = HOLE_MARK, 0.0
     for s in range(COUNT):
         x = robot.x + PLACE_X[s] * robot.heading_x - PLACE_Y[s] * robot.heading_y
         y = robot.y + PLACE_X[s] * robot.heading_y + PLACE_Y[s] * robot.heading_x
         colour = floor_at(world, x, y)
         level = NOTHING
         if colour < HOLE_MARK:
-            level = robot.black[s] + (robot.white[s] - robot.black[s]) * brightness(colour)
+            if colour != seen:  # most sensors see the same as the one before
+                seen, share = colour, brightness(colour)
+            black = robot.black[s]
+            level = black + (robot.white[s] - black) * share
         if deviation > 0.0:
             level += deviation * gauss(key, GROUND + s)
-        world.views[i].ground[s] = int(min(max(level, 0.0), 1000.0) + 0.5)
+        ground[s] = int(min(max(level, 0.0), 1000.0) + 0.5)
 
 
 @kernel
@@ -104,6 +112,8 @@ def brightness(colour: int) -> float:
     """Return how bright a floor of this colour, 65536 red + 256 green + blue, is in the infrared, 0 black..1 white."""
     red, green, blue = colour >> 16, (colour >> 8) & 255, colour & 255
     high = max(red, green, blue)
+    if high >= BRIGHT:
+        return 1.0
     low = min(red, green, blue)
     tenths = 10.0 * max(high / 255.0, (high - low) / max(high, HUELESS))
     k = min(int(tenths), 9)
