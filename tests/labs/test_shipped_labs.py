@@ -5,6 +5,7 @@ import re
 import shutil
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from elib.lab import Lab, Variant, VariantResult, load_lab, run_variant
 from elib.lab.labfile import shipped_labs
 from elib.lab.mistakes import wrong_claim
 from elib.lab.running import PlainProgram
+from shared import of_quality
 
 NAMES = shipped_labs()
 LABS = {name: load_lab(name, hidden=True) for name in NAMES}
@@ -23,10 +25,12 @@ MISTAKES = [
 ]
 SHORT = ("turn-to-the-post", "stop-before-the-wall", "go-to-the-light")
 """Labs whose solutions take little time."""
+DOWN = ("follow-the-line", "out-of-the-maze")
+"""Labs whose robots look down."""
 FAILS = re.compile(r"# fails: ([a-z0-9-]+): (\S.{20,})")
 
 
-def in_its_lane(*values: str, is_quick: bool) -> object:
+def in_its_lane(*values: object, is_quick: bool) -> object:
     """Return a case as a parameter: what takes seconds is for the long lane."""
     return pytest.param(*values, marks=() if is_quick else pytest.mark.long)
 
@@ -137,6 +141,20 @@ def test_a_robot_that_only_stands_gets_no_points(name: str, tried: Tried, tmp_pa
 )
 def test_the_solution_passes(name: str, variant: str, tried: Tried) -> None:
     result = tried(name, "teacher/solution.py", LABS[name].variant(variant))
+    assert result.passed, told(result)
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [in_its_lane(name, seed, is_quick=name == "follow-the-line" and seed == 0) for name in DOWN for seed in range(20)],
+)
+def test_the_solution_passes_on_robots_whose_ground_sensors_differ_as_real_ones_do(
+    name: str, seed: int, tried: Tried, tmp_path: Path
+) -> None:
+    variants = LABS[name].variants
+    variant = variants[seed % len(variants)]
+    world = of_quality(variant.world, "typical", tmp_path)
+    result = tried(name, "teacher/solution.py", replace(variant, world=world, seed=seed))
     assert result.passed, told(result)
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 
@@ -16,9 +15,8 @@ from elib.base.pose import Pose
 from elib.behaviours import RunContext, RunResult, find, play
 from elib.robot.aio import Epuck
 from elib.simulator.emulator.simulation import Simulation
-from elib.simulator.physics import Scene, World
+from elib.simulator.physics import World
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.worlds.writer import written_scene
 from elib.testing.inside import transport_of
 
 SAMPLE = 0.25
@@ -159,14 +157,6 @@ def run(
         find(name), f"sim://{url}{joint}speed=max&seed={seed}", seconds=seconds, options=options, seed=seed, watch=watch
     )
     return found
-
-
-def of_quality(world: str, quality: str, folder: Path) -> str:
-    """Return the path of a world that comes with elib, but with robots of this quality."""
-    scene = Scene.load(world)
-    path = folder / f"{quality}-{world}.toml"
-    path.write_text(written_scene(replace(scene, model=replace(scene.model, quality=quality))))
-    return str(path)
 
 
 def anywhere(world: World, chance: random.Random) -> None:

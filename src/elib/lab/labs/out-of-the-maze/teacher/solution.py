@@ -6,7 +6,7 @@ CRUISE = 0.4  # rev/s
 GAIN = 0.0007  # how much faster one wheel is for each count too many
 WANTED = 150  # counts of the two sensors to the right, about 3 cm from the wall
 NEAR = 200  # counts in front: a corner, or a dead end
-BLACK = 400  # counts of a ground sensor; the pale floor gives about 800
+BLACK = 0.85  # of what a ground sensor gives over the pale floor: over black, even the worst one gives less
 
 
 def follow(near: elib.Proximity) -> tuple[float, float]:
@@ -19,7 +19,8 @@ def follow(near: elib.Proximity) -> tuple[float, float]:
 
 
 with elib.connect() as robot:
-    while max(robot.ground()[:3]) > BLACK:
+    floor = max(robot.ground()[:3])
+    while max(robot.ground()[:3]) > BLACK * floor:
         robot.set_speed(*follow(robot.proximity()))
         robot.sleep(0.1)
     robot.drive(0.04)  # the sensors are 3 cm ahead of the middle

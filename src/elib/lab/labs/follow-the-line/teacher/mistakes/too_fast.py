@@ -2,11 +2,12 @@
 import elib
 
 with elib.connect() as robot:
+    dark = 0.85 * max(robot.ground()[:3])
     while True:
         left, centre, right = robot.ground()[:3]
-        if left < 450:
+        if left < dark:
             robot.set_speed(0.3, 0.9)
-        elif right < 450:
+        elif right < dark:
             robot.set_speed(0.9, 0.3)
         else:
             robot.set_speed(0.9, 0.9)

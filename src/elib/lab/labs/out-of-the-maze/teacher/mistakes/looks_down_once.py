@@ -3,7 +3,8 @@ import elib
 
 with elib.connect() as robot:
     ground = robot.ground()
-    while ground[0] > 400:
+    floor = ground[0]
+    while ground[0] > 0.85 * floor:
         near = robot.proximity()
         if max(near.front_right, near.front_left) > 200:
             robot.set_speed(-0.2, 0.2)

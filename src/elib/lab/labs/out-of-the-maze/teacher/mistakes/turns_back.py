@@ -4,7 +4,8 @@ import math
 import elib
 
 with elib.connect() as robot:
-    while max(robot.ground()[:3]) > 400:
+    floor = max(robot.ground()[:3])
+    while max(robot.ground()[:3]) > 0.85 * floor:
         near = robot.proximity()
         if max(near.front_right, near.front_left) > 200:
             robot.turn(math.pi)
