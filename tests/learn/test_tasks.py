@@ -59,7 +59,7 @@ def go_to_light(robot: Any, parameters: Any, memory: Any) -> None:
 
 
 def follow_line(robot: Any, parameters: Any, memory: Any) -> None:
-    left, middle, right = (max(0.0, (600 - count) / 450) for count in robot.ground[:3])
+    left, middle, right = (max(0.0, (900 - count) / 500) for count in robot.ground[:3])
     if max(left, middle, right) > 0.2:
         memory[0] = left - right
         drive(robot, 0.9, 0.5 * (left - right))

@@ -20,23 +20,18 @@ from elib.simulator.physics.task import Task
 
 TOP_SPEED: Final = 0.1
 
-BLACK: Final = 150.0
-"""What a ground sensor reads over the line, counts (docs/reference/e-puck.md, 5)."""
-
-PALE: Final = 600.0
-"""Below what it reads over the floor, 806 counts, by 2.5 deviations of its noise."""
-
 POINTS = 72
 
 
 def reward(world: Records, i: int) -> float:
     """Return v b, -1..1: how fast the robot drives forward, times how black it is under its middle ground sensor.
 
-    v is the mean speed of the wheels as a part of the top speed. b is 1 over the line and 0 over the bare floor.
+    v is the mean speed of the wheels as a part of the top speed. b is 1 over black and 0 over white, whatever this
+    robot reads there.
     """
     robot = world.robots[i]
     forward = min(max(0.5 * (robot.left_speed + robot.right_speed) / TOP_SPEED, -1.0), 1.0)
-    black = (PALE - world.views[i].ground[1]) / (PALE - BLACK)
+    black = (robot.white[1] - world.views[i].ground[1]) / (robot.white[1] - robot.black[1])
     return forward * min(max(black, 0.0), 1.0)
 
 
