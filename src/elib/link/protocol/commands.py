@@ -325,7 +325,7 @@ class Commands:
         Example:
             >>> robot = elib.connect("sim://line?speed=max")
             >>> robot.ground()  # on the line
-            Ground(counts=(139, 148, 700, 936, 927))
+            Ground(counts=(360, 359, 959, 959, 959))
         """
 
     @command(
