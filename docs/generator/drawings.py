@@ -11,7 +11,7 @@ from dataclasses import fields
 from html import escape
 from typing import NamedTuple
 
-from elib.base.body import AXLE, SENSOR_DIRECTIONS, WHEEL_DIAMETER
+from elib.base.body import AXLE, SENSOR_DIRECTIONS, WHEEL_DIAMETER, camera_view
 from elib.base.infrared import SPACING
 from elib.link.protocol.values import Proximity
 from elib.simulator.physics import optics
@@ -43,7 +43,7 @@ TYRE = 0.005
 OUTSIDE = 1.13
 """How much further out than they are the infrared sensors stand in the overview: at their places stand the LEDs."""
 
-VIEW = math.atan(40 * 8 / 2 / optics.FOCAL)
+VIEW = camera_view(40, 8) / 2
 """Half of the angle that the camera sees at 40 x 40 and zoom 8, rad."""
 
 

@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 import elib
+from elib.base.body import FOCAL
 from elib.base.errors import ArgumentError
 from elib.link.protocol.actuators import camera_line
 from elib.link.protocol.camera import CENTRED, EPUCK1_DRIVERS, EPUCK2, PO3030, CameraDriver, CameraWindow, WindowRefused
+from elib.link.protocol.colours import Hue, coloured
 from elib.link.protocol.context import Context, Profile
 from elib.link.protocol.profiles import PROFILES
 from elib.link.protocol.quantities import CameraMode
 from elib.simulator.emulator.fixed_hardware import FixedHardware
-from elib.simulator.physics.sensors.camera import ABOVE, FOCAL, FORWARD
+from elib.simulator.physics.optics import ABOVE, FORWARD
 from elib.testing import EmulatedRobot, simulated
 
 E_PUCK1 = ("btcom-1.1.3", "btcom-2.0", "asercom-1.2.2")
@@ -331,10 +333,13 @@ RED_BOX = """
 [arena]
 size = [2.0, 2.0]
 
+[epuck]
+sensor_noise = 0.0
+
 [[box]]
 position = [1.35, 1.05]
 size = [0.1, 0.06]
-height = 0.06
+height = 0.05
 colour = "#ff0000"
 
 [[robot]]
@@ -355,13 +360,13 @@ def test_every_robot_shows_a_box_upright_where_geometry_says(firmware: str, mode
             await robot.set_camera(40, 40, 4, mode)
             return await robot.image()
 
-    pixels = look().pixels.astype(int)
+    pixels = look().pixels
     assert pixels.shape[:2] == (40, 40)
-    # Red is the darkest grey there is here: 77 of 256.
-    box = pixels < 80 if mode is CameraMode.GREY else (pixels[:, :, 0] > 180) & (pixels[:, :, 1] < 40)
+    # Red is the darkest grey there is here.
+    box = pixels < np.median(pixels) - 12 if mode is CameraMode.GREY else coloured(pixels, Hue.RED)
     rows, columns = np.nonzero(box)
     depth, scale = 0.3 - FORWARD, FOCAL / 4
     left, right = 19.5 - scale * 0.08 / depth, 19.5 - scale * 0.02 / (depth + 0.1)  # The latter of its far corner.
-    top, foot = 19.5 - scale * (0.06 - ABOVE) / depth, 19.5 + scale * ABOVE / depth
+    top, foot = 19.5 - scale * (0.05 - ABOVE) / depth, 19.5 + scale * ABOVE / depth
     assert (rows.min(), rows.max()) == pytest.approx((top, foot), abs=1)
     assert (columns.min(), columns.max()) == pytest.approx((max(left, 0), right), abs=1)

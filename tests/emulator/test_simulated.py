@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError
 from elib.link.protocol.camera import CameraWindow
+from elib.link.protocol.colours import Hue, coloured
 from elib.link.protocol.image import Mounting
 from elib.simulator.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2
 from elib.simulator.emulator.hardware import Hardware, Lights
@@ -216,9 +217,9 @@ def turned_by_the_host(picture, mounting):
 
 
 def scene_with_a_red_box_on_the_left():
-    left = Box(1.4, 1.1, 0.1, 0.1, height=0.06, colour=RED)
-    right = Box(1.4, 0.9, 0.1, 0.1, height=0.06, colour=BLUE)
-    return World(Scene(2, 2, boxes=(left, right), starts=(Pose(1, 1),)))
+    left = Box(1.4, 1.07, 0.1, 0.1, height=0.06, colour=RED)
+    right = Box(1.4, 0.93, 0.1, 0.1, height=0.06, colour=BLUE)
+    return World(Scene(2, 2, boxes=(left, right), starts=(Pose(1, 1),), model=EpuckModel(sensor_noise=0.0)))
 
 
 @pytest.mark.parametrize("mounting", [Mounting.UPRIGHT, Mounting.QUARTER_LEFT, Mounting.HALF, Mounting.QUARTER_RIGHT])
@@ -231,8 +232,7 @@ def test_a_red_box_on_the_left_is_on_the_left_and_below_the_sky_after_the_hosts_
     assert len(raw) == 2 * width * height
     upright = turned_by_the_host(decoded(raw, width, height), mounting)
     rows, columns, _ = upright.shape
-    is_red = (upright[:, :, 0] > 120) & (upright[:, :, 2] < 40)
-    is_blue = (upright[:, :, 2] > 120) & (upright[:, :, 0] < 40)
+    is_red, is_blue = coloured(upright, Hue.RED), coloured(upright, Hue.BLUE)
     assert is_red.any()
     assert is_blue.any()
     assert np.nonzero(is_red)[1].max() < columns / 2 <= np.nonzero(is_blue)[1].min()
@@ -268,6 +268,7 @@ def test_the_third_mode_carries_the_same_luminance_and_the_colour_beside_it():
     grey = np.frombuffer(robot.picture(CameraWindow(0, 40, 40, 8, 160, 80)), np.uint8).reshape(40, 40)
     assert (raw[:, :, 0] == grey).all()
     colour = decoded(robot.picture(WINDOW), 40, 40)
-    is_red = (colour[:, :, 0] > 120) & (colour[:, :, 2] < 40)
-    assert raw[:, 1::2, 1][is_red[:, 1::2]].min() > 160  # Odd pixels: red difference.
+    is_red = coloured(colour, Hue.RED)
+    assert is_red.any()
+    assert raw[:, 1::2, 1][is_red[:, 1::2]].min() > 145  # Odd pixels: red difference.
     assert raw[:, 0::2, 1][is_red[:, 0::2]].max() < 128  # Even pixels: blue difference.

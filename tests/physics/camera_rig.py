@@ -11,6 +11,7 @@ from world_rig import Room
 
 from elib.simulator.physics import Scene
 from elib.simulator.physics.engine import EngineName
+from elib.simulator.physics.optics import FAITHFUL
 from elib.simulator.physics.worldreading import SHOWN
 
 Offsets = Sequence[float]
@@ -37,15 +38,15 @@ def showing(robots: int, shown: dict[int, dict[int, int]]) -> NDArray[np.int64]:
 
 
 class Cameras(Room):
-    """The cameras of all robots of a scene."""
+    """The cameras of all robots of a scene; their chips show colours as they are, without noise."""
 
     def __init__(
         self, scene: Scene, *, engine: EngineName = "interpreted", lamps: NDArray[np.int64] = NOTHING, lens: str = ""
     ) -> None:
-        model = replace(scene.model, lens=lens) if lens else scene.model
+        model = replace(scene.model, sensor_noise=0.0, lens=lens or scene.model.lens)
         super().__init__(replace(scene, model=model), engine=engine)
         self.ambient, self.lamps = scene.model.ambient, lamps
 
     def picture(self, right: Offsets, up: Offsets, *, robot: int = 0, ambient: float | None = None) -> Picture:
         self.state.world.setting[0].ambient = self.ambient if ambient is None else ambient
-        return self.senses.pictures((robot,), self.lamps, (right, up))[0]
+        return self.senses.pictures(FAITHFUL, (robot,), self.lamps, (right, up))[0]

@@ -263,7 +263,7 @@ def _model(chance: Random) -> EpuckModel:
         axle_spread=chance.choice((0.0, chance.uniform(0, 0.03))),
         ground_module=chance.random() < 0.5,
         generation=chance.choice((1, 2)),
-        lens=chance.choice(("epucklib", "webots")),
+        lens=chance.choice(("measured", "epucklib", "webots")),
     )
 
 

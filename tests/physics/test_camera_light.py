@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from camera_rig import NOTHING, Cameras, showing, window
 
+from elib.base.body import FOCAL
 from elib.simulator.physics import Box, Colour, Cylinder, Pose, Scene
 from elib.simulator.physics.fittings import Light
+from elib.simulator.physics.optics import ABOVE, FORWARD
 from elib.simulator.physics.sensors.brightness import LampArrays, decay, exposure, lamp_light, led_light, room_light
-from elib.simulator.physics.sensors.camera import ABOVE, FOCAL, FORWARD
 
 CHIP = window(640, 480, 1)
 SMALL = window(40, 40, 8)
@@ -99,7 +100,7 @@ def test_leds_shine_in_the_dark_and_fade_in_glaring_light():
     lamps = showing(2, {1: {0: GREEN}})
     dark = seen(lamps=lamps, ambient=4095.0)
     assert greenish(dark).any()
-    assert not dark[:150].any()
+    assert not dark[:130].any()
     assert not greenish(seen(lamps=lamps, ambient=100.0)).any()
 
 

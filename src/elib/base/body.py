@@ -52,6 +52,13 @@ SENSOR_DIRECTIONS: Final = tuple(
 Webots' directions, which agree with Enki's and Player's within 4 degrees (side and front) and 10 degrees (rear); left
 and right are mirrored (e-puck.md, 2)."""
 
+CHIP: Final = (640, 480)
+"""Columns and rows of the camera's chip (wire-protocol.md, 5.8)."""
+
+FOCAL: Final = CHIP[0] / 2 / math.tan(math.radians(47.0) / 2)
+"""Focal length of the camera, pixels of its chip: its 640 columns see 47 degrees, give or take 2
+(measured-robots: camera.focal_length)."""
+
 MICROPHONES: Final = ((0.0084, -0.0303), (0.0084, 0.0303), (-0.0231, 0.0), (0.0319, 0.0038))
 """Places of the microphones right, left, rear and front, m, x forward and y to the left: those of the e-puck2's board
 (EPFL's course MICRO-315). The e-puck1 has the first three, at about the same places (e-puck.md, 7)."""
@@ -61,6 +68,16 @@ MICROPHONE_DIRECTIONS: Final = tuple(math.atan2(y, x) for x, y in MICROPHONES)
 
 MICROPHONE_RATE: Final = 16384
 """Samples a second that an e-puck1 takes of each microphone (wire-protocol.md, 5.6)."""
+
+
+def camera_view(columns: int, zoom: int) -> float:
+    """Return the angle that a picture shows from left to right, rad: 24.5 degrees in 40 columns at zoom 8.
+
+    Args:
+        columns: Of the picture.
+        zoom: Pixels of the chip for one of the picture.
+    """
+    return 2 * math.atan(columns * zoom / 2 / FOCAL)
 
 
 def wrapped(count: Count, bits: int = 16) -> Count:

@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from elib.base.body import CHIP
 from elib.link.protocol.quantities import CameraMode, pixel_bytes
 
-SENSOR_WIDTH, SENSOR_HEIGHT = 640, 480
-"""Pixels of the camera chip (wire-protocol.md, 5.8)."""
+SENSOR_WIDTH, SENSOR_HEIGHT = CHIP
+"""Pixels of the camera chip."""
 
 CENTRED = -1
 """As x or y: the middle of the sensor (wire-protocol.md, 3.4)."""

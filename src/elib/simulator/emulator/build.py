@@ -42,6 +42,7 @@ class Build:
         slot: Time between the samplings of two pairs of infrared sensors, s.
         sounds: How long each sound lasts, s.
         tones: Frequencies of the sounds that are tones, Hz.
+        generation: 1, or 2 for the e-puck2: whose pictures its camera takes.
         selector: Position of the rotary switch at first: where the firmware talks on the link that it is driven by.
     """
 
@@ -55,6 +56,7 @@ class Build:
     slot: float = 1 / 256
     sounds: Mapping[int, float] = field(default_factory=lambda: RECORDINGS)
     tones: Mapping[int, float] = field(default_factory=dict)
+    generation: int = 1
     selector: int = 3
 
 
@@ -77,5 +79,6 @@ EPUCK2 = Build(
     slot=0.0025,
     sounds=MELODIES_AND_TONES,
     tones=TONES,
+    generation=EPUCK2_PROFILE.generation,
 )
 """Its four infrared pairs are read 100 times a second (wire-protocol.md, 5.3)."""

@@ -340,10 +340,15 @@ class SimulatedHardware:
             blue and red difference.
         """
         right, up = _offsets(window, self.mounting)
-        pixels = self.world.picture(self.robot_index, right, up)
+        pixels = self.world.picture(self.robot_index, right, up, generation=self._build.generation)
         if self.mounting.swaps:  # the chip delivers its own rows
             pixels = pixels.transpose(1, 0, 2)
-        return _encode(pixels, window.mode)
+        raw = _encode(pixels, window.mode)
+        row = self.world.broken_row(self.robot_index, len(pixels))
+        if row is None:
+            return raw
+        start, end = (k * len(raw) // len(pixels) for k in (row, row + 1))
+        return raw[:start] + raw[start + 1 : end] + raw[start : start + 1] + raw[end:]
 
     def _rolled(self, left: float, right: float) -> tuple[float, float]:
         """Return steps, or steps/s, as the way of a nominal robot's wheels, m or m/s."""

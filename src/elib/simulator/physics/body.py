@@ -75,7 +75,7 @@ class EpuckModel:
             robots have 0.003 to 0.005: in the thesis of 2011 they drove 10 cm to less than 1 mm.
         axle_spread: Standard deviation of the axle around nominal, relative, 0..0.1.
         ground_module: The robots carry the ground sensor module.
-        generation: Whose step motors they have, 1 or 2 (e-puck2), where a speed is set in steps/s.
+        generation: Whose step motors and camera they have, 1 or 2 (e-puck2), where a firmware does not say it.
         lens: Whose published field of view their cameras have, a name in :data:`~elib.simulator.physics.optics.LENSES`.
     """
 
@@ -91,7 +91,7 @@ class EpuckModel:
     axle_spread: DriveSpread = 0.0
     ground_module: bool = False
     generation: Annotated[int, Choice((1, 2))] = 1
-    lens: Annotated[str, Text()] = "epucklib"
+    lens: Annotated[str, Text()] = "measured"
 
     def __post_init__(self) -> None:
         check(self)

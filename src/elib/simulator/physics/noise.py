@@ -25,6 +25,8 @@ MICROPHONE: Final = 56  # +0..3
 GROUND: Final = 64  # +0..4
 ACCELEROMETER: Final = 72  # +0..2
 GYROSCOPE: Final = 80
+PICTURE: Final = 100  # +0..1: whether a row of it is broken, and which.
+PIXELS: Final = 102  # Where the noise of a picture's pixels begins.
 
 # Channels of one robot for good; they are keyed without a tick.
 GAIN: Final = 0  # +0..7
@@ -37,6 +39,7 @@ GROUND_BLACK: Final = 48  # +0..4
 GROUND_BLACKS: Final = 53  # Shared by the five.
 GROUND_WHITE: Final = 56  # +0..4
 SAMPLES_OF_SOUND: Final = 1024  # + the number of the source; 0 is the room.
+CAMERA: Final = 84  # 0 red, 1 green, 2 blue
 PAIR: Final = 4096  # + the number of another robot: a key of the messages from it.
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import profiles, records
-from elib.simulator.physics.optics import lens_named
+from elib.simulator.physics.optics import Chip, lens_named
 from elib.simulator.physics.sensors import chosen, sense
 from elib.simulator.physics.sensors.proximity import look
 from elib.simulator.physics.simulation import sense_all
@@ -61,10 +61,13 @@ class Senses:
             state.engine.ready(sense_all, threads=state.lanes)(state.world, state.lanes, chosen((sensor,)))
         return state.engine.column(records.SensorView, state.world.views, sensor).copy()
 
-    def pictures(self, robots: Sequence[int], shown: NDArray[np.int64], shape: tuple[Any, Any]) -> NDArray[np.uint8]:
+    def pictures(
+        self, chip: Chip, robots: Sequence[int], shown: NDArray[np.int64], shape: tuple[Any, Any]
+    ) -> NDArray[np.uint8]:
         """Return what the robots' cameras see, upright, while the robots show *shown*.
 
         Args:
+            chip: How their chips show it.
             robots: Whose.
             shown: What each robot shows, (robots, 10).
             shape: Offsets of the columns to the right, and of the rows upwards.
@@ -73,7 +76,7 @@ class Senses:
 
         if self._camera is None:
             self._camera = Camera(self._lens, self._state.floor)
-        pictures = self._camera.pictures(self._seen(shown), robots, *shape)
+        pictures = self._camera.pictures(self._seen(shown), chip, robots, *shape)
         for robot, picture in zip(robots, pictures, strict=True):
             digest = hashlib.blake2b(picture.tobytes(), digest_size=4).digest()
             self._tell("picture", robot, [int.from_bytes(digest, "little")])
@@ -94,8 +97,11 @@ class Senses:
         parts: list[Any] = [
             made(*(column(kind, rows, name) for name in cast("Any", made)._fields)) for made, kind, rows in kinds
         ]
+        setting = world.setting[0]
+        spread = float(setting.spread)
+        ambient, tick, noise = float(setting.ambient), int(setting.tick), float(setting.sensor_noise)
         robots, walls, discs, lights = parts
-        return CameraScene(robots, walls, discs, lights, shown, float(world.setting[0].ambient))
+        return CameraScene(robots, walls, discs, lights, shown, ambient, tick, spread, noise)
 
     def beams(self, robot: int) -> tuple[Beam, ...]:
         """Return the middle ray of each infrared sensor for drawings: without noise."""

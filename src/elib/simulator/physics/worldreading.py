@@ -14,6 +14,8 @@ from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.simulator.physics.floor import packed
 from elib.simulator.physics.hearing import waveform
+from elib.simulator.physics.noise import tick_key
+from elib.simulator.physics.optics import CHIPS, broken_row
 from elib.simulator.physics.rangebearing import Heard, RangeAndBearing
 from elib.simulator.physics.records import Records, Robot, SensorView, Thing
 from elib.simulator.physics.scene import Scene
@@ -186,13 +188,16 @@ class ReadableWorld:
         """
         return self._boards.heard(self._index(robot))
 
-    def picture(self, robot: int, right: Sequence[float], up: Sequence[float]) -> NDArray[np.uint8]:
+    def picture(
+        self, robot: int, right: Sequence[float], up: Sequence[float], *, generation: int | None = None
+    ) -> NDArray[np.uint8]:
         """Return what the robot's camera sees, upright.
 
         Args:
             robot: Index.
             right: Offset of each column's centre to the right of the optical axis, sensor pixels, evenly spaced.
             up: Offset of each row's centre above it, the same.
+            generation: Whose camera it has, 1 or 2 (e-puck2); the model's if this is None.
 
         Returns:
             Red, green, blue, 0..255, in the shape (rows, columns, 3).
@@ -200,16 +205,24 @@ class ReadableWorld:
         Raises:
             ArgumentError: There is no such robot, or offsets are not finite or not evenly spaced.
         """
-        picture: NDArray[np.uint8] = self.pictures((robot,), right, up)[0]
+        picture: NDArray[np.uint8] = self.pictures((robot,), right, up, generation=generation)[0]
         return picture
 
-    def pictures(self, robots: Sequence[int] | None, right: Sequence[float], up: Sequence[float]) -> NDArray[np.uint8]:
+    def pictures(
+        self,
+        robots: Sequence[int] | None,
+        right: Sequence[float],
+        up: Sequence[float],
+        *,
+        generation: int | None = None,
+    ) -> NDArray[np.uint8]:
         """Return what the cameras of several robots see, upright: faster than one picture after the other.
 
         Args:
             robots: Indices; None means all robots.
             right: Offset of each column's centre to the right of the optical axis, sensor pixels, evenly spaced.
             up: Offset of each row's centre above it, the same.
+            generation: Whose camera they have, 1 or 2 (e-puck2); the model's if this is None.
 
         Returns:
             Red, green, blue, 0..255, in the shape (robots, rows, columns, 3).
@@ -218,7 +231,13 @@ class ReadableWorld:
             ArgumentError: There is no such robot, or offsets are not finite or not evenly spaced.
         """
         chosen = range(self.robots) if robots is None else [self._index(robot) for robot in robots]
-        return self._senses.pictures(chosen, self._shown(), (right, up))
+        chip = CHIPS[generation or self.scene.model.generation]
+        return self._senses.pictures(chip, chosen, self._shown(), (right, up))
+
+    def broken_row(self, robot: int, rows: int) -> int | None:
+        """Return in which of so many rows the robot's camera loses a byte at this tick; None, mostly."""
+        setting, here = self._state.world.setting[0], self._robot(robot)
+        return broken_row(tick_key(int(here.key), int(setting.tick)), float(setting.spread), rows)
 
     def _shown(self) -> NDArray[np.int64]:
         """Return what each robot shows, as the camera takes it; an array of size 0 if no robot shows anything."""

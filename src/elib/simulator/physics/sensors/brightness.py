@@ -2,11 +2,13 @@
 
 A surface of colour C (0..255) at depth z, m, is seen as
 
-    C x shade x fade(z) x (room + lamps + front LED) x exposure,    at most 255
+    C x shade x fade(z) x (room + lamps + front LED) x exposure x level
 
 Light is counted in units of a normally lit room. The shade says how the surface stands to the eye. The background is
 seen in the room's light alone. What shines itself, such as an LED, keeps its colour in any light; it gets darker only
-where the exposure falls below 1. No figures are published; those without a source here are chosen.
+where the exposure falls below 1. The chip then washes colours out, and each robot's chip weighs red, green and blue in
+its own way (:mod:`elib.simulator.physics.optics`). Of the rest no figures are published; those without a source here
+are chosen.
 
 Numbers may be NumPy arrays, of any shapes that fit each other. A packed colour is 65536 red + 256 green + blue; a
 colour's counts are an array whose last axis has red, green and blue, 0..255.
@@ -14,6 +16,7 @@ colour's counts are an array whose last axis has red, green and blue, 0..255.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -177,10 +180,29 @@ def led_light(depth: Floats, aside: Floats) -> Floats:
     return cosine * cosine / (1.0 + square / (LED_REACH * LED_REACH))
 
 
-def counts(colour: Ints | int) -> Floats:
-    """Return red, green and blue of packed colours, 0..255, on a further axis."""
+def counts(colour: Ints | int, keep: float) -> Floats:
+    """Return packed colours as a chip shows them: red, green and blue, 0..255, on a further axis.
+
+    Args:
+        colour: Packed.
+        keep: How much of their saturation they keep.
+    """
     packed = np.asarray(colour, np.int64)
-    return np.stack((packed >> 16, packed >> 8 & 255, packed & 255), axis=-1).astype(np.float64)
+    return washed(np.stack((packed >> 16, packed >> 8 & 255, packed & 255), axis=-1).astype(np.float64), keep)
+
+
+one = lru_cache(maxsize=64)(counts)
+"""The same for one colour, kept."""
+
+
+def washed(seen: Floats, keep: float) -> Floats:
+    """Return red, green and blue, on the last axis, with only part of their saturation; the brightest stays as it is.
+
+    What a light multiplies may be washed out before, and so once for a thing, not for each of its pixels.
+    """
+    brightest = np.maximum(np.maximum(seen[..., :1], seen[..., 1:2]), seen[..., 2:])
+    less: Floats = brightest - (brightest - seen) * keep
+    return less
 
 
 def packed(seen: Floats) -> NDArray[np.uint32]:
@@ -190,15 +212,11 @@ def packed(seen: Floats) -> NDArray[np.uint32]:
     return words
 
 
-def shine(colour: Ints | int, light: Floats) -> Floats:
-    """Return the counts of packed colours in a light whose last axis has red, green and blue, or one for all three."""
-    return np.floor(np.minimum(counts(colour) * light, 255.0))
-
-
-def mix(seen: Floats, glow: Ints | int, part: Floats) -> Floats:
-    """Return colours' counts with a *part* of each, 0..1, replaced by the packed colour *glow*."""
+def mix(seen: Floats, glow: Floats, part: Floats) -> Floats:
+    """Return colours' counts with a *part* of each, 0..1, replaced by those of *glow*."""
     share = part[..., np.newaxis]
-    return np.floor(seen * (1.0 - share) + counts(glow) * share)
+    mixed: Floats = seen * (1.0 - share) + glow * share
+    return mixed
 
 
 def led_parts(ahead: Floats, left: Floats) -> Floats:

@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 from elib.base.errors import ArgumentError
 from elib.simulator.physics.body import HEIGHT
 from elib.simulator.physics.floor import Floor
-from elib.simulator.physics.optics import ABOVE, FOCAL, FORWARD, LENSES, SENSOR, Lens
+from elib.simulator.physics.noise import PIXELS, STRIDE, bits, mix, quantiles, tick_key
+from elib.simulator.physics.optics import ABOVE, FORWARD, PIXEL_NOISE, Chip, Lens, gains
 from elib.simulator.physics.sensors import brightness as law
 from elib.simulator.physics.sensors.brightness import Floats, Ints, LampArrays
-
-__all__ = ["ABOVE", "FOCAL", "FORWARD", "LENSES", "SENSOR", "Camera", "CameraScene", "Discs", "Lens", "Robots", "Walls"]
 
 Words = NDArray[np.uint32]
 
@@ -45,17 +44,21 @@ BODY: Final = 8
 FRONT: Final = 9
 """What a robot shows: eight colours of its ring, then 0 or 1 for the body and for the front LED."""
 
+NOISES: Final = 1 << 16
+"""Pixels whose noise is kept: those of three pictures of 160 x 120."""
+
 LEDS: Final = [*range(BODY), FRONT]
 
 
 class Robots(NamedTuple):
-    """All robots: place, m; cosine and sine of the heading; radius, m."""
+    """All robots: place, m; cosine and sine of the heading; radius, m; key of their noise."""
 
     x: Floats
     y: Floats
     heading_x: Floats
     heading_y: Floats
     radius: Floats
+    key: Ints
 
 
 class Walls(NamedTuple):
@@ -91,6 +94,9 @@ class CameraScene(NamedTuple):
         lamps: What each robot shows, in the shape (robots, 10): eight packed colours of its ring, body 0 or 1, front 0
             or 1. Of size 0 if no robot shows anything.
         ambient: What the infrared sensors read in the room's light, counts, 0..4095, higher is darker.
+        tick: Now.
+        spread: Factor on all that tells real robots from ideal ones.
+        noise: Factor on the noise of pixels.
     """
 
     robots: Robots
@@ -99,6 +105,9 @@ class CameraScene(NamedTuple):
     lights: LampArrays
     lamps: Ints
     ambient: float
+    tick: int
+    spread: float
+    noise: float
 
 
 class Window(NamedTuple):
@@ -183,12 +192,13 @@ class Camera:
         self._paint = np.pad(painted, 1, constant_values=floor.colour)
 
     def pictures(
-        self, scene: CameraScene, robots: Sequence[int], right: Sequence[float], up: Sequence[float]
+        self, scene: CameraScene, chip: Chip, robots: Sequence[int], right: Sequence[float], up: Sequence[float]
     ) -> NDArray[np.uint8]:
         """Return what robots see.
 
         Args:
             scene: Now.
+            chip: How their chips show it.
             robots: Indices of those that look.
             right: Offset of each column's centre to the right of the axis, sensor pixels, evenly spaced.
             up: Offset of each row's centre above the axis, the same.
@@ -206,24 +216,60 @@ class Camera:
         things = len(scene.walls.x) + len(scene.discs.x) + len(scene.robots.x)
         together = max(1, AT_ONCE // max(len(right) * len(up), things))
         for first in range(0, len(robots), together):
-            look = _Look(scene, np.array(robots[first : first + together]), window)
+            look = _Look(scene, chip, np.array(robots[first : first + together]), window)
             words = look.paint(self._paint, self._floor.scale)
             rows = np.ascontiguousarray(words[:, ::-1] if window.is_flipped else words, "<u4")
             parts = rows.view(np.uint8).reshape(*rows.shape, 4)  # Blue, green, red, nothing.
             pictures[first : first + together] = parts[..., 2::-1]
+        if scene.noise > 0.0:
+            keys = scene.robots.key[list(robots)].tolist()
+            add_noise(pictures, [tick_key(key, scene.tick) for key in keys], scene.noise)
         return pictures
+
+
+def add_noise(pictures: NDArray[np.uint8], keys: Sequence[int], factor: float) -> None:
+    """Add to each pixel what a chip's noise adds at one tick; what is overexposed stays white.
+
+    Args:
+        pictures: Red, green, blue, in the shape (pictures, rows, columns, 3); they are changed.
+        keys: Of the robots' noise at this tick.
+        factor: On the deviations.
+    """
+    seen = pictures.reshape(len(pictures), -1)
+    noise = _pixel_noise(factor, -(-seen.shape[1] // (3 * NOISES)) + 1)
+    starts = (3 * (bits(key, PIXELS) % NOISES) for key in keys)
+    brighter, darker = np.stack([noise[:, start : start + seen.shape[1]] for start in starts], axis=1)
+    np.minimum(brighter, ~seen, out=brighter)
+    np.minimum(darker, seen, out=darker)
+    darker *= seen != 255
+    seen += brighter
+    seen -= darker
+
+
+@lru_cache(maxsize=8)
+def _pixel_noise(factor: float, times: int) -> NDArray[np.uint8]:
+    """Return by how much :data:`NOISES` pixels get brighter, and darker: red, green and blue in turn, so often.
+
+    Each picture begins somewhere in it, which takes a tenth of the time of drawing each number anew.
+    """
+    words = mix((np.arange(NOISES, dtype=np.uint64) * STRIDE).astype(np.uint32))  # type: ignore[arg-type]
+    parts = np.stack((words >> 22, (words >> 11) & 1023, words & 1023), axis=-1)
+    noise = np.round(np.array(quantiles())[parts] * PIXEL_NOISE * factor).reshape(-1)
+    return np.tile(np.clip((noise, -noise), 0, 255).astype(np.uint8), times)
 
 
 class _Look:
     """What some robots see at one moment through one window."""
 
-    def __init__(self, scene: CameraScene, robots: Ints, window: Window) -> None:
-        self._scene, self._robots, self._window = scene, robots, window
+    def __init__(self, scene: CameraScene, chip: Chip, robots: Ints, window: Window) -> None:
+        self._scene, self._chip, self._robots, self._window = scene, chip, robots, window
         self._heading_x, self._heading_y = scene.robots.heading_x[robots], scene.robots.heading_y[robots]
         self._x = scene.robots.x[robots] + FORWARD * self._heading_x
         self._y = scene.robots.y[robots] + FORWARD * self._heading_y
         self._room = law.room_light(scene.ambient)
         self._exposure = law.exposure(self._room + law.lamp_light(self._x, self._y, ABOVE, scene.lights))
+        keys = scene.robots.key[robots]
+        self._gains = np.array([gains(int(key), scene.spread) for key in keys]) if scene.spread > 0.0 else None
         self._led = scene.lamps[robots, FRONT] != 0 if scene.lamps.size else np.zeros(len(robots), bool)
 
     def paint(self, paint: Ints, scale: float) -> Words:
@@ -255,8 +301,8 @@ class _Look:
     def _sky(self) -> Words:
         """Return the packed colours of the background in each row above the horizon."""
         shade = law.sky_shade(self._window.rise[: self._window.horizon])
-        level = (self._room * self._exposure)[:, np.newaxis]
-        return law.packed(law.shine(law.BACKGROUND, (shade * level)[..., np.newaxis]))
+        level = (self._room * self._exposure * self._chip.level)[:, np.newaxis]
+        return self._packed(self._counts(law.BACKGROUND) * (shade * level)[..., np.newaxis], slice(None))
 
     def _ground(self, paint: Ints, scale: float) -> Words:
         """Return the packed colours of the floor in each row below it; a bare floor is the same in all columns."""
@@ -270,7 +316,7 @@ class _Look:
             for place, size in ((x, paint.shape[1]), (y, paint.shape[0]))
         )
         light = self._light(picture, depth, tangent, 0.0, law.fade(1.0 / depth))
-        return law.packed(law.shine(paint[row, column], light))
+        return self._packed(self._counts(paint[row, column]) * light, slice(None))
 
     def _meet_walls(self) -> Hits:
         walls, window = self._scene.walls, self._window
@@ -325,28 +371,42 @@ class _Look:
         is_robot = hits.thing >= len(walls.x) + len(discs.x)
         solid, robot = np.flatnonzero(~is_robot), np.flatnonzero(is_robot)
         height = np.concatenate((walls.height, discs.height))[hits.thing[solid]]
-        colour = np.concatenate((walls.colour, discs.colour))[hits.thing[solid]]
+        colour = self._counts(np.concatenate((walls.colour, discs.colour)))[hits.thing[solid]]
         parts: list[Any] = [part[robot] for part in hits]
         tops, colours = zip(*self._robot_bands(Hits(*parts), light[robot]), strict=True)
         hit = np.concatenate((np.tile(robot, len(tops)), solid))
         top = np.concatenate((np.repeat(tops, len(robot)), height))
-        return hit, top, law.packed(np.concatenate((*colours, law.shine(colour, light[solid]))))
+        seen = np.concatenate((*colours, colour * light[solid]))
+        return hit, top, self._packed(seen, hits.picture[hit])
 
     def _robot_bands(self, hits: Hits, light: Floats) -> list[tuple[float, Floats]]:
         """Return the bands of robots, lowest first: height of its top, m, and the colours where it is hit."""
-        body, ring = law.shine(law.BODY_COLOUR, light), law.shine(law.RING_COLOUR, light)
+        body, ring = self._counts(law.BODY_COLOUR) * light, self._counts(law.RING_COLOUR) * light
         front: list[tuple[float, Floats]] = []
         if self._scene.lamps.size:
             lamps = self._scene.lamps[self._robot(hits)]
             strength = np.minimum(self._exposure[hits.picture], 1.0)
             glow = strength * (lamps[:, BODY] != 0)
-            body = law.mix(body, law.GLOW, law.BODY_GLOW * glow)
-            ring = law.mix(ring, law.GLOW, law.RING_GLOW * glow)
+            body = law.mix(body, self._counts(law.GLOW), law.BODY_GLOW * glow)
+            ring = law.mix(ring, self._counts(law.GLOW), law.RING_GLOW * glow)
             parts = self._led_parts(hits) * (lamps[:, LEDS] != 0) * strength[:, np.newaxis]
             for led in np.flatnonzero(parts[:, :BODY].any(axis=0)):
-                ring = law.mix(ring, lamps[:, led], parts[:, led])
-            front = [(law.FRONT_LOW, body), (law.FRONT_HIGH, law.mix(body, law.FRONT_COLOUR, parts[:, BODY]))]
+                ring = law.mix(ring, self._counts(lamps[:, led]), parts[:, led])
+            window = law.mix(body, self._counts(law.FRONT_COLOUR), parts[:, BODY])
+            front = [(law.FRONT_LOW, body), (law.FRONT_HIGH, window)]
         return [*front, (law.RING_LOW, body), (law.RING_HIGH, ring), (HEIGHT, body)]
+
+    def _packed(self, seen: Floats, picture: Ints | slice) -> Words:
+        """Return what the chips of these pictures, on the first axis, make of colours' counts."""
+        if self._gains is None:
+            return law.packed(seen)
+        each = self._gains[picture]
+        return law.packed(seen * each.reshape(len(each), *(1,) * (seen.ndim - 2), 3))
+
+    def _counts(self, colour: Ints | int) -> Floats:
+        """Return packed colours as the chips show them."""
+        keep = self._chip.colour
+        return law.one(colour, keep) if isinstance(colour, int) else law.counts(colour, keep)
 
     def _robot(self, hits: Hits) -> Ints:
         """Return the indices of robots that are hit."""
@@ -354,7 +414,7 @@ class _Look:
 
     def _led_parts(self, hits: Hits) -> Floats:
         """Return how much of each LED's colour is seen where robots are hit: last axis the ring, then the front LED."""
-        x, y, heading_x, heading_y, radius = (part[self._robot(hits)] for part in self._scene.robots)
+        x, y, heading_x, heading_y, radius, _ = (part[self._robot(hits)] for part in self._scene.robots)
         at_x, at_y = self._place(hits.picture, 1.0 / hits.near, self._window.tangent[hits.column])
         dx, dy = (at_x - x) / radius, (at_y - y) / radius
         return law.led_parts(dx * heading_x + dy * heading_y, dy * heading_x - dx * heading_y)
@@ -372,7 +432,7 @@ class _Look:
         return x, self._y[picture] + depth * (heading_y - tangent * heading_x)
 
     def _light(self, picture: Ints, depth: Floats, tangent: Floats, height: float, shade: Floats) -> Floats:
-        """Return the light that surfaces send to the camera, as ``brightness.shine`` takes it.
+        """Return the light that surfaces send to the camera, a factor on their counts: for each channel, or for all.
 
         Args:
             picture: In which they are seen.
@@ -381,13 +441,13 @@ class _Look:
             height: Above the floor, m.
             shade: The shade of the surfaces, as seen from there.
         """
-        shade = shade * self._exposure[picture]
+        shade = shade * (self._exposure * self._chip.level)[picture]
         x, y = self._place(picture, depth, tangent)
         light: Floats = (shade * (self._room + law.lamp_light(x, y, height, self._scene.lights)))[..., np.newaxis]
         if not self._led.any():
             return light
         led = shade * self._led[picture] * law.led_light(depth, depth * tangent)
-        lit: Floats = light + led[..., np.newaxis] * law.WARM
+        lit: Floats = light + led[..., np.newaxis] * law.washed(law.WARM, self._chip.colour)
         return lit
 
     def _nearest(self, picture: Ints, column: Ints, start: Ints) -> Ints:
