@@ -6,20 +6,15 @@ The program sees what an agent sees: pictures, infrared readings, and how each a
 """
 
 import asyncio
-import base64
-import io
 import random
 import sys
 from typing import Any
 
-import numpy
 from mcp import Client, StdioServerParameters
-from PIL import Image
 
 import elib
 
-STEP = 30  # degrees from one picture to the next when it looks around; a picture shows 43 degrees
-ENOUGH = 6  # red pixels; fewer may be noise
+STEP = 0.8  # of a picture's width from one picture to the next when it looks around
 NEAR = 120  # counts of infrared: a red thing is less than 4 cm away
 MAX_PICTURES = 300
 
@@ -32,39 +27,34 @@ class Agent:
 
     Attributes:
         is_blocked: Whether the last drive ended because something was near.
+        view: What a picture shows from left to right, degrees.
         near: The lower one of the two infrared sensors in front, after the last move, counts.
     """
 
     def __init__(self, door: Client) -> None:
         self.door = door
         self.is_blocked = False
+        self.view = 0.0
         self.near = 0
 
-    async def call(self, tool: str, **arguments: object) -> tuple[dict[str, Any], Image.Image | None]:
-        """Call a tool; return its result, and the picture if there is one."""
+    async def call(self, tool: str, **arguments: object) -> dict[str, Any]:
+        """Call a tool; return its result."""
         answer = await self.door.call_tool(tool, arguments)
         result = answer.structured_content
         if answer.is_error or result is None:
             raise RuntimeError(f"{tool}: {answer.content}")
-        pictures = (io.BytesIO(base64.b64decode(each.data)) for each in answer.content if each.type == "image")
-        return result, next(map(Image.open, pictures), None)
+        return dict(result)
 
     async def look(self) -> tuple[float, float]:
         """Return how far to the left the red is, degrees, and how much of the picture's width it takes; 0 if none."""
-        result, picture = await self.call("look")
-        assert picture is not None
-        width = result["width"]  # the picture came enlarged
-        small = picture.convert("RGB").resize((width, result["height"]), Image.Resampling.NEAREST)
-        red, green, blue = numpy.moveaxis(numpy.asarray(small, int), -1, 0)
-        columns = ((red > 2 * green) & (red > 2 * blue)).nonzero()[1]  # a white wall is as red, but not only red
-        if len(columns) < ENOUGH:
-            return 0.0, 0.0
-        middle = (columns.mean() + 0.5) / width
-        return result["view"] * (0.5 - middle), float(numpy.ptp(columns) + 1) / width
+        result = await self.call("look")
+        self.view = result["view"]
+        red = result["colours"].get("red", {"direction": 0.0, "share": 0.0})
+        return red["direction"], red["share"]
 
     async def move(self, tool: str, **arguments: object) -> str:
         """Call a tool that moves the robot; return how that ended."""
-        result, _ = await self.call(tool, **arguments)
+        result = await self.call(tool, **arguments)
         self.near = min(result["proximity"]["front_left"], result["proximity"]["front_right"])
         return str(result["ended"])
 
@@ -87,14 +77,16 @@ class Agent:
     async def find_red_box(self) -> bool:
         """Look around, drive to what is red, and stop in front of it; return whether it was found."""
         chance = random.Random(1)
-        unseen = 0
+        turned = 0.0
         for _ in range(MAX_PICTURES):
             direction, width = await self.look()
             if self.is_blocked and (width < 0.8 or self.near < NEAR):  # something else is in the way
                 await self.go_round(chance.choice((-1, 1)))
-            elif width == 0.0 and (unseen := unseen + 1) % 12:
-                await self.turn(STEP)
+            elif width == 0.0 and turned < 360:
+                turned += STEP * self.view
+                await self.turn(STEP * self.view)
             elif width == 0.0:  # it is not to be seen from here
+                turned = 0.0
                 await self.turn(chance.uniform(-180, 180))
                 await self.drive(0.3)
             elif abs(direction) > 2:

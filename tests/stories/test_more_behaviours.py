@@ -18,6 +18,7 @@ from story_rig import Change, anywhere, clearance, drawn, drawn_quick, from_segm
 
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
+from elib.simulator import worlds
 from elib.simulator.physics import Sound, Stripe, World
 from shared import of_quality
 
@@ -215,6 +216,23 @@ def test_it_finds_the_ball_and_stands_before_it_at_the_set_distance(seed: int) -
     assert min(seen.seen[seen.after(35) :]) > 0.14
     ball = seen.world.snapshot().cylinders[0]
     assert abs(bearing(seen.world, ball.x, ball.y)) < 3
+
+
+def drawn_robots(tmp_path: Path, ball: str) -> str:
+    """Return the world of soccer with robots as they are drawn, and with a ball of another colour."""
+    room = tmp_path / "typical.toml"
+    shipped = (Path(worlds.__file__).parent / "soccer.toml").read_text().replace("[simulation]\nseed = 1\n", "")
+    room.write_text(shipped.replace("#f07818", ball) + '\n[epuck]\nquality = "typical"\n')
+    return f"{room}?robots=1&firmware="
+
+
+@pytest.mark.parametrize("firmware", ["btcom-2.0", "epuck2"])
+@pytest.mark.parametrize("seed", [100, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(101, 120))])
+def test_a_drawn_robot_finds_a_red_ball_with_its_own_colours(seed: int, firmware: str, tmp_path: Path) -> None:
+    room = drawn_robots(tmp_path, "#d02020") + firmware
+    seen = run("follow-ball", room, seed, seconds=40, at={0: ball_anywhere}, look=from_ball, options={"colour": "red"})
+    assert max(seen.seen[seen.after(35) :]) < 0.2
+    assert min(seen.seen[seen.after(35) :]) > 0.12
 
 
 @pytest.mark.long

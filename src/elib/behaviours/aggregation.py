@@ -24,10 +24,10 @@ BACK = 0.7
 robot drives round a circle of 15 cm. Gauci's controller, found by trying all, is (-0.7, -1.0) without and (1.0, -1.0)
 with a robot in sight."""
 COLUMNS, ROWS = 12, 48
-"""Pixels of the picture. It is 9 degrees wide, more than the gap between two LEDs of a robot 20 cm away or more, and
+"""Pixels of the picture. It is 7 degrees wide, more than the gap between two LEDs of a robot 20 cm away or more, and
 high enough to see them above the horizon from 6 cm on. It takes 0.1 s over the wire."""
-SIGHT = 0.003
-"""Fraction of red pixels that means a robot: two pixels, which is one LED at 1 m."""
+SIGHT = 0.005
+"""Fraction of red pixels that means a robot: three pixels. The LEDs of one 1 m away are seven, and two may be noise."""
 ALL_LEDS = 8
 PERIOD = 0.25
 """s between two pictures if the link is quick: at the default pace a robot turns 55 degrees meanwhile."""

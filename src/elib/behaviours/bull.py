@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable
 from typing import Annotated
 
-from elib.base.body import SENSOR_DIRECTIONS
+from elib.base.body import SENSOR_DIRECTIONS, camera_view
 from elib.base.errors import ElibError
 from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
 from elib.behaviours._vision import Redness, measure_redness
@@ -28,10 +28,10 @@ Red = Annotated[float, Quantity("red", "", 0.01, 0.9, scale=1000)]
 
 SIDE, ZOOM = 40, 8
 """Width and height of the picture, pixels, and the zoom of the widest view (as in Elib of 2011)."""
-VIEW = math.radians(29.8)
-"""Angle that this picture shows from left to right, rad (e-puck.md, 8)."""
-SCAN_PICTURES = 12
-"""Pictures of one look around: each shows a twelfth of a turn. The four of 2011 did not show two thirds of it."""
+VIEW = camera_view(SIDE, ZOOM)
+"""Angle that this picture shows from left to right, rad."""
+SCAN_PICTURES = 15
+"""Pictures of one look around: each shows a fifteenth of a turn. The four of 2011 did not show three quarters of it."""
 HYSTERESIS = 0.5
 """A charge ends below this share of the red that begins one; in 2011 it was 0.2 after 0.3. Without the difference, the
 noise of a picture could end what another began."""
@@ -251,7 +251,7 @@ class Bull:
 def run_at_red(robot: BlockingEpuck, run: RunContext, *, speed: Speed = 0.4, red: Red = 0.04) -> None:
     """Look for something red and charge at it, as a bull would.
 
-    It takes twelve pictures around itself. If one is red enough, it turns there and charges, steering by more pictures.
+    It takes 15 pictures around itself. If one is red enough, it turns there and charges, steering by more pictures.
     When the red has not come nearer for five seconds, because the bull pushes it or it stands firm, the bull drives
     back. If it sees nothing red, it wanders, turns away from obstacles, and looks around again from time to time.
 

@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-import enum
 import math
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated, NamedTuple
 
-from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
+from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE, camera_view
 from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours._run.loop import SETUP_TIMEOUT
 from elib.behaviours.avoid import STANDING, avoid
 from elib.behaviours.braitenberg import add_avoidance
+from elib.link.protocol.colours import Hue, find
+from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
-
-if TYPE_CHECKING:
-    import numpy
-    from numpy.typing import NDArray
-
-
-class Hue(enum.IntEnum):
-    """Colours of balls: their hue, degrees."""
-
-    RED = 0
-    ORANGE = 27
-    YELLOW = 50
-    GREEN = 125
-    BLUE = 215
 
 
 class Ball(NamedTuple):
@@ -51,23 +38,15 @@ Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 1.0, scale=1000)]
 
 COLUMNS, ROWS, ZOOM = 60, 12, 8
 """The picture: as wide as every firmware can take it, and a strip along the horizon, where balls are and painted floors
-are not. It takes 0.13 s over the wire."""
-FOCAL = 602 / ZOOM
-"""Focal length, pixels of the picture: 56 degrees over 640 columns of the chip (epucklib; e-puck.md, 8)."""
-TOLERANCE = 12
-"""Degrees of hue by which the same colour may differ; from orange to yellow, and to red, it is twice as far."""
-VIVID = 0.45
-"""Saturation below which a colour is grey."""
-BRIGHT = 48
-"""Brightness, of 255, below which a colour is black."""
-FEWEST = 4
-"""Pixels that may be noise; a ball has more of them in neighbouring columns."""
+are not. It takes 0.13 s over the wire; the e-puck2 needs twice as many columns."""
+FEWEST = 0.015
+"""Share of the strip that a ball takes at least; less may be noise."""
 TURNING, NEARING = 1.5, 0.8
 """Gains: rad/s for each rad that the ball is aside, and m/s for each m that it is too far away."""
 MAX_CORRECTION = 0.5
 """Part of the error that is corrected until the next picture, at most: the robot never turns past the ball on a slow
 link."""
-MAX_TURN = math.radians(25)
+MAX_TURN = camera_view(COLUMNS, ZOOM) / 2
 """Largest turn from one picture to the next while the robot searches for the ball: half of the angle of view."""
 SPIN = 0.25
 """Largest wheel speed of a turn on the spot, rev/s."""
@@ -79,41 +58,21 @@ PERIOD = 0.2
 """s between two pictures if the link is quick."""
 
 
-def coloured(pixels: NDArray[numpy.uint8], hue: int) -> NDArray[numpy.bool_]:
-    """Return which pixels have this hue, degrees, within :data:`TOLERANCE`, and are neither grey nor black."""
-    import numpy as np
-
-    red, green, blue = (pixels[:, :, channel].astype(float) for channel in range(3))
-    high, low = pixels.max(axis=2).astype(float), pixels.min(axis=2).astype(float)
-    angle = np.degrees(np.arctan2(math.sqrt(3) * (green - blue), 2 * red - green - blue))
-    off = np.abs((angle - hue + 180) % 360 - 180)
-    found: NDArray[numpy.bool_] = (high >= BRIGHT) & (high - low >= VIVID * high) & (off <= TOLERANCE)
-    return found
-
-
-def find_ball(pixels: NDArray[numpy.uint8], hue: int = Hue.ORANGE, *, diameter: float = 0.065) -> Ball | None:
-    """Return the position of the ball with the most pixels in a picture, or None if there is no ball.
+def find_ball(picture: Image, hue: Hue = Hue.ORANGE, *, diameter: float = 0.065) -> Ball | None:
+    """Return the position of the largest ball of a colour along the horizon of a picture, or None if there is none.
 
     Args:
-        pixels: A picture of shape (height, width, 3) in red, green, blue, taken at zoom 8.
-        hue: Hue of the ball, degrees.
+        picture: In colour.
+        hue: Hue of the ball.
         diameter: Diameter of the ball, m; with its apparent width, it gives the distance.
     """
-    counts = coloured(pixels, hue).sum(axis=0)
-    width = len(counts)
-    first, last = 0, -1  # of the run with most pixels
-    start = most = here = 0
-    for column in range(width):
-        if not counts[column]:
-            start, here = column + 1, 0
-            continue
-        here += int(counts[column])
-        if here > most:
-            first, last, most = start, column, here
-    if most <= FEWEST:
+    half = max(ROWS * ZOOM // picture.zoom, ROWS) // 2
+    middle = picture.height // 2
+    blob = find(picture.pixels[max(0, middle - half) : middle + half], hue, smallest=FEWEST)
+    if blob is None:
         return None
-    left, right = (math.atan((width / 2 - edge) / FOCAL) for edge in (first, last + 1))
-    is_cut = (first == 0) != (last == width - 1)
+    left, right = picture.bearing(blob.left - 0.5), picture.bearing(blob.right + 0.5)
+    is_cut = (blob.left == 0) != (blob.right == picture.width - 1)
     return Ball((left + right) / 2, diameter / 2 / math.sin((left - right) / 2), is_cut)
 
 
@@ -165,6 +124,9 @@ async def follow(
 
     async def set_up(view: Epuck) -> bool:
         await view.set_camera(COLUMNS, ROWS, ZOOM, CameraMode.COLOUR)
+        zoom = (await view.image()).zoom
+        if zoom != ZOOM:  # the e-puck2 takes 8 as 4
+            await view.set_camera(COLUMNS * ZOOM // zoom, ROWS, ZOOM, CameraMode.COLOUR)
         return True
 
     async def step(view: Epuck) -> None:
@@ -181,7 +143,7 @@ async def follow(
         nonlocal pictured, side, turned, wanders_until
         picture = await view.image()
         gap, pictured = max(PERIOD, robot.time - pictured), robot.time
-        ball = find_ball(picture.pixels, colour, diameter=diameter)
+        ball = find_ball(picture, colour, diameter=diameter)
         if ball is not None:
             run.state("following")
             side, turned = math.copysign(1.0, ball.bearing), 0.0

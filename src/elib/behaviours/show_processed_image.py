@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.pictures import image_of, retry, show
-from elib.behaviours._vision import measure_redness, red_mask
+from elib.behaviours._vision import measure_redness
+from elib.link.protocol.colours import Hue, coloured
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.robot.blocking import BlockingEpuck
@@ -25,7 +26,7 @@ def red_to_white(pixels: NDArray[numpy.uint8]) -> NDArray[numpy.uint8]:
     Args:
         pixels: Shape (height, width, 3) in red, green, blue.
     """
-    return red_mask(pixels).astype("u1") * WHITE
+    return coloured(pixels, Hue.RED).astype("u1") * WHITE
 
 
 @behaviour(world="red-boxes", group="samples of 2011")

@@ -15,6 +15,7 @@ from elib.doors.agent.driver import FRONT, OBSTACLE, REAR, SLACK, CallRefused, D
 from elib.doors.agent.limits import Budget, Limits
 from elib.doors.agent.tool import Json, Parameter, Result, Tool
 from elib.link.protocol import values as v
+from elib.link.protocol.colours import Hue
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.panel.behaviours import catalogue
@@ -22,7 +23,6 @@ from elib.panel.panel import Panel
 from elib.panel.slot import Slot
 from elib.panel.watching import virtual
 from elib.robot.motion import TURN_RATE
-from elib.simulator.physics.optics import FOCAL, SENSOR
 
 PICTURE = (40, 40)
 """Columns and rows of a picture: 3,200 bytes, 0.3 s at 115,200 baud."""
@@ -108,7 +108,8 @@ class Tools:
                 "look",
                 "Take a picture",
                 "Take one colour picture with the camera, which looks straight ahead, and return it with the pose "
-                "where it was taken. The robot does not move.",
+                "where it was taken and the direction of the largest thing of each colour, degrees, positive to the "
+                "left. The robot does not move.",
                 self.look,
                 {"robot": robot},
                 True,
@@ -310,7 +311,6 @@ class Tools:
         driver = self.drivers[robot]
         driver_robot = driver.slot.robot
         context = driver_robot.context
-        view = math.degrees(2 * math.atan(SENSOR[0] / 2 / FOCAL))
         if "set_camera" not in context.profile.absent:
             zooms = context.profile.zooms
             zoom = WIDEST if zooms is None else max(each for each in zooms if each <= WIDEST)
@@ -318,9 +318,9 @@ class Tools:
             wanted = (CameraMode.COLOUR, *PICTURE, zoom)
             if last is None or (last.mode, last.width, last.height, last.zoom) != wanted:
                 await driver.slot.set_camera(*PICTURE, zoom, CameraMode.COLOUR)
-            view = math.degrees(2 * math.atan(PICTURE[0] * zoom / 2 / FOCAL))
         picture = await driver.slot.take_picture()
-        png = await asyncio.to_thread(_png, picture)
+        png, seen = await asyncio.to_thread(lambda: (_png(picture), _colours(picture)))
+        view = math.degrees(picture.bearing(-0.5) - picture.bearing(picture.width - 0.5))
         pose = driver.pose
         data: dict[str, Json] = {
             "robot": robot,
@@ -329,11 +329,12 @@ class Tools:
             "height": picture.height,
             "scale": ENLARGED if picture.width <= 2 * PICTURE[0] else 1,
             "view": round(view, 1),
+            "colours": {each: {"direction": where, "share": width} for each, (where, width) in seen.items()},
         }
         text = (
             f"Picture of {picture.width} x {picture.height} pixels, {view:.0f} degrees from left to right, taken at x "
-            f"{pose.x:.3f} m, y {pose.y:.3f} m, looking to {math.degrees(pose.heading):.0f} degrees."
-        )
+            f"{pose.x:.3f} m, y {pose.y:.3f} m, looking to {math.degrees(pose.heading):.0f} degrees. "
+        ) + (", ".join(f"{each} at {where:+.0f} degrees" for each, (where, _) in seen.items()) or "No colours.")
         return Result(data, text, base64.b64encode(png).decode("ascii"))
 
     async def set_leds(self, robot: str, ring: list[bool] | None, body: bool | None, front: bool | None) -> Result:
@@ -526,6 +527,17 @@ def _reading(reading: v.Reading) -> tuple[dict[str, Json], dict[str, Json], str]
             units[name] = info.unit
         said.append(f"{v.in_words(name)} {value} {info.unit}".rstrip())
     return values, units, ", ".join(said)
+
+
+def _colours(picture: Image) -> dict[str, tuple[float, float]]:
+    """Return of each colour in a picture the direction of its largest area, degrees, and the share of the width."""
+    found = {}
+    for hue in Hue:
+        blob = picture.find(hue.name)
+        if blob is not None:
+            direction = math.degrees(picture.bearing((blob.left + blob.right) / 2))
+            found[hue.name.lower()] = (round(direction, 1), (blob.right + 1 - blob.left) / picture.width)
+    return found
 
 
 def _png(picture: Image) -> bytes:

@@ -175,7 +175,7 @@ def _nearest_size(profile: Profile, mode: int, columns: int, rows: int, zoom: in
             return False
         return True
 
-    factor = zoom if profile.zooms is None else min(zoom, 4)
+    factor = profile.zoom_of_chip(zoom)
     wide, high = min(columns, SENSOR_WIDTH // factor), max(1, min(rows, SENSOR_HEIGHT // factor))
     tried = [(n, m) for m in (high, high + 1) for n in (*range(wide, 0, -1), wide + 1)]
     if (size := next(filter(is_taken, tried), None)) is None:

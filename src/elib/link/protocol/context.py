@@ -181,6 +181,10 @@ class Profile:
             return b""
         return bytes(self.longest_parameters + 1) + b"\r"
 
+    def zoom_of_chip(self, zoom: int) -> int:
+        """Return the pixels of the chip for one of a picture with this zoom (wire-protocol.md, 3.4)."""
+        return zoom if self.zooms is None else min(zoom, 4)
+
     def limited(self, quantity: Quantity) -> Quantity:
         """Return a kind of argument with its range on this firmware."""
         own = self.ranges.get(quantity.name)

@@ -9,6 +9,7 @@ import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from elib.base.body import FOCAL
 from elib.base.errors import ArgumentError, Unsupported
 from elib.link.protocol.quantities import CameraMode
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     import numpy
     import PIL.Image
     from numpy.typing import NDArray
+
+    from elib.link.protocol.colours import Blob
 
 
 class Mounting(enum.Enum):
@@ -59,6 +62,7 @@ class Image:
         mounting: How the chip sits in the robot.
         time: When the picture was complete, s on the clock of the robot's event loop.
         origin: ``robot``, ``simulator`` or ``replay``.
+        zoom: Pixels of the chip for one of the picture; 8 where nothing tells it.
     """
 
     mode: CameraMode
@@ -68,6 +72,7 @@ class Image:
     mounting: Mounting = field(default=Mounting.UPRIGHT, repr=False)
     time: float = field(default=math.nan, compare=False, repr=False)
     origin: str = field(default="", compare=False, repr=False)
+    zoom: int = field(default=8, compare=False, repr=False)
 
     @property
     def pixels(self) -> NDArray[numpy.uint8]:
@@ -95,6 +100,40 @@ class Image:
                 hint="its bytes are in .raw; ask for GREY or COLOUR",
             )
         return np.ascontiguousarray(np.rot90(chip, self.mounting.value))
+
+    def find(self, colour: str) -> Blob | None:
+        """Return the largest area of one colour in the upright picture; None if there is none.
+
+        It goes by hue and saturation beside the picture's own grey, so it works in dim and in bright rooms, with the
+        washed-out colours of an e-puck2, and with rows that a lost byte spoils. What takes less than half a percent of
+        the picture is noise. With the real pictures that elib is measured by it finds each red and blue thing
+        (docs/cookbook/camera.md).
+
+        Args:
+            colour: ``red``, ``orange``, ``yellow``, ``green`` or ``blue``; a pixel has the nearest of them.
+
+        Returns:
+            How many ``pixels`` it has, their mean ``column`` and ``row``, and its first and last column, ``left`` and
+            ``right``.
+
+        Raises:
+            ArgumentError: There is no such colour, or the picture is grey.
+            Unsupported: The picture is in YUV, which elib does not decode.
+        """
+        from elib.link.protocol.colours import find, hue_named  # here: they need NumPy
+
+        return find(self.pixels, hue_named(colour))
+
+    def bearing(self, column: float) -> float:
+        """Return in which direction the camera sees a column, rad from straight ahead, positive to the left.
+
+        The chip's 640 columns see 47 degrees, give or take 2, so a picture of 40 columns at zoom 8 goes from 12 degrees
+        on the left to 12 on the right (docs/reference/e-puck.md, 8).
+
+        Args:
+            column: 0 is the middle of the left one.
+        """
+        return math.atan(((self.width - 1) / 2 - column) * self.zoom / FOCAL)
 
     def save(self, path: str | os.PathLike[str], *, scale: int = 1) -> None:
         """Write the upright picture to *path* in the format its ending names, each pixel *scale* times as large."""

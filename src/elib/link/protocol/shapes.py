@@ -282,11 +282,16 @@ class Picture:
             return None
         width, height = (rows, columns) if profile.mounting.swaps else (columns, rows)
         raw = bytes(buffer[start + PICTURE_HEADER : end])
-        image = Image(CameraMode(mode), width, height, raw, profile.mounting, **context.stamp)
+        settings = context.last_set.camera
+        zoom = profile.zoom_of_chip(ZOOM if settings is None else settings.zoom)
+        image = Image(CameraMode(mode), width, height, raw, profile.mounting, zoom=zoom, **context.stamp)
         return Parsed(end, image)
 
 
 PICTURE: Reply[Image] = Picture()
+
+ZOOM = 8
+"""Of every robot's pictures until it is set another one (wire-protocol.md, 3.4)."""
 
 PACKET_CODE = 0x08
 PACKET_FORMAT = "<3h3f3h3fb8H8HH4H2hHB3BB3H3HB"

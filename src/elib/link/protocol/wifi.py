@@ -14,6 +14,7 @@ from typing import Generic, TypeVar
 from elib.base.errors import RemoteProtocolError, Unsupported
 from elib.link.protocol import values as v
 from elib.link.protocol.actuators import ACTUATORS_LAYOUT, AVOID, BODY, FRONT, actuator_bytes
+from elib.link.protocol.camera import SENSOR_WIDTH
 from elib.link.protocol.context import Context, Form, LastSet, Parsed
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
@@ -113,7 +114,8 @@ def sensors_of(payload: bytes | bytearray, start: int, context: Context) -> v.Se
 def image_of(payload: bytes | bytearray, start: int, context: Context) -> Image:
     """Return the picture of an image packet, whose payload begins at *start*."""
     raw = bytes(payload[start : start + PAYLOAD[IMAGE]])
-    return Image(CameraMode.COLOUR, COLUMNS, ROWS, raw, context.profile.mounting, **context.stamp)
+    zoom = SENSOR_WIDTH // COLUMNS
+    return Image(CameraMode.COLOUR, COLUMNS, ROWS, raw, context.profile.mounting, zoom=zoom, **context.stamp)
 
 
 # -- rows of the command table ---------------------------------------------------------------------------------------
