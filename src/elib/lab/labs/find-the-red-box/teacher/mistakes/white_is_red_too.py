@@ -5,7 +5,7 @@ import elib
 
 with elib.connect() as robot:
     robot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
-    while (robot.image().pixels[:, :, 0] > 150).sum() < 20:
+    while (robot.image().pixels[:, :, 0] > 60).sum() < 20:
         robot.turn(math.radians(25))
     near = robot.proximity()
     while max(near.front_left, near.front_right) < 300:
