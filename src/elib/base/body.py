@@ -74,7 +74,7 @@ def camera_view(columns: int, zoom: int) -> float:
     """Return the angle that a picture shows from left to right, rad: 24.5 degrees in 40 columns at zoom 8.
 
     Args:
-        columns: Of the picture.
+        columns: How many columns the picture has.
         zoom: Pixels of the chip for one of the picture.
     """
     return 2 * math.atan(columns * zoom / 2 / FOCAL)

@@ -116,7 +116,7 @@ def find(pixels: NDArray[numpy.uint8], hue: Hue, *, smallest: float = SMALLEST) 
 
     Args:
         pixels: A picture of shape (height, width, 3) in red, green, blue, 0 to 255.
-        hue: Of the colour.
+        hue: Hue of the colour.
         smallest: Share of the picture that it takes at least, 0 to 1.
 
     Raises:
@@ -146,7 +146,7 @@ def coloured(pixels: NDArray[numpy.uint8], hue: Hue) -> Mask:
 
     Args:
         pixels: A picture of shape (height, width, 3) in red, green, blue, 0 to 255.
-        hue: Of the colour.
+        hue: Hue of the colour.
 
     Raises:
         ArgumentError: The picture has no colours.

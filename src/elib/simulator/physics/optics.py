@@ -105,8 +105,8 @@ def broken_row(key: int, spread: float, rows: int) -> int | None:
     """Return in which row of a chip's picture a byte is lost; mostly None.
 
     Args:
-        key: Of the robot's noise at this tick.
+        key: Key of the robot's noise at this tick.
         spread: Factor on all that tells real robots from ideal ones.
-        rows: Of the picture.
+        rows: How many rows the picture has.
     """
     return int(uniform(key, PICTURE + 1) * rows) if uniform(key, PICTURE) < BROKEN_ROWS * spread else None

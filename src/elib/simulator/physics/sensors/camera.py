@@ -232,7 +232,7 @@ def add_noise(pictures: NDArray[np.uint8], keys: Sequence[int], factor: float) -
 
     Args:
         pictures: Red, green, blue, in the shape (pictures, rows, columns, 3); they are changed.
-        keys: Of the robots' noise at this tick.
+        keys: Keys of the robots' noise at this tick.
         factor: On the deviations.
     """
     seen = pictures.reshape(len(pictures), -1)
@@ -250,7 +250,7 @@ def add_noise(pictures: NDArray[np.uint8], keys: Sequence[int], factor: float) -
 def _pixel_noise(factor: float, times: int) -> NDArray[np.uint8]:
     """Return by how much :data:`NOISES` pixels get brighter, and darker: red, green and blue in turn, so often.
 
-    Each picture begins somewhere in it, which takes a tenth of the time of drawing each number anew.
+    Each picture begins somewhere in it, which takes a tenth of the time of drawing each number again.
     """
     words = mix((np.arange(NOISES, dtype=np.uint64) * STRIDE).astype(np.uint32))  # type: ignore[arg-type]
     parts = np.stack((words >> 22, (words >> 11) & 1023, words & 1023), axis=-1)
