@@ -25,8 +25,8 @@ MICROPHONE: Final = 56  # +0..3
 GROUND: Final = 64  # +0..4
 ACCELEROMETER: Final = 72  # +0..2
 GYROSCOPE: Final = 80
-PICTURE: Final = 100  # +0..1: whether a row of it is broken, and which.
-PIXELS: Final = 102  # Where the noise of a picture's pixels begins.
+PICTURE: Final = 112  # +0..1: whether a row of it is broken, and which.
+PIXELS: Final = 114  # Where the noise of a picture's pixels begins.
 
 # Channels of one robot for good; they are keyed without a tick.
 GAIN: Final = 0  # +0..7
