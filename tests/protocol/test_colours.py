@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
 from elib.behaviours.follow_ball import find_ball
-from elib.link.protocol.colours import SMALLEST, Hue, coloured, find
+from elib.link.protocol.colours import MIN_SHARE, Hue, coloured, find
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 
@@ -62,7 +62,7 @@ def test_the_largest_area_that_hangs_together_is_found_and_less_than_half_a_perc
     speck[5, 10:17] = (200, 30, 30)
     assert find(speck, Hue.RED) is None
     speck[6, 16] = (200, 30, 30)
-    assert find(speck, Hue.RED) == (SMALLEST * 1600, pytest.approx(13.4, abs=0.1), pytest.approx(5.1, abs=0.1), 10, 16)
+    assert find(speck, Hue.RED) == (MIN_SHARE * 1600, pytest.approx(13.4, abs=0.1), pytest.approx(5.1, abs=0.1), 10, 16)
 
 
 def test_areas_of_any_shape_are_counted_as_one_by_one() -> None:

@@ -94,7 +94,7 @@ ALIKE: Final = 0.87
 ENOUGH: Final = 0.05
 """Share of a picture that must be white or grey to be its measure."""
 
-SMALLEST: Final = 0.005
+MIN_SHARE: Final = 0.005
 """Share of a picture that a thing takes at least: 8 pixels of 40 x 40."""
 
 
@@ -111,7 +111,7 @@ def hue_named(name: str) -> Hue:
         raise ArgumentError(f"there is no colour {name!r}", hint=f"choose one of {choices}") from None
 
 
-def find(pixels: NDArray[numpy.uint8], hue: Hue, *, smallest: float = SMALLEST) -> Blob | None:
+def find(pixels: NDArray[numpy.uint8], hue: Hue, *, smallest: float = MIN_SHARE) -> Blob | None:
     """Return the largest area of one colour in a picture; None if there is none.
 
     Args:
