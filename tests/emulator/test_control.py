@@ -290,12 +290,12 @@ async def test_a_box_or_a_wall_that_was_put_in_is_there_for_the_robots_and_only_
     control.move_robot(0, 0.7, 0.6, 0.0)
     assert max(world.proximity(0)[0], world.proximity(0)[7]) < 100
     assert control.add_box(0.8, 0.6, pushable=False) == 2
-    assert max(world.proximity(0)[0], world.proximity(0)[7]) > 500
+    assert max(world.proximity(0)[0], world.proximity(0)[7]) > 400
     with pytest.raises(ArgumentError, match="box 2 is in the way"):
         control.move_robot(0, 0.8, 0.6)
     control.remove_box(2)
     assert control.add_wall(0.745, 0.5, 0.745, 0.7) == 1
-    assert max(world.proximity(0)[0], world.proximity(0)[7]) > 500
+    assert max(world.proximity(0)[0], world.proximity(0)[7]) > 400
     for act in (
         lambda: control.add_wall(0.7, 0.5, 0.7, 0.7),
         lambda: control.move_wall(1, 0.7, 0.5, 0.7, 0.7),

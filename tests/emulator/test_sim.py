@@ -31,6 +31,19 @@ async def test_latency_and_baud_of_the_url_reach_the_link(robot: SimTransport) -
     assert now() == pytest.approx(0.02 + (2 + 7) * 10 / 9600, rel=0.05)
 
 
+@inside(opened, "sim://square?speed=max&quality=typical&seed=3")
+async def test_the_quality_of_the_url_draws_the_faults_of_the_robot(robot: SimTransport) -> None:
+    world = robot.simulation.world
+    assert world is not None
+    assert world.scene.model.quality == "typical"
+    assert min(world.proximity(0)) > 20  # in the open
+
+
+def test_an_unknown_quality_names_the_known_ones() -> None:
+    with pytest.raises(ArgumentError, match='"ideal" or "good" or "typical" or "bad"'):
+        SimulationSettings(quality="perfect")
+
+
 @inside(opened, "sim://?speed=max&loss=1")
 async def test_loss_of_the_url_reaches_the_link(robot: SimTransport) -> None:
     await robot.write(b"E\r")

@@ -44,8 +44,8 @@ def stand(robot: Any, parameters: Any, memory: Any) -> None:
 
 def keep_off(robot: Any, parameters: Any, memory: Any) -> None:
     near = robot.proximity
-    left, right = near[7] + 0.7 * near[6] + 0.3 * near[5], near[0] + 0.7 * near[1] + 0.3 * near[2]
-    slow = (left + right) / 1600 if left + right > 40 else 0.0
+    left, right = near[7] + 0.7 * near[6] + 0.1 * near[5], near[0] + 0.7 * near[1] + 0.1 * near[2]
+    slow = (left + right) / 1400 if left + right > 40 else 0.0
     drive(robot, 1.0 - slow, -slow if left > right else slow)
 
 

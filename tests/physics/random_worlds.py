@@ -95,6 +95,9 @@ def random_worlds(count: int, *, first: int = 0, pushables: bool = True) -> Iter
         scene, robots = random_world(seed, pushables=pushables)
         chance = Random(f"robots {seed}")
         model = replace(scene.model, quality=chance.choice(tuple(QUALITIES)))
+        if chance.random() < 0.5:  # spreads by the quality
+            spreads = dict.fromkeys(("gain_spread", "offset_spread", "wheel_spread", "axle_spread"))
+            model = replace(model, profile="measured", **spreads)
         floor = chance.choice((scene.floor, Colour(*[chance.randint(0, 255)] * 3)))
         yield replace(scene, model=model, floor=floor), robots
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from world_rig import room_of
 
 from elib.base.body import SENSOR_DIRECTIONS
+from elib.base.infrared import NORMAL_ROOM
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
 from elib.simulator.physics.fittings import Light
 from elib.simulator.physics.noise import AMBIENT
@@ -45,7 +46,7 @@ def lamp_beside(distance, **options):
 
 def test_a_room_without_lamps_reads_the_same_everywhere():
     assert readings(ROOM) == [4000] * 8
-    assert readings(replace(ROOM, model=EpuckModel(sensor_noise=0))) == [3750] * 8
+    assert readings(replace(ROOM, model=EpuckModel(sensor_noise=0))) == [NORMAL_ROOM] * 8
 
 
 @pytest.mark.parametrize("intensity", [0.5, 1.0, 4.0])
@@ -263,11 +264,11 @@ def test_whatever_stands_there_the_readings_are_those_of_the_law(examples):
     assert examples < lit_sensors < 4 * examples  # Neither all in the light nor all in the shadow.
 
 
-def test_the_noise_is_seven_counts_as_a_difference_of_two_has_enkis_ten():
+def test_the_noise_is_two_counts_as_a_difference_of_two_has_three():
     scene = replace(ROOM, model=EpuckModel(ambient=2000))
     samples = [reading for tick in range(400) for reading in readings(scene, tick=tick)]
     assert statistics.fmean(samples) == pytest.approx(2000, abs=0.5)
-    assert statistics.stdev(samples) == pytest.approx(10 / math.sqrt(2), rel=0.05)
+    assert statistics.stdev(samples) == pytest.approx(3 / math.sqrt(2), rel=0.05)
     assert samples[:8] == readings(scene)
     assert AMBIENT == 32  # A channel that moved would change every recorded run.
 

@@ -196,7 +196,7 @@ MISTAKES = {
     "flag": (replaced(b"seed = 7", b"seed = true"), "mine.toml:6: simulation.seed is true", "seed = 1"),
     "profile": (
         replaced(b'"webots"', b'"wobots"'),
-        "mine.toml:8: epuck.profile is 'wobots'; it must be \"enki\" or ",
+        "mine.toml:8: epuck.profile is 'wobots'; it must be \"measured\" or ",
         "did you mean webots?",
     ),
     "rays": (replaced(b"rays = 5", b"rays = 2"), "mine.toml:9: epuck.rays is 2; it must be 1 or 3 or 5", "rays = 3"),

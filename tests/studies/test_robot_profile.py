@@ -52,6 +52,7 @@ def profiles(draw: st.DrawFn) -> RobotProfile:
         st.tuples(*(st.tuples(st.just(distance), counts) for distance in (0.0, *sorted(further)))),
         numbers(0, 500),
         st.tuples(*[numbers(0.1, 10)] * 8),
+        st.tuples(*[numbers(0, 4095)] * 8),
     )
     return RobotProfile(
         draw(st.text(max_size=200).filter(str.isprintable)),
@@ -92,13 +93,14 @@ def test_knots_that_are_very_near_each_other_stay_apart() -> None:
         ("[infrared]\ncurve = []", r"infrared\.curve is \[\]; it must be 2 to 1000 pairs"),
         ("[infrared]\ncurve = [[0.0, 10], [0.0, 5]]", r"infrared\.curve .* rising"),
         ("[infrared]\ncurve = [[0.01, 10], [0.02, 5]]", r"infrared\.curve .* from 0 "),
-        ("[infrared]\ncurve = [[0.0, 5000], [0.02, 5]]", "4095"),
+        ("[infrared]\ncurve = [[0.0, 50000], [0.02, 5]]", "40950"),
         ("[infrared]\ncurve = [[0.0, nan], [0.02, 5]]", r"infrared\.curve"),
         (
             "[infrared]\ncurve = [[0, 9], [0.1, 1]]\ngains = [1, 1]",
             r"infrared\.gains is \[1, 1\]; it must be 8 numbers",
         ),
         ("[infrared]\ncurve = [[0, 9], [0.1, 1]]\ngains = [1, 1, 1, 1, 1, 1, 1, nan]", r"infrared\.gains"),
+        ("[infrared]\ncurve = [[0, 9], [0.1, 1]]\noffsets = [-1, 0, 0, 0, 0, 0, 0, 0]", r"infrared\.offsets"),
         ("about = 3", r"about is 3; it must be a text"),
         ("about = ", r"p\.toml: this is not TOML"),
     ],
@@ -181,8 +183,11 @@ def test_the_link_is_as_slow_as_the_profile_says_unless_the_url_says_otherwise(t
 def test_the_infrared_sensors_read_as_the_profile_says(tmp_path: Path) -> None:
     file = tmp_path / "p.toml"
     gains = (1.0, 1.0, 1.0, 1.0, 1.0, 2.0, 1.0, 1.0)
-    write(RobotProfile("", infrared=Infrared(((0.0, 700.0), (0.2, 700.0)), 0.0, gains)), file)
-    assert driven(f"sim://square?speed=max&profile={file}")[2] == [700, 700, 700, 700, 700, 1400, 700, 700]
+    offsets = (0.0, 0.0, 200.0, 0.0, 0.0, 50.0, 0.0, 0.0)
+    write(RobotProfile("", infrared=Infrared(((0.0, 700.0), (0.2, 700.0)), 0.0, gains, offsets)), file)
+    for quality in ("ideal", "bad"):
+        read = driven(f"sim://square?speed=max&quality={quality}&profile={file}")[2]
+        assert read == [700, 700, 900, 700, 700, 1450, 700, 700]
 
 
 def test_a_profile_describes_one_robot_so_the_spread_of_the_world_does_not_count(tmp_path: Path) -> None:

@@ -81,6 +81,7 @@ def to_text(found: Fitted) -> str:
         rows += [
             ("infrared", f"{shown}; noise {infrared.noise:.1f} counts"),
             ("gains", " ".join(f"{gain:.3f}" for gain in infrared.gains)),
+            ("in the open", " ".join(f"{offset:.1f}" for offset in infrared.offsets)),
             ("predicted", f"readings that were not fitted, within {errors}; {nearest}"),
         ]
     return table(rows, width=min(columns(), 79))
@@ -109,6 +110,7 @@ def to_json(found: Fitted) -> dict[str, object]:
             "curve": curve.infrared.curve,
             "noise": curve.infrared.noise,
             "gains": curve.infrared.gains,
+            "offsets": curve.infrared.offsets,
             "nearest": curve.nearest,
             "error": curve.error,
             "near_error": curve.near_error,

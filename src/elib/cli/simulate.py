@@ -28,6 +28,7 @@ from elib.simulator.emulator.loopback import EVERYWHERE, LOOPBACK
 from elib.simulator.emulator.registry import registered
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import DEFAULT_WORLD, SimulationSettings
+from elib.simulator.physics.body import QUALITIES
 from elib.simulator.worlds.files import gallery
 
 ANY_FREE = ""
@@ -105,6 +106,9 @@ class SimulationOptions:
     ] = None
     profile: Annotated[
         str | None, _text("profile", "FILE", "A robot profile, as elib fit writes it: all robots are like that one.")
+    ] = None
+    quality: Annotated[
+        str | None, _text("quality", "Q", f"How good the robots are: {', '.join(QUALITIES)}; else as the world says.")
     ] = None
 
 

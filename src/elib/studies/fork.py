@@ -42,8 +42,8 @@ NEAR_STEP, FAR_STEP, PARTS = 0.0005, 0.02, 12
 """m between the places that are tried for a robot, near its own place and further away; and in how many directions."""
 MIN_SHIFT = 0.02
 """m by which a robot may stand beside its recorded place without a warning."""
-LINK_KEYS = ("latency", "jitter", "loss", "baud")
-"""Keys of a recorded ``sim://`` URL that describe its link."""
+KEPT_KEYS = ("latency", "jitter", "loss", "baud", "quality")
+"""Keys of a recorded ``sim://`` URL that describe its link and its robots."""
 MOMENT = Number(unit="s")
 """A time of a recording."""
 MAX_SPEED = STEPS_PER_REVOLUTION
@@ -79,7 +79,7 @@ async def fork(recording: Recording, state: RobotState, *, world: str | None = N
 
     It stands where the recorded robot stood, or as near as there is room, and drives on at its speed, with its step
     counters, lamps and camera. Movable things and other robots are where they were. A robot that was simulated keeps
-    its profile and the latency, jitter, loss and baud of its link. Noise, charge, and
+    its profile and quality, and the latency, jitter, loss and baud of its link. Noise, charge, and
     whatever was not measured, begin afresh.
 
     Args:
@@ -122,7 +122,7 @@ def _likeness(recording: Recording, folder: Path) -> list[tuple[str, str]]:
     about = recording.about
     keys = []
     if about.get("url", "").startswith("sim://"):
-        keys += [(key, value) for key, value in parse_url(about["url"]).query if key in LINK_KEYS]
+        keys += [(key, value) for key, value in parse_url(about["url"]).query if key in KEPT_KEYS]
     if about.get("profile"):
         path = folder / "profile.toml"
         path.write_text(about["profile"], encoding="utf-8")

@@ -1,10 +1,10 @@
 """Fit of the response curve of a robot's infrared sensors to their readings on a path along known walls.
 
-The published curve is changed until it fits: a piecewise linear function between knots is added to its logarithm. That
-function is stiff, so that the curve keeps its published shape where nothing was read. Each sensor has a gain of its
-own, and all sensors share a level in the open. The firmware cuts readings off at 0, so the mean of the noise in the
-open is above 0: the model predicts the mean of the cut-off reading. The method is Gauss-Newton; readings that do not
-fit lose their weight.
+The usual curve is changed until it fits: a piecewise linear function between knots is added to its logarithm. That
+function is stiff, so that the curve keeps its usual shape where nothing was read. Each sensor has a gain and a
+level in the open of its own. The firmware cuts readings off at 0, so the mean of the noise in the open may be above 0:
+the model predicts the mean of the cut-off reading. The method is Gauss-Newton; readings that do not fit lose their
+weight.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
-from elib.base.infrared import SPACING
+from elib.base.infrared import MOST_LIGHT, SPACING, USUAL_RESPONSE
 from elib.simulator.emulator.robotprofile import Infrared
-from elib.simulator.physics.profiles import COUNT, PROFILES
+from elib.simulator.physics.profiles import COUNT
 from elib.studies.series import Numbers
 
 REACH = 0.12
@@ -29,23 +29,23 @@ KNOTS = np.array([0.0, 0.006, 0.009, 0.012, 0.015, 0.018, 0.022, 0.027, 0.033, 0
 STIFFNESS = 1.0
 """Expected change of slope of the curve's logarithm from knot to knot: published curves differ by so much."""
 FREEDOM = 1.0
-"""Expected difference of the logarithm from that of the published curve."""
+"""Expected difference of the logarithm from that of the usual curve."""
 GAINS = 0.15
 """Expected spread of the gains of the sensors."""
 DELAY = 0.02
 """Expected difference between the age of a reading and the age of the counters, s."""
 SATURATED = 3400.0
 """Counts from which the ambient light limits readings (e-puck.md, 4)."""
-NEAR = 100.0
-"""Counts from which something is near: 5 cm by the published curves."""
+NEAR = 70.0
+"""Counts above the level in the open from which something is near: 5 cm by the usual curve."""
 MIN_NEAR = 40
 """Least number of readings of something near, of all sensors together."""
 POSE_ERROR = 2e-4
 """Error of the measured distance besides all noise, m."""
 RELATIVE = 0.01
 """Share of a reading that no model of a sensor explains."""
-USUAL_NOISE = 10.0
-"""Usual standard deviation of a reading, counts (Enki)."""
+USUAL_NOISE = 3.0
+"""Usual standard deviation of a reading, counts (measured-robots: infrared.noise_at_rest)."""
 TUKEY = 4.685
 """Deviations at which the biweight ends, as in :mod:`elib.studies.wheels`."""
 ROUNDS, SOFT_ROUNDS = 16, 6
@@ -57,7 +57,7 @@ MAX_READINGS = 900
 EVERY = 5
 """One reading in so many is not fitted but predicted, to test the fit."""
 SHOWN = np.array(
-    [0.0, *np.arange(0.004, 0.02, 0.001), *np.arange(0.02, 0.04, 0.0025), *np.arange(0.04, REACH + 0.001, 0.005)]
+    [0.0, *np.arange(0.001, 0.02, 0.001), *np.arange(0.02, 0.04, 0.0025), *np.arange(0.04, REACH + 0.001, 0.005)]
 )
 """Distances at which a profile has the curve, m."""
 
@@ -67,12 +67,12 @@ class CurveFit:
     """The fitted infrared sensors.
 
     Attributes:
-        infrared: Curve, noise and gains.
+        infrared: Curve, noise, gains and offsets.
         delay: Age of a reading at its time, s.
-        nearest: Least distance at which something was read, m; below it the curve has the shape of the published one.
+        nearest: Least distance at which something was read, m; below it the curve has the shape of the usual one.
         readings: Number of readings that were fitted.
         error: Root mean square of predicted minus read counts, of readings that were not fitted.
-        near_error: Root mean square error of such readings above :data:`NEAR`, as a share of the reading.
+        near_error: Root mean square error of such readings more than :data:`NEAR` above the open, as a share of them.
     """
 
     infrared: Infrared
@@ -96,7 +96,7 @@ def fit_curve(depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbe
         ArgumentError: There are too few readings of something near.
     """
     depth, _ = depths_at(delay)
-    near = int(np.sum((read > NEAR) & (depth.min(axis=-1) < REACH)))
+    near = int(np.sum((read - np.median(read, axis=0) > NEAR) & (depth.min(axis=-1) < REACH)))
     if near < MIN_NEAR:
         raise ArgumentError(
             f"only {near} infrared readings are of something nearer than about 5 cm; the curve needs {MIN_NEAR}",
@@ -115,9 +115,9 @@ def fit_curve(depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbe
     aim = read[is_test]
     fits = aim < SATURATED
     off = (predicted - aim)[fits]
-    is_near = aim[fits] > NEAR
+    is_near = (aim - model.levels > NEAR)[fits]
     depth, _ = depths_at(float(model.unknowns[-1]))
-    seen = depth[..., 0][(read > NEAR) & (read < SATURATED)]
+    seen = depth[..., 0][(read - model.levels > NEAR) & (read < SATURATED)]
     return CurveFit(
         model.infrared(),
         float(model.unknowns[-1]),
@@ -133,7 +133,7 @@ def _only(found: tuple[Numbers, Numbers], kept: NDArray[np.bool_]) -> tuple[Numb
 
 
 class _Model:
-    """The model and its unknowns: changes of the logarithm at the knots, logarithms of the gains, level, age."""
+    """The model and its unknowns: changes of the logarithm at the knots, logarithms of the gains, levels, age."""
 
     def __init__(self, depths_at: Callable[[float], tuple[Numbers, Numbers]], read: Numbers, delay: float) -> None:
         self._depths_at = depths_at
@@ -142,8 +142,13 @@ class _Model:
         self._rounds = 0
         self.noise = USUAL_NOISE
         # Most of a drive is in the open, where the mean is above 0 because readings are cut off at 0.
-        level = max(float(np.median(read)) - USUAL_NOISE, 0.0)
-        self.unknowns = np.concatenate([np.zeros(len(KNOTS) + COUNT), [level, delay]])
+        levels = np.clip(np.median(read, axis=0) - USUAL_NOISE, 0.0, None)
+        self.unknowns = np.concatenate([np.zeros(len(KNOTS) + COUNT), levels, [delay]])
+
+    @property
+    def levels(self) -> Numbers:
+        """What each sensor reads in the open, counts."""
+        return self.unknowns[len(KNOTS) + COUNT : -1]
 
     def predict(self, unknowns: Numbers, noise: float, depth: Numbers | None = None) -> tuple[Numbers, Numbers]:
         """Return the expected value of each reading, counts, and its derivatives by all unknowns except the age."""
@@ -152,16 +157,16 @@ class _Model:
         bends, gains = unknowns[: len(KNOTS)], np.exp(unknowns[len(KNOTS) : len(KNOTS) + COUNT])
         below = np.clip(np.searchsorted(KNOTS, depth, side="right") - 1, 0, len(KNOTS) - 2)
         part = (depth - KNOTS[below]) / (KNOTS[below + 1] - KNOTS[below])
-        light = shares * published(depth) * np.exp(bends[below] * (1 - part) + bends[below + 1] * part)
+        light = shares * usual(depth) * np.exp(bends[below] * (1 - part) + bends[below + 1] * part)
         whole = light.sum(axis=-1)
-        mean = gains * whole + unknowns[len(KNOTS) + COUNT]
+        mean = gains * whole + unknowns[len(KNOTS) + COUNT : -1]
         slopes = np.zeros((*mean.shape, len(unknowns) - 1))
         rows, columns = np.indices(mean.shape)
         for ray in range(depth.shape[-1]):
             for knot, weight in ((below[..., ray], 1 - part[..., ray]), (below[..., ray] + 1, part[..., ray])):
                 slopes[rows, columns, knot] += gains * light[..., ray] * weight  # no place occurs twice
         slopes[rows, columns, len(KNOTS) + columns] = gains * whole
-        slopes[..., len(KNOTS) + COUNT] = 1
+        slopes[rows, columns, len(KNOTS) + COUNT + columns] = 1
         share = _normal(mean / noise)
         cut = mean * share + noise * np.exp(-0.5 * np.square(mean / noise)) / math.sqrt(math.tau)
         return cut, slopes * share[..., None]
@@ -175,14 +180,15 @@ class _Model:
         by_age = (self.predict(ahead, self.noise)[0] - self.predict(behind, self.noise)[0]) / 2e-3
         slopes = np.concatenate([slopes, by_age[..., None]], axis=-1)
         missed = mean - self._read
-        quiet = missed[(mean > 3 * USUAL_NOISE) & (mean < 3 * NEAR)]
+        light = np.clip(mean - self.levels, 0, None)
+        quiet = missed[(mean > 3 * USUAL_NOISE) & (light < 3 * NEAR)]
         if len(quiet) > MIN_NEAR:
             self.noise = max(1.4826 * float(np.median(np.abs(quiet - np.median(quiet)))), 1.0)
         # Near a wall a fraction of a millimetre matters. The curve falls about as 1/d^2, so its slope is 2/d of itself.
-        steep = 2 * mean / 0.012 * np.sqrt(np.clip(mean, 0, None) / 1600)
+        steep = 2 * light / 0.012 * np.sqrt(light / 1250)
         deviation = np.sqrt(self.noise**2 + (RELATIVE * mean) ** 2 + (POSE_ERROR * steep) ** 2)
         # The errors near something are not known in advance, and most readings are of nothing.
-        sees = (mean > NEAR / 2) & (self._read < SATURATED)
+        sees = (light > NEAR / 2) & (self._read < SATURATED)
         scale = np.ones(mean.shape)
         if sees.any():
             scale[sees] = max(1.0, 1.4826 * float(np.median(np.abs(missed / deviation)[sees])))
@@ -198,6 +204,7 @@ class _Model:
         change = np.linalg.lstsq(rows, aims, rcond=None)[0]
         largest = float(np.abs(change[: len(KNOTS) + COUNT]).max())
         self.unknowns = self.unknowns + change * min(1.0, 1.0 / max(largest, 1e-12))
+        self.levels[:] = np.maximum(self.levels, 0.0)  # below it all levels give the same readings
         return largest
 
     def _prior(self) -> tuple[Numbers, Numbers]:
@@ -208,10 +215,10 @@ class _Model:
             stiff[k, k : k + 3] = np.array([1, -2, 1]) / STIFFNESS
         free = np.eye(count)[:knots] / FREEDOM
         gains = np.eye(count)[knots : knots + COUNT] / GAINS
-        level = np.zeros((1, count))
-        level[0, knots : knots + COUNT] = 1e3  # the mean gain is 1: a common factor belongs to the curve
+        scale = np.zeros((1, count))
+        scale[0, knots : knots + COUNT] = 1e3  # the mean gain is 1: a common factor belongs to the curve
         age = np.eye(count)[-1:] / DELAY
-        rows = np.vstack([stiff, free, gains, level, age])
+        rows = np.vstack([stiff, free, gains, scale, age])
         rest = self.unknowns.copy()
         rest[-1] -= self._delay
         return rows, -(rows @ rest)
@@ -219,18 +226,18 @@ class _Model:
     def infrared(self) -> Infrared:
         """Return the curve in the form of a profile."""
         bends = np.interp(SHOWN, KNOTS, self.unknowns[: len(KNOTS)])
-        counts = published(SHOWN) * np.exp(bends) + self.unknowns[len(KNOTS) + COUNT]
-        # A nearer wall never gives fewer counts; the converter has 12 bits.
-        counts = np.maximum.accumulate(np.clip(counts, 0, 4095)[::-1])[::-1]
+        counts = usual(SHOWN) * np.exp(bends)
+        # A nearer wall never gives fewer counts.
+        counts = np.maximum.accumulate(np.clip(counts, 0, MOST_LIGHT)[::-1])[::-1]
         gains = np.exp(self.unknowns[len(KNOTS) : len(KNOTS) + COUNT])
         knots = tuple((round(float(d), 4), round(float(c), 1)) for d, c in zip(SHOWN, counts, strict=True))
-        return Infrared(knots, round(self.noise, 2), tuple(round(float(gain), 4) for gain in gains))
+        offsets = tuple(round(max(float(level), 0.0), 2) for level in self.levels)
+        return Infrared(knots, round(self.noise, 2), tuple(round(float(gain), 4) for gain in gains), offsets)
 
 
-def published(distance: Numbers) -> Numbers:
-    """Return the counts of Enki's curve at distances in m."""
-    table = np.array(PROFILES["enki"].counts[:-1])
-    found: Numbers = np.interp(distance, np.arange(len(table)) * SPACING, table)
+def usual(distance: Numbers) -> Numbers:
+    """Return the counts of the usual curve at distances in m."""
+    found: Numbers = np.interp(distance, np.arange(len(USUAL_RESPONSE)) * SPACING, USUAL_RESPONSE)
     return found
 
 

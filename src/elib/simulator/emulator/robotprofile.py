@@ -14,9 +14,10 @@
     jitter = 0.0031             # s, standard deviation of that
 
     [infrared]
-    curve = [[0.0, 3700], [0.01, 2010], [0.02, 640], [0.05, 101], [0.12, 2]]   # m to a white wall, counts
-    noise = 10.0                # counts, standard deviation
+    curve = [[0.0, 9000], [0.01, 1630], [0.02, 430], [0.05, 71], [0.12, 0]]    # m to a white wall, counts
+    noise = 3.0                 # counts, standard deviation
     gains = [1.0, 0.97, 1.02, 1.0, 1.01, 0.99, 1.0, 1.03]                      # factor of each sensor
+    offsets = [210.0, 95.0, 140.0, 180.0, 330.0, 120.0, 90.0, 260.0]           # counts that each reads in the open
 
 Every table may be left out. Its values are then nominal, or those of the world.
 """
@@ -31,7 +32,7 @@ from typing import Annotated, cast
 
 from elib.base.body import AXLE, WHEEL_DIAMETER
 from elib.base.files import read_file, write_file
-from elib.base.infrared import response_table
+from elib.base.infrared import MOST_LIGHT, response_table
 from elib.base.rules import Delay, Number, Rule, Several, Text, is_number
 from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
 from elib.simulator.physics import profiles
@@ -63,7 +64,7 @@ class CurveRule(Rule):
     def __str__(self) -> str:
         return (
             f"2 to {MAX_KNOTS} pairs of a distance, m, from 0 and rising to {MAX_REACH:g} at most, and a reading,"
-            f" 0 to {profiles.FULL_SCALE} counts"
+            f" 0 to {MOST_LIGHT:g} counts"
         )
 
     def accept(self, value: object) -> tuple[tuple[float, ...], ...]:
@@ -79,15 +80,21 @@ class CurveRule(Rule):
 def _is_pair(pair: object) -> bool:
     if not isinstance(pair, list) or len(pair) != 2 or not all(map(is_number, pair)):
         return False
-    return bool(0 <= pair[0] <= MAX_REACH and 0 <= pair[1] <= profiles.FULL_SCALE)
+    return bool(0 <= pair[0] <= MAX_REACH and 0 <= pair[1] <= MOST_LIGHT)
 
 
 Curve = Annotated[
-    tuple[tuple[float, float], ...], CurveRule(example="[[0.0, 3700], [0.01, 2010], [0.03, 290], [0.12, 0]]")
+    tuple[tuple[float, float], ...], CurveRule(example="[[0.0, 9000], [0.01, 1630], [0.03, 190], [0.12, 0]]")
 ]
 Gains = Annotated[
     tuple[float, ...],
     Several(Number(0.1, 10), profiles.COUNT, example="[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]"),
+]
+Offsets = Annotated[
+    tuple[float, ...],
+    Several(
+        Number(0, profiles.FULL_SCALE, "counts"), profiles.COUNT, example="[200, 200, 200, 200, 200, 200, 200, 200]"
+    ),
 ]
 
 
@@ -134,18 +141,20 @@ class Infrared:
     """How the robot's infrared sensors respond to a white flat surface straight ahead.
 
     Attributes:
-        curve: Readings, counts, at distances, m, that begin at 0 and rise. Between them the curve is straight, beyond
-            the last one it is constant.
+        curve: Light, counts, at distances, m, that begin at 0 and rise. Between them the curve is straight, beyond
+            the last one it is constant. What is more than the room's light saturates the sensor.
         noise: Standard deviation of a reading, counts.
         gains: Factor of each sensor on the curve, clockwise from the front right one.
+        offsets: What each sensor reads in the open, counts, in the same order.
     """
 
     curve: Curve
-    noise: Annotated[float, Number(0, 500, "counts")] = 10.0
+    noise: Annotated[float, Number(0, 500, "counts")] = 3.0
     gains: Gains = (1.0,) * profiles.COUNT
+    offsets: Offsets = (0.0,) * profiles.COUNT
 
     def counts(self, distance: float) -> float:
-        """Return the reading at a distance, m, in counts."""
+        """Return the light at a distance, m, in counts."""
         return interpolated(self.curve, distance)
 
     def response(self) -> profiles.Profile:
@@ -243,7 +252,7 @@ def written(profile: RobotProfile) -> str:
         lines += ["", "[infrared]", "curve = [  # m to a white wall, counts"]
         lines += [f"  [{_exact(distance)}, {_exact(counts)}]," for distance, counts in infrared.curve]
         lines += ["]", f"noise = {_exact(infrared.noise)}  # counts, standard deviation"]
-        lines.append(f"gains = [{', '.join(map(_exact, infrared.gains))}]")
+        lines += [f"{name} = [{', '.join(map(_exact, getattr(infrared, name)))}]" for name in ("gains", "offsets")]
     return "\n".join(lines).lstrip("\n") + "\n"
 
 

@@ -10,6 +10,7 @@ from elib.base.errors import ArgumentError
 from elib.base.rules import Delay, Probability, Seed, Whole, check, fields_of
 from elib.base.timebase import Speed, parse_speed
 from elib.link.transport.url import Url
+from elib.simulator.physics.body import Quality
 
 DEFAULT_WORLD = "arena"
 
@@ -34,6 +35,8 @@ class SimulationSettings:
         fault: Script of timed faults: the name of one that comes with elib, or the path of a TOML file; or None.
         profile: File of a robot profile, as ``elib fit`` writes it: wheels, link and infrared curve of one true robot,
             which all robots here then have; or None.
+        quality: How good the robots are: ``ideal``, ``good``, ``typical`` or ``bad``; the seed draws their faults.
+            None: as the world says.
         view: Show the world live in the browser. A process of its own then simulates it in real time, and ends with
             this one. The key takes no value: ``sim://corridor?view``.
 
@@ -54,12 +57,15 @@ class SimulationSettings:
     loss: Probability = 0.0
     fault: str | None = None
     profile: str | None = None
+    quality: Quality | None = None
     view: bool = False
 
     def __post_init__(self) -> None:
         check(self)
         if self.profile is not None and self.hardware is not None:
             raise ArgumentError("profile and hardware exclude each other", hint="constant readings need no profile")
+        if self.quality is not None and self.hardware is not None:
+            raise ArgumentError("quality and hardware exclude each other", hint="constant readings have no quality")
         if self.robot is not None and self.robots is not None and self.robot > self.robots:
             raise ArgumentError(f"robot is {self.robot}, but there are robots={self.robots}, counted from 1")
         if parse_speed(self.speed) == "max" and self.view:

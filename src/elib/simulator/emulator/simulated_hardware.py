@@ -29,7 +29,6 @@ from elib.simulator.emulator.robotprofile import RobotProfile
 from elib.simulator.emulator.timing import BITS_PER_BYTE, DEFAULT_BAUD
 from elib.simulator.physics import Colour, Lamps, World
 from elib.simulator.physics.body import GRAVITY
-from elib.simulator.physics.profiles import FULL_SCALE
 from elib.simulator.physics.sensors.distance import biased
 
 if TYPE_CHECKING:
@@ -92,8 +91,8 @@ class SimulatedHardware:
             mounting: How its camera sits, if not as usual for the build.
             switched_on: When it was switched on, s of the world's time: the zero of :meth:`advance`.
             charge: Charge of its battery at that time, 0..1.
-            profile: How it differs from a nominal robot: wheels, and gains of the infrared sensors. Their curve belongs
-                to the world (:meth:`~elib.simulator.emulator.robotprofile.RobotProfile.model`).
+            profile: How it differs from a nominal robot: wheels, gains and offsets of the infrared sensors. Their
+                curve belongs to the world (:meth:`~elib.simulator.emulator.robotprofile.RobotProfile.model`).
 
         Raises:
             ArgumentError: There is no such robot in the world, no such mounting, or the charge is out of its range.
@@ -113,8 +112,8 @@ class SimulatedHardware:
         self.robot_index = robot_index
         self._build = build
         self._wheels = None if profile is None else profile.wheels
-        infrared = None if profile is None else profile.infrared
-        self._gains = () if infrared is None else infrared.gains
+        if profile is not None and profile.infrared is not None:
+            world.set_infrared(robot_index, profile.infrared.gains, profile.infrared.offsets)
         self._switched_on = switched_on
         self._now = switched_on
         self.volts: Callable[[], float | None] | None = None
@@ -209,10 +208,7 @@ class SimulatedHardware:
 
     def reflected_light(self) -> Sequence[int]:
         """Return ambient minus lit reading of the eight infrared sensors, counts, 0..4095, higher is nearer."""
-        seen = self.world.proximity(self.robot_index)
-        if not self._gains:
-            return seen
-        return [min(round(gain * counts), FULL_SCALE) for gain, counts in zip(self._gains, seen, strict=True)]
+        return self.world.proximity(self.robot_index)
 
     def ambient_light(self) -> Sequence[int]:
         """Return the eight readings with the emitters off, counts, 0..4095, higher is darker."""

@@ -165,6 +165,8 @@ class Simulation:
         self.robots: dict[int, VirtualRobot] = {}
         if settings.hardware is None:
             scene = scene or Scene.load(settings.world, robots=settings.robots)
+            if settings.quality is not None:
+                scene = replace(scene, model=replace(scene.model, quality=settings.quality))
             if settings.profile is not None:
                 scene = replace(scene, model=self.profile.model(scene.model))
             self.world = World(scene, robots=settings.robots, seed=settings.seed)
@@ -479,7 +481,7 @@ def no_robot(settings: SimulationSettings) -> SimulationError:
 
 def _world(settings: SimulationSettings) -> tuple[object, ...]:
     """Return what the robots of one world have in common."""
-    return settings.world, settings.seed, settings.robots, settings.hardware, settings.profile
+    return settings.world, settings.seed, settings.robots, settings.hardware, settings.profile, settings.quality
 
 
 def _own(settings: SimulationSettings) -> SimulationSettings:

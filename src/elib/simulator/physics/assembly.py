@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.simulator.physics import profiles, records
-from elib.simulator.physics.body import QUALITIES, RADIUS
+from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.floor import Floor, packed
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, infrared_reflectance, unit
 from elib.simulator.physics.neighbours import IN_A_TICK, NEAR_WALLS, SENSORS_WITHIN, STRAY
@@ -59,17 +59,16 @@ def thing_record(thing: Box | Cylinder, first: int = 0) -> records.Thing:
     return made
 
 
-def fans(rays: int, reach: float) -> list[records.Fan]:
+def fans(rays: int, profile: profiles.Profile) -> list[records.Fan]:
     """Return the side rays of an infrared sensor, then those of the time-of-flight sensor.
 
     Args:
         rays: The number of rays of an infrared sensor, 1, 3 or 5. One that has no side rays gets two that do not count.
-        reach: The reach of an infrared ray, m.
+        profile: The response of the infrared sensors.
     """
     sides = [pair for pair in profiles.SHARES[rays] if pair[0] > 0] or [(0.0, 0.0)]
-    infrared = [
-        records.Fan(*unit(math.radians(side * profiles.APERTURE)), share, reach, 1 / reach) for side, share in sides
-    ]
+    angles = [(unit(math.radians(side * profile.aperture)), share) for side, share in sides]
+    infrared = [records.Fan(*angle, share, profile.reach, 1 / profile.reach) for angle, share in angles]
     cone = (unit(distance.CONE * part) for part in (0.25, 0.5))
     return [*infrared, *(records.Fan(*angle, 0.0, distance.REACH, 1 / distance.REACH) for angle in cone)]
 
@@ -222,7 +221,8 @@ def setting(scene: Scene, floor: Floor, grid: Grid, profile: profiles.Profile, l
         depth=scene.depth,
         motor_noise=model.motor_noise,
         sensor_noise=model.sensor_noise,
-        spread=QUALITIES[model.quality],
+        spread=model.spread,
+        generation=model.generation,
         ambient=model.ambient,
         horizon=horizon,
         place_x=[x for x, _ in profiles.PLACES],
@@ -234,10 +234,10 @@ def setting(scene: Scene, floor: Floor, grid: Grid, profile: profiles.Profile, l
         infrared_fans=max(model.rays // 2, 1),
         middle_share=profiles.SHARES[model.rays][0][1],
         last_response=len(profile.counts) - 1,
-        wheel_spread=model.wheel_spread,
-        axle_spread=model.axle_spread,
-        gain_spread=model.gain_spread,
-        offset_spread=model.offset_spread,
+        wheel_spread=model.given("wheel_spread"),
+        axle_spread=model.given("axle_spread"),
+        gain_spread=model.given("gain_spread"),
+        offset_spread=model.given("offset_spread"),
         cell_scale=grid.scale,
         cell_columns=grid.columns,
         cell_rows=grid.rows,

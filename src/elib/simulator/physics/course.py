@@ -21,7 +21,7 @@ Judge: TypeAlias = Any
 # Channels of an episode's key, beyond those of a robot for good (elib.simulator.physics.noise).
 SCENE: Final = 8192
 START: Final = 8193
-DRAW: Final = 8194  # +0..7
+DRAW: Final = 8194  # +0..8
 
 
 class Course(NamedTuple):
@@ -30,7 +30,7 @@ class Course(NamedTuple):
     worlds: Any  # Of type Packed; interpreted, of type Listed.
     originals: Any  # The same of each scene, as it was laid out.
     starts: Any  # (scenes, sets, robots, 4): x, y, m, cosine and sine of the heading.
-    ranges: Any  # (scenes, 8, 2): the lowest and the highest value of what is drawn.
+    ranges: Any  # (scenes, 9, 2): the lowest and the highest value of what is drawn.
     episodes: Any  # One record a world.
     memory: Any  # (worlds, robots, n): what the controllers remember.
     earned: Any  # (worlds, robots): what the robots earned in the last call.
@@ -62,9 +62,10 @@ def begin(course: Course, w: int, key: int) -> None:
     setting.gain_spread = drawn(course, scene, key, 4)
     setting.offset_spread = drawn(course, scene, key, 5)
     setting.ambient = drawn(course, scene, key, 6)
+    setting.spread = drawn(course, scene, key, 7)
     episode = course.episodes[w]
     episode.scene = scene
-    episode.delay = int(drawn(course, scene, key, 7) / setting.step + 0.5)
+    episode.delay = int(drawn(course, scene, key, 8) / setting.step + 0.5)
     episode.is_over = 0
     episode.tick = 0
     sets = course.starts[scene]

@@ -40,7 +40,16 @@ if TYPE_CHECKING:
 STARTS = 64
 """Sets of places where the robots of a scene may start, if the scene does not name them."""
 
-DRAWN: Final = ("motor_noise", "sensor_noise", "wheel_spread", "axle_spread", "gain_spread", "offset_spread", "ambient")
+DRAWN: Final = (
+    "motor_noise",
+    "sensor_noise",
+    "wheel_spread",
+    "axle_spread",
+    "gain_spread",
+    "offset_spread",
+    "ambient",
+    "spread",
+)
 """What an episode draws for the setting of its world, in the order of its ranges; the latency is the last one."""
 
 COUNTED = ("walls", "discs", "things", "lamps")
@@ -398,5 +407,5 @@ def _starts(scene: Scene, robots: int, sets: int) -> list[list[list[float]]]:
 def _ranges(task: Task, scene: Scene) -> list[tuple[float, float]]:
     """Return the ranges of what an episode in a scene draws."""
     wanted = task.randomisation
-    own = ((getattr(scene.model, name),) * 2 for name in DRAWN)
+    own = ((scene.model.given(name),) * 2 for name in DRAWN)
     return [*(getattr(wanted, name) or each for name, each in zip(DRAWN, own, strict=True)), wanted.latency]

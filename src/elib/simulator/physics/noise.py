@@ -25,6 +25,7 @@ MICROPHONE: Final = 56  # +0..3
 GROUND: Final = 64  # +0..4
 ACCELEROMETER: Final = 72  # +0..2
 GYROSCOPE: Final = 80
+GLITCH: Final = 88  # +0..7
 PICTURE: Final = 112  # +0..1: whether a row of it is broken, and which.
 PIXELS: Final = 114  # Where the noise of a picture's pixels begins.
 
@@ -38,8 +39,9 @@ BOARD_PHASE: Final = 40
 GROUND_BLACK: Final = 48  # +0..4
 GROUND_BLACKS: Final = 53  # Shared by the five.
 GROUND_WHITE: Final = 56  # +0..4
-SAMPLES_OF_SOUND: Final = 1024  # + the number of the source; 0 is the room.
 CAMERA: Final = 84  # 0 red, 1 green, 2 blue
+SATURATION: Final = 96  # +0..7
+SAMPLES_OF_SOUND: Final = 1024  # + the number of the source; 0 is the room.
 PAIR: Final = 4096  # + the number of another robot: a key of the messages from it.
 
 
@@ -98,6 +100,18 @@ def gauss(key: int, channel: int) -> float:
     word = bits(key, channel)
     pairs = (word & 0xFF00FF) + ((word >> 8) & 0xFF00FF)
     return ((pairs & 0xFFFF) + (pairs >> 16) - 510) / SPREAD
+
+
+@kernel
+def spread_between(spread: float, given: float, typical: float) -> float:
+    """Return how much something differs between robots.
+
+    Args:
+        spread: Factor on what typical robots have.
+        given: What the world says itself, or below 0.
+        typical: What typical robots have.
+    """
+    return given if given >= 0.0 else spread * typical
 
 
 def quantiles() -> list[float]:

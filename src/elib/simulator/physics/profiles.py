@@ -30,16 +30,25 @@ PLACES = tuple((SENSOR_RADIUS * x, SENSOR_RADIUS * y) for x, y in (unit(math.rad
 
 AXES = tuple(unit(angle) for angle in SENSOR_DIRECTIONS)
 
-APERTURE = 15.0
-"""Side rays stand this far from the middle one, degrees (Enki)."""
+APERTURE = 45.0
+"""Side rays stand this far from the middle one, degrees: what robots read that turn at a touching box
+(measured-robots: infrared.angle_at_contact)."""
+
+NARROW = 15.0
+"""The same in Enki, degrees."""
 
 SHARES = {
     1: ((0.0, 1.0),),
     3: ((0.0, 0.5), (1.0, 0.25), (-1.0, 0.25)),
-    5: ((0.0, 0.4), (0.5, 0.2), (-0.5, 0.2), (1.0, 0.1), (-1.0, 0.1)),
+    5: ((0.0, 0.2), (0.5, 0.2), (-0.5, 0.2), (1.0, 0.2), (-1.0, 0.2)),
 }
 """Angles of the rays in units of the aperture, the middle one first, and their weights. They add up to 1, so a flat
-wall ahead gives the published curve exactly."""
+wall ahead gives the profile's curve exactly, as far as the side rays reach. Five rays have the mean square angle of
+three."""
+
+LONGEST = 0.12
+"""m. No ray is longer, so that wide side rays let a robot see hardly farther than narrow ones: what a wall costs grows
+with that. Beyond a depth of 8.5 cm rays at 45 degrees are left out, each of which would bring 6 counts at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,17 +60,20 @@ class Profile:
         counts: Reflected light at multiples of :data:`SPACING`, counts; the last entry holds beyond.
         deviation: Standard deviation of the noise there, counts.
         source: Where the figures come from.
+        aperture: Angle between the outermost rays and the middle one, degrees.
     """
 
     name: str
     counts: tuple[float, ...]
     deviation: tuple[float, ...]
     source: str
+    aperture: float = APERTURE
 
     @property
     def reach(self) -> float:
-        """Length a ray must have, m: the side rays go further to the same depth."""
-        return (len(self.counts) - 1) * SPACING / unit(math.radians(APERTURE))[0]
+        """Length of the rays, m: the side rays go further to the same depth, up to :data:`LONGEST`."""
+        table = (len(self.counts) - 1) * SPACING
+        return max(table, min(table / unit(math.radians(self.aperture))[0], LONGEST))
 
 
 def profile(name: str | Profile) -> Profile:
@@ -78,6 +90,13 @@ def profile(name: str | Profile) -> Profile:
         raise ArgumentError(
             f"there is no infrared profile {name!r}", hint=f"choose one of {', '.join(PROFILES)}"
         ) from None
+
+
+def _enki(distance: float) -> float:
+    # Published in centimetres: m (c - x0^2) / (x^2 - 2 x0 x + c) with m 3731, x0 0.3, c 0.7; its maximum
+    # holds below x0.
+    x = max(distance * 100, 0.3)
+    return 0.0 if x > 11.999 else 3731 * (0.7 - 0.09) / (x * x - 0.6 * x + 0.7)
 
 
 def _gctronic(distance: float) -> float:
@@ -100,18 +119,32 @@ _WEBOTS = (
 )
 
 PROFILES = {
-    # The default.
-    "enki": Profile("enki", USUAL_RESPONSE, response_table(0.12, lambda _: 10.0), "Enki's formula; noise of 10 counts"),
+    # The default. Its noise is that of a standing robot (measured-robots: infrared.noise_at_rest).
+    "measured": Profile(
+        "measured",
+        USUAL_RESPONSE,
+        tuple(3 + 0.01 * min(counts, FULL_SCALE) for counts in USUAL_RESPONSE),
+        "fitted to recordings of real robots; noise of 3 counts and 1 %",
+    ),
+    "enki": Profile(
+        "enki",
+        response_table(0.12, _enki),
+        response_table(0.12, lambda _: 10.0),
+        "Enki's formula; noise of 10 counts",
+        NARROW,
+    ),
     "webots": Profile(
         "webots",
         response_table(0.07, partial(interpolated, [(x, counts) for x, counts, _ in _WEBOTS])),
         response_table(0.07, partial(interpolated, [(x, counts * relative) for x, counts, relative in _WEBOTS])),
         "Webots' and epuck_ros2's calibration table; 67 counts remain in the open",
+        NARROW,
     ),
     "gctronic": Profile(
         "gctronic",
         response_table(0.12, _gctronic),
         response_table(0.12, lambda _: 10.0),
         "inverse of GCtronic's ROS driver, (0.5 m / d)^2 capped at full scale; it states no noise, so Enki's",
+        NARROW,
     ),
 }

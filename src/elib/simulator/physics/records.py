@@ -82,7 +82,8 @@ class Robot:
     seen: int = -1  # Tick of its infrared readings; -1 for none.
     lane: int = 0  # Which scratch its sensors work on: robots of different lanes can be sensed at the same time.
     gain: list[float] = floats(8)  # Of its infrared sensors, factors.
-    offset: list[float] = floats(8)  # What they read more than others in the open, counts.
+    offset: list[float] = floats(8)  # What they read in the open, counts.
+    darkness: list[float] = floats(8)  # What they read with their emitters off, over what others read.
     black: list[float] = floats(5)  # What its ground sensors read over black, counts.
     white: list[float] = floats(5)  # The same over white.
 
@@ -290,6 +291,7 @@ class Setting:
     motor_noise: float = 0.0  # Relative standard deviation of a wheel's travel in a tick.
     sensor_noise: float = 0.0  # Factor on every sensor's noise.
     spread: float = 0.0  # Factor on all that tells real robots from ideal ones: 1 for typical robots.
+    generation: int = 1  # Of the robots.
     ambient: float = 0.0  # What an infrared sensor reads in the room's light, counts.
     horizon: float = 0.0  # No infrared sensor sees farther from the middle of its robot, m.
     sensors: int = 8  # How many infrared sensors there are.
@@ -301,6 +303,7 @@ class Setting:
     infrared_fans: int = 1  # How many each infrared sensor has.
     middle_share: float = 1.0  # Weight of a sensor's middle ray.
     last_response: int = 0  # Index of the last entry of the response table.
+    # The next four are negative where the spread says how much it is.
     wheel_spread: float = 0.0  # Relative standard deviation of the robots' wheel radii.
     axle_spread: float = 0.0  # The same of their axles.
     gain_spread: float = 0.0  # Standard deviation of the gains of their infrared sensors.

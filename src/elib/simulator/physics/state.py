@@ -223,7 +223,7 @@ def _tables(engine_name: str, model: EpuckModel, floor: Floor) -> dict[str, Any]
     responses = [records.Response(*pair) for pair in zip(profile.counts, profile.deviation, strict=True)]
     return {
         "tables": engine.records(records.Tables, [assembly.tables(model.generation)]),
-        "fans": engine.records(records.Fan, assembly.fans(model.rays, profile.reach)),
+        "fans": engine.records(records.Fan, assembly.fans(model.rays, profile)),
         "response": engine.records(records.Response, responses),
         "floor": engine.ints(floor.pixels or [0]),
     }

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, TypeAlias
 from elib.base.body import FASTEST_2, METRES_PER_STEP, step_rate
 from elib.base.errors import ArgumentError
 from elib.base.rules import Number, Text, Whole, check, fields_of
-from elib.simulator.physics.body import EpuckModel
+from elib.simulator.physics.body import QUALITIES, EpuckModel
 from elib.simulator.physics.records import SENSORS, Records
 from elib.simulator.physics.scene import Scene
 
@@ -35,16 +35,19 @@ class Randomisation:
     :class:`~elib.simulator.physics.body.EpuckModel`.
 
     Attributes:
+        spread: Range of the factor on all that tells real robots from ideal ones, 0..2: 0 for ideal robots, 1 for
+            typical ones.
         motor_noise: Range of the noise of each wheel's travel, 0..0.3.
         sensor_noise: Range of the factor on the noise of every sensor, 0..10.
         wheel_spread: Range of the spread of wheel radii, 0..0.1.
         axle_spread: Range of the spread of axles, 0..0.1.
-        gain_spread: Range of the spread of the infrared sensors' gains, 0..0.3.
-        offset_spread: Range of the spread of what the infrared sensors read in the open, counts, 0..200.
+        gain_spread: Range of the spread of the infrared sensors' gains, 0..0.5.
+        offset_spread: Range of the spread of what the infrared sensors read in the open, counts, 0..300.
         ambient: Range of what the infrared sensors read in the room's light, counts, 0..4095.
         latency: Range of the time from a decision until the wheels follow it, s, from 0 to the period of the task.
     """
 
+    spread: Range | None = None
     motor_noise: Range | None = None
     sensor_noise: Range | None = None
     wheel_spread: Range | None = None
@@ -56,6 +59,7 @@ class Randomisation:
 
     def __post_init__(self) -> None:
         limits = {each.name: each.rule for each in fields_of(EpuckModel)}
+        limits["spread"] = Number(0, max(QUALITIES.values()))
         for entry in fields(self):
             given = getattr(self, entry.name)
             if given is None:

@@ -349,6 +349,13 @@ class World(ReadableWorld):
         self._robot(robot).slot = Number(0, 0.1, "s").require(seconds, "the slot")
         self._state.forget()
 
+    def set_infrared(self, robot: int, gains: Sequence[float], offsets: Sequence[float]) -> None:
+        """Set the factors of the infrared sensors of *robot*, and what they read in the open, counts: eight each."""
+        record = self._robot(robot)
+        for s, (gain, offset) in enumerate(zip(gains, offsets, strict=True)):
+            record.gain[s], record.offset[s] = gain, offset
+        self._state.forget()
+
     def name_robots(self, names: Sequence[str]) -> None:
         """Set what messages call the robots, in order, instead of ``robot 0`` and so on.
 

@@ -5,7 +5,8 @@ A sensor's reading is the weighted mean of what its rays see, each by the table 
 
     counts = gain * light + offset + noise, at most what the sensor reads with its emitter off,
 
-because the firmware sends the difference of two measurements.
+because the firmware sends the difference of two measurements. Gain and offset are those of each sensor: real robots
+are never alike, and none reads 0 in the open. The front sensors of an e-puck2 glitch while its wheels turn.
 """
 
 from __future__ import annotations
@@ -14,8 +15,22 @@ from collections.abc import Sequence
 from typing import Final
 
 from elib.base.infrared import SPACING
+from elib.simulator.physics.elementary import exponential
 from elib.simulator.physics.engine import kernel
-from elib.simulator.physics.noise import MASK, PROXIMITY, STRIDE, mix, tick_key
+from elib.simulator.physics.noise import (
+    GAIN,
+    GLITCH,
+    MASK,
+    OFFSETS,
+    PROXIMITY,
+    SATURATION,
+    STRIDE,
+    gauss,
+    mix,
+    spread_between,
+    tick_key,
+    uniform,
+)
 from elib.simulator.physics.profiles import COUNT
 from elib.simulator.physics.raycast import PRESSED, cast, see_near
 from elib.simulator.physics.records import Records, Response, Robot, Scratch, SensorView, Setting
@@ -24,6 +39,34 @@ from elib.simulator.physics.sensors.ambient_light import AMBIENT_DEVIATION, dark
 AMBIENT_MARGIN: Final = 4 * AMBIENT_DEVIATION
 """More than any noise of the reading with the emitter off, counts: below it that need not be looked up."""
 
+
+GAIN_SPREAD: Final = 0.17
+"""Standard deviation of the gains of typical robots (measured-robots: infrared.distance_8_sensors)."""
+
+LEAST_GAIN: Final = 0.2
+"""No sensor has less."""
+
+OFFSET_SPREAD: Final = 120.0
+"""Standard deviation of what the sensors of typical robots read in the open, counts; the mean is 200, and what they
+read is log-normal: robots read 70 to 570, none 0 (measured-robots: infrared.open_offset)."""
+
+MEDIAN_OFFSET: Final = 1.4292
+"""Median of what they read in the open over its standard deviation: (200 / 120) / sqrt(1 + (120 / 200)^2)."""
+
+OFFSET_BEND: Final = 0.5545
+"""Standard deviation of its logarithm: sqrt(ln(1 + (120 / 200)^2))."""
+
+DARKNESS_SPREAD: Final = 0.008
+"""Relative standard deviation of what typical robots read with their emitters off, and so of the most that they read:
+30 of 3790 counts (measured-robots: infrared.saturation)."""
+
+LOST: Final = 0.10
+"""Share of the readings of a typical e-puck2's front sensors that lose the light while the wheels turn: four of five
+all of it, the others 70 % at least (measured-robots: infrared.glitches_while_driving_epuck2)."""
+
+RAISED: Final = 0.12
+"""Share of them that see 1.5 to 5 times the light, half of them less than 2.6 times (the same: of all readings that are
+divided by the median of nine, the 90th, 95th and 99th percentile are 1.9, 3.0 and 4.4 to 5.5)."""
 
 ENTRIES: Final = 1.0 / SPACING
 """Entries of the response table in a metre."""
@@ -34,6 +77,35 @@ FAR: Final = 1e9
 
 MARGIN: Final = 1e-6
 """m. Rounding must not leave out what a ray can meet."""
+
+
+@kernel
+def vary_infrared(setting: Setting, robot: Robot) -> None:
+    """Draw in what the infrared sensors of this specimen differ."""
+    key = robot.key
+    gains = spread_between(setting.spread, setting.gain_spread, GAIN_SPREAD)
+    offsets = spread_between(setting.spread, setting.offset_spread, OFFSET_SPREAD)
+    for s in range(COUNT):
+        robot.gain[s] = max(1.0 + gains * gauss(key, GAIN + s), LEAST_GAIN)
+        robot.offset[s] = offsets * MEDIAN_OFFSET * exponential(OFFSET_BEND * gauss(key, OFFSETS + s))
+        robot.darkness[s] = 1.0 + setting.spread * DARKNESS_SPREAD * gauss(key, SATURATION + s)
+
+
+@kernel
+def glitch(key: int, sensor: int, spread: float) -> float:
+    """Return the factor on the light that a front sensor of an e-puck2 sees in this tick while its wheels turn.
+
+    Args:
+        key: The robot's noise key of this tick.
+        sensor: Its number.
+        spread: Factor on how often it is not 1.
+    """
+    chance = uniform(key, GLITCH + sensor)
+    lost = LOST * spread
+    if chance < lost:
+        return 0.3 * max(5.0 * chance / lost - 4.0, 0.0)
+    chance = (chance - lost) / (RAISED * spread)
+    return 1.5 + (1.0 + 2.5 * chance) * chance if chance < 1.0 else 1.0
 
 
 @kernel
@@ -127,6 +199,7 @@ def sort_out(world: Records, scratch: Scratch) -> None:
         y = world.visible_walls[k].y
         tangent_x = world.visible_walls[k].tangent_x
         tangent_y = world.visible_walls[k].tangent_y
+        length = world.visible_walls[k].length
         for s in range(count):
             closing = tangent_x * scratch.axis_y[s] - tangent_y * scratch.axis_x[s]
             sliding = tangent_x * scratch.axis_x[s] + tangent_y * scratch.axis_y[s]
@@ -134,7 +207,13 @@ def sort_out(world: Records, scratch: Scratch) -> None:
             closing = closing if gap > -PRESSED else -closing
             # The ray that closes fastest: the outermost one, unless the shortest way to the wall's line lies between.
             fastest = 1.0 if closing > cosine else closing * cosine + abs(sliding) * sine
-            scratch.clearance[s] = min(scratch.clearance[s], abs(gap) - reach * fastest - MARGIN)
+            # The same along the line: how far the wall begins beyond all rays, or ends before them.
+            across = abs(closing) * sine
+            start = tangent_x * (x - scratch.place_x[s]) + tangent_y * (y - scratch.place_y[s])
+            onwards = 1.0 if sliding > cosine else max(sliding * cosine + across, 0.0)
+            backwards = 1.0 if -sliding > cosine else max(across - sliding * cosine, 0.0)
+            beside = max(start - reach * onwards, -start - length - reach * backwards)
+            scratch.clearance[s] = min(scratch.clearance[s], max(abs(gap) - reach * fastest, beside) - MARGIN)
     for k in range(scratch.first_disc, scratch.end_disc):
         x = world.visible_discs[k].x
         y = world.visible_discs[k].y
@@ -143,9 +222,10 @@ def sort_out(world: Records, scratch: Scratch) -> None:
             from_x = x - scratch.place_x[s]
             from_y = y - scratch.place_y[s]
             closing = from_x * scratch.axis_x[s] + from_y * scratch.axis_y[s]
-            aside = from_y * scratch.axis_x[s] - from_x * scratch.axis_y[s]
-            # How far the disc is beyond the outermost ray, or behind the sensor.
-            beyond = max(abs(aside) * cosine - closing * sine, -closing) - radius
+            aside = abs(from_y * scratch.axis_x[s] - from_x * scratch.axis_y[s])
+            # How far the disc is beyond the outermost ray, behind the sensor, or beyond the ends of the rays.
+            farther = max(closing, closing * cosine + aside * sine) - reach
+            beyond = max(aside * cosine - closing * sine, -closing, farther) - radius
             scratch.clearance[s] = min(scratch.clearance[s], beyond - MARGIN)
 
 
@@ -168,8 +248,10 @@ def respond(world: Records, i: int) -> None:
     view = world.views[i]
     noise = setting.sensor_noise
     margin = AMBIENT_MARGIN * noise
-    room = setting.ambient
-    is_uneven = setting.gain_spread > 0.0 or setting.offset_spread > 0.0
+    # An e-puck2's sensors 0 and 7.
+    is_shaken = (
+        setting.spread > 0.0 and setting.generation == 2 and (robot.left_speed != 0.0 or robot.right_speed != 0.0)
+    )
     is_lit = len(world.lamps) > 0
     is_shaded = False
     if is_lit:
@@ -177,14 +259,16 @@ def respond(world: Records, i: int) -> None:
     key = tick_key(robot.key, setting.tick)
     word = 0
     for s in range(COUNT):
-        light = scratch.light[s]
-        if is_uneven:
-            light = light * robot.gain[s] + robot.offset[s]
+        light = scratch.light[s] * robot.gain[s]
+        if is_shaken and s % 7 == 0:
+            light *= glitch(key, s, setting.spread)
+        light += robot.offset[s]
         if noise > 0.0:
             if s % 3 == 0:  # Three sensors share a word, ten bits each.
                 word = mix((key + (PROXIMITY + s) * STRIDE) & MASK)
             light += scratch.deviation[s] * noise * world.tables[0].quantiles[word & 1023]
             word >>= 10
+        room = setting.ambient * robot.darkness[s]
         if is_lit:
             room = scratch.room[s]
             if light > room - margin and not is_shaded:  # Only then do shadows matter, which cost a lot.
