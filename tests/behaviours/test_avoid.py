@@ -9,7 +9,7 @@ import pytest
 from readings import near
 
 from elib.behaviours import find, run_behaviour
-from elib.behaviours.avoid import BLOCKED, FREE, SPIN, avoid
+from elib.behaviours.avoid import BLOCKED, FREE, NOISE, SPIN, avoid
 from elib.link.protocol.values import Wheels
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
@@ -25,7 +25,7 @@ def test_free_ground_is_crossed_straight_at_cruising_speed() -> None:
 
 
 def test_noise_alone_does_not_bend_the_way() -> None:
-    assert avoid(near(front_left=30, diagonal_left=25, left=38)) == Wheels(0.6, 0.6)
+    assert avoid(near(front_left=20, diagonal_left=15, left=NOISE)) == Wheels(0.6, 0.6)
 
 
 @pytest.mark.parametrize("sensor", ["diagonal_left", "left", "front_left"])

@@ -47,7 +47,7 @@ def turn(wheels: Wheels) -> float:
 
 
 def test_a_count_tells_how_far_a_white_wall_is() -> None:
-    assert [wall_distance(count) for count in (2500, 625, 100, 1, 0)] == pytest.approx([0.01, 0.02, 0.05, SIGHT, SIGHT])
+    assert [wall_distance(count) for count in (1800, 450, 72, 1, 0)] == pytest.approx([0.01, 0.02, 0.05, SIGHT, SIGHT])
 
 
 @pytest.mark.parametrize("clearance", [0.02, 0.03, 0.04])
@@ -82,7 +82,7 @@ def test_too_near_it_turns_off_and_too_far_towards_the_wall() -> None:
 
 
 def test_heading_for_the_wall_it_turns_off_before_it_is_too_near() -> None:
-    assert turn(follow(along(0.035, slant=-20))) < -0.2
+    assert turn(follow(along(0.035, slant=-20))) < -0.1
     assert turn(follow(along(0.035, slant=10))) > 0.05
 
 

@@ -4,6 +4,7 @@ It stands on ``robot``. Begin with ``avoid.py``, then ``_run/behaviour.py``. A m
 decorated with :func:`behaviour` is a sample; ``elib run`` finds it by itself. ``samples`` are programs to start from.
 """
 
+from elib.behaviours._openair import OpenAir
 from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle, behaviour, behaviours, find
 from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.behaviours._run.loop import react, react_blocking
@@ -14,6 +15,7 @@ from elib.link.protocol.quantities import Quantity
 __all__ = [
     "Behaviour",
     "BehaviourStyle",
+    "OpenAir",
     "Quantity",
     "Redness",
     "RunContext",

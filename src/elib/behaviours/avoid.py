@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from elib.behaviours import Quantity, RunContext, behaviour, react
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
 
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 1.0, scale=1000)]
 
 STANDING = Wheels(0.0, 0.0)
-BLOCKED = 450
+BLOCKED = 300
 """Counts of a front sensor from which the robot would hit the obstacle: it is 2 to 2.5 cm away (e-puck.md, 3)."""
-FREE = 160
-"""Counts below which a turn on the spot ends: nothing is within 4 cm. Lower than BLOCKED, to avoid oscillation."""
-NOISE = 40
-"""Counts that are ignored: four standard deviations of the sensor in the dark (Enki's model)."""
-SLOWING = 1200
+FREE = 110
+"""Counts below which a turn on the spot ends: nothing is within 3.5 cm. Lower than BLOCKED, to avoid oscillation."""
+NOISE = 25
+"""Counts that are ignored: eight standard deviations of the noise, because the open air is learned from it, too."""
+SLOWING = 850
 """Weighted counts of one side at which the wheel of the other side stands."""
 SPIN = 0.35
 """Wheel speed of a turn on the spot, rev/s: 1.7 rad/s, 6 degrees between two readings over Bluetooth."""
@@ -31,7 +31,8 @@ def avoid(near: Proximity, before: Wheels = STANDING, *, cruise: float = 0.6) ->
     with every turn, so a robot that always turned away from it would never leave.
 
     Args:
-        near: Readings of the infrared sensors.
+        near: Readings of the infrared sensors, without what they read in the open
+            (:class:`~elib.behaviours.OpenAir`).
         before: The speeds that this controller returned last.
         cruise: Speed on free ground, rev/s.
     """
@@ -67,12 +68,12 @@ async def wander(robot: Epuck, run: RunContext, *, cruise: Cruise = 0.6) -> None
         run: The run.
         cruise: Speed on free ground.
     """
-    wheels = STANDING
+    wheels, open_air = STANDING, OpenAir()
 
     async def step(view: Epuck) -> None:
         nonlocal wheels
         before, wheels = wheels, STANDING  # after a lost answer the robot stands
-        wheels = avoid(await view.proximity(), before, cruise=cruise)
+        wheels = avoid(open_air(await view.proximity()), before, cruise=cruise)
         run.state("turning" if wheels.left * wheels.right < 0 else "roaming")
         await view.set_speed(wheels.left, wheels.right)
 

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from elib.base.body import SENSOR_DIRECTIONS
-from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react_blocking
 from elib.link.protocol.values import Proximity
 from elib.robot.blocking import BlockingEpuck
 
@@ -23,10 +23,10 @@ Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.6, scale=1000)]
 
 BEHIND = (3, 4)
 """Sensors that look backwards. The sample of 2011 used 2 and 3."""
-NEAR = 500
+NEAR = 350
 """Counts of the nearest sensor at a cushion, 2 cm away (e-puck.md, 3)."""
-NOISE = 40
-"""Counts that are ignored: four standard deviations of the sensor in the dark (Enki's model)."""
+NOISE = 25
+"""Counts that are ignored, as in :mod:`~elib.behaviours.avoid`."""
 SPIN = 2.0
 """rad/s of a turn: half a turn in a second and a half."""
 STUCK_SOUND = 4
@@ -86,7 +86,7 @@ def roll(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.4) -> None
         run: The run.
         cruise: Speed on the cloth.
     """
-    pace, seen = cruise, robot.time
+    pace, seen, open_air = cruise, robot.time, OpenAir()
 
     def step(view: BlockingEpuck) -> None:
         nonlocal pace, seen
@@ -94,7 +94,7 @@ def roll(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.4) -> None
         looking = view.begin.proximity()
         rolling.end()
         run.state("rolling")
-        near = looking.end()
+        near = open_air(looking.end())
         age, seen = near.time - seen, near.time
         pace = cruise * PERIOD / max(age, PERIOD)
         direction = cushion(near)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import enum
 from typing import Annotated, NamedTuple
 
-from elib.behaviours import Quantity, RunContext, behaviour, react
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING, avoid
 from elib.link.protocol.values import AmbientLight, Proximity, Wheels
 from elib.robot.aio import Epuck
@@ -120,12 +120,12 @@ async def drive_by_light(
         cruise: Speed in full light of the excited vehicles, and in the dark of the inhibited ones.
     """
     dark = 0
-    wheels = STANDING
+    wheels, open_air = STANDING, OpenAir()
 
     async def step(view: Epuck) -> None:
         nonlocal dark, wheels
         before, wheels = wheels, STANDING  # after a lost answer the robot stands
-        light, near = await view.ambient_light(), await view.proximity()
+        light, near = await view.ambient_light(), open_air(await view.proximity())
         dark = max(dark, *light)
         wheels = add_avoidance(steer(stimuli(light, dark), vehicle, cruise=cruise), near, before)
         await view.set_speed(wheels.left, wheels.right)

@@ -16,7 +16,7 @@ from typing import Annotated
 
 from elib.base.body import SENSOR_DIRECTIONS, camera_view
 from elib.base.errors import ElibError
-from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react_blocking
 from elib.behaviours._vision import Redness, measure_redness
 from elib.behaviours.avoid import STANDING
 from elib.link.protocol.quantities import CameraMode
@@ -48,13 +48,13 @@ BACKWARD = 0.06
 
 PERIOD = 0.1
 """s between two steps."""
-BLOCKED = 900
-"""Sum of the four front sensors from which it turns away: a wall 3 cm ahead, or a post 2 cm ahead. In 2011 this was
-2000, at which Enki's robot touches the wall."""
-CROWDED = 500
-"""Counts of a sensor from which there is no way out in its direction (as in Elib of 2011)."""
-NOISE = 40
-"""Counts by which two sensors that see nothing may differ: four standard deviations (Enki)."""
+BLOCKED = 600
+"""Sum of the four front sensors from which it turns away: a wall 2.3 cm ahead, or a post 1 cm ahead. In 2011 this was
+2000, at which the robot nearly touches the wall."""
+CROWDED = 350
+"""Counts of a sensor from which there is no way out in its direction: a wall 2 cm away. In 2011 this was 500."""
+NOISE = 25
+"""Counts by which two sensors that see nothing may differ, as in :mod:`~elib.behaviours.avoid`."""
 SCAN_PROBABILITY = 0.03
 """Probability to look around again, for each step of wandering (as in Elib of 2011): every 4 s on average."""
 MIN_WANDERING = 6.0
@@ -137,6 +137,7 @@ class Bull:
         self._grew_at = 0.0
         self._turn = 0.0
         self._wheels = STANDING
+        self._open_air = OpenAir()
         self._scanned_at = -math.inf
 
     def waking(self, view: BlockingEpuck) -> State:
@@ -198,7 +199,7 @@ class Bull:
         driving = view.begin.set_speed(*wheels)
         looking = view.begin.proximity()
         driving.end()
-        near = looking.end()
+        near = self._open_air(looking.end())
         onwards = wander(near, chance.random(), chance.random())
         if onwards is not None:
             self._wheels = onwards
@@ -220,7 +221,7 @@ class Bull:
         self._run.state("stuck")
         view.set_speed(*STANDING)
         self._robot.sleep(PAUSE)
-        return self.stuck if way_out(view.proximity()) is None else self.wandering
+        return self.stuck if way_out(self._open_air(view.proximity())) is None else self.wandering
 
     def _take_wheels(self) -> Wheels:
         """Return the speeds of the last step, once: after a lost answer the robot stands until the next reading."""

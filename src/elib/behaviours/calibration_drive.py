@@ -12,7 +12,7 @@ import contextlib
 from typing import Annotated
 
 from elib.base.errors import RemoteProtocolError, ReplyTimeout
-from elib.behaviours import Quantity, RunContext, behaviour, react
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.robot.aio import Epuck
 
 Duration = Annotated[float, Quantity("duration", "s", 20.0, 3600.0, scale=1000)]
@@ -27,9 +27,9 @@ SPIN, SPIN_SPEED = 9.0, 0.3
 """s, rev/s: two turns on the spot."""
 ARC, ARC_FAST, ARC_SLOW = 6.0, 0.5, 0.25
 """s, rev/s: 29 cm, about half a turn on a circle with a radius of 8 cm."""
-FAR, CLOSE = 60, 900
+FAR, CLOSE = 40, 600
 """Counts of a front sensor, above its reading in the open, at which the robot slows down and at which it stops: about 6
-cm and 1.5 cm from a white wall, by the published curves (e-puck.md, 3)."""
+cm and 1.2 cm from a white wall (e-puck.md, 3)."""
 FAST, SLOW = 0.4, 0.1
 """rev/s towards the wall."""
 MAX_APPROACH, MAX_SLOW_APPROACH = 9.0, 8.0
@@ -53,10 +53,9 @@ async def calibration_drive(robot: Epuck, run: RunContext, *, duration: Duration
     """
     drive = CalibrationDrive(robot)
     await drive.read()
-    in_the_open = drive.front
     movements = (
         ("turns", 2 * (SPIN + REST), drive.spin),
-        ("wall", MAX_WALL, lambda: drive.approach(in_the_open)),
+        ("wall", MAX_WALL, drive.approach),
         ("leg", 2 * (LEG + REST), drive.leg),
         ("arcs", 4 * (ARC + REST), drive.arcs),
     )
@@ -72,18 +71,19 @@ class CalibrationDrive:
     """The movements, and the readings during them.
 
     Attributes:
-        front: The greater count of the two front sensors at the last reading.
+        front: The greater count of the two front sensors at the last reading, without what they read in the open.
     """
 
     def __init__(self, robot: Epuck) -> None:
         self._robot = robot
+        self._open_air = OpenAir()
         self.front = 0
 
     async def read(self) -> None:
         """Read counters and sensors; an answer may be lost or garbled."""
         with contextlib.suppress(ReplyTimeout, RemoteProtocolError):
             await self._robot.encoders()
-            near = await self._robot.proximity()
+            near = self._open_air(await self._robot.proximity())
             self.front = max(near[sensor] for sensor in FRONT)
 
     async def turn_wheels(self, left: float, right: float, seconds: float, until: float | None = None) -> float:
@@ -125,16 +125,12 @@ class CalibrationDrive:
                 await self.turn_wheels(sign * left, sign * right, ARC)
                 await self.rest()
 
-    async def approach(self, in_the_open: int) -> None:
-        """Drive up to the wall ahead, turn once in front of it, and drive back.
-
-        Args:
-            in_the_open: What the front sensors read if nothing is near, counts.
-        """
-        fast = await self.turn_wheels(FAST, FAST, MAX_APPROACH, until=in_the_open + FAR)
-        slow = await self.turn_wheels(SLOW, SLOW, MAX_SLOW_APPROACH, until=in_the_open + CLOSE)
+    async def approach(self) -> None:
+        """Drive up to the wall ahead, turn once in front of it, and drive back."""
+        fast = await self.turn_wheels(FAST, FAST, MAX_APPROACH, until=FAR)
+        slow = await self.turn_wheels(SLOW, SLOW, MAX_SLOW_APPROACH, until=CLOSE)
         await self.rest()
-        if self.front >= in_the_open + CLOSE:
+        if self.front >= CLOSE:
             await self.turn_wheels(-SPIN_SPEED, SPIN_SPEED, SPIN / 2)
             await self.turn_wheels(SPIN_SPEED, -SPIN_SPEED, SPIN / 2)
             await self.rest()

@@ -7,19 +7,19 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from elib.base.body import SENSOR_DIRECTIONS
-from elib.behaviours import Quantity, RunContext, behaviour, react
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.link.protocol.values import Wheels
 from elib.robot.aio import Epuck
 from elib.robot.swarms.swarm import Swarm
 
 Pace = Annotated[float, Quantity("pace", "rev/s", 0.1, 1.0, scale=1000)]
 
-NOISE = 10.5
-"""Counts of a smoothed reading that are ignored: three deviations above the mean. Enki's noise of 10, cut off below 0,
-has a mean of 4 and a deviation of 6, of which 2 are left after smoothing. Noise above this limit moves a robot by a
-centimetre from time to time."""
+NOISE = 8.0
+"""Counts of a smoothed reading that are ignored. The noise of 3 has a deviation of 1 after smoothing, and what a sensor
+reads in the open seems 3 counts less than it is. Noise above this limit moves a robot by a centimetre from time to
+time."""
 SMOOTHING = 0.2
-"""Weight of the newest reading. Smoothed, two robots see each other at 17 cm between their centres, instead of 14."""
+"""Weight of the newest reading. Smoothed, two robots see each other at 15 cm between their centres."""
 STRAIGHT = math.radians(60)
 """To a direction further aside than this the robot turns on the spot; to others it turns while it drives."""
 SCANNING = 0.07
@@ -70,11 +70,11 @@ async def scatter(robots: Swarm, run: RunContext, *, pace: Pace = 0.3) -> None:
 
     async def one(robot: Epuck) -> None:
         smooth: list[float] = [0.0] * len(SENSOR_DIRECTIONS)
-        leaves_until = -math.inf
+        leaves_until, open_air = -math.inf, OpenAir()
 
         async def step(view: Epuck) -> None:
             nonlocal leaves_until
-            near = await view.proximity()
+            near = open_air(await view.proximity())
             smooth[:] = [before + SMOOTHING * (now - before) for before, now in zip(smooth, near, strict=True)]
             direction = escape(smooth)
             if direction is not None:

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 from elib.base.body import SENSOR_DIRECTIONS
-from elib.behaviours import Quantity, RunContext, behaviour, react
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.behaviours.dispersion import disperse
 from elib.link.protocol.values import MagneticField, Neighbour
 from elib.robot.aio import Epuck
@@ -29,10 +29,10 @@ ALIGNMENT, COHESION, OBSTACLES = 1.0, 0.6, 1.5
 """Weights of the three wishes. A robot that hears no one drives straight on, with weight 1."""
 BYTE = math.tau / 256
 """rad. Step of a direction in a message of one byte, 1.4 degrees: less than the noise of a bearing."""
-NEAR = 80.0
+NEAR = 50.0
 """Counts of an infrared sensor at which what it sees weighs as much as the direction of the flock: at 6 cm."""
-NOISE = 30
-"""Counts that are ignored: three deviations of the noise."""
+NOISE = 20
+"""Counts that are ignored, a few more than the noise."""
 PERIOD = 0.1
 """s between two steps if the link is quick: a robot sends ten messages a second."""
 
@@ -92,6 +92,7 @@ async def flocking(robots: Swarm, run: RunContext, *, pace: Pace = 0.4, spacing:
 
     async def one(robot: Epuck) -> None:
         has_compass = "magnetometer" not in robot.context.profile.absent
+        open_air = OpenAir()
 
         async def step(view: Epuck) -> None:
             north = 0.0
@@ -99,7 +100,7 @@ async def flocking(robots: Swarm, run: RunContext, *, pace: Pace = 0.4, spacing:
                 north = north_of(await view.magnetometer())
                 await view.send_message(packed(north))
             heard = await view.neighbours()
-            ahead, leftward = flock(north, heard, await view.proximity(), spacing=spacing)
+            ahead, leftward = flock(north, heard, open_air(await view.proximity()), spacing=spacing)
             wheels = disperse(math.atan2(leftward, ahead), pace=pace)
             await view.set_speed(wheels.left, wheels.right)
 

@@ -6,7 +6,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE, camera_view
-from elib.behaviours import Quantity, RunContext, behaviour, react
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.behaviours._run.loop import SETUP_TIMEOUT
 from elib.behaviours.avoid import STANDING, avoid
 from elib.behaviours.braitenberg import add_avoidance
@@ -119,7 +119,7 @@ async def follow(
         diameter: Diameter of the ball.
         cruise: Largest speed of the wheels.
     """
-    wheels, pictured = STANDING, robot.time
+    wheels, pictured, open_air = STANDING, robot.time, OpenAir()
     side, turned, wanders_until = 1.0, 0.0, -math.inf
 
     async def set_up(view: Epuck) -> bool:
@@ -132,7 +132,7 @@ async def follow(
     async def step(view: Epuck) -> None:
         nonlocal wheels
         before, wheels = wheels, STANDING  # after a lost answer the robot stands
-        near = await view.proximity()
+        near = open_air(await view.proximity())
         if robot.time < wanders_until:
             wheels = avoid(near, before, cruise=min(cruise, SPIN))
         else:

@@ -21,7 +21,7 @@ from collections.abc import Callable
 from typing import Annotated
 
 from elib.base.pose import Pose
-from elib.behaviours import Quantity, RunContext, behaviour, react_blocking
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react_blocking
 from elib.behaviours.avoid import BLOCKED, STANDING, avoid
 from elib.link.protocol.styles import Pending
 from elib.link.protocol.values import AmbientLight, Proximity, Wheels
@@ -120,6 +120,7 @@ class Seeker:
         self._light_ahead = 0
         self._start = Pose(0.0, 0.0)
         self._wheels = STANDING
+        self._open_air = OpenAir()
 
     def seeking(self, view: BlockingEpuck) -> State:
         """Drive towards the light, or wander if there is no light."""
@@ -185,7 +186,7 @@ class Seeker:
     def _read(self, view: BlockingEpuck) -> tuple[Proximity, AmbientLight]:
         """Read the sensors, and adapt the pace to the time between two readings."""
         looking, sensing = view.begin.proximity(), view.begin.ambient_light()
-        near, light = looking.end(), sensing.end()
+        near, light = self._open_air(looking.end()), sensing.end()
         self._pace = min(1.0, QUICK / max(light.time - self._read_at, PERIOD))
         self._read_at = light.time
         return near, light

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
 from elib.base.errors import Unsupported
-from elib.behaviours import Quantity, RunContext, behaviour, react
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING, avoid
 from elib.link.protocol.values import Ground, Wheels
 from elib.robot.aio import Epuck
@@ -156,7 +156,7 @@ class Follower:
         self._cruise = cruise
         self._read_at = robot.time
         self._levels = Levels()
-        self._wheels = STANDING
+        self._wheels, self._open_air = STANDING, OpenAir()
         self._side = 1.0  # where the line was last seen, 1 to the left
         self._is_calibrating = True
         self._legs: tuple[float, ...] = CALIBRATION
@@ -187,7 +187,7 @@ class Follower:
             self._wheels = await self._sweep(view, gap)
         else:
             self._run.state("searching")
-            free = avoid(await view.proximity(), self._wheels, cruise=pace)
+            free = avoid(self._open_air(await view.proximity()), self._wheels, cruise=pace)
             if free != (pace, pace):
                 self._searched = math.inf  # the spiral would lead along the wall
             self._wheels = spiral(free, self._searched)

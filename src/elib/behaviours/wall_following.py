@@ -7,7 +7,8 @@ import math
 from typing import Annotated
 
 from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
-from elib.behaviours import Quantity, RunContext, behaviour, react
+from elib.base.infrared import LIGHT
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.behaviours.avoid import STANDING
 from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.aio import Epuck
@@ -26,20 +27,20 @@ Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.5, scale=1000)]
 
 BODY = 0.037
 """m. Radius of the robot."""
-UNIT = 0.5
-"""m. At a distance d from a white wall, an infrared sensor reads (UNIT / d)^2 (GCtronic's driver; within 10 % of Enki's
-curve from 2 to 5 cm; e-puck.md, 3)."""
+UNIT = math.sqrt(LIGHT)
+"""m. At a distance d from a white wall, an infrared sensor reads (UNIT / d)^2 (e-puck.md, 3)."""
 SIGHT = 0.075
-"""m. Readings of a larger distance are ignored: 44 counts, more than four deviations of the noise (Enki's model)."""
-SLANT = 1.9
+"""m. Readings of a larger distance are ignored: 32 counts, ten deviations of the noise. Sensors see open air unlike
+each other."""
+SLANT = 1.6
 """Distance of the diagonal sensor from a wall alongside, divided by the robot's: 1 / cos 44 degrees, and more because
 the sensor is further inside (e-puck.md, 2)."""
-GAIN = 20.0
+GAIN = 24.0
 """Turn for each metre of error of the diagonal sensor's distance. The sensor looks 5 cm ahead, so a robot that comes
 nearer turns away before it is too near, and does not oscillate."""
 MAX_TURN = 0.9
 """Largest turn: one wheel is faster, and the other slower, than the mean by this part of it."""
-INSIDE = 0.004
+INSIDE = 0.002
 """m from the edge of the body to the side sensor."""
 AHEAD = 0.035
 """m. If something in front is nearer, it is the other wall of an inner corner: the robot turns on the spot."""
@@ -79,7 +80,8 @@ def follow(
     distance by its diagonal sensor. At the end of the wall it drives in a circle round the end.
 
     Args:
-        near: Readings of the infrared sensors; for a wall on the left, :func:`mirrored`.
+        near: Readings of the infrared sensors, without what they read in the open; for a wall on the left,
+            :func:`mirrored`.
         before: The speeds that this controller returned last.
         distance: Distance between body and wall, m.
         cruise: Mean speed of the wheels along the wall, rev/s.
@@ -109,7 +111,8 @@ async def follow_wall(
     """Follow a wall on one side, through any room or maze.
 
     Without a wall the robot drives straight on until it finds one. Walls should be white, or as bright: a darker wall
-    seems further away.
+    seems further away. Begin a few centimetres away from all walls: what a sensor reads at first counts as nothing
+    until it reads less, so the robot would keep to a wall beside which it began more closely.
 
     Args:
         robot: The robot to drive.
@@ -118,14 +121,14 @@ async def follow_wall(
         distance: Distance between body and wall.
         cruise: Mean speed of the wheels along the wall.
     """
-    wheels = STANDING
+    wheels, open_air = STANDING, OpenAir()
     way, longest = math.inf, math.tau * (distance + BODY)  # driven since a wall was last seen, m
     read_at = robot.time
 
     async def step(view: Epuck) -> None:
         nonlocal wheels, way, read_at
         before, wheels = wheels, STANDING  # after a lost answer the robot stands
-        near = await view.proximity()
+        near = open_air(await view.proximity())
         gap, read_at = max(PERIOD, robot.time - read_at), robot.time
         if side is Side.LEFT:
             near, before = mirrored(near), Wheels(before.right, before.left)
