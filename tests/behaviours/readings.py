@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from elib.base.infrared import NORMAL_ROOM
+from elib.base.infrared import ROOM_READING
 from elib.base.pose import Pose
 from elib.link.protocol.values import AmbientLight, Proximity
 from elib.simulator.physics import Light
@@ -12,7 +12,7 @@ from elib.simulator.physics.world import World
 
 NAMES = "front_right diagonal_right right rear_right rear_left left diagonal_left front_left".split()
 NOTHING = Proximity(*[0] * 8)
-DARK = round(NORMAL_ROOM)
+DARK = round(ROOM_READING)
 """Counts of a sensor for ambient light in the dark."""
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError
-from elib.base.infrared import NORMAL_ROOM
+from elib.base.infrared import ROOM_READING
 from elib.simulator.emulator.build import EPUCK1, EPUCK1_HW13, EPUCK2
 from elib.simulator.emulator.emulator import Emulator
 from elib.simulator.emulator.hardware import Lights
@@ -134,8 +134,8 @@ def test_the_magnetic_field_points_north_whichever_way_the_robot_looks(heading):
 
 def test_a_lamp_is_seen_by_the_sensors_that_face_it():
     lit = robot(Pose(2, 2), lights=(Light(2.0, 2.4, height=0.05),)).ambient_light()
-    assert lit[5] < lit[6] < NORMAL_ROOM
-    assert lit[2] == NORMAL_ROOM
+    assert lit[5] < lit[6] < ROOM_READING
+    assert lit[2] == ROOM_READING
     assert all(isinstance(value, int) for value in lit)
 
 

@@ -7,7 +7,6 @@ import pytest
 from camera_rig import NOTHING, Cameras, showing, window
 
 from elib.base.body import FOCAL
-from elib.base.infrared import NORMAL_ROOM
 from elib.simulator.physics import Box, Colour, Cylinder, Pose, Scene
 from elib.simulator.physics.fittings import Light
 from elib.simulator.physics.optics import ABOVE, FORWARD
@@ -20,7 +19,7 @@ GREY = Colour(90, 90, 90)
 PAIR = (Pose(0.5, 0.5), Pose(0.7, 0.5, math.pi))
 
 
-def seen(*, starts=PAIR, lamps=NOTHING, ambient=NORMAL_ROOM, at=CHIP, lights=(), **things):
+def seen(*, starts=PAIR, lamps=NOTHING, ambient=3750.0, at=CHIP, lights=(), **things):
     return Cameras(Scene(1, 1, starts=starts, lights=lights, **things), lamps=lamps).picture(*at, ambient=ambient)
 
 
@@ -30,8 +29,8 @@ def greenish(picture):
 
 
 def test_a_room_is_as_light_as_its_reading_is_below_that_of_the_dark():
-    assert [room_light(counts) for counts in (NORMAL_ROOM, 4095.0, 4500.0)] == [1.0, 0.0, 0.0]
-    assert room_light(4095.0 - 2 * (4095.0 - NORMAL_ROOM)) == pytest.approx(2.0)
+    assert [room_light(counts) for counts in (3750.0, 4095.0, 4500.0)] == [1.0, 0.0, 0.0]
+    assert room_light(3405.0) == pytest.approx(2.0)
 
 
 def test_the_exposure_keeps_the_brightness_from_a_quarter_to_eight_times_the_usual_light():
@@ -42,7 +41,7 @@ def test_the_exposure_keeps_the_brightness_from_a_quarter_to_eight_times_the_usu
 
 
 def test_the_darker_the_room_the_darker_the_picture_below_what_the_exposure_makes_up_for():
-    means = [seen(ambient=counts).mean() for counts in (0.0, 3000.0, NORMAL_ROOM, 4000.0, 4050.0, 4085.0, 4095.0)]
+    means = [seen(ambient=counts).mean() for counts in (0.0, 3000.0, 3750.0, 4000.0, 4050.0, 4085.0, 4095.0)]
     assert means[1] == pytest.approx(means[2], abs=1)
     assert means[3] == pytest.approx(means[2], abs=1)
     assert means[0] > means[2] + 10
@@ -108,7 +107,7 @@ def test_leds_shine_in_the_dark_and_fade_in_glaring_light():
 def test_a_robots_own_front_led_lights_what_is_near_in_a_warm_colour():
     at = window(80, 60, 8)
     lit = showing(1, {0: {9: 1}})
-    for ambient in (NORMAL_ROOM, 4050.0, 4095.0):
+    for ambient in (3750.0, 4050.0, 4095.0):
         gains = []
         for box in (Box(0.69, 0.5, 0.04, 0.2, colour=GREY), Box(0.97, 0.5, 0.04, 0.9, colour=GREY)):
             without, with_led = (
@@ -139,7 +138,7 @@ def test_lamps_add_up_and_fall_as_the_infrared_sensors_have_it():
     assert [decay(x) for x in (0.0, 1.0, 5.0, 10.0)] == pytest.approx([math.exp(-x) for x in (0, 1, 5, 10)], rel=1e-3)
     assert decay(100.0) == 0.0
     two = LampArrays(*np.array(((0.0, 0.0), (0.0, 1.0), (0.1, 0.1), (1.0, 0.5))))
-    expected = 4095 / (4095 - NORMAL_ROOM) * (math.exp(-2 * 0.5) + math.exp(-4 * math.hypot(0.5, 1.0)))
+    expected = 4095 / 345 * (math.exp(-2 * 0.5) + math.exp(-4 * math.hypot(0.5, 1.0)))
     assert lamp_light(np.array(0.5), np.array(0.0), 0.1, two) == pytest.approx(expected, rel=1e-3)
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from world_rig import room_of
 
 from elib.base.body import SENSOR_DIRECTIONS
-from elib.base.infrared import NORMAL_ROOM
+from elib.base.infrared import ROOM_READING
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
 from elib.simulator.physics.fittings import Light
 from elib.simulator.physics.noise import AMBIENT
@@ -46,7 +46,7 @@ def lamp_beside(distance, **options):
 
 def test_a_room_without_lamps_reads_the_same_everywhere():
     assert readings(ROOM) == [4000] * 8
-    assert readings(replace(ROOM, model=EpuckModel(sensor_noise=0))) == [NORMAL_ROOM] * 8
+    assert readings(replace(ROOM, model=EpuckModel(sensor_noise=0))) == [ROOM_READING] * 8
 
 
 @pytest.mark.parametrize("intensity", [0.5, 1.0, 4.0])

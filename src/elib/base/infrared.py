@@ -16,7 +16,7 @@ SPACING: Final = 0.00025
 LIGHT: Final = 0.18
 """A, counts m2: 1800 counts at 1 cm. Robots have 1270 to 2700."""
 
-NORMAL_ROOM: Final = 3790.0
+ROOM_READING: Final = 3790.0
 """What a sensor reads of the light of a normal room, and so the most that it reads of its own: real ones saturate at
 3761 to 3843 counts (measured-robots: infrared.saturation)."""
 

@@ -14,13 +14,13 @@ import random
 from dataclasses import replace
 from typing import Final
 
-from elib.base.infrared import NORMAL_ROOM
+from elib.base.infrared import ROOM_READING
 from elib.learn.rooms import ROBOTS, room
 from elib.simulator.physics import Cylinder, Light, Pose, Scene
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
 
-DARK: Final = NORMAL_ROOM
+DARK: Final = ROOM_READING
 """What a sensor reads in a normal room without a lamp, counts (docs/reference/e-puck.md, 4)."""
 
 SIDE = 1.4

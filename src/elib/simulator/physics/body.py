@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
 from elib.base.body import AXLE, SENSOR_RADIUS, WHEEL_DIAMETER
-from elib.base.infrared import NORMAL_ROOM
+from elib.base.infrared import ROOM_READING
 from elib.base.rules import Choice, Number, Text, check
 from elib.simulator.physics.profiles import Profile
 
@@ -94,7 +94,7 @@ class EpuckModel:
     sensor_noise: Noise = 1.0
     gain_spread: GainSpread | None = None
     offset_spread: OffsetSpread | None = None
-    ambient: Ambient = NORMAL_ROOM
+    ambient: Ambient = ROOM_READING
     motor_noise: MotorNoise = 0.0
     wheel_spread: DriveSpread | None = None
     axle_spread: DriveSpread | None = None

@@ -22,17 +22,18 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from elib.base.infrared import NORMAL_ROOM
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 DARK_ROOM: Final = 4095.0
 """What the infrared sensors read in the dark, counts."""
 
+NORMAL_ROOM: Final = 3750.0
+"""What they read in a room whose light is the unit, counts; a room with the default ``ambient`` has 0.88 of it."""
+
 LAMP: Final = DARK_ROOM / (DARK_ROOM - NORMAL_ROOM)
-"""A lamp as close as can be, 13.4 in units of a normally lit room: in the dark it takes the infrared sensors from 4095
-counts to 0 (:mod:`elib.simulator.physics.sensors.ambient_light`), a normal room's light only to 3790."""
+"""A lamp as close as can be, 11.9 in units of a normally lit room: in the dark it takes the infrared sensors from 4095
+counts to 0 (:mod:`elib.simulator.physics.sensors.ambient_light`), a normal room's light only to 3750."""
 
 BRIGHTEN: Final = 4.0
 DARKEN: Final = 0.125
@@ -103,7 +104,7 @@ class LampArrays(NamedTuple):
 def room_light(ambient: float) -> float:
     """Return a room's light from the infrared sensors' reading, counts, higher is darker.
 
-    (4095 - ambient) / (4095 - 3790): the sensor's current grows with the light that falls on it, and a normally lit
+    (4095 - ambient) / (4095 - 3750): the sensor's current grows with the light that falls on it, and a normally lit
     room is 1.
     """
     return max(0.0, (DARK_ROOM - ambient) / (DARK_ROOM - NORMAL_ROOM))
