@@ -21,8 +21,8 @@ Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.6, scale=1000)]
 DARK = 0.5
 """How dark it is under a sensor that is over the line, at least: 0 is the bare floor, 1 the line."""
 CONTRAST = 60
-"""Counts between line and floor, at least: less is noise. With the worst of 90 real sensors, 750 counts over black, a
-black line on a grey floor gives 110."""
+"""Counts between line and floor, at least: less is noise. With the worst of 90 real sensors, 750 counts over black, the
+line on the grey floor of a lab gives 150."""
 LEARNING = 0.3
 """Weight of a new reading in what a sensor reads over the line, or over the floor: a reading that is wrong is soon
 forgotten, and three readings are enough to know a line."""
