@@ -1,6 +1,7 @@
 """What a robot of a world feels and hears, and what is set by hand, in the counts of its firmware."""
 
 import math
+import statistics
 
 import pytest
 
@@ -117,6 +118,22 @@ def test_the_gyroscope_ends_where_its_chip_does():
     assert body.rotation()[2] == 32767  # 250 degrees/s; the robot turns at 278.
 
 
+@pytest.mark.parametrize(("firmware", "build"), FIRMWARES[1:])
+def test_a_typical_robot_sends_its_tilt_and_the_offsets_of_three_axes_though_its_firmware_calibrates(firmware, build):
+    body = robot(build=build, model=EpuckModel(sensor_noise=0, quality="typical"))
+    program = Emulator(firmware, body, baud=0, booted=True).firmware
+    forward, leftward, up = body.world.acceleration(0)
+    read = [axis - zero for axis, zero in zip(program.raw_acceleration(), (2048, 2048, 2048), strict=True)]
+    assert [axis / 768 * 9.81 for axis in read] == pytest.approx([leftward, forward, up], abs=0.02)
+    assert math.hypot(forward, leftward) > 0.1
+    if firmware == "epuck2":
+        assert program.zeroed() == pytest.approx(read, abs=1)
+    rates = *body.world.rocking(0), body.world.rotation(0)
+    counts = [abs(math.degrees(axis)) * build.counts_per_degree for axis in rates]
+    assert [abs(axis) for axis in program.rotation()] == pytest.approx(counts, abs=1)
+    assert min(counts) > 10
+
+
 # The magnetic field.
 
 
@@ -127,6 +144,21 @@ def test_the_magnetic_field_points_north_whichever_way_the_robot_looks(heading):
     assert math.hypot(forward, left) == pytest.approx(20, abs=0.2)
     north = heading + math.atan2(left, forward)
     assert math.remainder(north - math.pi / 2, math.tau) == pytest.approx(0, abs=0.01)
+
+
+def test_a_typical_robot_has_magnets_of_its_own_which_turn_with_it_and_noise():
+    model = EpuckModel(quality="typical")
+    there = [robot(Pose(2, 2, heading), model=model).magnetic_field() for heading in (0, math.pi)]
+    # In two opposite directions the earth's field cancels out.
+    own = [(one + other) / 2 for one, other in zip(*there, strict=True)]
+    assert math.hypot(*own[:2]) > 3
+    assert abs(own[2] + 44) > 3
+    body = robot(model=model)
+    read = []
+    for tick in range(300):
+        body.advance(tick / 64)
+        read.append(body.magnetic_field()[0])
+    assert statistics.stdev(read) == pytest.approx(0.7, rel=0.1)
 
 
 # Light, ground, distance.

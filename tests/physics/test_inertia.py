@@ -6,9 +6,11 @@ import statistics
 import pytest
 from world_rig import Room
 
+from elib.base.body import METRES_PER_STEP
 from elib.simulator.physics import EpuckModel, Pose, Scene
 from elib.simulator.physics.body import GRAVITY
 from elib.simulator.physics.sensors.acceleration import RANGE
+from elib.simulator.physics.sensors.rotation import rocking
 
 STEP = 1 / 64
 QUIET = EpuckModel(sensor_noise=0)
@@ -97,25 +99,66 @@ def test_the_gyroscope_reads_the_turn_of_the_last_tick(turn):
     assert rate(driven(here, here, after)) == pytest.approx(turn, abs=1e-12, rel=1e-12)
 
 
-def test_the_noise_is_webots_three_per_mille():
-    def values(sensor, room, count=400):
-        return [sensor(room.at_tick(tick)) for tick in range(count)]
+def values(sensor, room, count=400):
+    return [sensor(room.at_tick(tick)) for tick in range(count)]
 
+
+def test_a_robot_that_stands_has_the_noise_that_was_measured():
     noisy = values(acceleration, at_rest(EpuckModel()))
     for k, mean in enumerate((0, 0, GRAVITY)):
         axis = [value[k] for value in noisy]
         assert statistics.fmean(axis) == pytest.approx(mean, abs=0.005)
         assert statistics.stdev(axis) == pytest.approx(0.003 * GRAVITY, rel=0.1)
-    assert statistics.stdev(values(rate, at_rest(EpuckModel()))) == pytest.approx(math.radians(0.1), rel=0.1)
+    assert statistics.stdev(values(rate, at_rest(EpuckModel()))) == pytest.approx(math.radians(0.15), rel=0.1)
     turning = driven(Pose(1, 1), Pose(1, 1), Pose(1, 1, 4.0 * STEP), model=EpuckModel())
-    assert statistics.stdev(values(rate, turning)) == pytest.approx(0.0017 + 0.003 * 4, rel=0.1)
+    assert statistics.stdev(values(rate, turning)) == pytest.approx(math.radians(0.15) + 0.003 * 4, rel=0.1)
+
+
+def rolling(steps, quality="typical"):
+    """A robot whose motors turn at so many steps/s, but that does not move: it feels what shakes it alone."""
+    room = at_rest(EpuckModel(sensor_noise=0, quality=quality))
+    room.robots[0].left_speed = steps * METRES_PER_STEP
+    return room
+
+
+@pytest.mark.parametrize(("steps", "factor"), [(0, 0), (10, 1), (212, 1), (340, 1), (680, 2), (800, 2)])
+def test_the_motors_shake_a_typical_robot_as_measured_and_an_ideal_one_not(steps, factor):
+    for k, share in enumerate((0.044, 0.022, 0.040)):
+        axis = [value[k] for value in values(acceleration, rolling(steps))]
+        assert statistics.stdev(axis) == pytest.approx(factor * share * GRAVITY, rel=0.1, abs=1e-9)
+    room = rolling(steps)
+    rates = [*zip(*values(lambda room: rocking(room.state.world, 0), room), strict=True), values(rate, room)]
+    for axis, degrees in zip(rates, (1.1, 2.3, 4.9), strict=True):
+        assert statistics.stdev(axis) == pytest.approx(factor * math.radians(degrees), rel=0.1, abs=1e-9)
+    assert acceleration(rolling(steps, "ideal")) == [0.0, 0.0, GRAVITY]
+    assert rate(rolling(steps, "ideal")) == 0.0
+
+
+def test_typical_robots_differ_in_tilt_and_offset_as_measured_and_bad_ones_twice_as_much():
+    def spread(quality):
+        starts = tuple(Pose(1 + 0.1 * (k % 20), 1 + 0.1 * (k // 20)) for k in range(400))
+        room = Room(Scene(4, 4, starts=starts, model=EpuckModel(sensor_noise=0, quality=quality)))
+        tilts = [room.read("acceleration", i) for i in range(400)]
+        rates = [(*rocking(room.state.world, i), room.read("rotation", i)[0]) for i in range(400)]
+        assert all(math.hypot(*tilt) == pytest.approx(GRAVITY) for tilt in tilts)
+        leaning = [math.asin(tilt[0] / GRAVITY) for tilt in tilts]
+        return [math.degrees(statistics.stdev(axis)) for axis in (leaning, *zip(*rates, strict=True))]
+
+    assert spread("typical") == pytest.approx([3, 2, 5, 1], rel=0.1)
+    assert spread("bad") == pytest.approx([6, 4, 10, 2], rel=0.1)
+    assert spread("ideal") == [0, 0, 0, 0]
 
 
 @pytest.mark.usefixtures("compiled_worlds")
-def test_compiled_the_readings_are_the_same():
+@pytest.mark.parametrize("quality", ["ideal", "bad"])
+def test_compiled_the_readings_are_the_same(quality):
+    model = EpuckModel(quality=quality)
     for k in range(30):
         poses = [Pose(1 + 0.001 * k * j, 1 - 0.0007 * j * j, 0.2 * k + 0.01 * j * k) for j in range(3)]
-        plain = driven(*poses, model=EpuckModel()).at_tick(k)
-        fast = driven(*poses, model=EpuckModel(), engine="compiled").at_tick(k)
+        plain = driven(*poses, model=model).at_tick(k)
+        fast = driven(*poses, model=model, engine="compiled").at_tick(k)
+        for room in (plain, fast):
+            room.robots[0].right_speed = 0.01 * k
         assert acceleration(fast) == acceleration(plain)
         assert rate(fast) == rate(plain)
+        assert rocking(fast.state.world, 0) == rocking(plain.state.world, 0)

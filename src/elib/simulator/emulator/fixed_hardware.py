@@ -215,6 +215,10 @@ class FixedHardware:
     button_is_pressed = _reading("button", bool)
     has_sd_card = _reading("sd", bool)
 
+    def inertial_zeros(self) -> tuple[Sequence[int], Sequence[int]]:
+        """Return ``acc13`` and ``gyro``."""
+        return self.inertial_acceleration(), self.rotation()
+
     def infrared(self) -> tuple[int, int, int]:
         """Return ``ir_check``, ``ir_address``, ``ir_data``."""
         return int(self._state["ir_check"]), int(self._state["ir_address"]), int(self._state["ir_data"])

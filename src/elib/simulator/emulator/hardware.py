@@ -85,6 +85,9 @@ class Hardware(Protocol):
     def rotation(self) -> Sequence[int]:
         """Return the gyroscope's x, y, z: 16-bit counts, full scale 250 deg/s."""
 
+    def inertial_zeros(self) -> tuple[Sequence[int], Sequence[int]]:
+        """Return what the digital accelerometer and the gyroscope read on average while a firmware calibrates them."""
+
     def magnetic_field(self) -> Sequence[float]:
         """Return the magnetometer's x, y, z, microtesla."""
 

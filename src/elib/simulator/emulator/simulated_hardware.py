@@ -29,6 +29,7 @@ from elib.simulator.emulator.robotprofile import RobotProfile
 from elib.simulator.emulator.timing import BITS_PER_BYTE, DEFAULT_BAUD
 from elib.simulator.physics import Colour, Lamps, World
 from elib.simulator.physics.body import GRAVITY
+from elib.simulator.physics.noise import HARD_IRON, MAGNETOMETER, gauss, tick_key
 from elib.simulator.physics.sensors.distance import biased
 
 if TYPE_CHECKING:
@@ -53,6 +54,13 @@ LOUDNESS = 1000.0
 NORTH, DOWN = 20.0, 44.0
 """The magnetic field of mid-Europe, microtesla: north, which is the world's y, and into the ground."""
 
+MAGNETS = (11.0, 11.0, 200.0)
+"""Spread between robots of the field of their own magnets, microtesla: forward, to the left, up (measured-robots:
+magnetometer.pipuck, one robot: 5, 15 and 210)."""
+
+FIELD_DEVIATION = 0.7
+"""Noise of each axis of a typical robot, microtesla (measured-robots: magnetometer.pipuck)."""
+
 FIELD_STEP = 0.15
 """microtesla. One count of the magnetometers of the e-puck2 (their data sheets)."""
 
@@ -66,7 +74,8 @@ class SimulatedHardware:
     Attributes:
         volts: Returns the voltage of its battery now, V, for a fault script that runs it down. Where this is None, or
             returns None, the robot's own battery gives the voltage.
-        hard_iron: Field of the robot's own magnets, which turns with it: forward, to the left, up, microtesla.
+        hard_iron: Field that turns with the robot: forward, to the left, up, microtesla. It adds to that of its own
+            magnets, which ideal robots do not have.
         soft_iron: What its iron makes of the world's field, seen from above: factors forward from forward, forward from
             left, left from forward, left from left.
     """
@@ -227,9 +236,22 @@ class SimulatedHardware:
         return tuple(_word(sign * scale * values[axis]) for sign, axis in self._build.inertial_axes)
 
     def rotation(self) -> Sequence[int]:
-        """Return the gyroscope, counts, positive to the left; at the end of its range it stays there."""
-        degrees = math.degrees(self.world.rotation(self.robot_index))
-        return 0, 0, _word(self._build.counts_per_degree * degrees)
+        """Return the gyroscope, counts, z positive to the left; at the end of its range it stays there.
+
+        x and y, which lie as the accelerometer's, are noise and offsets alone, so their signs do not matter.
+        """
+        rates = *self.world.rocking(self.robot_index), self.world.rotation(self.robot_index)
+        scale = math.degrees(self._build.counts_per_degree)
+        return tuple(_word(scale * rates[axis]) for _, axis in self._build.inertial_axes)
+
+    def inertial_zeros(self) -> tuple[Sequence[int], Sequence[int]]:
+        """Return the readings of a level chip without offsets.
+
+        Tilt and offsets were measured on robots whose firmware had calibrated at its start (measured-robots): they are
+        what this leaves.
+        """
+        level = (0, 0, INERTIAL_GRAVITY)
+        return tuple(sign * level[axis] for sign, axis in self._build.inertial_axes), (0, 0, 0)
 
     def magnetic_field(self) -> Sequence[float]:
         """Return the magnetic field in the robot's axes, microtesla: forward, to the left, up.
@@ -241,9 +263,14 @@ class SimulatedHardware:
         forward, left = NORTH * math.sin(heading), NORTH * math.cos(heading)
         xx, xy, yx, yy = self.soft_iron
         bent = xx * forward + xy * left, yx * forward + yy * left, -DOWN
-        return tuple(
-            round((part + own) / FIELD_STEP) * FIELD_STEP for part, own in zip(bent, self.hard_iron, strict=True)
-        )
+        records = self.world.records
+        key, spread = int(records.robots[self.robot_index].key), float(records.setting[0].spread)
+        now = tick_key(key, self.world.tick)
+        field = []
+        for axis, part in enumerate(bent):
+            own = MAGNETS[axis] * gauss(key, HARD_IRON + axis) + FIELD_DEVIATION * gauss(now, MAGNETOMETER + axis)
+            field.append(round((part + self.hard_iron[axis] + spread * own) / FIELD_STEP) * FIELD_STEP)
+        return field
 
     def temperature(self) -> int:
         """Return the inertial chip's temperature, degrees C."""

@@ -11,6 +11,10 @@ from elib.simulator.physics.records import Records, Robot, Tables
 
 STEPS_PER_METRE: Final = 1.0 / METRES_PER_STEP
 
+SHAKY: Final = 340.0
+"""steps/s up to which the motors shake a robot alike, from the slowest; at twice as much they shake it twice as hard
+(measured-robots: accelerometer.magnitude_by_speed: 5 to 340 steps/s 31..42 counts, 679 and 796 103 and 63)."""
+
 MAX_TRAVEL: Final = 0.02
 """Furthest a wheel may roll in one tick, m, before noise and the spread of wheels: half a radius, so nothing can be
 passed through."""
@@ -28,6 +32,13 @@ def rim_speed(tables: Tables, speed: float) -> float:
     # Limited before it becomes a whole number: compiled, that has 64 bits.
     made = tables.rim_speeds[int(min(size, FASTEST_2))]
     return made if speed > 0.0 else -made
+
+
+@kernel
+def shaking(robot: Robot) -> float:
+    """Return how hard the motors shake a robot: 0 while it stands, 1 up to 340 steps/s, rising to 2 at 680 and above."""
+    fastest = max(abs(robot.left_speed), abs(robot.right_speed)) * STEPS_PER_METRE
+    return min(max(fastest / SHAKY, 1.0), 2.0) if fastest > 0.0 else 0.0
 
 
 @kernel

@@ -20,6 +20,7 @@ from elib.simulator.physics.rangebearing import Heard, RangeAndBearing
 from elib.simulator.physics.records import Records, Robot, SensorView, Thing
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.senses import Senses
+from elib.simulator.physics.sensors.rotation import rocking
 from elib.simulator.physics.snapshot import Lamps, RobotView, Snapshot
 from elib.simulator.physics.state import State
 
@@ -180,6 +181,11 @@ class ReadableWorld:
     def rotation(self, robot: int) -> float:
         """Return the rate of turn about the upright axis, rad/s, positive to the left."""
         return float(self._senses.reading("rotation", self._index(robot))[0])
+
+    def rocking(self, robot: int) -> tuple[float, float]:
+        """Return what the gyroscope reads about the forward and the leftward axis, rad/s: noise, and its offset."""
+        forward, leftward = rocking(self._state.world, self._index(robot))  # Too little to be compiled.
+        return float(forward), float(leftward)
 
     def neighbours(self, robot: int) -> list[Heard]:
         """Return what a robot hears of others by range and bearing, the nearest first.

@@ -142,9 +142,8 @@ class EPuck2(AsercomCommands):
         """Start: drivers, calibrations, banner; there is no bootloader on this line."""
         ranging = self.timing.calibration - self.timing.calibration_lights
         yield Busy(self.timing.startup - ranging)
-        self.gyroscope_zero = tuple(self.hardware.rotation())
         yield from self.calibrate(ranging)
-        self.zero = tuple(self.hardware.inertial_acceleration())
+        self.zero, self.gyroscope_zero = self.hardware.inertial_zeros()
         self.has_ground = self.hardware.floor_present
         yield Send(BANNER, unasked=True)
 

@@ -1,19 +1,35 @@
-"""The gyroscope's upright axis: how fast the robot turned in the last tick."""
+"""The gyroscope: how fast the robot turned in the last tick, and how the motors rock it.
+
+Controllers see the upright axis. The other two, about the forward and the leftward axis, are 0 on a flat floor but for
+what disturbs a gyroscope (:func:`rocking`).
+"""
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Final
 
-from elib.simulator.physics.elementary import angle
+from elib.simulator.physics.elementary import HALF_TURN, angle
 from elib.simulator.physics.engine import kernel
-from elib.simulator.physics.noise import GYROSCOPE, gauss, tick_key
+from elib.simulator.physics.motion import shaking
+from elib.simulator.physics.noise import GYROSCOPE, GYROSCOPE_OFFSET, gauss, tick_key
 from elib.simulator.physics.records import Records
 
-DEVIATION: Final = 0.0017
-"""Noise at rest, rad/s: 0.1 degree/s (data sheet of the MPU-9250)."""
+DEGREE: Final = HALF_TURN / 180.0
+
+DEVIATION: Final = 0.15 * DEGREE
+"""Noise of each axis of a robot that stands, rad/s (measured-robots: gyroscope.epuck2, 0.11 to 0.19 degrees/s)."""
 
 RELATIVE_DEVIATION: Final = 0.003
 """Noise in a turn, as a part of it (Webots)."""
+
+DRIVING: Final = (1.1 * DEGREE, 2.3 * DEGREE, 4.9 * DEGREE)
+"""Noise while a robot drives, rad/s: about the forward, the leftward and the upright axis
+(measured-robots: gyroscope.epuck2)."""
+
+OFFSET: Final = (2.0 * DEGREE, 5.0 * DEGREE, 1.0 * DEGREE)
+"""Spread between robots of what these axes read at rest, rad/s (measured-robots: gyroscope.epuck2, two robots; the
+firmware had subtracted what it read at its start)."""
 
 
 @kernel
@@ -24,12 +40,29 @@ def read(world: Records, i: int) -> None:
     degrees a second or more, and an e-puck on the spot reaches 278.
     """
     robot = world.robots[i]
-    setting = world.setting[0]
     cosine = robot.before_heading_x * robot.heading_x + robot.before_heading_y * robot.heading_y
     sine = robot.before_heading_x * robot.heading_y - robot.before_heading_y * robot.heading_x
-    rate = angle(cosine, sine) / setting.step
-    if setting.sensor_noise > 0.0:
-        key = tick_key(robot.key, setting.tick)
-        deviation = DEVIATION + RELATIVE_DEVIATION * abs(rate)
-        rate += setting.sensor_noise * deviation * gauss(key, GYROSCOPE)
-    world.views[i].rotation = rate
+    rate = angle(cosine, sine) / world.setting[0].step
+    world.views[i].rotation = rate + disturbance(world, i, 2, rate)
+
+
+@kernel
+def rocking(world: Records, i: int) -> tuple[float, float]:
+    """Return what the gyroscope of robot *i* reads about its forward and its leftward axis, rad/s."""
+    return disturbance(world, i, 0, 0.0), disturbance(world, i, 1, 0.0)
+
+
+@kernel
+def disturbance(world: Records, i: int, axis: int, rate: float) -> float:
+    """Return the error of an axis that turns at *rate*, rad/s: the robot's offset, its noise, and what the motors do."""
+    robot = world.robots[i]
+    setting = world.setting[0]
+    still = setting.sensor_noise * (DEVIATION + RELATIVE_DEVIATION * abs(rate))
+    offset = shaken = 0.0
+    if setting.spread > 0.0:
+        offset = setting.spread * OFFSET[axis] * gauss(robot.key, GYROSCOPE_OFFSET + axis)
+        shaken = setting.spread * shaking(robot) * DRIVING[axis]
+    if still == 0.0 and shaken == 0.0:
+        return offset
+    deviation = sqrt(still * still + shaken * shaken)
+    return offset + deviation * gauss(tick_key(robot.key, setting.tick), GYROSCOPE + axis)
