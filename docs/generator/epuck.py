@@ -77,7 +77,7 @@ def devices() -> str:
 
 def distances() -> str:
     """Return what the distance sensor reads over the true distance."""
-    rows = [(f"{true:g}", f"{read:.4g}", f"{deviation * 100:g} %") for true, read, deviation in distance.CALIBRATION]
+    rows = [(f"{true:g}", f"{read:.4g}", f"{deviation * 1000:g} mm") for true, read, deviation in distance.CALIBRATION]
     return table(("True, m", "Reads, m", "Standard deviation"), rows)
 
 

@@ -224,7 +224,7 @@ def test_both_engines_cast_the_same_rays_to_the_last_bit_also_across_a_wall_or_i
 
 
 @few_and_many(20, 100)
-def test_the_time_of_flight_sensor_finds_the_nearest_of_its_five_rays(examples):
+def test_the_time_of_flight_sensor_weighs_its_five_rays_by_their_light(examples):
     @settings(max_examples=examples)
     @given(st.floats(-4, 4), st.lists(st.tuples(NEAR, NEAR, NEAR, NEAR), min_size=1, max_size=4))
     def check(heading, walls):
@@ -235,9 +235,10 @@ def test_the_time_of_flight_sensor_finds_the_nearest_of_its_five_rays(examples):
         spread = [distance.CONE * (0.5 - k / 4) for k in range(5)]
         fan = [(complex(*distance.PLACE), cmath.rect(1, angle)) for angle in spread]
         edge = [(-1, -1, 1, -1), (1, -1, 1, 1), (1, 1, -1, 1), (-1, 1, -1, -1)]
-        nearest = min(plain(fan, heading, distance.REACH, [*walls, *edge], []))
-        assert world.distance(0) == pytest.approx(nearest, abs=1e-9) or any(
-            grazes(ray, heading, walls, []) for ray in fan
-        )
+        lengths = plain(fan, heading, distance.REACH, [*walls, *edge], [])
+        depths = [length * math.cos(a) for length, a in zip(lengths, spread, strict=True) if length < distance.REACH]
+        light = [1 / max(depth, distance.TOUCHING) for depth in depths]
+        mean = sum(light) / sum(each * each for each in light) if light else distance.REACH
+        assert world.distance(0) == pytest.approx(mean, rel=1e-7) or any(grazes(ray, heading, walls, []) for ray in fan)
 
     check()

@@ -227,6 +227,8 @@ def test_the_robots_readings_arrive_as_the_hardware_has_them() -> None:
     assert ask("proximity") == (100, 90, 80, 70, 60, 50, 40, 30)
     assert ask("ground") == (1001, 1002, 1003, 1004, 1005)
     assert ask("distance") == v.Distance(0.123)
+    bench.set(tof=8190)  # It sees nothing.
+    assert ask("distance") == v.Distance(math.inf)
     assert ask("selector") == v.Selector(11)
     battery = ask("battery")
     assert isinstance(battery, v.Battery)

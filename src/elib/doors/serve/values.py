@@ -22,7 +22,9 @@ ROLES = (Role.NUMBER, Role.CONVERTED, Role.PHYSICAL)
 def plain(value: object) -> Json:
     """Return the result of a command as objects, lists, numbers and texts."""
     match value:
-        case None | bool() | int() | float() | str():
+        case float():
+            return value if math.isfinite(value) else None
+        case None | bool() | int() | str():
             return value
         case Sensors():
             found = {name: plain(getattr(value, name)) for name in READING_TYPES}
@@ -38,7 +40,7 @@ def plain(value: object) -> Json:
 
 def reading(value: Reading) -> dict[str, Json]:
     """Return a reading as an object of its fields, with its time."""
-    found: dict[str, Json] = {name: getattr(value, name) for name in _names(type(value))}  # type: ignore[arg-type]  # classes have hashes
+    found: dict[str, Json] = {name: plain(getattr(value, name)) for name in _names(type(value))}  # type: ignore[arg-type]  # classes have hashes
     found["time"] = _moment(value.time)
     return found
 

@@ -235,7 +235,7 @@ BANNER: LinesReply[None] = LinesReply(
 STATUS: Packed[None] = Packed("<B", lambda numbers, context: None)
 BATTERY = Packed("<H", lambda numbers, context: battery_of(int(numbers[0]), context))
 TEMPERATURE = Packed("<b", fields(v.Temperature))
-DISTANCE = Packed("<H", lambda n, context: v.Distance(n[0] / 1000, **context.stamp))
+DISTANCE = Packed("<H", lambda n, context: distance_of(n[0], context))
 BUTTON = Packed("<B", lambda n, context: v.Button(bool(n[0]), **context.stamp))
 SD_CARD = Packed("<B", lambda n, context: v.SdCard(bool(n[0]), **context.stamp))
 ATTITUDE = Packed("<3f", attitude_of)
@@ -293,6 +293,15 @@ PICTURE: Reply[Image] = Picture()
 ZOOM = 8
 """Of every robot's pictures until it is set another one (wire-protocol.md, 3.4)."""
 
+NO_ECHO = 8190
+"""mm. What an e-puck2 sends where its time-of-flight sensor sees nothing (measured-robots: time_of_flight.epuck2)."""
+
+
+def distance_of(millimetres: float, context: Context) -> v.Distance:
+    """Return the reading of the time-of-flight sensor."""
+    return v.Distance(millimetres / 1000 if millimetres < NO_ECHO else math.inf, **context.stamp)
+
+
 PACKET_CODE = 0x08
 PACKET_FORMAT = "<3h3f3h3fb8H8HH4H2hHB3BB3H3HB"
 """The e-puck2's packet of all sensors: its opcode, and its answer of 103 bytes (wire-protocol.md, 3.5 and 4.3)."""
@@ -317,7 +326,7 @@ def packet_of(numbers: Values, context: Context, *, button: v.Button | None = No
         temperature=v.Temperature(whole[12], **stamp),
         proximity=v.Proximity(*whole[13:21], **stamp),
         ambient_light=v.AmbientLight(*whole[21:29], **stamp),
-        distance=v.Distance(n[29] / 1000, **stamp),
+        distance=distance_of(n[29], context),
         microphones=v.Microphones(counts=tuple(whole[30:34]), **stamp),
         encoders=v.Steps(whole[34], whole[35], **stamp),
         battery=battery_of(whole[36], context),

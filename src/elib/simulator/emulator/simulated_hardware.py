@@ -21,7 +21,7 @@ from elib.base.errors import ArgumentError
 from elib.base.rules import Whole
 from elib.link.protocol.camera import SENSOR_HEIGHT, SENSOR_WIDTH, CameraWindow
 from elib.link.protocol.image import Mounting, check_mounting
-from elib.link.protocol.shapes import MICROPHONES, SAMPLES
+from elib.link.protocol.shapes import MICROPHONES, NO_ECHO, SAMPLES
 from elib.simulator.emulator.battery import FULL_VOLTS, LOW_VOLTS, BatteryCell, power_of
 from elib.simulator.emulator.build import EPUCK1, Build
 from elib.simulator.emulator.hardware import Lights
@@ -30,7 +30,7 @@ from elib.simulator.emulator.timing import BITS_PER_BYTE, DEFAULT_BAUD
 from elib.simulator.physics import Colour, Lamps, World
 from elib.simulator.physics.body import GRAVITY
 from elib.simulator.physics.noise import HARD_IRON, MAGNETOMETER, gauss, tick_key
-from elib.simulator.physics.sensors.distance import biased
+from elib.simulator.physics.sensors.distance import REACH, biased
 
 if TYPE_CHECKING:
     import numpy as np
@@ -331,10 +331,14 @@ class SimulatedHardware:
         return self.voltage < LOW_VOLTS
 
     def distance(self) -> int:
-        """Return the time-of-flight distance straight ahead, mm, with the sensor's own bias; 0 without the sensor."""
+        """Return the time-of-flight distance straight ahead, mm, with the sensor's own bias; 0 without the sensor.
+
+        What it sees nowhere in its reach is 8190.
+        """
         if not self._build.has_time_of_flight:
             return 0
-        return round(1000 * biased(self.world.distance(self.robot_index)))
+        metres = self.world.distance(self.robot_index)
+        return round(1000 * biased(metres)) if metres < REACH else NO_ECHO
 
     def press_button(self) -> None:
         """Hold the user button down until :meth:`release_button`."""

@@ -36,7 +36,7 @@ def rim_speed(tables: Tables, speed: float) -> float:
 
 @kernel
 def shaking(robot: Robot) -> float:
-    """Return how hard the motors shake a robot: 0 while it stands, 1 up to 340 steps/s, rising to 2 at 680 and above."""
+    """Return how hard the motors shake a robot: 0 while it stands, 1 up to 340 steps/s, and up to 2 from 680 on."""
     fastest = max(abs(robot.left_speed), abs(robot.right_speed)) * STEPS_PER_METRE
     return min(max(fastest / SHAKY, 1.0), 2.0) if fastest > 0.0 else 0.0
 

@@ -99,7 +99,7 @@ class SensorView:
         ambient_light: Infrared light with the emitters off, counts, 0..4095, higher is darker.
         ground: Left, centre, right, cliff left, cliff right, counts, 0..1000, higher is brighter.
         microphones: Right, left, rear, front, counts peak to peak, 0..4095.
-        distance: What the time-of-flight sensor measures, m, 0..2.
+        distance: What the time-of-flight sensor measures, m, 0..2; 2 where it sees nothing.
         acceleration: Forward, to the left and upwards, m/s2.
         rotation: About the upright axis, rad/s, positive to the left.
         number: The number of the robot, counted from 0.

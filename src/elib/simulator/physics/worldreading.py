@@ -154,7 +154,7 @@ class ReadableWorld:
         return self._senses.reading("ambient_light", self._index(robot))
 
     def distance(self, robot: int) -> float:
-        """Return what the time-of-flight sensor measures before its bias, m, at most its reach of 2 m."""
+        """Return what the time-of-flight sensor measures before its bias, m; its reach, 2 m, where it sees nothing."""
         return float(self._senses.reading("distance", self._index(robot))[0])
 
     def ground(self, robot: int) -> list[int]:

@@ -54,7 +54,7 @@ def rocking(world: Records, i: int) -> tuple[float, float]:
 
 @kernel
 def disturbance(world: Records, i: int, axis: int, rate: float) -> float:
-    """Return the error of an axis that turns at *rate*, rad/s: the robot's offset, its noise, and what the motors do."""
+    """Return the error of an axis that turns at *rate*, both in rad/s: the robot's offset, and its noise."""
     robot = world.robots[i]
     setting = world.setting[0]
     still = setting.sensor_noise * (DEVIATION + RELATIVE_DEVIATION * abs(rate))
