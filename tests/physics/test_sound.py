@@ -8,9 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from world_rig import room_of
 
+from elib.link.protocol.values import locate_sound
 from elib.simulator.physics import EpuckModel, Pose, Scene
 from elib.simulator.physics.fittings import Sound
-from elib.simulator.physics.sensors.microphones import FLOOR, PLACE_X, PLACE_Y
+from elib.simulator.physics.sensors.microphones import (
+    FLOOR,
+    FLOOR_DEVIATION,
+    GAIN,
+    PLACE_X,
+    PLACE_Y,
+    RELATIVE_DEVIATION,
+    SHADE,
+)
 from lanes import few_and_many
 
 RIGHT, LEFT, REAR, FRONT = range(4)
@@ -44,10 +53,10 @@ def test_a_sound_that_a_microphone_faces_falls_with_the_distance(distance):
     assert heard(source)[LEFT] == pytest.approx(FLOOR + 1000 * 0.1 / distance, abs=0.5)
 
 
-def test_from_behind_a_third_is_heard_and_from_the_side_two_thirds():
+def test_the_body_shades_a_microphone_a_little():
     facing = math.atan2(PLACE_Y[FRONT], PLACE_X[FRONT])
     place = 3 + PLACE_X[FRONT], 3 + PLACE_Y[FRONT]
-    for turn, share in ((0, 1), (math.pi / 2, 2 / 3), (math.pi, 1 / 3)):
+    for turn, share in ((0, 1), (math.pi / 2, 1 / 1.15), (math.pi, 0.85 / 1.15)):
         source = Sound(place[0] + math.cos(facing + turn), place[1] + math.sin(facing + turn), 4000)
         assert heard(source)[FRONT] == pytest.approx(FLOOR + 400 * share, abs=0.5)
 
@@ -74,10 +83,8 @@ def test_the_microphone_that_faces_the_sound_hears_most(turn, loudest, distance,
 
 def guessed(values):
     """The direction and distance of one sound of volume 1000, from what each microphone hears of it."""
-    right, left, rear, front = (value - FLOOR for value in values)
-    # Forward, a loudness is the mean of front and rear; the factor of 3 to 1 gives the direction.
-    angle = math.atan2((left - right) / (left + right), (front - rear) / (front + rear))
-    return angle, 1000 * 0.1 * (2 / 3) / ((right + left + rear + front) / 4)
+    sound = locate_sound([value - FLOOR for value in values])
+    return sound.bearing, 1000 * 0.1 / (1 + SHADE) / sound.volume
 
 
 @few_and_many(20, 60)
@@ -99,7 +106,8 @@ def test_a_robot_that_plays_is_heard_by_the_others_and_by_itself_from_behind():
     distance = 0.2 - PLACE_X[FRONT]
     assert first[FRONT] == pytest.approx(FLOOR + 100 / distance, rel=0.02)
     assert first[FRONT] > first[LEFT] > first[REAR]
-    assert second[LEFT] == second[RIGHT] == pytest.approx(FLOOR + 1000 * 0.1 / math.hypot(*place(LEFT)) / 3, abs=0.5)
+    behind = 1000 * 0.1 / math.hypot(*place(LEFT)) * (1 - SHADE) / (1 + SHADE)
+    assert second[LEFT] == second[RIGHT] == pytest.approx(FLOOR + behind, abs=0.5)
     assert heard(starts=starts, volumes=(0, 0)) == [FLOOR] * 4
 
 
@@ -125,8 +133,41 @@ def test_the_noise_grows_with_what_is_heard():
     def deviation(*sounds):
         return statistics.stdev(heard(*sounds, model=EpuckModel(), tick=tick)[FRONT] for tick in range(400))
 
-    assert deviation() == pytest.approx(1.5, rel=0.15)
-    assert deviation(beside(0, 0.1319)) == pytest.approx(1.5 + 0.02 * 1000, rel=0.15)
+    assert deviation() == pytest.approx(FLOOR_DEVIATION, rel=0.15)
+    assert deviation(beside(0, 0.1319)) == pytest.approx(FLOOR_DEVIATION + RELATIVE_DEVIATION * 1000, rel=0.15)
+
+
+def crowd(quality, *sounds):
+    """A hundred robots without noise."""
+    starts = tuple(Pose(1 + k % 10, 1 + k // 10) for k in range(100))
+    model = EpuckModel(sensor_noise=0, quality=quality)
+    return room_of(Scene(12, 12, starts=starts, sounds=sounds, model=model))
+
+
+@pytest.mark.parametrize(("quality", "spread"), [("ideal", 0), ("good", 0.5), ("typical", 1)])
+def test_microphones_of_real_robots_are_not_equally_loud(quality, spread):
+    loud = [Sound(0, 0, 4000)] * 8
+    room, ideal = crowd(quality, *loud), crowd("ideal", *loud)
+    gains = [room.read("microphones", k)[RIGHT] / ideal.read("microphones", k)[RIGHT] for k in range(100)]
+    assert statistics.stdev(gains) == pytest.approx(spread * GAIN, rel=0.2)
+
+
+def test_a_typical_robot_hears_its_motors_while_it_drives_and_an_ideal_one_does_not():
+    def readings(quality, speed):
+        room = crowd(quality)
+        found = []
+        for k in range(100):
+            room.robots[k].left_speed = speed
+            found += room.at_tick(k).read("microphones", k)
+        return sorted(found)
+
+    assert statistics.fmean(readings("typical", 0.0)) == pytest.approx(FLOOR, abs=0.6)
+    driving = readings("typical", 0.03)
+    # measured-robots: microphones.quiet. Their 1, 50 and 99 percentiles are 5, 9 and 28.
+    assert statistics.fmean(driving) == pytest.approx(10.1, abs=1)
+    assert statistics.median(driving) == pytest.approx(9, abs=1)
+    assert 20 < driving[-5] < 32
+    assert readings("ideal", 0.03) == [FLOOR] * 400
 
 
 @pytest.mark.usefixtures("compiled_worlds")
@@ -134,5 +175,5 @@ def test_compiled_the_readings_are_the_same():
     sounds = [beside(k, 0.1 * k, volume=100 * k) for k in range(1, 9)]
     starts = (Pose(3, 3, 0.4), Pose(3.1, 3.05, 2))
     for tick in range(20):
-        options = {"starts": starts, "volumes": (300, 500), "model": EpuckModel(), "tick": tick}
+        options = {"starts": starts, "volumes": (300, 500), "model": EpuckModel(quality="typical"), "tick": tick}
         assert heard(*sounds, **options, engine="compiled") == heard(*sounds, **options)

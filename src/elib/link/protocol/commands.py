@@ -301,8 +301,8 @@ class Commands:
     def distance(self) -> v.Distance:
         """Read the time-of-flight sensor.
 
-        Where it sees nothing, the robot sends 8190, and the reading is infinite (``math.inf``). Beyond 0.9 m that happens
-        now and then on a real robot although something is there.
+        Where it sees nothing, the robot sends 8190, and the reading is infinite (``math.inf``). Beyond 0.9 m a real
+        robot does that now and then although something is there.
 
         Example:
             >>> robot.distance()
@@ -340,11 +340,12 @@ class Commands:
         """Read the volume at each microphone, peak to peak.
 
         Example:
-            >>> robot = elib.connect("sim://beeper?speed=max")
-            >>> robot.microphones()
-            Microphones(counts=(162, 94, 207))
-            >>> round(robot.microphones().direction, 1)
-            -2.6
+            >>> robot = elib.connect("sim://beeper?firmware=epuck2&speed=max")
+            >>> sound = robot.microphones()
+            >>> sound
+            Microphones(counts=(180, 151, 194, 137))
+            >>> round(sound.direction, 1), round(sound.direction_error, 1)
+            (-2.6, 0.4)
         """
 
     # Before microphone_samples, which has the same code: of two, recordings show the later one.

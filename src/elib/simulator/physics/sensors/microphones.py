@@ -3,15 +3,16 @@
 A source of volume V, in counts peak to peak at 0.1 m, at distance r from a microphone and under the angle a from the
 direction in which the microphone faces, adds
 
-    V (0.1 m / r) (2 + cos a) / 3
+    V (0.1 m / r) (1 + 0.15 cos a) / 1.15
 
-to the noise of the room. The pressure of a point source falls with 1/r; the body, which shades the far side, is put as
-a factor between 1 and 1/3. Peaks add up: tones of different pitch meet peak on peak within the 6 to 10 ms over which
-the robots look for their maximum and minimum. Walls neither stop nor reflect sound.
+to the noise of the room. The pressure of a point source falls with 1/r; the body shades the far side a little
+(measured-robots: microphones.with_ears, microphones.bare_turning; from 0 to 0.45 fits one of them). Peaks add up: tones
+of different pitch meet peak on peak within the 6 to 10 ms over which the robots look for their maximum and minimum.
+Walls neither stop nor reflect sound. In real robots the microphones are not equally loud, and they hear the motors.
 
-No loudness of an e-puck was ever published (e-puck.md, 7): volumes, the noise of the room and the body's shade
-are uncalibrated. The e-puck1 has three microphones, right, left and rear; the longest delays its demo allows, 6 samples
-at 33 kHz from left to right and 5 to the rear, fit the places of the e-puck2's.
+No loudness of an e-puck's own speaker was ever published (e-puck.md, 7). The e-puck1 has three microphones, right, left
+and rear; the longest delays its demo allows, 6 samples at 33 kHz from left to right and 5 to the rear, fit the places
+of the e-puck2's.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Final
 
 from elib.base.body import MICROPHONES
 from elib.simulator.physics.engine import kernel
-from elib.simulator.physics.noise import MICROPHONE, gauss, tick_key
+from elib.simulator.physics.noise import LOUDNESS, MICROPHONE, MICROPHONE_GAIN, MOTOR_SOUND, gauss, tick_key
 from elib.simulator.physics.records import Records, Robot
 
 COUNT: Final = 4
@@ -35,32 +36,54 @@ FACING_X: Final = tuple(x / length for x, length in zip(PLACE_X, _LENGTHS, stric
 FACING_Y: Final = tuple(y / length for y, length in zip(PLACE_Y, _LENGTHS, strict=True))
 """Each faces away from the middle of the robot."""
 
-FLOOR: Final = 12.0
-"""Noise of a quiet room, counts peak to peak. Chosen."""
+SHADE: Final = 0.15
+"""Part by which a microphone that faces a source hears more than one in its shade, each against one beside it
+(measured-robots: proposals.microphones)."""
+
+FLOOR: Final = 4.0
+"""Noise of a quiet room, counts peak to peak (measured-robots: microphones.quiet)."""
+
+FLOOR_SPREAD: Final = 2.0
+"""Spread between robots of that (measured-robots: microphones.quiet: one robot 3.8, another 7.5)."""
+
+MOTORS: Final = 3.7
+MOTORS_SWING: Final = 2.3
+"""What a driving robot hears of its motors, counts: a part that is always there, and the mean of one that comes and
+goes, in all microphones at once (measured-robots: microphones.quiet: 5 to 28 counts, median 9, mean 10.1)."""
+
+GAIN: Final = 0.08
+"""Spread between microphones of how loud they hear (measured-robots: microphones.with_ears)."""
 
 REFERENCE: Final = 0.1  # m. Where volumes are given.
 
 NEAREST: Final = 0.01
 """No source comes nearer to a microphone, m: it has a size."""
 
-FLOOR_DEVIATION: Final = 1.5
-"""Noise of a reading in a quiet room, counts. Chosen."""
+FLOOR_DEVIATION: Final = 2.0
+"""Noise of a reading in a quiet room, counts (measured-robots: microphones.quiet, 1.4 to 2.6)."""
 
-RELATIVE_DEVIATION: Final = 0.02
-"""Noise of a reading, as a part of what is heard. Chosen."""
+RELATIVE_DEVIATION: Final = 0.05
+"""Noise of a reading, as a part of what is heard (measured-robots: microphones.with_ears, from beep to beep)."""
 
 
 @kernel
 def read(world: Records, i: int) -> None:
     """Read the microphones of robot *i*: right, left, rear, front, counts peak to peak, 0..4095.
 
-    counts = 12 + sum of V (0.1 m / r) (2 + cos a) / 3 over the world's sounds and all robots that play. The loudspeaker
-    is in the middle of a robot; its own is heard by every microphone from behind. Uncalibrated.
+    counts = 4 + sum of V (0.1 m / r) (1 + 0.15 cos a) / 1.15 over the world's sounds and all robots that play. The
+    loudspeaker is in the middle of a robot; its own is heard by every microphone from behind.
     """
     robot = world.robots[i]
     key = tick_key(robot.key, world.setting[0].tick)
     now = world.setting[0].tick * world.setting[0].step
     noise = world.setting[0].sensor_noise
+    spread = world.setting[0].spread
+    floor = FLOOR
+    if spread > 0.0:
+        floor += spread * FLOOR_SPREAD * gauss(robot.key, LOUDNESS)
+        if robot.left_speed != 0.0 or robot.right_speed != 0.0:
+            swing = gauss(key, MOTOR_SOUND)
+            floor += spread * (MOTORS + MOTORS_SWING * swing * swing)
     for s in range(COUNT):
         place_x, place_y, facing_x, facing_y = placed(robot, s)
         heard = 0.0
@@ -72,7 +95,9 @@ def read(world: Records, i: int) -> None:
             other = world.robots[k]
             if other.volume > 0.0 and now < other.silent_from:
                 heard += other.volume * share(other.x - place_x, other.y - place_y, facing_x, facing_y)
-        level = FLOOR + heard
+        if spread > 0.0 and heard > 0.0:
+            heard *= max(1.0 + spread * GAIN * gauss(robot.key, MICROPHONE_GAIN + s), 0.0)
+        level = floor + heard
         if noise > 0.0:
             level += noise * (FLOOR_DEVIATION + RELATIVE_DEVIATION * heard) * gauss(key, MICROPHONE + s)
         world.views[i].microphones[s] = int(min(max(level, 0.0), 4095.0) + 0.5)
@@ -101,4 +126,4 @@ def share(dx: float, dy: float, facing_x: float, facing_y: float) -> float:
     distance = sqrt(dx * dx + dy * dy)
     if distance < NEAREST:
         return REFERENCE / NEAREST
-    return REFERENCE / distance * (2.0 + (dx * facing_x + dy * facing_y) / distance) / 3.0
+    return REFERENCE / distance * (1.0 + SHADE * (dx * facing_x + dy * facing_y) / distance) / (1.0 + SHADE)
