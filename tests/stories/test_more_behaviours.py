@@ -283,19 +283,15 @@ def test_it_turns_to_each_clap_and_says_when_it_is_quiet() -> None:
         assert abs(math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.heading, math.tau)) < math.radians(25)
 
 
-def test_of_a_clap_that_the_microphones_do_not_decide_it_says_so_and_stays() -> None:
+def test_of_a_sound_that_the_microphones_do_not_decide_it_says_so() -> None:
     def place(world: World, _: object) -> None:
         world.move_robot(0, Pose(0.1, 0.1, 0.3))
         world.set_sound(0, Sound(1.1, 0.4, 4000))  # Three microphones, a metre away.
 
-    def quiet(world: World, _: object) -> None:
-        world.set_sound(0, Sound(1.1, 0.4, 0))
-
-    seen = run("locate-clap", "beeper", 1, seconds=4, at={0: place, 0.5: quiet})
+    seen = run("locate-clap", "beeper", 1, seconds=8, at={0: place})
     assert seen.outcome is not None
     assert "the microphones do not tell from where: go nearer" in seen.outcome.messages[0]
-    assert seen.states[-1] == "unclear"
-    assert seen.poses[-1].heading == pytest.approx(0.3)
+    assert "unclear" in seen.states
 
 
 @pytest.mark.long

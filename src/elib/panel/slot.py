@@ -340,7 +340,8 @@ class Slot:
         Raises:
             ElibError: The picture did not arrive.
         """
-        picture = await self.robot.within(SPECS[IMAGE].timeout).image()
+        request = SPECS[IMAGE].request(self.robot.context)
+        picture = await self.robot.within(request.timeout).image()
         self.readings[IMAGE] = picture
         return picture
 

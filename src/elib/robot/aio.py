@@ -198,7 +198,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         else:
             spec = operation.spec
             request = spec.request(self._link.channel.context, *args, **kwargs)
-            call = self._ask(request, spec.timeout if self._timeout is None else self._timeout)
+            call = self._ask(request, request.timeout if self._timeout is None else self._timeout)
         call.__qualname__ = f"Epuck.{operation.name}"  # Python names it so if the await was forgotten
         return call
 

@@ -483,8 +483,8 @@ class Motions(Commands):
                 hint="drive or turn more slowly",
             )
         self.motion.check_free(f"set_velocity({speed}, {turn_rate})")
-        spec = SPECS["set_speed"]
-        await self.execute(spec.request(self.session.context, left, right), spec.timeout)
+        request = SPECS["set_speed"].request(self.session.context, left, right)
+        await self.execute(request, request.timeout)
 
     @action
     async def pose(self: Mover) -> Pose:

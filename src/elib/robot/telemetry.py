@@ -161,7 +161,7 @@ class Telemetry:
                 images = any(IMAGE in reader.names for reader in self._readers)
                 robot.session.stream(sensors=self._want_sensors, images=images)
                 with contextlib.suppress(TimeoutError):
-                    async with asyncio.timeout(POLL_TIMEOUT):
+                    async with asyncio.timeout(max(POLL_TIMEOUT, robot.context.profile.patience)):
                         await self._changed.wait()
                         continue
                 if getattr(robot.session.transport, "is_paused", False):
@@ -176,17 +176,19 @@ class Telemetry:
     async def _ask(self, robot: Robot) -> None:
         """Ask a robot that has become silent for something: if it takes no command either, the session gives it up."""
         try:
-            await robot.execute(SPECS["selector"].request(robot.context), POLL_TIMEOUT)
+            request = SPECS["selector"].request(robot.context)
+            await robot.execute(request, request.timeout)
         except ElibError as error:
             _raise_if_over(robot, error)
 
     def _report_silence(self, robot: Robot) -> None:
         """Tell the readers what did not come for a while: with the readings that they had, and the error."""
         missing = {name for reader in self._readers for name in reader.names if name not in self._came}
+        waited = max(POLL_TIMEOUT, robot.context.profile.patience)
         for name in missing:
             what = "picture" if name == IMAGE else "sensor packet"
             self._failures[name] = ReplyTimeout(
-                f"no {what} came from {robot.url} for {POLL_TIMEOUT:g} s", request=f"watch({name})"
+                f"no {what} came from {robot.url} for {waited:g} s", request=f"watch({name})"
             )
         self._deliver([reader for reader in self._readers if missing.intersection(reader.names)], robot.context.origin)
 
@@ -271,9 +273,9 @@ class Telemetry:
                     self._failures.pop(name, None)
 
     async def _take_picture(self, robot: Robot) -> None:
-        spec = SPECS[IMAGE]
+        request = SPECS[IMAGE].request(robot.context)
         try:
-            image = await robot.execute(spec.request(robot.context), spec.timeout)
+            image = await robot.execute(request, request.timeout)
         except ElibError as error:
             _raise_if_over(robot, error)
             self._failures[IMAGE] = error

@@ -131,6 +131,7 @@ class Profile:
         talks_at: Where the selector must stand when it starts, and what it then talks through (wire-protocol.md, 5.7);
             empty if it talks in every position.
         service: Longest time that the robot is busy with a row and reads nothing, s, by the row's name.
+        patience: Time that a call waits for its answer by default, s, if its row says less.
     """
 
     name: str
@@ -170,6 +171,7 @@ class Profile:
     says_selector: bool = False
     talks_at: Mapping[int, str] = field(default_factory=dict)
     service: Mapping[str, float] = field(default_factory=dict)
+    patience: float = 0.0
 
     @property
     def line_end(self) -> bytes:

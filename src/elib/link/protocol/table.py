@@ -147,7 +147,7 @@ class Spec(Generic[T]):
             spec=self,
             service=context.profile.service.get(self.name, 0.0),
             make=make,
-            timeout=self.timeout,
+            timeout=max(self.timeout, context.profile.patience),
             wheels=self.wheels,
         )
 

@@ -29,6 +29,7 @@ from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.wifi import WifiEmulator
 from elib.simulator.emulator.wifi_link import WifiLink
+from elib.simulator.physics.body import QUALITIES
 from elib.simulator.physics.placement import cleared
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.world import World
@@ -311,7 +312,8 @@ class Simulation:
         link: Link
         if firmware in WIFI_FIRMWARES:
             emulator = robot_on_wifi = WifiEmulator(firmware, hardware, booted=True)
-            link = WifiLink(robot_on_wifi, **options)
+            spread = 0.0 if self.world is None else QUALITIES[self.world.scene.model.quality]
+            link = WifiLink(robot_on_wifi, spread=spread, **options)
         else:
             emulator = Emulator(firmware, hardware, baud=settings.baud, booted=True)
             link = Link(emulator, baud=settings.baud, **options)

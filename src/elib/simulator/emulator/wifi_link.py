@@ -14,13 +14,30 @@ from elib.link.transport.base import BufferedTransport
 from elib.simulator.emulator.emulator import Chunk
 from elib.simulator.emulator.faults import Fault, both
 from elib.simulator.emulator.link import Link
-from elib.simulator.emulator.wifi import SEND_BUFFER, WifiEmulator
+from elib.simulator.emulator.wifi import IMAGE, SEND_BUFFER, WifiEmulator
+from elib.simulator.physics.elementary import interpolated
 
 RETRANSMISSION = 0.5
 """s after which the robot's TCP sends a lost packet again, and twice as long after each further loss.
 
 It is the period of the timer of lwIP, the ESP32's TCP (I); a packet that others follow at once may come again sooner.
 """
+
+CONNECTING, CONNECTING_SPREAD = 0.242, 0.093
+"""s until a connection stands, and the deviation of that (measured-robots: latency.wifi_connect)."""
+
+UNREST = 0.0025
+"""Deviation of the time on the air of a typical robot's packet, s (measured-robots: latency.wifi_packet)."""
+
+LATE_SHARE, LATE, LATEST, LATE_POWER = 0.08, 0.011, 0.37, 6.5
+"""Share of a typical robot's packets that come late, and by how much, s: least, most, and how rare the most is. Packets
+then come every 0 to 31 ms, 1 % more than 57 ms after the one before, and 392 ms at most (measured-robots:
+latency.wifi_packet)."""
+
+LATE_PICTURES = 0.4
+PICTURE_LATE = ((0.0, 0.005), (0.375, 0.1), (0.75, 0.98), (0.875, 1.36), (0.975, 3.2), (1.0, 4.86))
+"""Share of a typical robot's pictures that come late, and by how much, s, at shares of these: 25 % of all then take 300
+ms or more, 5 % 1.5 s, and the last one 5 s (measured-robots: latency.wifi_picture). TCP sends lost bytes again."""
 
 MAX_LOSSES = 6
 """Losses in a row of one packet: a probability of 1 makes every packet 31.5 s late, and does not end the connection."""
@@ -45,12 +62,16 @@ class WifiLink(Link):
     Args:
         robot: The emulated robot.
         end: The robot's end of a transport; may be attached later.
+        spread: How unsteady the network is: with 0 packets never come late, with 1 as often as was measured.
         **options: As those of :class:`~elib.simulator.emulator.link.Link`, without ``baud``.
     """
 
     robot: WifiEmulator
 
-    def __init__(self, robot: WifiEmulator, end: BufferedTransport | None = None, **options: Any) -> None:
+    def __init__(
+        self, robot: WifiEmulator, end: BufferedTransport | None = None, *, spread: float = 0.0, **options: Any
+    ) -> None:
+        self._spread = spread
         self._acknowledgements: deque[tuple[float, int]] = deque()
         self._is_accepted = self._is_blocked = self._is_handing_over = False
         super().__init__(robot, end, baud=0, **options)
@@ -59,7 +80,8 @@ class WifiLink(Link):
         """Connect a client."""
         self.detach()
         self._is_accepted = self._is_blocked = False
-        self._signal(_CONNECT)
+        chance = min(max(self._rng.gauss(), -1.2), 2.2) if self._spread else 0.0
+        self._signal(_CONNECT, max(0.0, CONNECTING + self._spread * CONNECTING_SPREAD * chance))
         end.on_room = self._on_room
         super().attach(end)
 
@@ -101,8 +123,8 @@ class WifiLink(Link):
     def inject_noise(self, data: bytes) -> None:
         """Do nothing: TCP keeps noise away."""
 
-    def _signal(self, signal: _Signal) -> None:
-        self._last_in = max(self._last_in, self.now + self._delay())
+    def _signal(self, signal: _Signal, later: float = 0.0) -> None:
+        self._last_in = max(self._last_in, self.now + self._delay() + later)
         self._inbound.append((self._last_in, signal))
 
     def _on_room(self) -> None:
@@ -150,7 +172,7 @@ class WifiLink(Link):
         setback = 0.0
         if sent.answer != self._answer:
             self._answer = sent.answer
-            setback = self._setback(sent.time)
+            setback = self._setback(sent.time) + self._lateness(is_picture=sent.data[:1] == IMAGE)
         self._last_out = max(self._last_out, sent.time + self._delay() + setback)
         if self._is_accepted:
             self._send(self._last_out, sent.data)
@@ -168,6 +190,18 @@ class WifiLink(Link):
         while losses < MAX_LOSSES and self._loss and self._rng.random() < self._loss:
             losses += 1
         return RETRANSMISSION * ((1 << losses) - 1) + (0.0 if fault is None else fault.delay)
+
+    def _lateness(self, *, is_picture: bool) -> float:
+        """Return by how much a packet of a real robot comes later than on average, s."""
+        if not self._spread:
+            return 0.0
+        late = self._spread * UNREST * abs(self._rng.gauss())
+        if is_picture:
+            if self._rng.random() < self._spread * LATE_PICTURES:
+                late += interpolated(PICTURE_LATE, self._rng.random())
+        elif self._rng.random() < self._spread * LATE_SHARE:
+            late += LATE * (LATEST / LATE) ** (self._rng.random() ** LATE_POWER)
+        return late
 
     def _hand_to_host(self, now: float) -> None:
         """Hand over all that has arrived, if the program's side has taken what came before."""
