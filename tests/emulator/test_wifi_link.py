@@ -10,13 +10,14 @@ import pytest
 from clock_rig import jumping
 from wifi_rig import command, packets
 
+import elib
 from elib.base.errors import LinkBusy, LinkLost, LinkNotFound
 from elib.link.transport import open_transport
 from elib.simulator.emulator.faults import Fault
 from elib.simulator.emulator.sim_transport import SimTransport
 from elib.simulator.emulator.simulation import Simulation
 from elib.simulator.emulator.wifi import WifiEmulator
-from elib.simulator.emulator.wifi_link import RETRANSMISSION, WifiLink
+from elib.simulator.emulator.wifi_link import CONNECTING, RETRANSMISSION, WifiLink
 from elib.testing import simulated
 from shared import inside, now
 
@@ -59,7 +60,7 @@ async def stream(transport: SimTransport, seconds: float) -> list[bytes]:
 @inside(streaming)
 async def test_a_robot_streams_to_the_program_that_opens_it(transport: SimTransport) -> None:
     await transport.write(command(2))
-    assert 45 <= len(await stream(transport, 1.0)) <= 50
+    assert 1 / 0.0215 - 3 <= len(await stream(transport, 1.0 + CONNECTING)) <= 1 / 0.0215
 
 
 @simulated
@@ -80,7 +81,7 @@ async def test_latency_delays_commands_and_packets(transport: SimTransport) -> N
     await transport.write(command(0))
     (time, data), *_ = await arrivals(transport, 1.0)
     assert data == b"\x03"
-    assert 0.4 <= time - start <= 0.4 + 0.04
+    assert 0.4 <= time - start - CONNECTING <= 0.4 + 0.04
 
 
 @inside(streaming, "&latency=0.05")
@@ -114,7 +115,7 @@ async def test_what_waited_behind_a_lost_packet_comes_at_once(transport: SimTran
     await arrivals(transport, 1.0)
     transport.robot.link.lose_next_reply()
     (_time, data), *_ = await arrivals(transport, 1.0)
-    assert len(data) == 105 * 25  # half a second of packets
+    assert len(data) == 105 * 24  # half a second of packets
 
 
 @pytest.mark.parametrize("fault", [Fault(lose=True), Fault(halve=True), Fault(corrupt=3), Fault(delay=RETRANSMISSION)])
@@ -290,6 +291,7 @@ async def test_robots_of_one_world_have_streams_of_their_own() -> None:
     robots = [await opened(f"&robots=3&robot={number}") for number in (1, 2, 3)]
     for index, robot in enumerate(robots):
         await robot.write(command(2, left=100 * (index + 1)))
+    await arrivals(robots[0], CONNECTING)
     for index, robot in enumerate(robots):
         found = await stream(robot, 1.0)
         assert int.from_bytes(found[-1][80:82], "little") >= 90 * (index + 1)
@@ -325,8 +327,87 @@ async def test_led2_can_be_seen_in_the_world(transport: SimTransport) -> None:
 
     assert led2() == "#00ff00"
     await transport.write(command(2))
-    seen = set()
+    await arrivals(transport, CONNECTING)
+    seen = {led2()}
     for _ in range(50):
         await arrivals(transport, 0.003)
         seen.add(led2())
     assert seen == {"#00ff00", "#0000ff", "#000000"}
+
+
+# -- the times that were measured --
+
+
+def typical(path: Path, quality: str = "typical") -> str:
+    """Return the URL of an e-puck2 on Wi-Fi of a quality."""
+    world = path / "world.toml"
+    world.write_text(
+        f'[arena]\nsize = [1.0, 1.0]\n\n[epuck]\nquality = "{quality}"\n\n[[robot]]\nposition = [0.5, 0.5]\n'
+    )
+    return f"sim://{world}?firmware=epuck2-wifi&speed=max"
+
+
+def gaps(path: Path, request: int, count: int, *, quality: str = "typical", seed: int = 1) -> list[float]:
+    """Return the times between whole packets of a kind on their arrival, ms, in rising order."""
+    size = {1: 38_401, 2: 105}[request]
+
+    @simulated
+    async def listen() -> list[float]:
+        transport = await open_transport(typical(path, quality) + f"&seed={seed}")
+        await transport.write(command(request))
+        found: list[float] = []
+        received = 0
+        while len(found) <= count:
+            received += len(await transport.read())
+            found += [1000 * now()] * (received // size - len(found))
+        await transport.close()
+        return found
+
+    found = listen()
+    return sorted(late - early for early, late in itertools.pairwise(found))
+
+
+def percentiles(values: list[float], *shares: float) -> list[float]:
+    return [values[int(share / 100 * (len(values) - 1))] for share in shares]
+
+
+def test_an_ideal_robots_packets_and_pictures_come_in_the_measured_periods(tmp_path: Path) -> None:
+    assert gaps(tmp_path, 2, 100, quality="ideal") == pytest.approx([21.5] * 100, abs=0.1)
+    assert gaps(tmp_path, 1, 20, quality="ideal")[1:-1] == pytest.approx([137] * 18, abs=2)
+
+
+def test_a_typical_robots_packets_come_as_irregularly_as_was_measured(tmp_path: Path) -> None:
+    # measured-robots: latency.wifi_packet: 17.6 21.1 22.9 26.5 30.1 56.6 392.4
+    found = gaps(tmp_path, 2, 4000)
+    p25, p50, p75, p90, p95, p99, most = percentiles(found, 25, 50, 75, 90, 95, 99, 100)
+    assert (p25, p50, p75) == pytest.approx((18.5, 21.1, 22.9), abs=1.5)
+    assert (p90, p95) == pytest.approx((26.5, 30.1), abs=4)
+    assert 40 < p99 < 80
+    assert 200 < most < 420
+
+
+def test_a_typical_robots_pictures_have_the_long_tail_that_was_measured(tmp_path: Path) -> None:
+    # measured-robots: latency.wifi_picture: 137 300 1115 1500 5000
+    found = gaps(tmp_path, 1, 600)
+    p50, p75, p90, p95, most = percentiles(found, 50, 75, 90, 95, 100)
+    assert p50 == pytest.approx(137, abs=20)
+    assert p75 == pytest.approx(300, abs=100)
+    assert p90 == pytest.approx(1115, rel=0.3)
+    assert p95 == pytest.approx(1500, rel=0.3)
+    assert 3000 < most < 5200
+
+
+def test_the_same_seed_gives_the_same_times_and_another_one_others(tmp_path: Path) -> None:
+    first = gaps(tmp_path, 2, 300, seed=3)
+    assert gaps(tmp_path, 2, 300, seed=3) == first
+    assert gaps(tmp_path, 2, 300, seed=4) != first
+
+
+@pytest.mark.parametrize(("readings", "pictures"), [(500, 30), pytest.param(20_000, 1000, marks=pytest.mark.long)])
+def test_no_call_gives_up_too_early_on_a_typical_network(readings: int, pictures: int, tmp_path: Path) -> None:
+    with elib.connect(typical(tmp_path)) as robot:
+        for _ in range(readings):
+            robot.proximity()
+        for _ in range(pictures):
+            robot.image()
+            robot.proximity()  # It may wait behind a picture.

@@ -164,7 +164,7 @@ def test_without_a_ground_module_its_fields_are_zero() -> None:
 def test_an_empty_packet_is_one_byte() -> None:
     rig = Rig(REST)
     rig.send(bytes.fromhex("80 00 00 0000 0000 00 000000 000000 000000 000000 00"))
-    assert b"".join(data for _, data in rig.run(0.1)) == bytes.fromhex("03 03 03 03 03")
+    assert b"".join(data for _, data in rig.run(0.1)) == bytes.fromhex("03 03 03 03")
 
 
 def test_a_picture_is_rgb565_with_the_high_byte_first_row_by_row() -> None:

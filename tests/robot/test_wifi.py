@@ -368,7 +368,7 @@ async def test_a_robot_that_is_switched_off_ends_the_watch_though_its_connection
         with pytest.raises(LinkLost, match="sent nothing for"):
             async for _ in robot.watch("image"):
                 there.robot.is_silent = True
-        assert robot.time - began < 10
+        assert robot.time - began < 5 * EPUCK2_WIFI.patience
 
 
 @simulated
@@ -443,7 +443,7 @@ async def test_pictures_do_not_keep_the_sensors_of_the_same_watch_from_their_tur
                 times[name].add(reading.time)
             if asyncio.get_running_loop().time() - began > 4:
                 break
-    assert len(times["image"]) > 30
+    assert len(times["image"]) > 24
     assert 18 <= len(times["proximity"]) <= 22
 
 

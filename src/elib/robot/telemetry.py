@@ -176,8 +176,7 @@ class Telemetry:
     async def _ask(self, robot: Robot) -> None:
         """Ask a robot that has become silent for something: if it takes no command either, the session gives it up."""
         try:
-            request = SPECS["selector"].request(robot.context)
-            await robot.execute(request, request.timeout)
+            await robot.execute(SPECS["selector"].request(robot.context), POLL_TIMEOUT)
         except ElibError as error:
             _raise_if_over(robot, error)
 

@@ -203,7 +203,7 @@ EPUCK2_WIFI = replace(
     service={"calibrate_proximity": EPUCK2.service["calibrate_proximity"]},
     # On real robots packets came up to 0.4 s late, and pictures, behind which they wait, up to 5.9 s (measured-robots:
     # latency.wifi_packet, latency.wifi_picture).
-    patience=8.0,
+    patience=6.5,
 )
 """The e-puck2 with the Wi-Fi firmware of its ESP32 (wire-protocol.md, 4)."""
 PROFILES = {profile.name: profile for profile in (BTCOM_1_1_3, BTCOM_2_0, ASERCOM_1_2_2, EPUCK2)}

@@ -30,7 +30,7 @@ PROBE_TRIPS = 3
 MAX_TRIP = 1.0
 """s that count as a round trip at most. An answer that took longer was delayed by the link, or by a program that was
 suspended meanwhile, and does not tell how long the next one takes."""
-MARKER_TIME = 8.0
+MARKER_TIME = 6.5
 """s that a marker over Wi-Fi may take to return at least. It may wait behind a picture, which takes up to 5.9 s
 (measured-robots: latency.wifi_picture); the robot pauses for 1 s after a broken exchange between its processors
 (wire-protocol.md, 4.4), and calibrates for 1.7 s."""
