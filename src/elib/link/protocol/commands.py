@@ -306,7 +306,7 @@ class Commands:
 
         Example:
             >>> robot.distance()
-            Distance(metres=0.288)
+            Distance(metres=0.36)
         """
 
     @command(binary=binary_form(0x11, shapes.STATUS, layout="B"))
