@@ -11,6 +11,7 @@ from elib.records.reader import Recording
 from elib.records.topics import MEASURED
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
+from elib.studies.reality.parity import realism
 
 
 def recorded(file: Path, url: str = "sim://square?speed=max", *, seconds: float = 6.0, speed: float = 0.3) -> Path:
@@ -172,7 +173,28 @@ def test_without_measured_poses_and_counters_there_is_no_path(
         (["{first}", "--world", "moon"], "no world 'moon'"),
         (["{first}", "--plot", "picture.doc"], "must end in"),
         ([], "needs"),
+        (["{first}", "{first}", "--reality"], "takes no second recording"),
+        (["{first}", "--seed", "3"], "--seed is for --reality"),
+        (["{first}", "--reality"], "elib record FILE --reality"),
+        (["--reality", "--quality", "great"], "great"),
     ],
 )
 def test_a_mistake_is_said_in_a_sentence(refused: Told, first: Path, arguments: list[str], says: str) -> None:
     assert says in refused("compare", *(each.format(first=first) for each in arguments), code=None)
+
+
+def test_real_robots_stand_beside_drawn_ones_in_a_table_that_fits_a_terminal(
+    compared: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = realism(robots=1)
+    monkeypatch.setattr("elib.cli.compare.realism", lambda **how: found)
+    text = compared("--reality")
+    assert max(map(len, text.splitlines())) <= 80
+    for each in found.quantities:
+        assert each.quantity.title.split()[0] in text
+    assert f"score  {found.score:.2f}" in text
+    assert all(key in text for keys in found.apart.values() for key in keys)
+    told = json.loads(compared("--reality", "--json"))
+    assert told["score"] == found.score
+    assert [each["key"] for each in told["quantities"]] == [each.quantity.key for each in found.quantities]
+    assert {each["why"] is None for each in told["quantities"] if each["counts"]} == {True, False}

@@ -1,4 +1,4 @@
-"""``elib compare``: comparison of two recorded drives, or of one with the simulator."""
+"""``elib compare``: comparison of two recorded drives, of one with the simulator, or of real robots with it."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import math
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
+from elib.cli import reality as beside
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import DIM, LiveLine, columns
@@ -21,13 +22,14 @@ from elib.simulator.worlds.files import parse
 from elib.studies import comparison
 from elib.studies.compared import draw_comparison
 from elib.studies.comparison import NONE, Comparison, PathComparison, Run, run_of
+from elib.studies.reality.parity import ROBOTS, realism
 from elib.studies.report import check_report
 from elib.studies.scores import MAX_CHANCE, Parity, parity
 
 SHARES = (0.5, 0.95, 0.99)
 """Shares of the calls whose latencies are shown."""
 
-First = Annotated[Path, Cli(help="A recording, .mcap.")]
+First = Annotated[Path | None, Cli(help="A recording, .mcap.")]
 Second = Annotated[Path | None, Cli(help="Another recording; the simulator if it is left out.")]
 Plot = Annotated[Path | None, Cli(name="--plot", metavar="FILE", help="Also draw the comparison: .png, .svg or .pdf.")]
 WorldName = Annotated[
@@ -36,10 +38,21 @@ WorldName = Annotated[
 ProfileFile = Annotated[
     str | None, Cli(name="--profile", metavar="FILE", help="Use a robot of this profile, as elib fit writes it.")
 ]
+RealRobots = Annotated[bool, Cli(name="--reality", help="Compare what was measured on real robots with the simulator.")]
+Quality = Annotated[
+    str | None,
+    Cli(name="--quality", help="With --reality, how good its robots are: ideal, good, typical (default), bad."),
+]
+Drawn = Annotated[
+    int | None, Cli(name="--robots", metavar="N", help=f"With --reality, draw N robots; {ROBOTS} by default.")
+]
+DrawnBy = Annotated[
+    int | None, Cli(name="--seed", metavar="N", help="With --reality, draw them by this seed; 1 by default.")
+]
 
 
 def compare(
-    first: First,
+    first: First = None,
     second: Second = None,
     /,
     *,
@@ -47,13 +60,36 @@ def compare(
     json: AsJson = False,
     world: WorldName = None,
     profile: ProfileFile = None,
+    reality: RealRobots = False,
+    quality: Quality = None,
+    robots: Drawn = None,
+    seed: DrawnBy = None,
 ) -> None:
-    """Compare two recorded drives, or one with the simulator.
+    """Compare two recorded drives, one with the simulator, or real robots with the simulator.
 
     With one recording, its commands are sent at their times to a virtual robot that begins at the recorded place. A
     parity score from 0 to 1 says for each sensor, the path and the link how well the simulator matches the recording.
     Two virtual robots that differ only in their noise score 1.
+
+    With --reality no recording is needed: virtual robots are drawn and measured as real ones were, and each quantity
+    stands beside theirs. The recording of elib record FILE --reality adds one robot of yours. The page "How real is
+    it?" explains the table.
     """
+    drawing = {"quality": quality, "robots": robots, "seed": seed}
+    given = {name: value for name, value in drawing.items() if value is not None}
+    if reality:
+        if second is not None or plot is not None or world is not None or profile is not None:
+            raise ArgumentError(
+                "--reality compares real robots with drawn ones; it takes no second recording, --plot, --world or "
+                "--profile",
+                hint="leave them out",
+            )
+        _compare_with_reality(given, first, json=json)
+        return
+    if given:
+        raise ArgumentError(f"--{next(iter(given))} is for --reality", hint="leave it out, or add --reality")
+    if first is None:
+        raise ArgumentError("elib compare needs a recording, two, or --reality", hint="elib record FILE makes one")
     if second is not None and (world is not None or profile is not None):
         raise ArgumentError(
             "--world and --profile are for the simulator, but two recordings are compared",
@@ -80,6 +116,18 @@ def compare(
         print(to_text(found, parts, labels))
     if plot is not None:
         draw_comparison(plot, found, labels, floor_of(recording, world))
+
+
+def _compare_with_reality(drawing: dict[str, Any], file: Path | None, *, json: bool) -> None:
+    line, recording = LiveLine(), None if file is None else read_recording(file)
+    try:
+        found = realism(**drawing, recording=recording, progress=lambda text: line.show([(text, DIM)]))
+    finally:
+        line.clear()
+    if json:
+        print_json(beside.to_json(found))
+    else:
+        print(beside.to_text(found))
 
 
 def labels_of(first: Path, second: Path | None, profile: str | None) -> tuple[str, str]:

@@ -28,7 +28,7 @@ from elib.records.recorder import Recorder, check_new
 from elib.records.repair import repair
 from elib.records.tables import FIXED
 from elib.robot.aio import Epuck
-from elib.robot.runner import run_on, unwritable
+from elib.robot.runner import Records, run_on, unwritable
 from elib.robot.substitute import DEFAULT_URL
 
 SHOWN_NOTES = 20
@@ -52,6 +52,11 @@ Csv = Annotated[str | None, Cli(name="--csv", metavar="PATH", help="Write CSV: a
 Parquet = Annotated[str | None, Cli(name="--parquet", metavar="PATH", help="Write Parquet, in the same way.")]
 Replace = Annotated[bool, Cli(name="--replace", help="Replace files that exist.")]
 
+Reality = Annotated[
+    bool,
+    Cli(name="--reality", help="Let the robot do what elib compare --reality FILE needs: it drives, for two minutes."),
+]
+
 app = App(name="record")
 
 
@@ -66,17 +71,27 @@ def record(
     part_bytes: PartBytes = None,
     part_seconds: PartSeconds = None,
     keep: Keep = None,
+    reality: Reality = False,
 ) -> None:
     """Record everything that happens on a robot's link until Enter, Ctrl-C or the end of --for.
 
     FILE ends in .mcap and must not exist. The readings are asked for at --rate; without NAMES, these are all readings
     that the robot has, and `image` can be named too. The robot is not told to do anything. Everything older than a
     second is in the file, even if this program is killed; Foxglove (https://foxglove.dev) shows the file. `elib run
-    BEHAVIOUR --record FILE` records a robot that does something.
+    BEHAVIOUR --record FILE` records a robot that does something. With --reality the robot stands, turns on the spot and
+    drives 33 cm backwards, and asks you to put it to a white wall: the page "How real is it?" has more.
 
     `elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off, and
     `elib record export FILE --csv FOLDER` makes tables of it.
     """
+    if reality:
+        if names or seconds is not None or (rate, part_bytes, part_seconds, keep) != (RATE, None, None, None):
+            raise ArgumentError("--reality records all readings in one file", hint="leave out what else is asked for")
+        from elib.cli.script import play_behaviour
+        from elib.studies.reality.session import reality as session
+
+        play_behaviour(session, robot=robot, records=Records(record=file))
+        return
     wanted = chosen(names, rate)
     check_new(file, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
     line, watcher = LiveLine(), Watcher()
