@@ -27,6 +27,7 @@ from generator import (
     licences,
     link,
     profiles,
+    reality,
     recording,
     robot,
     serve,
@@ -59,11 +60,13 @@ PAGES = {
     "profiles.md": profiles.page,
     "cli.md": cli.page,
     "serve-protocol.md": serve.page,
+    "measured-robots.md": reality.page,
     "licences.md": licences.page,
 }
 MARKED = {
     "architecture.md": {"layers": layers.layers, "rules": layers.rules},
     "cookbook/README.md": {"programs": cookbook.programs},
+    "concepts/how-real-is-it.md": {"measured": reality.summary},
     "concepts/link.md": {"transitions": link.transitions},
     "guides/connect-a-robot.md": {"selector": link.selector},
     "guides/epuck2.md": {"devices": epuck2.devices, "missing": epuck2.missing},
@@ -103,6 +106,7 @@ def wanted() -> dict[Path, str]:
         found[DOCS / name] = text
     found |= {DOCS / "images" / name: draw() for name, draw in DRAWINGS.items()}
     found |= course.pictures()
+    found |= {DOCS / "images" / name: text for name, text in reality.pictures().items()}
     return found
 
 
