@@ -32,7 +32,7 @@ COLOURED = "#7b3fa0"
 SOUND = "#2e7d4f"
 FLOOR = "#9a6a00"
 FRONT = "#b86400"
-CURVES = ("#1f5fbf", "#b3261e", "#2e7d4f")
+CURVES = ("#1a1a1a", "#1f5fbf", "#b3261e", "#2e7d4f")
 
 SCALE = 4200.0
 """Pixels a metre of the two drawings of the robot."""
@@ -324,7 +324,7 @@ def responses() -> str:
     """Return the picture of the published response curves of an infrared sensor."""
     left, right, top, bottom, reach = 78.0, 700.0, 40.0, 340.0, 0.07
     picture = Picture(
-        740, 410, "Counts of a proximity sensor over the distance to a white wall, three published curves"
+        740, 410, "Counts of a proximity sensor over the distance to a white wall: measured, and three published curves"
     )
 
     def at(metres: float, counts: float) -> Point:
