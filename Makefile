@@ -68,7 +68,7 @@ $(JS_READY): package.json package-lock.json
 	@npm ci --loglevel=error >/dev/null && touch $@
 
 docs: $(READY) ## Renew the generated reference pages
-	@$(BIN)/python docs/generate_reference.py
+	@$(BIN)/python docs/generate_reference.py --measure
 
 site: $(READY) ## Build the documentation as a site in site/, which works without the internet
 	@$(BIN)/python docs/make_site.py

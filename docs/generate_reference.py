@@ -1,7 +1,7 @@
 """Write the pages of docs/reference, the marked tables of other pages and the drawings, from the code they describe.
 
 Run ``.venv/bin/python docs/generate_reference.py`` after a change that users see; ``--check`` writes nothing, names the
-pages that are out of date and exits with 1.
+pages that are out of date and exits with 1. The pages on measured robots need ``--measure`` too; ``make docs`` has it.
 """
 
 from __future__ import annotations
@@ -60,13 +60,11 @@ PAGES = {
     "profiles.md": profiles.page,
     "cli.md": cli.page,
     "serve-protocol.md": serve.page,
-    "measured-robots.md": reality.page,
     "licences.md": licences.page,
 }
 MARKED = {
     "architecture.md": {"layers": layers.layers, "rules": layers.rules},
     "cookbook/README.md": {"programs": cookbook.programs},
-    "concepts/how-real-is-it.md": {"measured": reality.summary},
     "concepts/link.md": {"transitions": link.transitions},
     "guides/connect-a-robot.md": {"selector": link.selector},
     "guides/epuck2.md": {"devices": epuck2.devices, "missing": epuck2.missing},
@@ -96,8 +94,20 @@ DRAWINGS = {
 }
 
 
+MEASURED = DOCS / "concepts/how-real-is-it.md"
+"""The page that holds a table of what is measured anew, which takes a quarter of a minute."""
+
+
+def measured() -> dict[Path, str]:
+    """Return what the pages and pictures about real robots and virtual ones should hold, by their paths."""
+    found = {DOCS / "images" / name: text for name, text in reality.pictures().items()}
+    found[DOCS / "reference/measured-robots.md"] = NOTICE.replace(COMMAND, f"{COMMAND} --measure") + reality.page()
+    found[MEASURED] = replace_marked(MEASURED.read_text(encoding="utf-8"), "measured", reality.summary())
+    return found
+
+
 def wanted() -> dict[Path, str]:
-    """Return what every generated page and drawing should hold, by its path."""
+    """Return what every other generated page and drawing should hold, by its path."""
     found = {DOCS / "reference" / name: NOTICE + page() for name, page in PAGES.items()}
     for name, tables in MARKED.items():
         text = (DOCS / name).read_text(encoding="utf-8")
@@ -106,7 +116,6 @@ def wanted() -> dict[Path, str]:
         found[DOCS / name] = text
     found |= {DOCS / "images" / name: draw() for name, draw in DRAWINGS.items()}
     found |= course.pictures()
-    found |= {DOCS / "images" / name: text for name, text in reality.pictures().items()}
     return found
 
 
@@ -114,8 +123,11 @@ def main() -> int:
     """Write or check the pages; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing, name what is out of date")
-    check = parser.parse_args().check
-    texts = wanted()
+    parser.add_argument(
+        "--measure", action="store_true", help="also measure virtual robots again, for the pages on them"
+    )
+    options = parser.parse_args()
+    check, texts = options.check, wanted() | (measured() if options.measure else {})
     stale = [
         path
         for path, text in texts.items()

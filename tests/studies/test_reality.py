@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import importlib
 import math
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from elib.studies.reality.measures import WAYS
 from elib.studies.reality.parity import Found, Realism, empty, of_recording, realism
 from elib.studies.reality.session import Recorded, reality
 
+ROOT = Path(__file__).parents[2]
 QUICK, LONG = ("asercom-1.2.2", "epuck2"), ("btcom-2.0", "btcom-1.1.3", "epuck2-wifi")
 FIRMWARES = [*QUICK, *(pytest.param(each, marks=pytest.mark.long) for each in LONG)]
 RENEW = "change [[apart]] and score in src/elib/studies/reality/measured.toml, and say why"
@@ -65,6 +67,14 @@ def test_the_simulator_has_what_robots_have_except_in_what_is_said_to_be_apart(f
     apart = {each.quantity.key for each in found.counted if each.share < 1}
     assert apart == reference().apart.keys(), RENEW
     assert round(found.score, 2) == reference().score, RENEW
+
+
+def test_the_pages_have_what_was_measured(found: Realism, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    script = importlib.import_module("generate_reference")
+    monkeypatch.setattr(script.reality, "measured", lambda: found)
+    stale = [path.name for path, text in script.measured().items() if path.read_text("utf-8").rstrip() != text.rstrip()]
+    assert stale == [], "make docs"
 
 
 def test_every_quantity_could_be_measured(found: Realism) -> None:
