@@ -129,7 +129,7 @@ async def test_a_healthy_robot_passes_every_step(firmware: str) -> None:
 
 @simulated
 async def test_what_was_measured_is_what_the_line_allows() -> None:
-    found = await diagnose("sim://?speed=max&latency=0.01")
+    found = await diagnose("sim://?speed=max&quality=ideal&latency=0.01")
     assert step(found, "round trip").detail.startswith("median 22 ms")  # twice 10 ms, and 23 bytes of line
     assert step(found, "throughput").detail.startswith("11.5 kB/s")
     assert step(found, "picture").detail == "40 x 40, colour, 3200 bytes in 0.32 s"

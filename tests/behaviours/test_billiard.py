@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from readings import degrees, near
+from readings import degrees, ideal, near
 
 from elib.base.body import SENSOR_DIRECTIONS
 from elib.base.pose import Pose
@@ -21,7 +21,6 @@ from elib.behaviours.billiard import (
 )
 from elib.link.protocol.values import Proximity
 from elib.robot.aio import Epuck
-from elib.simulator.physics.world import World
 from elib.testing import with_faults
 from elib.testing.inside import transport_of
 
@@ -31,7 +30,7 @@ RIM = 0.037
 
 def at_a_cushion(direction: float, gap: float) -> Proximity:
     """Return what a robot reads whose cushion lies in that direction, degrees to the left, this far from its rim, m."""
-    world = World.load("billiard", seed=1)
+    world = ideal("billiard", seed=1)
     world.move_robot(0, Pose(0.9, 0.9 - RIM - gap, math.radians(90 - direction)))
     world.step()
     return Proximity(*world.proximity(0))
@@ -135,7 +134,7 @@ def test_held_before_and_behind_it_turns_by_chance_until_it_rolls_out(
         assert world is not None
         robots[0].trace(lambda _, __: places.append(world.pose(0)))
 
-    outcome = play(find("billiard"), f"sim://{path}?speed=max&latency=0.02", seconds=60, watch=watch)
+    outcome = play(find("billiard"), f"sim://{path}?speed=max&latency=0.02&quality=ideal", seconds=60, watch=watch)
     assert outcome.states[1][1] == "stuck"
     assert outcome.states[-1][1] != "stuck"
     assert max(abs(place.y - 0.5) for place in places) > 0.2

@@ -10,7 +10,7 @@ from played import played, with_fault
 from elib.base.errors import LinkLost
 from elib.link.protocol.profiles import PROFILES
 
-BLUETOOTH = "sim://arena?speed=max&latency=0.03&jitter=0.015"
+BLUETOOTH = "sim://arena?speed=max&quality=ideal&latency=0.03&jitter=0.015"
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
@@ -38,7 +38,7 @@ size = [3.0, 3.0]
 position = [1.5, 1.5]
 heading = 35
 """)
-    return f"sim://{path}?speed=max"
+    return f"sim://{path}?speed=max&quality=ideal"
 
 
 LINKS = ("loss=0.05", "latency=0.2", "latency=0.1&jitter=0.05", "latency=0.03&jitter=0.015")

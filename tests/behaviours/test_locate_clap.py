@@ -23,7 +23,7 @@ def test_a_sound_below_the_threshold_is_ignored() -> None:
 
 
 def test_it_says_what_it_heard_and_where_before_it_turns_there() -> None:
-    outcome = play(find("locate-clap"), "sim://beeper?speed=max", seconds=8)
+    outcome = play(find("locate-clap"), "sim://beeper?firmware=epuck2&speed=max", seconds=8)
     assert [name for _, name in outcome.states] == ["listening", "turning", "facing"]
     assert "degrees to the" in outcome.messages[0]
 

@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 
 import pytest
-from readings import NAMES, NOTHING
+from readings import NAMES, NOTHING, ideal
 
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError
@@ -25,7 +25,6 @@ from elib.behaviours.wall_following import (
     wall_distance,
 )
 from elib.link.protocol.values import Proximity, Wheels
-from elib.simulator.physics import World
 
 
 def near(**metres: float) -> Proximity:
@@ -35,7 +34,7 @@ def near(**metres: float) -> Proximity:
 
 def along(clearance: float, slant: float = 0.0) -> Proximity:
     """Return what a robot reads with a wall on its right, m away, when it heads off the wall by *slant* degrees."""
-    world = World.load("square", seed=2)
+    world = ideal("square", seed=2)
     world.move_robot(0, Pose(0.5, BODY + clearance, math.radians(slant)))
     world.step()
     return Proximity(*world.proximity(0))

@@ -14,7 +14,9 @@ from elib.robot.runner import run_on
 from elib.studies.reality.parity import realism
 
 
-def recorded(file: Path, url: str = "sim://square?speed=max", *, seconds: float = 6.0, speed: float = 0.3) -> Path:
+def recorded(
+    file: Path, url: str = "sim://square?speed=max&quality=ideal", *, seconds: float = 6.0, speed: float = 0.3
+) -> Path:
     async def drive(robot: Epuck) -> None:
         with robot.record(file):
             await robot.set_speed(speed, speed / 2)

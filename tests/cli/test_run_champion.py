@@ -74,9 +74,9 @@ def test_in_the_world_of_its_task_it_drives_an_episode_and_says_its_fitness(
     best: Path, capsys: pytest.CaptureFixture[str], end: str, fitness: float, seconds: float, judged: str
 ) -> None:
     task = (
-        "from elib import Pose, Scene\nfrom elib.learn import Task\n"
+        "from elib import EpuckModel, Pose, Scene\nfrom elib.learn import Task\n"
         "starts = (Pose(0.2, 0.2), Pose(0.2, 0.4))\n"
-        "TASK = Task('go', 'Go.', (Scene(0.77, 0.6, step=1 / 40, starts=starts),),\n"
+        "TASK = Task('go', 'Go.', (Scene(0.77, 0.6, step=1 / 40, starts=starts, model=EpuckModel(quality='ideal')),),\n"
         "    reward=lambda world, i: world.robots[i].x - world.robots[i].before_x,\n"
         f"    is_over={end}, robots=2, fitness='sum', solved=0.1, seconds=4.0)\n"
     )

@@ -41,7 +41,7 @@ def pair(tmp_path: Path) -> str:
     """URL of a world of two robots that look at each other."""
     path = tmp_path / "pair.toml"
     path.write_text(FACE_TO_FACE)
-    return f"sim://{path}?speed=max"
+    return f"sim://{path}?speed=max&quality=ideal"
 
 
 def shared() -> list[Simulation]:

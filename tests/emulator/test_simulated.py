@@ -19,12 +19,13 @@ from elib.simulator.physics import Box, Colour, EpuckModel, Pose, Scene, World
 
 WINDOW = CameraWindow(mode=1, width=40, height=40, zoom=8, x=160, y=80)
 RED, BLUE = Colour(255, 0, 0), Colour(0, 0, 255)
+IDEAL = EpuckModel(quality="ideal")
 PACES = st.tuples(st.floats(0.0001, 0.05), st.floats(-1000, 1000))
 
 
 def room(size=4.0, robots=1, **model):
     starts = tuple(Pose(size / 2, size / 4 + k * size / 16) for k in range(robots))
-    return World(Scene(size, size, starts=starts, model=EpuckModel(**model)))
+    return World(Scene(size, size, starts=starts, model=EpuckModel(**{"quality": "ideal"} | model)))
 
 
 def hardware(**options) -> Hardware:
@@ -115,7 +116,7 @@ def test_a_robot_switched_on_later_counts_its_own_time():
 
 
 def test_a_blocked_robot_stays_and_its_hardware_does_not_mind():
-    world = World(Scene(1, 1, starts=(Pose(0.9, 0.5),)))
+    world = World(Scene(1, 1, starts=(Pose(0.9, 0.5),), model=IDEAL))
     robot = SimulatedHardware(world)
     robot.drive(1000, 1000)
     robot.advance(5.0)
@@ -123,7 +124,7 @@ def test_a_blocked_robot_stays_and_its_hardware_does_not_mind():
 
 
 def test_infrared_counts_come_from_the_world():
-    world = World(Scene(1, 1, starts=(Pose(0.94, 0.5),)))
+    world = World(Scene(1, 1, starts=(Pose(0.94, 0.5),), model=IDEAL))
     robot = SimulatedHardware(world)
     near, dark = robot.reflected_light(), robot.ambient_light()
     assert len(near) == len(dark) == 8
@@ -164,7 +165,7 @@ def test_the_microphone_ring_turns_with_time():
 
 @pytest.mark.parametrize(("true", "read"), [(0.1, 118), (0.4, 425), (1.0, 1030)])
 def test_the_time_of_flight_sensor_has_the_bias_that_was_measured(true, read):
-    world = World(Scene(2, 2, starts=(Pose(2 - 0.034 - true, 1),), model=EpuckModel(sensor_noise=0)))
+    world = World(Scene(2, 2, starts=(Pose(2 - 0.034 - true, 1),), model=EpuckModel(quality="ideal", sensor_noise=0)))
     assert SimulatedHardware(world, build=EPUCK2).distance() == read
     assert SimulatedHardware(world, build=EPUCK1).distance() == 0
 
@@ -219,7 +220,9 @@ def turned_by_the_host(picture, mounting):
 def scene_with_a_red_box_on_the_left():
     left = Box(1.4, 1.07, 0.1, 0.1, height=0.06, colour=RED)
     right = Box(1.4, 0.93, 0.1, 0.1, height=0.06, colour=BLUE)
-    return World(Scene(2, 2, boxes=(left, right), starts=(Pose(1, 1),), model=EpuckModel(sensor_noise=0.0)))
+    return World(
+        Scene(2, 2, boxes=(left, right), starts=(Pose(1, 1),), model=EpuckModel(quality="ideal", sensor_noise=0.0))
+    )
 
 
 @pytest.mark.parametrize("mounting", [Mounting.UPRIGHT, Mounting.QUARTER_LEFT, Mounting.HALF, Mounting.QUARTER_RIGHT])

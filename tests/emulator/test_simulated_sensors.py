@@ -16,7 +16,7 @@ from elib.simulator.physics import Box, Colour, EpuckModel, Pose, Scene, World
 from elib.simulator.physics.fittings import Light, Sound, Stripe
 from elib.simulator.physics.sensors import ground
 
-QUIET = EpuckModel(sensor_noise=0, ground_module=True)
+QUIET = EpuckModel(quality="ideal", sensor_noise=0, ground_module=True)
 FIRMWARES = [("btcom-2.0", EPUCK1), ("asercom-1.2.2", EPUCK1_HW13), ("epuck2", EPUCK2)]
 
 

@@ -21,7 +21,7 @@ from elib.simulator.emulator.wifi_link import CONNECTING, RETRANSMISSION, WifiLi
 from elib.testing import simulated
 from shared import inside, now
 
-URL = "sim://square?firmware=epuck2-wifi&speed=max"
+URL = "sim://square?firmware=epuck2-wifi&speed=max&quality=ideal"
 
 
 async def opened(keys: str = "") -> SimTransport:
@@ -302,7 +302,7 @@ async def test_robots_of_one_world_have_streams_of_their_own() -> None:
 
 @jumping
 async def test_a_paused_world_sends_nothing_and_goes_on_after_the_pause() -> None:
-    transport = await open_transport("sim://square?firmware=epuck2-wifi")
+    transport = await open_transport("sim://square?firmware=epuck2-wifi&quality=ideal")
     assert isinstance(transport, SimTransport)
     simulation: Simulation = transport.simulation
     await transport.write(command(2))

@@ -18,6 +18,9 @@ WORLD = """
 [arena]
 size = [1.0, 0.6]
 
+[epuck]
+quality = "ideal"
+
 [[box]]
 name = "crate"
 position = [0.8, 0.3]

@@ -29,7 +29,7 @@ SCENE = Scene(
     sounds=(Sound(0.1, 0.1, 500),),
     starts=(Pose(0.2, 0.2, 0.3),),
     step=1 / 40,
-    model=EpuckModel(motor_noise=0.0, sensor_noise=0.0, ground_module=True),
+    model=EpuckModel(quality="ideal", motor_noise=0.0, sensor_noise=0.0, ground_module=True),
 )
 NEAR = [-3.6, -2.8, -1.6, 0.0, 0.0, 0.8, 2.0, 2.4]
 AVOID = Champion("avoid", "braitenberg", ("proximity",), (0.7, *NEAR, 0.7, *NEAR[::-1]))
@@ -189,7 +189,7 @@ def test_without_noise_a_champion_drives_nearly_the_same_path_on_every_firmware(
     Measured: up to 21 mm on the e-puck1 and 4 mm on the e-puck2. A reading is up to a tick old, and the speeds come 5
     to 40 ms after it. The e-puck1's motor also finishes its present wait before a step at a new speed.
     """
-    wire = on_the_wire(AVOID, 20, f"sim://{world_file}?speed=max&firmware={firmware}")
+    wire = on_the_wire(AVOID, 20, f"sim://{world_file}?speed=max&quality=ideal&firmware={firmware}")
     physics = in_physics(AVOID, 20, generation)
     assert len(wire) >= 199
     apart = [math.dist((a.x, a.y), (b.x, b.y)) for (a, _), (b, _) in zip(wire, physics, strict=False)]
@@ -204,7 +204,7 @@ FIRMWARES = pytest.mark.parametrize("firmware", ["asercom-1.2.2", "epuck2", "epu
 def test_every_sensor_of_a_standing_robot_reads_on_the_wire_what_it_reads_in_the_physics(world_file, firmware):
     sensors = tuple(each for each in SENSORS if each != "distance" or firmware != "asercom-1.2.2")
     still = Champion("avoid", "feedforward", sensors, (0.0,) * Network("feedforward", sensors).size)
-    _, wire = on_the_wire(still, 2, f"sim://{world_file}?speed=max&firmware={firmware}")[-1]
+    _, wire = on_the_wire(still, 2, f"sim://{world_file}?speed=max&quality=ideal&firmware={firmware}")[-1]
     _, physics = in_physics(still, 2, 1)[-1]
     for sensor in sensors:
         got, expected = np.atleast_1d(wire[sensor]), np.atleast_1d(physics[sensor])
@@ -216,7 +216,7 @@ def test_every_sensor_of_a_standing_robot_reads_on_the_wire_what_it_reads_in_the
 def test_acceleration_and_rotation_have_the_signs_of_the_physics(world_file, firmware):
     sensors = ("acceleration", "rotation")
     circle = Champion("avoid", "braitenberg", sensors, (0.3, 0, 0, 0, 0, 1.0, 0, 0, 0, 0))
-    wire = on_the_wire(circle, 4, f"sim://{world_file}?speed=max&firmware={firmware}")
+    wire = on_the_wire(circle, 4, f"sim://{world_file}?speed=max&quality=ideal&firmware={firmware}")
     forward, left, up = np.mean([readings["acceleration"] for _, readings in wire[5:]], axis=0)
     turning = np.mean([readings["rotation"] for _, readings in wire[5:]])
     # (0.1 - 0.03) m/s over 53 mm are 1.32 rad/s. The e-puck1 makes 833 steps/s of 776, which gives 1.46 rad/s.
@@ -238,7 +238,7 @@ def test_a_robot_without_a_sensor_is_refused_before_it_moves(world_file, firmwar
     each = champion("feedforward", (sensor,))
 
     async def main():
-        async with elib.open(f"sim://{world_file}?speed=max&firmware={firmware}") as robot:
+        async with elib.open(f"sim://{world_file}?speed=max&quality=ideal&firmware={firmware}") as robot:
             with pytest.raises(Unsupported, match=message) as caught:
                 await each.drive(robot)
             assert caught.value.hint
@@ -268,7 +268,7 @@ def test_each_of_several_robots_has_a_number_and_a_memory_of_its_own(tmp_path):
 
 
 def test_a_link_that_is_too_slow_for_the_period_is_told_once(world_file):
-    result = play(AVOID.behaviour(), f"sim://{world_file}?speed=max&latency=0.05", seconds=6)
+    result = play(AVOID.behaviour(), f"sim://{world_file}?speed=max&quality=ideal&latency=0.05", seconds=6)
     assert len(result.messages) == 1
     assert "a decision every 0.2" in result.messages[0]
     assert not play(AVOID.behaviour(), f"sim://{world_file}?speed=max", seconds=6).messages

@@ -41,7 +41,7 @@ async def robot(tmp_path) -> AsyncIterator[Rig]:
 @pytest.fixture
 def url() -> str:
     """Where the robot of a slot is, unless a file or a test says it."""
-    return "sim://square?speed=max"
+    return "sim://square?speed=max&quality=ideal"
 
 
 @pytest.fixture

@@ -43,7 +43,7 @@ class Cameras(Room):
     def __init__(
         self, scene: Scene, *, engine: EngineName = "interpreted", lamps: NDArray[np.int64] = NOTHING, lens: str = ""
     ) -> None:
-        model = replace(scene.model, sensor_noise=0.0, lens=lens or scene.model.lens)
+        model = replace(scene.model, quality="ideal", sensor_noise=0.0, lens=lens or scene.model.lens)
         super().__init__(replace(scene, model=model), engine=engine)
         self.ambient, self.lamps = scene.model.ambient, lamps
 

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
+from world_rig import IDEAL
 
 from elib.base.errors import ArgumentError, LinkNotFound, SimulationError
 from elib.base.files import WORLDS
@@ -81,7 +82,7 @@ def test_robots_that_touch_each_other_and_the_wall_do_not_overlap():
 
 def test_more_robots_than_any_world_holds_are_refused_at_once():
     with pytest.raises(SimulationError, match="no room for 1000000000 robots"):
-        places(Scene(1000, 1000), 10**9, 1)
+        places(Scene(1000, 1000, model=IDEAL), 10**9, 1)
     assert refused(b"[arena]\ndensity = 1\nrobots = 1000000000").message.startswith("bad.toml:3: arena.robots is")
     with pytest.raises(SimulationError, match="world's width is"):
         parse(b"[arena]\ndensity = 0.001", "bad.toml", robots=MAX_ROBOTS)
@@ -98,6 +99,7 @@ def test_robots_are_placed_beside_everything_that_stands_there():
         walls=(Wall(0.0, 0.5, 1.0, 0.5),),
         boxes=(Box(0.25, 0.25, 0.4, 0.3, 0.5, is_pushable=True),),
         cylinders=(Cylinder(0.7, 0.75, 0.2, is_pushable=True),),
+        model=IDEAL,
     )
     poses = places(scene, 25, 3)
     ground = _Ground(scene)
@@ -116,7 +118,7 @@ def turned(x, y, angle):
 
 def test_a_thing_of_any_size_is_in_the_way_all_over_it():
     far = (Wall(-1000, -1000, 1000, 1000), Wall(0.0, 999.0, 999.0, 999.0))
-    ground = _Ground(Scene(1000, 1000, walls=far, boxes=(Box(700, 200, 400, 300),)))
+    ground = _Ground(Scene(1000, 1000, walls=far, boxes=(Box(700, 200, 400, 300),), model=IDEAL))
     assert ground.in_the_way(500.02, 500.0, 0.037) == "wall[0]"
     assert ground.in_the_way(31.0, 999.03, 0.037) == "wall[1]"
     assert ground.in_the_way(650.0, 130.0, 0.037) == "box[0]"
@@ -133,7 +135,7 @@ def test_ten_thousand_robots_find_their_places():
 def test_walls_without_a_gap_leave_no_room():
     walls = tuple(Wall(0, k / 1000, 100, k / 1000) for k in range(1, 100_000, 20))
     with pytest.raises(SimulationError, match="no room for 1 robots; 0 were placed"):
-        places(Scene(100, 100, walls=walls), 1, 1)
+        places(Scene(100, 100, walls=walls, model=IDEAL), 1, 1)
 
 
 # Files.

@@ -7,6 +7,7 @@ import random
 import numpy as np
 import pytest
 from camera_rig import NOTHING, Cameras, showing, window
+from world_rig import IDEAL
 
 from elib.base.body import FOCAL, camera_view
 from elib.base.errors import ArgumentError
@@ -56,7 +57,7 @@ def crowd(seed, robots=8, walls=12, size=1.5):
     posts = tuple(Cylinder(*place(), 0.02, draw.uniform(0.01, 0.15), colour()) for _ in range(5))
     boxes = tuple(Box(*place(), 0.08, 0.05, draw.uniform(0, 3), 0.02 + 0.02 * k, colour()) for k in range(5))
     starts = tuple(Pose(*place(), draw.uniform(-math.pi, math.pi)) for _ in range(robots))
-    return Scene(size, size, walls=tuple(segments), boxes=boxes, cylinders=posts, starts=starts)
+    return Scene(size, size, walls=tuple(segments), boxes=boxes, cylinders=posts, starts=starts, model=IDEAL)
 
 
 def test_the_whole_chip_sees_47_degrees_as_measured_and_webots_48_in_52_columns_of_8():
@@ -162,7 +163,7 @@ def test_another_robot_is_seen_and_the_robot_itself_is_not():
     columns = np.nonzero((alone != pair).any(axis=2))[1]
     half = FOCAL * 0.037 / math.sqrt(0.47**2 - 0.037**2)
     assert (columns.min(), columns.max()) == pytest.approx((319.5 - half, 319.5 + half), abs=1)
-    assert (alone == Cameras(Scene(2, 2, starts=(Pose(1, 1),))).picture(*CHIP)).all()
+    assert (alone == Cameras(Scene(2, 2, starts=(Pose(1, 1),), model=IDEAL)).picture(*CHIP)).all()
 
 
 def test_the_ring_of_another_robot_lies_around_41_mm():
@@ -391,11 +392,11 @@ def test_a_pictures_digest_tells_pictures_apart_and_is_the_same_on_both_engines(
 def test_a_worlds_lens_is_one_of_the_published_ones_and_sets_the_size_of_things():
     def height(lens):
         box = Box(0.5, 0.5, 0.05, 0.05, height=0.05, colour=RED)
-        world = World(Scene(1, 1, boxes=(box,), starts=(Pose(0.2, 0.5),), model=EpuckModel(lens=lens)))
+        world = World(Scene(1, 1, boxes=(box,), starts=(Pose(0.2, 0.5),), model=EpuckModel(lens=lens, quality="ideal")))
         picture = world.picture(0, *CHIP)
         return int((picture[:, :, 0] > 2 * picture[:, :, 1]).any(axis=1).sum())
 
     assert height("epucklib") / height("webots") == pytest.approx(601.8 / 465.6, rel=0.03)
     assert height("measured") / height("webots") == pytest.approx(735.9 / 465.6, rel=0.03)
     with pytest.raises(ArgumentError, match="no lens 'fisheye'"):
-        World(Scene(1, 1, model=EpuckModel(lens="fisheye")))
+        World(Scene(1, 1, model=EpuckModel(lens="fisheye", quality="ideal")))

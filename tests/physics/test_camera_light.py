@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from camera_rig import NOTHING, Cameras, showing, window
+from world_rig import IDEAL
 
 from elib.base.body import FOCAL
 from elib.simulator.physics import Box, Colour, Cylinder, Pose, Scene
@@ -162,7 +163,7 @@ def test_a_lamp_is_a_bright_spot_at_its_height_unless_something_hides_it():
 def test_a_distant_lamp_is_never_lost_between_two_pixels():
     for k in range(20):
         starts = (Pose(0.5, 5 + 0.003 * k),)
-        room = Scene(10, 10, starts=starts, lights=(Light(9.5, 5, 0.05 + 0.01 * k, 2.0),))
+        room = Scene(10, 10, starts=starts, lights=(Light(9.5, 5, 0.05 + 0.01 * k, 2.0),), model=IDEAL)
         assert (Cameras(room).picture(*SMALL) == (255, 252, 236)).all(axis=2).any()
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from world_rig import clearance, put
+from world_rig import IDEAL, clearance, put
 
 from elib.simulator.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.simulator.physics.body import RADIUS
@@ -28,7 +28,7 @@ def overlap(world):
 
 
 def test_a_robot_that_pushes_a_wall_stays_in_front_of_it():
-    world = World(Scene(1, 1, starts=(Pose(0.8, 0.5),)))
+    world = World(Scene(1, 1, starts=(Pose(0.8, 0.5),), model=IDEAL))
     world.set_wheel_speeds(0, FULL_SPEED, FULL_SPEED)
     world.run(200)
     assert world.pose(0).x == pytest.approx(1 - RADIUS, abs=1e-9)
@@ -36,7 +36,7 @@ def test_a_robot_that_pushes_a_wall_stays_in_front_of_it():
 
 
 def test_a_robot_slides_along_a_wall_by_the_part_of_its_speed_along_it():
-    world = World(Scene(2, 1, starts=(Pose(0.5, RADIUS, -math.pi / 4),)))
+    world = World(Scene(2, 1, starts=(Pose(0.5, RADIUS, -math.pi / 4),), model=IDEAL))
     world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(64)
     pose = world.pose(0)
@@ -56,27 +56,28 @@ CORNERS = {
             2,
             2,
             walls=tuple(Wall(1, 1, 1 - 0.5 * math.cos(STEEP), 1 + side * 0.5 * math.sin(STEEP)) for side in (1, -1)),
+            model=IDEAL,
         ),
         (1 - RADIUS / math.sin(STEEP), 1.0),
         1e-9,
     ),
     "the ends of two walls": (
-        Scene(2, 2, walls=(Wall(0.9, 1.03, 1.5, 1.03), Wall(0.9, 0.97, 1.5, 0.97))),
+        Scene(2, 2, walls=(Wall(0.9, 1.03, 1.5, 1.03), Wall(0.9, 0.97, 1.5, 0.97)), model=IDEAL),
         (0.9 - RADIUS * math.cos(NARROW), 1.0),
         ROUND,
     ),
     "two posts": (
-        Scene(2, 2, cylinders=(Cylinder(1, 1.1, 0.08), Cylinder(1, 0.9, 0.08))),
+        Scene(2, 2, cylinders=(Cylinder(1, 1.1, 0.08), Cylinder(1, 0.9, 0.08)), model=IDEAL),
         (1 - math.sqrt((RADIUS + 0.08) ** 2 - 0.01), 1.0),
         ROUND,
     ),
     "a post and a wall": (
-        Scene(2, 2, walls=(Wall(0.2, 1 + RADIUS, 1.8, 1 + RADIUS),), cylinders=(Cylinder(1, 0.95, 0.05),)),
+        Scene(2, 2, walls=(Wall(0.2, 1 + RADIUS, 1.8, 1 + RADIUS),), cylinders=(Cylinder(1, 0.95, 0.05),), model=IDEAL),
         (1 - math.sqrt((RADIUS + 0.05) ** 2 - 0.0025), 1.0),
         ROUND,
     ),
     "a wall and the edge": (
-        Scene(2, 1 + RADIUS, walls=(Wall(0.8, 0.8, 1.4, 0.8 + 0.6 * math.tan(STEEP)),)),
+        Scene(2, 1 + RADIUS, walls=(Wall(0.8, 0.8, 1.4, 0.8 + 0.6 * math.tan(STEEP)),), model=IDEAL),
         (0.8 + (0.2 - RADIUS / math.cos(STEEP)) / math.tan(STEEP), 1.0),
         1e-9,
     ),
@@ -111,7 +112,7 @@ def test_a_robot_that_is_pushed_at_a_slit_too_narrow_for_it_never_gets_through_a
             Wall(1 + ahead, 0.0, 1 + ahead, 2.0),
             Wall(behind, 0.0, behind, 2.0),
         )
-        world = World(Scene(2, 2, walls=walls, step=0.1, starts=(start,)))
+        world = World(Scene(2, 2, walls=walls, step=0.1, starts=(start,), model=IDEAL))
         world.set_wheel_speeds(0, speed, speed)
         for _ in range(25):
             before = world.pose(0)
@@ -125,7 +126,7 @@ def test_a_robot_in_a_slit_stays_in_front_of_what_it_cannot_see_from_where_it_wa
     # The ends of the slit ask for a place far behind the third wall, which the robot does not touch on its way there.
     slit = 0.07001283984510091
     walls = (Wall(1, 1 + slit / 2, 1, 2), Wall(1, 1 - slit / 2, 1, 0), Wall(1.04, 0, 1.04, 2))
-    scene = Scene(2, 2, walls=walls, step=0.1, starts=(Pose(0.9408166033910874, 0.9987067554679833),))
+    scene = Scene(2, 2, walls=walls, step=0.1, starts=(Pose(0.9408166033910874, 0.9987067554679833),), model=IDEAL)
     world = World(scene)
     world.set_wheel_speeds(0, FULL_SPEED, FULL_SPEED)
     for _ in range(20):
@@ -154,14 +155,14 @@ def test_a_robot_slides_clear_of_the_last_contact_by_the_way_it_may_at_most(turn
 def test_a_thin_wall_holds_from_both_sides(side):
     wall = Wall(0.5, 0.2, 0.5, 0.8)
     heading = 0.0 if side > 0 else math.pi
-    world = World(Scene(1, 1, walls=(wall,), starts=(Pose(0.5 - side * 0.2, 0.5, heading),)))
+    world = World(Scene(1, 1, walls=(wall,), starts=(Pose(0.5 - side * 0.2, 0.5, heading),), model=IDEAL))
     world.set_wheel_speeds(0, FULL_SPEED, FULL_SPEED)
     world.run(300)
     assert world.pose(0).x == pytest.approx(0.5 - side * RADIUS, abs=1e-9)
 
 
 def test_the_end_of_a_wall_is_round():
-    world = World(Scene(1, 1, walls=(Wall(0.5, 0.5, 0.5, 0.8),), starts=(Pose(0.3, 0.48),)))
+    world = World(Scene(1, 1, walls=(Wall(0.5, 0.5, 0.5, 0.8),), starts=(Pose(0.3, 0.48),), model=IDEAL))
     world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(400)
     assert world.pose(0).x > 0.6  # It was pushed aside, went round the end and on.
@@ -169,7 +170,7 @@ def test_the_end_of_a_wall_is_round():
 
 
 def test_a_fixed_post_turns_a_robot_aside():
-    world = World(Scene(1, 1, cylinders=(Cylinder(0.5, 0.5, 0.05),), starts=(Pose(0.3, 0.51),)))
+    world = World(Scene(1, 1, cylinders=(Cylinder(0.5, 0.5, 0.05),), starts=(Pose(0.3, 0.51),), model=IDEAL))
     world.set_wheel_speeds(0, 0.1, 0.1)
     for _ in range(400):
         world.step()
@@ -178,7 +179,7 @@ def test_a_fixed_post_turns_a_robot_aside():
 
 
 def test_two_equal_robots_push_each_other_to_a_stand():
-    world = World(Scene(1, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5, math.pi))))
+    world = World(Scene(1, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5, math.pi)), model=IDEAL))
     for robot in (0, 1):
         world.set_wheel_speeds(robot, 0.1, 0.1)
     world.run(200)
@@ -188,7 +189,7 @@ def test_two_equal_robots_push_each_other_to_a_stand():
 
 
 def test_a_moving_robot_shoves_a_resting_one():
-    world = World(Scene(2, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5))))
+    world = World(Scene(2, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5)), model=IDEAL))
     world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(256)
     a, b = world.poses
@@ -207,6 +208,7 @@ def test_no_crowd_in_any_corner_overlaps_by_more_than_a_micrometre(examples):
             walls=(Wall(0.1, 0.3, 0.2, 0.3),),
             boxes=(Box(0.35, 0.35, 0.08, 0.05, 0.5),),
             cylinders=(Cylinder(0.35, 0.12, 0.02),),
+            model=IDEAL,
         )
         world = World(scene, robots=8, seed=seed)
         for robot in range(8):
@@ -220,7 +222,7 @@ def test_no_crowd_in_any_corner_overlaps_by_more_than_a_micrometre(examples):
 
 def test_a_row_squeezed_against_a_wall_settles():
     starts = tuple(Pose(0.1 + 0.075 * k, 0.5) for k in range(5))
-    world = World(Scene(0.55, 1, starts=starts))
+    world = World(Scene(0.55, 1, starts=starts, model=IDEAL))
     for robot in range(5):
         world.set_wheel_speeds(robot, FULL_SPEED, FULL_SPEED)
     for _ in range(200):
@@ -231,7 +233,7 @@ def test_a_row_squeezed_against_a_wall_settles():
 
 def test_robots_on_top_of_each_other_part_the_same_way_every_time():
     def parted():
-        world = World(Scene(1, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5))))
+        world = World(Scene(1, 1, starts=(Pose(0.4, 0.5), Pose(0.6, 0.5)), model=IDEAL))
         put(world, 0, 0.5, 0.5)
         put(world, 1, 0.5, 0.5)
         world.step()
@@ -250,7 +252,7 @@ def test_robots_on_top_of_each_other_part_the_same_way_every_time():
     ],
 )
 def test_leaning_on_anything_is_touching_it(things):
-    world = World(Scene(1, 1, starts=(Pose(0.5, 0.5),), **things))
+    world = World(Scene(1, 1, starts=(Pose(0.5, 0.5),), model=IDEAL, **things))
     world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(64)
     assert world.touching(0)
@@ -261,7 +263,7 @@ def test_leaning_on_anything_is_touching_it(things):
 
 
 def test_a_free_robot_touches_nothing():
-    world = World(Scene(1, 1, starts=(Pose(0.5, 0.5),)))
+    world = World(Scene(1, 1, starts=(Pose(0.5, 0.5),), model=IDEAL))
     world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(10)
     assert not world.touching(0)

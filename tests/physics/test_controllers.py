@@ -8,7 +8,7 @@ import threading
 
 import numpy as np
 import pytest
-from world_rig import BUSY, ENGINES, everything, vehicle
+from world_rig import BUSY, ENGINES, IDEAL, everything, vehicle
 
 from elib.base.errors import ArgumentError, SimulationError
 from elib.simulator.physics import Batch, Box, Controller, Lamps, Light, Pose, Scene, Sound, World
@@ -287,7 +287,9 @@ def test_batches_and_controllers_can_be_copied(again):
 def test_numbers_of_numpy_do_what_the_same_numbers_of_python_do():
     one = np.float32(0.3)
     scenes = [
-        Scene(number(1), number(1), boxes=(Box(number(0.7), 0.7, 0.1, 0.1, number(0.3), is_pushable=True),))
+        Scene(
+            number(1), number(1), boxes=(Box(number(0.7), 0.7, 0.1, 0.1, number(0.3), is_pushable=True),), model=IDEAL
+        )
         for number in (np.float32, float)
     ]
     worlds = [

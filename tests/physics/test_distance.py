@@ -11,7 +11,7 @@ from world_rig import room_of
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall
 from elib.simulator.physics.sensors.distance import CALIBRATION, CONE, OFFSET, PLACE, UNSURE, biased
 
-QUIET = EpuckModel(sensor_noise=0)
+QUIET = EpuckModel(sensor_noise=0, quality="ideal")
 
 
 def measured(*, heading=0.0, model=QUIET, tick=0, engine="interpreted", size=6.0, **things):
@@ -106,13 +106,15 @@ def test_other_robots_are_seen_and_the_robot_itself_is_not():
 @pytest.mark.parametrize(("low", "high"), list(pairwise(CALIBRATION))[1:-1])
 def test_between_two_rows_of_the_table_a_reading_and_its_noise_lie_on_straight_lines(low, high):
     true, reads, deviation = ((one + other) / 2 for one, other in zip(low, high, strict=True))
-    values = [biased(measured(walls=(wall_at(true),), model=EpuckModel(), tick=tick)) for tick in range(300)]
+    values = [
+        biased(measured(walls=(wall_at(true),), model=EpuckModel(quality="ideal"), tick=tick)) for tick in range(300)
+    ]
     assert statistics.fmean(values) == pytest.approx(reads, abs=4 * deviation / math.sqrt(300))
     assert statistics.stdev(values) == pytest.approx(deviation, rel=0.15)
 
 
 def test_nothing_has_no_noise():
-    assert {measured(model=EpuckModel(), tick=tick) for tick in range(20)} == {2.0}
+    assert {measured(model=EpuckModel(quality="ideal"), tick=tick) for tick in range(20)} == {2.0}
 
 
 def test_typical_robots_read_too_much_or_too_little_each_in_its_own_way():

@@ -7,7 +7,7 @@ import threading
 from dataclasses import replace
 
 import pytest
-from world_rig import BUSY, ENGINES, everything, segments, vehicle
+from world_rig import BUSY, ENGINES, IDEAL, everything, segments, vehicle
 
 from elib.base.errors import ArgumentError, SimulationError
 from elib.base.extras import install
@@ -45,7 +45,7 @@ def keep_off(robot, parameters, memory):
 )
 def test_interpreted_and_compiled_are_one_run_to_the_last_bit(rays, controller):
     """Eight robots do the same on both engines, and touch something on their ways."""
-    model = EpuckModel(rays=rays, motor_noise=0.05, gain_spread=0.05, offset_spread=5.0)
+    model = EpuckModel(rays=rays, motor_noise=0.05, gain_spread=0.05, offset_spread=5.0, quality="ideal")
     worlds = [World(replace(BUSY, model=model), robots=8, seed=11, engine=engine) for engine in ENGINES]
     contacts = 0
     for _ in range(20):
@@ -77,7 +77,7 @@ def test_interpreted_and_compiled_are_one_run_to_the_last_bit(rays, controller):
 def test_both_engines_agree_on_sensors_that_were_sampled_long_ago_or_far_away(step, slot, speeds, robots, seeds):
     for seed in seeds:
         walls = segments(20 if robots < 12 else 5, 1, seed, length=0.05, margin=0.1)
-        scene = Scene(1, 1, walls, step=step, model=EpuckModel(sensor_noise=0))
+        scene = Scene(1, 1, walls, step=step, model=EpuckModel(sensor_noise=0, quality="ideal"))
         worlds = [World(scene, robots=robots, seed=seed, engine=engine) for engine in ENGINES]
         for world in worlds:
             for robot in range(robots):
@@ -148,7 +148,7 @@ def test_reading_other_sensors_changes_nothing(engine):
 def test_robots_elsewhere_in_the_world_change_nothing(engine, examples):
     near = (Pose(0.2, 0.2, 0.3), Pose(0.32, 0.22, 2.5), Pose(0.22, 0.33, -1.0))
     far = tuple(Pose(3.5 + 0.2 * (k % 5), 3.3 + 0.2 * (k // 5)) for k in range(15))
-    model = EpuckModel(motor_noise=0.05)
+    model = EpuckModel(motor_noise=0.05, quality="ideal")
     walls = (Wall(0.6, 0.0, 0.6, 0.6), Wall(0.0, 0.6, 0.6, 0.6))  # A pen, so that the three stay together.
     few = World(Scene(5, 5, walls, starts=near, model=model), seed=9, engine=engine)
     many = World(Scene(5, 5, walls, starts=near + far, model=model), seed=9, engine=engine)
@@ -211,7 +211,7 @@ def test_a_robot_of_a_large_compiled_world_takes_less_than_2000_bytes():
 
     def size(robots):
         side = (robots / 10) ** 0.5
-        state = World(Scene(side, side), robots=robots, engine="compiled")._state
+        state = World(Scene(side, side, model=IDEAL), robots=robots, engine="compiled")._state
         return sum(part.nbytes for part in state.world)
 
     assert (size(800) - size(200)) / 600 < 2000

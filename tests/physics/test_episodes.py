@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from world_rig import everything, task
+from world_rig import IDEAL, everything, task
 
 from elib import ArgumentError, Controller, Scene, World
 from elib.base.body import METRES_PER_STEP, step_rate
@@ -17,7 +17,7 @@ from elib.simulator.physics.noise import bits, seed_key
 from elib.simulator.physics.placement import places
 from lanes import few_and_many
 
-BARE = Scene(0.8, 0.6, step=1 / 40)
+BARE = Scene(0.8, 0.6, step=1 / 40, model=IDEAL)
 FULL = Scene(
     1.0,
     0.9,
@@ -25,7 +25,7 @@ FULL = Scene(
     cylinders=(Cylinder(0.6, 0.2, 0.03, is_pushable=True, mass=0.02),),
     lights=(Light(0.5, 0.5, 0.1, 1.0),),
     step=1 / 40,
-    model=EpuckModel(motor_noise=0.02, gain_spread=0.05),
+    model=EpuckModel(motor_noise=0.02, gain_spread=0.05, quality="ideal"),
 )
 SEEDS = [8_127_421_013_306_842_519, 3, (1 << 64) - 2]
 

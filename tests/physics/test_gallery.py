@@ -2,8 +2,10 @@
 
 import math
 from collections import deque
+from dataclasses import replace
 
 import pytest
+from world_rig import IDEAL
 
 from elib.simulator.physics import Colour, Pose, Scene, World
 from elib.simulator.physics.body import RADIUS
@@ -195,7 +197,7 @@ def test_both_sides_of_the_soccer_field_are_the_same():
 
 
 def test_a_robot_shoots_a_goal():
-    world = World.load("soccer")
+    world = World(replace(Scene.load("soccer"), model=IDEAL))
     world.move_robot(0, Pose(0.7, 0.5, 0.0))
     world.move_robot(2, Pose(1.4, 0.9, 0.0))
     world.set_wheel_speeds(0, 0.12, 0.12)

@@ -13,7 +13,7 @@ from elib.simulator.physics.fittings import Checkers, Patch, Print, Stripe
 from elib.simulator.physics.sensors.ground import PLACE_X, PLACE_Y
 
 LEFT, CENTRE, RIGHT, CLIFF_LEFT, CLIFF_RIGHT = range(5)
-QUIET = EpuckModel(sensor_noise=0)
+QUIET = EpuckModel(sensor_noise=0, quality="ideal")
 WHITE = Colour(255, 255, 255)
 BLACK_PAINT = Colour(0, 0, 0)
 DARK = 500  # counts, below those of a line's edge
@@ -117,7 +117,9 @@ def test_the_noise_grows_while_a_real_robot_drives(quality, is_driving, deviatio
 
 
 def test_two_readings_22_ms_apart_are_alike_as_on_a_real_robot():
-    room = room_of(Scene(0.4, 0.4, starts=(MIDDLE,), model=EpuckModel(sensor_noise=3), floor=WHITE, step=1 / 46))
+    room = room_of(
+        Scene(0.4, 0.4, starts=(MIDDLE,), model=EpuckModel(sensor_noise=3, quality="ideal"), floor=WHITE, step=1 / 46)
+    )
     seen = [room.at_tick(tick).read("ground")[CENTRE] for tick in range(5000)]
     assert 0.81 < statistics.correlation(seen[1:], seen[:-1]) < 0.95
 

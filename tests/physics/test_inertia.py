@@ -13,7 +13,7 @@ from elib.simulator.physics.sensors.acceleration import RANGE
 from elib.simulator.physics.sensors.rotation import rocking
 
 STEP = 1 / 64
-QUIET = EpuckModel(sensor_noise=0)
+QUIET = EpuckModel(sensor_noise=0, quality="ideal")
 TURNS = [-4.86, -1.0, -1e-6, 0.0, 1e-6, 0.3, 4.86, 40.0]
 
 
@@ -104,13 +104,15 @@ def values(sensor, room, count=400):
 
 
 def test_a_robot_that_stands_has_the_noise_that_was_measured():
-    noisy = values(acceleration, at_rest(EpuckModel()))
+    noisy = values(acceleration, at_rest(EpuckModel(quality="ideal")))
     for k, mean in enumerate((0, 0, GRAVITY)):
         axis = [value[k] for value in noisy]
         assert statistics.fmean(axis) == pytest.approx(mean, abs=0.005)
         assert statistics.stdev(axis) == pytest.approx(0.003 * GRAVITY, rel=0.1)
-    assert statistics.stdev(values(rate, at_rest(EpuckModel()))) == pytest.approx(math.radians(0.15), rel=0.1)
-    turning = driven(Pose(1, 1), Pose(1, 1), Pose(1, 1, 4.0 * STEP), model=EpuckModel())
+    assert statistics.stdev(values(rate, at_rest(EpuckModel(quality="ideal")))) == pytest.approx(
+        math.radians(0.15), rel=0.1
+    )
+    turning = driven(Pose(1, 1), Pose(1, 1), Pose(1, 1, 4.0 * STEP), model=EpuckModel(quality="ideal"))
     assert statistics.stdev(values(rate, turning)) == pytest.approx(math.radians(0.15) + 0.003 * 4, rel=0.1)
 
 

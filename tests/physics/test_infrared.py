@@ -38,7 +38,7 @@ def beside_a_wall(distance, *, model, heading=0.0, seed=0):
     ("name", "table"), [("measured", MEASURED), ("enki", ENKI), ("webots", WEBOTS), ("gctronic", GCTRONIC)]
 )
 def test_a_flat_wall_straight_ahead_gives_the_published_counts(name, table):
-    model = EpuckModel(profile=name, sensor_noise=0, ambient=4095)
+    model = EpuckModel(profile=name, sensor_noise=0, ambient=4095, quality="ideal")
     for centimetres, counts in table.items():
         reading = beside_a_wall(centimetres / 100, model=model).proximity(0)[SIDE]
         assert reading == pytest.approx(counts, abs=1.5), f"{centimetres} cm"
@@ -47,13 +47,13 @@ def test_a_flat_wall_straight_ahead_gives_the_published_counts(name, table):
 @pytest.mark.parametrize("name", PROFILES)
 @few_and_many(70, 280)
 def test_nearer_never_reads_less(name, examples):
-    model = EpuckModel(profile=name, sensor_noise=0, ambient=4095)
+    model = EpuckModel(profile=name, sensor_noise=0, ambient=4095, quality="ideal")
     readings = [beside_a_wall(0.14 * k / examples, model=model).proximity(0)[SIDE] for k in range(examples)]
     assert readings == sorted(readings, reverse=True)
 
 
 def test_the_open_reads_nothing_with_the_default_profile():
-    world = World(Scene(2, 2, starts=(Pose(1, 1),), model=EpuckModel(sensor_noise=0)))
+    world = World(Scene(2, 2, starts=(Pose(1, 1),), model=EpuckModel(sensor_noise=0, quality="ideal")))
     assert world.proximity(0) == [0] * 8
 
 
@@ -62,7 +62,7 @@ def test_a_mirrored_scene_gives_the_mirrored_readings(examples):
     @settings(max_examples=examples)
     @given(st.floats(0.045, 0.2), st.floats(-0.05, 0.05), st.floats(-1, 1))
     def check(ahead, aside, turn):
-        model = EpuckModel(sensor_noise=0)
+        model = EpuckModel(sensor_noise=0, quality="ideal")
 
         def readings(mirror):
             post = Cylinder(1 + ahead + 0.03, 1 + mirror * aside, 0.02)
@@ -82,7 +82,7 @@ def test_a_mirrored_scene_gives_the_mirrored_readings(examples):
 def test_turning_on_the_spot_brings_each_sensor_to_the_wall_in_turn():
     strongest = []
     for degrees in range(0, 360, 10):
-        model = EpuckModel(sensor_noise=0)
+        model = EpuckModel(sensor_noise=0, quality="ideal")
         values = beside_a_wall(0.01, model=model, heading=math.radians(degrees - 90)).proximity(0)
         strongest.append(values.index(max(values)))
     # The wall is ahead first; as the robot turns to the left it moves along its right side, clockwise over the sensors.
@@ -91,7 +91,7 @@ def test_turning_on_the_spot_brings_each_sensor_to_the_wall_in_turn():
 
 
 def test_a_neighbour_and_a_post_of_the_same_radius_look_the_same():
-    model = EpuckModel(sensor_noise=0)
+    model = EpuckModel(sensor_noise=0, quality="ideal")
     robots = World(Scene(1, 1, starts=(Pose(0.4, 0.5), Pose(0.49, 0.52)), model=model))
     post = World(Scene(1, 1, cylinders=(Cylinder(0.49, 0.52, RADIUS),), starts=(Pose(0.4, 0.5),), model=model))
     assert robots.proximity(0) == post.proximity(0)
@@ -99,7 +99,7 @@ def test_a_neighbour_and_a_post_of_the_same_radius_look_the_same():
 
 
 def test_the_edge_of_a_wall_fades_in():
-    model = EpuckModel(profile="enki", sensor_noise=0)  # rays at 15 degrees, so all three within 3 cm
+    model = EpuckModel(profile="enki", sensor_noise=0, quality="ideal")  # rays at 15 degrees, so all three within 3 cm
 
     def reading(end):
         world = World(
@@ -119,7 +119,7 @@ def test_the_edge_of_a_wall_fades_in():
 
 
 def test_a_wall_is_seen_from_behind_too():
-    model = EpuckModel(sensor_noise=0)
+    model = EpuckModel(sensor_noise=0, quality="ideal")
     y = 1 - SENSOR_RADIUS - 0.02
     here = World(Scene(2, 2, walls=(Wall(0.5, y, 1.5, y),), starts=(Pose(1, 1),), model=model)).proximity(0)
     back = World(Scene(2, 2, walls=(Wall(1.5, y, 0.5, y),), starts=(Pose(1, 1),), model=model)).proximity(0)
@@ -128,7 +128,7 @@ def test_a_wall_is_seen_from_behind_too():
 
 
 def test_the_noise_has_the_profiles_deviation_and_mean():
-    world = beside_a_wall(0.02, model=EpuckModel())
+    world = beside_a_wall(0.02, model=EpuckModel(quality="ideal"))
     values = []
     for _ in range(1500):
         values.append(world.proximity(0)[SIDE])
@@ -138,8 +138,8 @@ def test_the_noise_has_the_profiles_deviation_and_mean():
 
 
 def test_three_sensors_take_their_noise_from_one_word_ten_bits_each():
-    world = beside_a_wall(0.02, model=EpuckModel(profile="enki"), seed=77)
-    quiet = beside_a_wall(0.02, model=EpuckModel(profile="enki", sensor_noise=0), seed=77)
+    world = beside_a_wall(0.02, model=EpuckModel(profile="enki", quality="ideal"), seed=77)
+    quiet = beside_a_wall(0.02, model=EpuckModel(profile="enki", sensor_noise=0, quality="ideal"), seed=77)
     set_tick(world, 5)
     set_tick(quiet, 5)
     key = tick_key(robot_key(77, 0), 5)
@@ -151,15 +151,15 @@ def test_three_sensors_take_their_noise_from_one_word_ten_bits_each():
 @settings(max_examples=40)
 @given(st.floats(0, 4095), st.integers(0, 2**63), st.floats(0, 0.03), st.floats(0, 5))
 def test_reflected_light_never_exceeds_the_ambient_reading(ambient, seed, distance, noise):
-    world = beside_a_wall(distance, model=EpuckModel(ambient=ambient, sensor_noise=noise), seed=seed)
+    world = beside_a_wall(distance, model=EpuckModel(ambient=ambient, sensor_noise=noise, quality="ideal"), seed=seed)
     for reflected, dark in zip(world.proximity(0), world.ambient_light(0), strict=True):
         assert 0 <= reflected <= dark <= 4095
 
 
 def test_the_gain_differs_between_sensors_and_stays():
-    model = EpuckModel(sensor_noise=0, gain_spread=0.1)
+    model = EpuckModel(sensor_noise=0, gain_spread=0.1, quality="ideal")
     world = World(Scene(0.148, 0.148, starts=(Pose(0.074, 0.074),), model=model))
-    plain = World(Scene(0.148, 0.148, starts=(Pose(0.074, 0.074),), model=EpuckModel(sensor_noise=0)))
+    plain = World(Scene(0.148, 0.148, starts=(Pose(0.074, 0.074),), model=EpuckModel(sensor_noise=0, quality="ideal")))
     ratios = [a / b for a, b in zip(world.proximity(0), plain.proximity(0), strict=True)]
     assert statistics.pstdev(ratios) > 0.02
     before = world.proximity(0)
@@ -180,7 +180,7 @@ def test_a_model_out_of_range_is_refused_by_name(name, value):
 
 
 def test_readings_are_those_of_the_rays_that_a_drawing_shows():
-    model = EpuckModel(rays=1, sensor_noise=0)
+    model = EpuckModel(rays=1, sensor_noise=0, quality="ideal")
     world = World(Scene(0.3, 0.3, starts=(Pose(0.1, 0.12, 0.4),), model=model))
     world.run(20, Controller.braitenberg())
     for beam, reading in zip(world.snapshot(beams=True).robots[0].beams, world.proximity(0), strict=True):
@@ -197,7 +197,7 @@ def ring(quality, seed, **more):
 
 def test_ideal_robots_are_all_alike():
     for seed in range(3):
-        assert ring("ideal", seed) == ([0] * 8, [EpuckModel().ambient] * 8, [1.0] * 8)
+        assert ring("ideal", seed) == ([0] * 8, [EpuckModel(quality="ideal").ambient] * 8, [1.0] * 8)
 
 
 def test_typical_robots_read_in_the_open_what_real_ones_do_and_their_gains_differ_as_much():
@@ -274,7 +274,14 @@ def test_the_front_sensors_of_a_driving_e_puck2_glitch_as_often_and_as_much_as_r
 def test_front_and_diagonal_sensors_before_a_wall_read_what_real_ones_read():
     # measured-robots: infrared.head_on_front_sensors; the wall is 1 to 4 cm from the rim.
     for centimetres, front, diagonal in ((1, 905, 240), (2, 349, 114), (3, 175, 65), (4, 102, 42)):
-        world = World(Scene(2, 2, starts=(Pose(2 - RADIUS - centimetres / 100, 1),), model=EpuckModel(sensor_noise=0)))
+        world = World(
+            Scene(
+                2,
+                2,
+                starts=(Pose(2 - RADIUS - centimetres / 100, 1),),
+                model=EpuckModel(sensor_noise=0, quality="ideal"),
+            )
+        )
         reading = world.proximity(0)
         assert reading[0] == pytest.approx(front, rel=0.2)
         assert reading[1] == pytest.approx(diagonal, rel=0.15)

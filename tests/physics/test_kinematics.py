@@ -15,7 +15,7 @@ METRES_PER_STEP = math.pi * WHEEL_DIAMETER / 1000
 
 def room(*, heading=0.0, step=1 / 64, size=4.0, model=None, seed=0):
     starts = (Pose(size / 2, size / 2, heading),)
-    return World(Scene(size, size, starts=starts, step=step, seed=seed, model=model or EpuckModel()))
+    return World(Scene(size, size, starts=starts, step=step, seed=seed, model=model or EpuckModel(quality="ideal")))
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.3, math.pi / 2, -2.5, math.pi])
@@ -99,7 +99,7 @@ def test_running_without_an_end_is_refused(time):
 def test_motor_noise_scatters_the_way_and_keeps_its_mean():
     ends = []
     for seed in range(60):
-        world = room(seed=seed, model=EpuckModel(motor_noise=0.05))
+        world = room(seed=seed, model=EpuckModel(motor_noise=0.05, quality="ideal"))
         world.set_wheel_speeds(0, 0.1, 0.1)
         world.run(64)
         ends.append(world.pose(0).x - 2)
@@ -112,7 +112,7 @@ def test_motor_noise_scatters_the_way_and_keeps_its_mean():
 
 
 def test_spread_makes_each_robot_its_own_and_the_same_one_again():
-    model = EpuckModel(wheel_spread=0.005, axle_spread=0.005)
+    model = EpuckModel(wheel_spread=0.005, axle_spread=0.005, quality="ideal")
 
     def end(seed):
         world = room(seed=seed, model=model)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from world_rig import room_of
+from world_rig import IDEAL, room_of
 
 from elib.base.body import SENSOR_DIRECTIONS
 from elib.base.infrared import ROOM_READING
@@ -19,7 +19,7 @@ from elib.simulator.physics.noise import AMBIENT
 from elib.simulator.physics.profiles import BEARINGS
 from lanes import few_and_many
 
-QUIET = EpuckModel(sensor_noise=0, ambient=4000)
+QUIET = EpuckModel(sensor_noise=0, ambient=4000, quality="ideal")
 SENSOR_HEIGHT = 0.033
 SIDE, OTHER_SIDE = 5, 2  # Look to the left and to the right, 35 mm from the middle.
 MIRROR = [7, 6, 5, 4, 3, 2, 1, 0]
@@ -46,7 +46,7 @@ def lamp_beside(distance, **options):
 
 def test_a_room_without_lamps_reads_the_same_everywhere():
     assert readings(ROOM) == [4000] * 8
-    assert readings(replace(ROOM, model=EpuckModel(sensor_noise=0))) == [ROOM_READING] * 8
+    assert readings(replace(ROOM, model=EpuckModel(sensor_noise=0, quality="ideal"))) == [ROOM_READING] * 8
 
 
 @pytest.mark.parametrize("intensity", [0.5, 1.0, 4.0])
@@ -265,7 +265,7 @@ def test_whatever_stands_there_the_readings_are_those_of_the_law(examples):
 
 
 def test_the_noise_is_two_counts_as_a_difference_of_two_has_three():
-    scene = replace(ROOM, model=EpuckModel(ambient=2000))
+    scene = replace(ROOM, model=EpuckModel(ambient=2000, quality="ideal"))
     samples = [reading for tick in range(400) for reading in readings(scene, tick=tick)]
     assert statistics.fmean(samples) == pytest.approx(2000, abs=0.5)
     assert statistics.stdev(samples) == pytest.approx(3 / math.sqrt(2), rel=0.05)
@@ -284,6 +284,7 @@ def test_compiled_the_readings_are_the_same(robot):
         cylinders=(Cylinder(0.8, 0.9, 0.03, height=0.04),),
         starts=(Pose(1, 1, 0.7), Pose(1.2, 1.05, -2.1)),
         lights=tuple(Light(0.3 * k, 2.2 - 0.25 * k, 0.03 + 0.05 * k, 0.5 + k) for k in range(8)),
+        model=IDEAL,
     )
     for tick in range(5):
         assert readings(scene, "compiled", robot, tick, 7) == readings(scene, "interpreted", robot, tick, 7)

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from world_rig import IDEAL
 
 from elib.base.body import METRES_PER_STEP, step_rate
 from elib.base.errors import ArgumentError
@@ -15,7 +16,7 @@ MOTORS = {1: PowerSavingMotor, 2: MicrostepMotor}
 
 def room(*, size=4.0, step=1 / 64, **model):
     start = Pose(size / 2, size / 2)
-    return World(Scene(size, size, starts=(start,), step=step, model=EpuckModel(**model)))
+    return World(Scene(size, size, starts=(start,), step=step, model=EpuckModel(**{"quality": "ideal"} | model)))
 
 
 @pytest.mark.parametrize("generation", [1, 2])
@@ -72,7 +73,7 @@ def test_a_full_turn_in_place_takes_the_steps_that_the_axle_asks_for():
 
 
 def test_encoders_count_issued_steps_while_the_robot_is_blocked():
-    world = World(Scene(1, 1, starts=(Pose(0.95, 0.5),)))
+    world = World(Scene(1, 1, starts=(Pose(0.95, 0.5),), model=IDEAL))
     world.set_step_rates(0, 500, 500)
     world.run(640)
     assert world.pose(0).x < 1 - 0.0369
@@ -103,7 +104,7 @@ def test_a_speed_that_is_not_a_number_is_refused_with_its_side(speed):
 def test_half_the_step_gives_nearly_the_same_path():
     ends = []
     for step in (1 / 64, 1 / 128, 1 / 256):
-        scene = Scene(1, 1, starts=(Pose(0.3, 0.3, 0.4), Pose(0.6, 0.42, 2.0)), step=step)
+        scene = Scene(1, 1, starts=(Pose(0.3, 0.3, 0.4), Pose(0.6, 0.42, 2.0)), step=step, model=IDEAL)
         world = World(scene)
         world.set_wheel_speeds(0, 0.08, 0.09)
         world.set_wheel_speeds(1, 0.1, 0.07)

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from world_rig import ray_lengths
+from world_rig import IDEAL, ray_lengths
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Cylinder, Light, Pose, Scene, Sound, Wall, World
@@ -17,6 +17,7 @@ SCENE = Scene(
     (Pose(0.2, 0.2), Pose(0.5, 0.2)),
     lights=(Light(0.9, 0.1, intensity=0.0),),
     sounds=(Sound(0.5, 0.5, volume=0.0),),
+    model=IDEAL,
 )
 
 
@@ -124,7 +125,7 @@ def test_what_does_not_exist_or_is_out_of_range_is_refused_by_name(world, call, 
 def test_the_pairs_of_sensors_are_as_old_as_their_places_in_the_row():
     # The front sensors of a robot that drives at a wall: pair 0 was sampled three slots before pair 3.
     def gaps(slot):
-        world = World(Scene(1, 1, starts=(Pose(0.85, 0.5),)))
+        world = World(Scene(1, 1, starts=(Pose(0.85, 0.5),), model=IDEAL))
         world.set_slot(0, slot)
         world.set_wheel_speeds(0, 0.1, 0.1)
         world.run(20)
@@ -168,7 +169,7 @@ def test_boxes_and_walls_come_and_go_while_what_is_pushed_moves_on(engine):
 
 
 def test_the_first_pushable_box_of_a_world_can_be_pushed():
-    world = World(Scene(1.0, 1.0, starts=(Pose(0.2, 0.5),)))
+    world = World(Scene(1.0, 1.0, starts=(Pose(0.2, 0.5),), model=IDEAL))
     world.add_box(Box(0.35, 0.5, 0.1, 0.1, is_pushable=True))
     world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(200)

@@ -5,7 +5,7 @@ import math
 import random
 
 import pytest
-from world_rig import ENGINES, segments, vehicle
+from world_rig import ENGINES, IDEAL, segments, vehicle
 
 from elib.simulator.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World, assembly
 from elib.simulator.physics.body import RADIUS
@@ -50,7 +50,9 @@ def listed_at(world):
 
 
 def test_everybody_who_may_be_touched_or_seen_is_listed_in_rising_order_and_nobody_farther_off(engine):
-    world = World(Scene(1.5, 1.5, model=EpuckModel(motor_noise=0.05)), robots=40, seed=5, engine=engine)
+    world = World(
+        Scene(1.5, 1.5, model=EpuckModel(motor_noise=0.05, quality="ideal")), robots=40, seed=5, engine=engine
+    )
     reach = world._state.world.setting[0].horizon + RADIUS
     made = 0
     before = None
@@ -69,7 +71,7 @@ def test_everybody_who_may_be_touched_or_seen_is_listed_in_rising_order_and_nobo
 
 
 def test_every_wall_that_may_be_touched_or_seen_is_listed_and_none_farther_off(engine):
-    scene = Scene(1.5, 1.5, segments(40, 1.5, 2), model=EpuckModel(motor_noise=0.05))
+    scene = Scene(1.5, 1.5, segments(40, 1.5, 2), model=EpuckModel(motor_noise=0.05, quality="ideal"))
     world = World(scene, robots=12, seed=5, engine=engine)
     walls = [*scene.edge, *scene.walls]
     sight = world._state.world.setting[0].horizon
@@ -91,7 +93,7 @@ def test_every_wall_that_may_be_touched_or_seen_is_listed_and_none_farther_off(e
 
 def test_where_more_walls_are_near_than_a_robots_own_list_holds_none_is_missed(engine):
     kerbs = tuple(Wall(0.4 + 0.002 * k, 0.45, 0.4 + 0.002 * k, 0.55) for k in range(100))
-    world = World(Scene(1, 1, kerbs, starts=(Pose(0.3, 0.5), Pose(0.65, 0.5, math.pi))), engine=engine)
+    world = World(Scene(1, 1, kerbs, starts=(Pose(0.3, 0.5), Pose(0.65, 0.5, math.pi)), model=IDEAL), engine=engine)
     for robot in (0, 1):
         world.set_step_rates(robot, 900, 900)
     world.run(100)
@@ -109,7 +111,7 @@ def test_of_two_walls_on_one_line_the_one_that_was_built_first_is_seen_whenever_
         1.0,
         (Wall(0.6, 0.5, 0.7, 0.5, reflectance=0.2), Wall(0.1, 0.5, 1.4, 0.5)),
         starts=(Pose(0.3, 0.44), Pose(1.4, 0.9)),
-        model=EpuckModel(sensor_noise=0),
+        model=EpuckModel(sensor_noise=0, quality="ideal"),
     )
     plain, usual, anew = worlds = [World(scene, engine=engine) for engine in (*ENGINES, "compiled")]
     for world in worlds:
@@ -128,7 +130,7 @@ def test_of_two_walls_on_one_line_the_one_that_was_built_first_is_seen_whenever_
 @few_and_many(20, 150)
 def test_no_wheel_rolls_so_far_in_a_tick_that_a_wall_is_missed(engine, noise, examples):
     start = Pose(1 - RADIUS - 0.1, 0.5)
-    model = EpuckModel(motor_noise=noise, wheel_spread=noise / 3)
+    model = EpuckModel(motor_noise=noise, wheel_spread=noise / 3, quality="ideal")
     scene = Scene(2, 1, (Wall(1, 0.001, 1, 0.999),), step=0.1, model=model, starts=(start, Pose(1.8, 0.5)))
     touched = 0
     for seed in range(examples if noise else 1):
@@ -144,7 +146,11 @@ def test_no_wheel_rolls_so_far_in_a_tick_that_a_wall_is_missed(engine, noise, ex
 def test_a_robot_among_walls_goes_the_same_way_alone_and_with_another_far_off(engine):
     # Alone it looks walls up in the grid of fixed things, in company on its list.
     scene = Scene(
-        2.0, 1.0, segments(12, 1.0, 6), starts=(Pose(0.5, 0.1, 1.0), Pose(1.9, 0.9)), model=EpuckModel(motor_noise=0.05)
+        2.0,
+        1.0,
+        segments(12, 1.0, 6),
+        starts=(Pose(0.5, 0.1, 1.0), Pose(1.9, 0.9)),
+        model=EpuckModel(motor_noise=0.05, quality="ideal"),
     )
     alone, both = World(scene, robots=1, engine=engine), World(scene, engine=engine)
     touched = 0
@@ -160,7 +166,7 @@ def test_a_robot_among_walls_goes_the_same_way_alone_and_with_another_far_off(en
 
 
 def test_in_the_densest_crowd_the_lists_have_the_room_they_need(engine):
-    world = World(Scene(0.75, 0.65, starts=packed(8, 8)), engine=engine)
+    world = World(Scene(0.75, 0.65, starts=packed(8, 8), model=IDEAL), engine=engine)
     lists, records = listed(world), world._state.world
     assert max(map(len, lists)) > 20
     assert sum(map(len, lists)) > 64 * 6
@@ -176,7 +182,7 @@ def test_both_engines_agree_with_more_in_sight_than_is_looked_at_in_one_go():
     walls = [Wall(x, y, x + 0.01 * math.cos(turn), y + 0.01 * math.sin(turn)) for x, y, turn in spots]
     posts = [Cylinder(1 - x, y, 0.002, colour=Colour(255, 0, 0)) for x, y, _ in spots]
     starts = (Pose(0.5, 0.5, 0.3), Pose(0.1, 0.1, 0.0), Pose(0.9, 0.9, 4.0))
-    model = EpuckModel(rays=5)
+    model = EpuckModel(rays=5, quality="ideal")
     scene = Scene(1.0, 1.0, tuple(walls), cylinders=tuple(posts), starts=starts, model=model)
     worlds = [World(scene, engine=engine) for engine in ENGINES]
     for world in worlds:
@@ -188,7 +194,10 @@ def test_both_engines_agree_with_more_in_sight_than_is_looked_at_in_one_go():
 @pytest.mark.usefixtures("compiled_worlds")
 @pytest.mark.parametrize("robots", [1, 3, 4, 9, 17])
 def test_robots_that_stand_among_others_stay_as_they_are_to_the_last_bit_on_both_engines(robots):
-    worlds = [World(Scene(2, 2, model=EpuckModel(motor_noise=0.05)), robots=robots, engine=each) for each in ENGINES]
+    worlds = [
+        World(Scene(2, 2, model=EpuckModel(motor_noise=0.05, quality="ideal")), robots=robots, engine=each)
+        for each in ENGINES
+    ]
     before = worlds[0].poses
     for world in worlds:
         for robot in range(0, robots, 2):
@@ -201,7 +210,9 @@ def test_robots_that_stand_among_others_stay_as_they_are_to_the_last_bit_on_both
 
 @pytest.mark.usefixtures("compiled_worlds")
 def test_robots_that_push_each_other_along_walls_come_apart_in_a_few_passes():
-    world = World(Scene(2.2, 2.2, segments(100, 2.2, 4), step=1 / 32), robots=50, seed=3, engine="compiled")
+    world = World(
+        Scene(2.2, 2.2, segments(100, 2.2, 4), step=1 / 32, model=IDEAL), robots=50, seed=3, engine="compiled"
+    )
     most = touched = 0
     for _ in range(60):
         world.run(25, CONTROLLER)
@@ -220,6 +231,7 @@ def test_a_body_that_was_pushed_far_is_still_seen_and_touched(engine):
         0.4,
         boxes=(Box(0.3, 0.2, 0.06, 0.3, is_pushable=True),),
         starts=(Pose(0.2, 0.2, 0.0), Pose(1.8, 0.2, math.pi)),
+        model=IDEAL,
     )
     world = World(scene, engine=engine)
     world.set_step_rates(0, 700, 700)
@@ -233,7 +245,9 @@ def test_a_body_that_was_pushed_far_is_still_seen_and_touched(engine):
 
 def test_there_is_room_for_all_neighbours_of_robots_that_see_far(engine):
     far = Profile("far", (4000.0,) * 4001, (0.0,) * 4001, "a test: it reaches 1 m")
-    world = World(Scene(1.6, 1.6, starts=packed(18, 18, 0.002), model=EpuckModel(profile=far)), engine=engine)
+    world = World(
+        Scene(1.6, 1.6, starts=packed(18, 18, 0.002), model=EpuckModel(profile=far, quality="ideal")), engine=engine
+    )
     records = world._state.world
     assert max(one.end_near for one in records.listings) <= len(records.lists)
     assert max(map(len, listed(world))) > 200
@@ -243,7 +257,7 @@ def test_there_is_room_for_all_neighbours_of_robots_that_see_far(engine):
 def test_there_is_room_for_all_neighbours_of_many_long_things(engine):
     bars = tuple(Box(5.0, 4.0 + 0.02 * k, 9.9, 0.005, is_pushable=True) for k in range(100))
     starts = tuple(Pose(1.5 + 0.09 * i, 6.3 + 0.09 * j) for i in range(75) for j in range(20))
-    records = World(Scene(10.0, 10.0, starts=starts, boxes=bars), engine=engine)._state.world
+    records = World(Scene(10.0, 10.0, starts=starts, boxes=bars, model=IDEAL), engine=engine)._state.world
     assert max(one.end_near for one in records.listings) <= len(records.lists)
 
 
@@ -251,7 +265,9 @@ def test_there_is_room_for_all_neighbours_of_many_long_things(engine):
 def test_robots_that_see_almost_nothing_still_touch(engine, gap):
     near = Profile("near", (4000.0, 0.0), (0.0, 0.0), "a test: it reaches 0.25 mm")
     starts = (Pose(0.3, 0.5), Pose(0.3 + gap, 0.5, math.pi))
-    world = World(Scene(1.0, 1.0, starts=starts, step=0.1, model=EpuckModel(profile=near)), engine=engine)
+    world = World(
+        Scene(1.0, 1.0, starts=starts, step=0.1, model=EpuckModel(profile=near, quality="ideal")), engine=engine
+    )
     for robot in range(2):
         world.set_wheel_speeds(robot, 0.19, 0.19)
     for _ in range(6):
@@ -266,6 +282,7 @@ def test_where_there_is_no_room_for_all_neighbours_nothing_changes(engine, monke
         boxes=tuple(Box(0.2 + 0.1 * k, 0.5, 0.04, 0.2, is_pushable=True) for k in range(7)),
         cylinders=tuple(Cylinder(0.2 + 0.1 * k, 0.8, 0.02, is_pushable=True) for k in range(7)),
         step=1 / 16,
+        model=IDEAL,
     )
     roomy = World(scene, robots=12, seed=3, engine=engine)
     monkeypatch.setattr(assembly, "room_for_neighbours", lambda *_: 40)
@@ -281,6 +298,6 @@ def test_ten_thousand_things_that_can_be_pushed_do_not_fill_the_memory():
     posts = tuple(
         Cylinder(0.05 + 0.1 * (k % 100), 0.05 + 0.1 * (k // 100), 0.01, is_pushable=True) for k in range(10_000)
     )
-    records = World(Scene(10.0, 10.0, cylinders=posts), robots=0)._state.world
+    records = World(Scene(10.0, 10.0, cylinders=posts, model=IDEAL), robots=0)._state.world
     assert len(records.lists) < 5_000_000
     assert max(one.end_near for one in records.listings) < len(records.lists)

@@ -60,7 +60,9 @@ def test_even_numbers_fill_the_interval():
 def crowd(robots, seed=5):
     # The first robot's surroundings are the same in any crowd: it sits in a corner far from the rest.
     starts = (Pose(0.06, 0.06, 0.3), Pose(1.5, 1.5), Pose(1.5, 1.2), Pose(1.2, 1.5))
-    return World(Scene(2, 2, starts=starts, model=EpuckModel(gain_spread=0.05)), robots=robots, seed=seed)
+    return World(
+        Scene(2, 2, starts=starts, model=EpuckModel(gain_spread=0.05, quality="ideal")), robots=robots, seed=seed
+    )
 
 
 def test_a_reading_depends_neither_on_order_nor_on_other_reads_nor_on_other_robots():

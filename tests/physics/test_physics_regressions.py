@@ -9,7 +9,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from world_rig import vehicle
+from world_rig import IDEAL, vehicle
 
 from elib.base.errors import ArgumentError, SimulationError
 from elib.simulator.physics import (
@@ -43,9 +43,9 @@ def headlong(robot, parameters, memory):
 @pytest.mark.parametrize("speed", [1e19, 1e300])
 def test_a_control_function_that_asks_for_an_enormous_speed_gets_the_fastest(engine, speed):
     blind = [0.0] * 8
-    world = World(Scene(1, 1, starts=ONE), engine=engine)
+    world = World(Scene(1, 1, starts=ONE, model=IDEAL), engine=engine)
     world.run(3, vehicle(blind, blind, base=speed))
-    fast = World(Scene(1, 1, starts=ONE), engine=engine)
+    fast = World(Scene(1, 1, starts=ONE, model=IDEAL), engine=engine)
     fast.run(3, vehicle(blind, blind, base=1000.0))
     assert world.poses == fast.poses
     turn = world.stepper()
@@ -55,14 +55,14 @@ def test_a_control_function_that_asks_for_an_enormous_speed_gets_the_fastest(eng
 
 @pytest.mark.usefixtures("compiled_worlds")
 def test_a_control_function_that_is_not_plain_is_refused_by_name():
-    world = World(Scene(1, 1, starts=ONE), engine="compiled")
+    world = World(Scene(1, 1, starts=ONE, model=IDEAL), engine="compiled")
     with pytest.raises(SimulationError, match="cannot be compiled: it is not a plain function"):
         world.run(1, Controller(partial(headlong), (1.0,)))
 
 
 def test_cylinders_larger_than_the_arena_do_not_fill_the_memory():
     posts = tuple(Cylinder(12.0, 12.0, 1000.0) for _ in range(400))
-    scene = Scene(25, 25, cylinders=posts)
+    scene = Scene(25, 25, cylinders=posts, model=IDEAL)
     grid = Grid(scene, Solids.of(scene, (), posts), 0.12)
     assert sum(map(len, (*grid.walls, *grid.discs))) < MAX_ENTRIES * 1.2
 
@@ -73,7 +73,7 @@ def test_a_jam_of_two_things_leaves_the_others_asleep(monkeypatch):
     monkeypatch.setattr(contacts, "leave_obstacles", lambda world, k, *rest: looked.append(k) or real(world, k, *rest))
     posts = tuple(Cylinder(0.5 + 0.3 * (k % 5), 0.5 + 0.3 * (k // 5), 0.05, is_pushable=True) for k in range(20))
     jam = (Box(0.1, 1.0, 0.1, 0.1, is_pushable=True), Box(0.03, 1.0, 0.05, 0.2), Box(0.17, 1.0, 0.05, 0.2))
-    world = World(Scene(2.5, 2.5, boxes=jam, cylinders=posts))
+    world = World(Scene(2.5, 2.5, boxes=jam, cylinders=posts, model=IDEAL))
     world.step()
     assert looked.count(0) > 5  # The jammed one.
     assert all(looked.count(k) == 1 for k in range(1, 21))
@@ -87,7 +87,7 @@ def test_reading_before_a_lamp_is_changed_changes_nothing():
             (Wall(0.25, 0.3, 0.25, 0.7, height=0.04),),
             starts=(Pose(0.2, 0.5),),
             lights=(Light(0.24, 0.5, intensity=0.0),),
-            model=EpuckModel(ambient=1000.0),
+            model=EpuckModel(ambient=1000.0, quality="ideal"),
         )
         world = World(scene)
         world.step()
@@ -101,7 +101,7 @@ def test_reading_before_a_lamp_is_changed_changes_nothing():
 
 def test_moving_a_fixed_thing_leaves_the_pushable_ones_alone_to_the_last_bit():
     boxes = Box(0.5, 0.5, 0.1, 0.1, angle=0.3, is_pushable=True), Box(1.5, 1.5, 0.1, 0.1)
-    world = World(Scene(2, 2, boxes=boxes, starts=(Pose(0.38, 0.52),)))
+    world = World(Scene(2, 2, boxes=boxes, starts=(Pose(0.38, 0.52),), model=IDEAL))
     world.set_step_rates(0, 800, 700)
     world.run(100)
     before = world.hash()
@@ -119,7 +119,7 @@ def test_a_thing_that_is_thrown_far_is_seen_where_it_landed():
             Cylinder(6.01, 1.5, 0.05, is_pushable=True),
         )
         starts = (Pose(2.12, 1.5, math.pi), *((Pose(6.57, 1.5, math.pi),) if far else ()))
-        world = World(Scene(8, 4, cylinders=posts, starts=starts))
+        world = World(Scene(8, 4, cylinders=posts, starts=starts, model=IDEAL))
         world.step()
         return world.proximity(0)
 
@@ -127,7 +127,7 @@ def test_a_thing_that_is_thrown_far_is_seen_where_it_landed():
 
 
 def test_speeds_that_cancel_within_a_tick_are_not_driven_again():
-    world = World(Scene(1, 1, starts=ONE))
+    world = World(Scene(1, 1, starts=ONE, model=IDEAL))
     step = world.scene.step
     world.set_wheel_speeds(0, 0.128, 0.128, at=0)
     world.set_wheel_speeds(0, -0.128, -0.128, at=step / 2)
@@ -144,7 +144,7 @@ def test_a_wall_too_short_or_too_long_for_arithmetic_is_refused():
 
 def test_a_heavy_box_cannot_push_a_robot_out_of_the_arena():
     box = Box(0.5, 0.7, 0.6, 0.5, is_pushable=True, mass=100)
-    world = World(Scene(1, 1, boxes=(box,), starts=(Pose(0.05, 0.05), Pose(0.5, 0.05))))
+    world = World(Scene(1, 1, boxes=(box,), starts=(Pose(0.05, 0.05), Pose(0.5, 0.05)), model=IDEAL))
     world.set_step_rates(0, 1000, 1000)
     for _ in range(120):
         world.step()
@@ -177,7 +177,7 @@ def test_the_time_of_flight_sensor_sees_a_large_post_beside_it():
                 30,
                 cylinders=(Cylinder(15 + x, 25.05, 10.0),),
                 starts=(Pose(15, 15),),
-                model=EpuckModel(sensor_noise=0),
+                model=EpuckModel(sensor_noise=0, quality="ideal"),
             )
         ).distance(0)
         for x in (-0.001, 0.001)
@@ -187,14 +187,14 @@ def test_the_time_of_flight_sensor_sees_a_large_post_beside_it():
 
 
 def test_worlds_with_the_same_floor_share_its_picture():
-    scene = Scene(1, 1, starts=ONE, paint=(Stripe(((0.1, 0.5), (0.9, 0.5))),))
+    scene = Scene(1, 1, starts=ONE, paint=(Stripe(((0.1, 0.5), (0.9, 0.5))),), model=IDEAL)
     batch = Batch(scene, 3, engine="interpreted")
     assert batch[0].snapshot().floor is batch[1].snapshot().floor is batch[2].snapshot().floor
 
 
 def test_a_seed_beyond_64_bits_is_refused_by_a_batch_too():
     with pytest.raises(ArgumentError, match="seed is 18446744073709551616"):
-        Batch(Scene(1, 1, starts=ONE), 2, seed=1 << 64, engine="interpreted")
+        Batch(Scene(1, 1, starts=ONE, model=IDEAL), 2, seed=1 << 64, engine="interpreted")
 
 
 def test_an_absurd_number_of_robots_is_refused_in_words():
@@ -224,14 +224,14 @@ def wrong_signature(robot):
 
 @pytest.mark.parametrize("function", [no_parameter, third_wheel, meddling, no_memory, wrong_signature])
 def test_a_control_function_that_reaches_beyond_its_numbers_is_refused_on_both_engines(engine, function):
-    world = World(Scene(1, 1, starts=ONE), engine=engine)
+    world = World(Scene(1, 1, starts=ONE, model=IDEAL), engine=engine)
     with pytest.raises(ArgumentError, match=f"the control function '{function.__name__}' fails"):
         world.run(1, Controller(function, (1.0,)))
     assert world.tick == 0
 
 
 def test_what_is_not_a_controller_is_refused_in_words():
-    world = World(Scene(1, 1, starts=ONE))
+    world = World(Scene(1, 1, starts=ONE, model=IDEAL))
     with pytest.raises(ArgumentError, match="is not a controller"):
         world.run(3, headlong)
     with pytest.raises(ArgumentError, match="3 is not a control function"):
@@ -243,7 +243,7 @@ def test_what_is_not_a_controller_is_refused_in_words():
 
 
 def test_a_control_function_begins_with_standing_wheels_for_each_robot(engine):
-    world = World(Scene(2, 1, starts=(Pose(0.3, 0.3), Pose(0.3, 0.7))), engine=engine)
+    world = World(Scene(2, 1, starts=(Pose(0.3, 0.3), Pose(0.3, 0.7)), model=IDEAL), engine=engine)
     world.run(64, Controller(headlong, (300.0,)))
     assert world.encoders(0) == world.encoders(1) == pytest.approx((303, 303), abs=2)
 
@@ -258,7 +258,7 @@ def failing(robot, parameters, memory):
 
 def test_an_error_in_a_control_function_names_it_and_the_line_that_calls_it():
     with pytest.raises(ZeroDivisionError) as caught:
-        World(Scene(1, 1, starts=ONE)).run(5, Controller(failing, (0.0,)))
+        World(Scene(1, 1, starts=ONE, model=IDEAL)).run(5, Controller(failing, (0.0,)))
     *_, caller, own = traceback.extract_tb(caught.value.__traceback__)
     assert own.name == "failing"
     assert "function(" in caller.line
@@ -266,14 +266,14 @@ def test_an_error_in_a_control_function_names_it_and_the_line_that_calls_it():
 
 @pytest.mark.usefixtures("compiled_worlds")
 def test_a_control_function_that_numba_cannot_compile_is_refused_in_two_lines():
-    World(Scene(1, 1, starts=ONE)).run(1, Controller(fancy, (1.0,)))
+    World(Scene(1, 1, starts=ONE, model=IDEAL)).run(1, Controller(fancy, (1.0,)))
     with pytest.raises(SimulationError, match="the control function 'fancy' cannot be compiled") as caught:
-        World(Scene(1, 1, starts=ONE), engine="compiled").run(1, Controller(fancy, (1.0,)))
+        World(Scene(1, 1, starts=ONE, model=IDEAL), engine="compiled").run(1, Controller(fancy, (1.0,)))
     assert len(str(caught.value)) < 400
 
 
 def test_a_slanted_stripe_has_smooth_edges():
-    scene = Scene(1, 1, starts=ONE, paint=(Stripe(((0.1, 0.1), (0.9, 0.6))),))
+    scene = Scene(1, 1, starts=ONE, paint=(Stripe(((0.1, 0.1), (0.9, 0.6))),), model=IDEAL)
     shades = {pixel & 255 for pixel in World(scene).snapshot().floor.pixels}
     assert len(shades) > 5
 
@@ -283,20 +283,20 @@ def counting(robot, parameters, memory):
 
 
 def test_a_control_function_needs_no_parameters(engine):
-    world = World(Scene(1, 1, starts=ONE), engine=engine)
+    world = World(Scene(1, 1, starts=ONE, model=IDEAL), engine=engine)
     world.run(3, Controller(counting))
     assert world.fitness.tolist() == [3.0]
 
 
 def test_a_control_function_with_a_memory_runs_in_a_world_without_robots(engine):
-    world = World(Scene(1, 1), robots=0, engine=engine)
+    world = World(Scene(1, 1, model=IDEAL), robots=0, engine=engine)
     world.run(3, vehicle())
     assert world.tick == 3
     assert world.fitness.shape == (0,)
 
 
 def test_the_fitness_of_a_run_is_kept_after_a_reset(engine):
-    world = World(Scene(1, 1, starts=ONE), engine=engine)
+    world = World(Scene(1, 1, starts=ONE, model=IDEAL), engine=engine)
     world.run(3, vehicle())
     fitness, before = world.fitness, world.fitness.tolist()
     world.reset()
@@ -323,19 +323,21 @@ def test_a_compiled_world_leaves_the_number_of_threads_as_it_was():
     before = numba.get_num_threads()
     numba.set_num_threads(1)
     try:
-        World(Scene(1, 1), robots=4, engine="compiled", threads=2).readings("proximity")
+        World(Scene(1, 1, model=IDEAL), robots=4, engine="compiled", threads=2).readings("proximity")
         assert numba.get_num_threads() == 1
     finally:
         numba.set_num_threads(before)
 
 
 def test_a_batch_takes_a_seed_of_numpy():
-    seeds = [world.seed for world in Batch(Scene(1, 1), 2, robots=0, seed=np.int64(7), engine="interpreted")]
+    seeds = [
+        world.seed for world in Batch(Scene(1, 1, model=IDEAL), 2, robots=0, seed=np.int64(7), engine="interpreted")
+    ]
     assert seeds == [7, 8]
 
 
 def test_a_world_can_be_pickled_after_a_picture():
-    world = World(Scene(1, 1, starts=ONE))
+    world = World(Scene(1, 1, starts=ONE, model=IDEAL))
     picture = world.picture(0, (-10.0, 0.0, 10.0), (5.0, -5.0))
     again = pickle.loads(pickle.dumps(world))
     assert (again.picture(0, (-10.0, 0.0, 10.0), (5.0, -5.0)) == picture).all()
@@ -343,6 +345,6 @@ def test_a_world_can_be_pickled_after_a_picture():
 
 @pytest.mark.parametrize("names", [["one"], ["one", "one"]])
 def test_each_robot_gets_a_name_of_its_own(names):
-    world = World(Scene(1, 1), robots=2)
+    world = World(Scene(1, 1, model=IDEAL), robots=2)
     with pytest.raises(ArgumentError, match="are not 2 different names"):
         world.name_robots(names)

@@ -11,7 +11,7 @@ from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.simulator.physics.rangebearing import BEARING_DEVIATION, DISTANCE_DEVIATION, HEIGHT, PERIOD, REACH, loss
 
-QUIET = EpuckModel(sensor_noise=0)
+QUIET = EpuckModel(sensor_noise=0, quality="ideal")
 STARTED = 8
 """Ticks of 1/64 s after which every board has sent its first message."""
 
@@ -172,7 +172,7 @@ def test_the_loss_grows_with_the_distance_to_everything() -> None:
 
 @pytest.mark.parametrize("distance", [0.1, 0.4, 0.6, 0.7])
 def test_so_many_messages_are_lost_and_the_others_are_that_noisy(distance: float) -> None:
-    noisy, heard = pair(distance, model=EpuckModel()), []
+    noisy, heard = pair(distance, model=EpuckModel(quality="ideal")), []
     count = 1500
     for _ in range(count):
         noisy.run(7)
@@ -189,7 +189,7 @@ def test_so_many_messages_are_lost_and_the_others_are_that_noisy(distance: float
 
 def crowd(seed: int = 3, engine="interpreted") -> World:
     starts = [Pose(3 + 0.2 * (k % 4), 3 + 0.2 * (k // 4), k) for k in range(12)]
-    things = {"model": EpuckModel(), "cylinders": (Cylinder(3.1, 3.1, 0.02), Cylinder(3.5, 3.3, 0.02))}
+    things = {"model": EpuckModel(quality="ideal"), "cylinders": (Cylinder(3.1, 3.1, 0.02), Cylinder(3.5, 3.3, 0.02))}
     made = world(*starts, seed=seed, engine=engine, ticks=0, **things)
     for k in range(12):
         made.set_step_rates(k, 100 + 20 * k, 150)

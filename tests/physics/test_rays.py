@@ -101,7 +101,7 @@ def test_every_infrared_ray_ends_where_the_plainest_search_says(rays, examples):
         assume(all(apart(*wall) > RADIUS for wall in walls))
         assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius in posts))
         assume(all(math.hypot(x, y) > 2 * RADIUS for x, y in robots))
-        model = EpuckModel(rays=rays)
+        model = EpuckModel(rays=rays, quality="ideal")
         world = room(walls, posts, robots, model)
         put(world, 0, CENTRE, CENTRE, heading)
         discs = [*posts, *((x, y, RADIUS) for x, y in robots)]
@@ -145,7 +145,7 @@ def test_a_sensor_reads_the_weighted_responses_of_what_its_rays_meet_first(rays,
         assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2, _ in walls))
         assume(all(apart(*wall[:4]) > RADIUS for wall in walls))
         assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius, _ in posts))
-        model = EpuckModel(rays=rays, sensor_noise=0)
+        model = EpuckModel(rays=rays, sensor_noise=0, quality="ideal")
         scene = Scene(
             2 * CENTRE,
             2 * CENTRE,
@@ -207,7 +207,7 @@ def test_both_engines_cast_the_same_rays_to_the_last_bit_also_across_a_wall_or_i
         assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
         assume(all(apart(*wall) > RADIUS for wall in walls))
         assume(all(math.hypot(x, y) > radius + RADIUS for x, y, radius in posts))
-        model = EpuckModel(rays=rays, profile=profile, gain_spread=0.1, offset_spread=5.0)
+        model = EpuckModel(rays=rays, profile=profile, gain_spread=0.1, offset_spread=5.0, quality="ideal")
         told = []
         for engine in ENGINES:
             world = room(walls, posts, robots, model, engine)
@@ -230,7 +230,7 @@ def test_the_time_of_flight_sensor_weighs_its_five_rays_by_their_light(examples)
     def check(heading, walls):
         assume(all(math.hypot(x2 - x1, y2 - y1) > 0.01 for x1, y1, x2, y2 in walls))
         assume(all(apart(*wall) > RADIUS for wall in walls))
-        world = room(walls, [], [], EpuckModel(sensor_noise=0))
+        world = room(walls, [], [], EpuckModel(sensor_noise=0, quality="ideal"))
         put(world, 0, CENTRE, CENTRE, heading)
         spread = [distance.CONE * (0.5 - k / 4) for k in range(5)]
         fan = [(complex(*distance.PLACE), cmath.rect(1, angle)) for angle in spread]

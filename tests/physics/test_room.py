@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from world_rig import IDEAL
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Cylinder, Pose, Scene, Wall, World
@@ -59,7 +60,9 @@ def test_an_overlap_is_as_deep_as_one_has_to_move_to_be_clear():
 
 def world():
     boxes = Box(0.2, 0.2, 0.1, 0.1, is_pushable=True), Box(0.8, 0.2, 0.1, 0.1, name="crate")
-    world = World(Scene(1, 1, (Wall(0.5, 0, 0.5, 1),), boxes, (Cylinder(0.8, 0.8, 0.05),), (Pose(0.2, 0.8),)))
+    world = World(
+        Scene(1, 1, (Wall(0.5, 0, 0.5, 1),), boxes, (Cylinder(0.8, 0.8, 0.05),), (Pose(0.2, 0.8),), model=IDEAL)
+    )
     world.name_robots(["mine"])
     return world
 

@@ -23,7 +23,7 @@ from elib.simulator.physics.sensors.microphones import (
 from lanes import few_and_many
 
 RIGHT, LEFT, REAR, FRONT = range(4)
-QUIET = EpuckModel(sensor_noise=0)
+QUIET = EpuckModel(sensor_noise=0, quality="ideal")
 
 
 ALONE = (Pose(3, 3),)
@@ -131,7 +131,9 @@ def test_a_mirrored_sound_gives_the_mirrored_readings_of_the_sides():
 
 def test_the_noise_grows_with_what_is_heard():
     def deviation(*sounds):
-        return statistics.stdev(heard(*sounds, model=EpuckModel(), tick=tick)[FRONT] for tick in range(400))
+        return statistics.stdev(
+            heard(*sounds, model=EpuckModel(quality="ideal"), tick=tick)[FRONT] for tick in range(400)
+        )
 
     assert deviation() == pytest.approx(FLOOR_DEVIATION, rel=0.15)
     assert deviation(beside(0, 0.1319)) == pytest.approx(FLOOR_DEVIATION + RELATIVE_DEVIATION * 1000, rel=0.15)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from world_rig import IDEAL
 
 from elib.simulator.physics import Box, Cylinder, Pose, Scene, Wall, World
 from elib.simulator.physics.body import RADIUS
@@ -22,7 +23,7 @@ BAR = 0.3, 0.02
 def world_of(*things, starts=ONE, walls=(), step=1 / 64):
     boxes = tuple(thing for thing in things if isinstance(thing, Box))
     cylinders = tuple(thing for thing in things if isinstance(thing, Cylinder))
-    return World(Scene(2.0, 1.0, walls, boxes, cylinders, starts, step))
+    return World(Scene(2.0, 1.0, walls, boxes, cylinders, starts, step, model=IDEAL))
 
 
 def drive(world, seconds, speed=SPEED):
@@ -238,6 +239,7 @@ def test_nothing_overlaps_and_nothing_goes_through_whatever_is_pushed_where(exam
             (pushable(Box, 0.25, 0.5, 0.1, 0.08, 0.4), pushable(Box, 0.5, 0.7, 0.2, 0.01), Box(0.6, 0.55, 0.1, 0.1)),
             (pushable(Cylinder, 0.55, 0.3, 0.04), pushable(Cylinder, 0.48, 0.2, 0.01), Cylinder(0.2, 0.2, 0.03)),
             step=step,
+            model=IDEAL,
         )
         world = World(scene, robots=5, seed=seed)
         for robot in range(5):

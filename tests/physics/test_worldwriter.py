@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 from random_worlds import random_worlds
+from world_rig import IDEAL
 
 from elib.base.errors import SimulationError
 from elib.simulator.physics import Box, Cylinder, Pose, Scene, World
@@ -59,7 +60,11 @@ def test_a_world_that_was_written_and_read_is_written_the_same_again():
 
 def test_an_angle_of_many_turns_and_odd_names_are_written_so_that_they_can_be_read():
     scene = Scene(
-        1, 1, boxes=(Box(0.5, 0.5, 0.1, 0.1, angle=1000.0, name='say "hi" \\ ü'),), starts=(Pose(0.2, 0.2, 7.0),)
+        1,
+        1,
+        boxes=(Box(0.5, 0.5, 0.1, 0.1, angle=1000.0, name='say "hi" \\ ü'),),
+        starts=(Pose(0.2, 0.2, 7.0),),
+        model=IDEAL,
     )
     found = parse(written_scene(scene).encode(), "odd.toml")
     assert found.boxes[0].name == scene.boxes[0].name
@@ -68,7 +73,7 @@ def test_an_angle_of_many_turns_and_odd_names_are_written_so_that_they_can_be_re
 
 
 def test_a_robot_that_presses_against_something_starts_beside_it():
-    world = World(Scene(1, 1, cylinders=(Cylinder(0.5, 0.5, 0.05),), starts=(Pose(0.4, 0.5),)))
+    world = World(Scene(1, 1, cylinders=(Cylinder(0.5, 0.5, 0.05),), starts=(Pose(0.4, 0.5),), model=IDEAL))
     world.set_wheel_speeds(0, 0.1, 0.1)
     world.run(100)
     starts = cleared(world.scene, world.poses)

@@ -39,6 +39,9 @@ from elib.simulator.physics.sensors.proximity import look
 from elib.simulator.physics.simulation import braitenberg
 from elib.simulator.physics.state import State
 
+IDEAL = EpuckModel(quality="ideal")
+"""Robots without faults, for tests of a law: what they read and do is all that the law says."""
+
 ENGINES = ("interpreted", "compiled")
 BUSY = Scene(
     1.0,
@@ -55,6 +58,7 @@ BUSY = Scene(
         gain_spread=0.05,
         offset_spread=5.0,
         ground_module=True,
+        quality="ideal",
     ),
 )
 """A world with one of everything."""

@@ -11,7 +11,9 @@ from shared import inside, run_python
 
 
 def url(firmware: str = "btcom-2.0", **keys: object) -> str:
-    return f"sim://square?speed=max&firmware={firmware}" + "".join(f"&{key}={value}" for key, value in keys.items())
+    return f"sim://square?speed=max&quality=ideal&firmware={firmware}" + "".join(
+        f"&{key}={value}" for key, value in keys.items()
+    )
 
 
 @simulated
@@ -108,7 +110,7 @@ async def test_nothing_that_is_asked_overflows_the_receive_buffer_of_any_robot(f
 @pytest.mark.parametrize("firmware", sorted(PROFILES))
 @simulated
 async def test_sensors_read_one_by_one_and_all_at_once_are_the_same(firmware: str) -> None:
-    async with elib.open(f"sim://?speed=max&firmware={firmware}") as robot:
+    async with elib.open(f"sim://?speed=max&quality=ideal&firmware={firmware}") as robot:
         await robot.set_speed(0.1, -0.1)
         sensors = await robot.sensors()
         assert sensors.speed == await robot.speed()

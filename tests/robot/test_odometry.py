@@ -34,7 +34,7 @@ firmwares = pytest.mark.parametrize("firmware", PROFILES)
 def field(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("worlds") / "field.toml"
     path.write_text(FIELD)
-    return f"sim://{path}?speed=max"
+    return f"sim://{path}?speed=max&quality=ideal"
 
 
 def off(robot: BlockingEpuck, pose: Pose) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from elib.robot.runner import run_on
 from elib.testing import link_of, simulation_of, with_faults
 from shared import inside
 
-FIELD = "sim://arena?speed=max"
+FIELD = "sim://arena?speed=max&quality=ideal"
 BLUETOOTH = "&latency=0.03&jitter=0.015"
 STEP = 1.3e-4
 """m, one motor step."""
@@ -231,7 +231,7 @@ async def test_a_time_of_its_own_ends_a_motion_that_takes_longer_and_the_robot_s
     assert await stands(robot)
 
 
-@inside(elib.open, "sim://arena?speed=max&loss=0.05&seed=3&latency=0.03")
+@inside(elib.open, "sim://arena?speed=max&quality=ideal&loss=0.05&seed=3&latency=0.03")
 async def test_a_lost_answer_costs_a_motion_with_a_time_of_its_own_no_more_than_another_one(robot: Epuck) -> None:
     began = robot.time
     await robot.within(20).turn(-1.75)
@@ -507,7 +507,7 @@ async def test_counters_that_were_set_without_an_answer_move_no_pose(robot: Epuc
     assert (await robot.pose()).x == pytest.approx(0, abs=0.001)
 
 
-@inside(elib.open, "sim://arena?speed=max&latency=0.2")
+@inside(elib.open, "sim://arena?speed=max&quality=ideal&latency=0.2")
 async def test_a_stop_that_was_never_sent_ends_no_motion(robot: Epuck) -> None:
     task = asyncio.create_task(robot.drive(0.1))
     await robot.sleep(0.2)

@@ -24,7 +24,7 @@ from elib.testing import simulated, simulation_of
 from shared import inside, until
 from wifi_robot import Air, Fault, WifiRobot, wifi_pair
 
-SIM = "sim://arena?firmware=epuck2-wifi&speed=max"
+SIM = "sim://arena?firmware=epuck2-wifi&quality=ideal&speed=max&quality=ideal"
 
 
 # -- the styles --------------------------------------------------------------------------------------------------------
@@ -433,7 +433,7 @@ async def test_bytes_out_of_step_open_a_new_connection(monkeypatch: pytest.Monke
             await robot.within(5).selector()
 
 
-@inside(elib.open, "sim://arena?firmware=epuck2-wifi&speed=max")
+@inside(elib.open, "sim://arena?firmware=epuck2-wifi&quality=ideal&speed=max")
 async def test_pictures_do_not_keep_the_sensors_of_the_same_watch_from_their_turn(robot: elib.Epuck) -> None:
     times: dict[str, set[float]] = {"proximity": set(), "image": set()}
     async with robot.watch("proximity", "image", rate=5) as snapshots:
@@ -566,4 +566,4 @@ def test_a_watch_waits_with_a_paused_world() -> None:
             assert snapshot is not None
             assert snapshot.error is None
 
-    elib.run(story, robot="sim://arena?firmware=epuck2-wifi&speed=5")
+    elib.run(story, robot="sim://arena?firmware=epuck2-wifi&quality=ideal&speed=5")

@@ -67,9 +67,9 @@ def test_aggression_runs_the_lamp_down_love_stays_by_it_and_fear_and_explorer_le
     assert min(runs["aggression"].seen) < 0.03
     late = {vehicle: each.seen[each.after(20) :] for vehicle, each in runs.items()}
     assert max(late["love"]) < 0.6
-    assert max(late["love"]) - min(late["love"]) < 0.02
+    assert max(late["love"]) - min(late["love"]) < 0.03
     assert runs["love"].states[-1] == "resting"
-    assert mean(late["fear"]) > mean(late["love"]) + 0.1
+    assert mean(late["fear"]) > mean(late["love"]) + 0.05
     assert mean(late["explorer"]) > mean(late["love"]) + 0.1
     assert runs["explorer"].path > 1.3 * max(runs["fear"].path, runs["love"].path)
 
@@ -260,7 +260,7 @@ def test_it_turns_towards_the_beeper_and_stays_so(seed: int, firmware: str) -> N
     seen = run("locate-clap", f"beeper?firmware={firmware}", seed, seconds=10, at={0: anywhere})
     source = seen.world.scene.sounds[0]
     assert seen.states[-1] == "facing"
-    assert abs(bearing(seen.world, source.x, source.y)) < 15
+    assert abs(bearing(seen.world, source.x, source.y)) < 25
 
 
 def test_it_turns_to_each_clap_and_says_when_it_is_quiet() -> None:
@@ -288,7 +288,7 @@ def test_of_a_sound_that_the_microphones_do_not_decide_it_says_so() -> None:
         world.move_robot(0, Pose(0.1, 0.1, 0.3))
         world.set_sound(0, Sound(1.1, 0.4, 4000))  # Three microphones, a metre away.
 
-    seen = run("locate-clap", "beeper", 1, seconds=8, at={0: place})
+    seen = run("locate-clap", "beeper?quality=ideal", 1, seconds=8, at={0: place})
     assert seen.outcome is not None
     assert "the microphones do not tell from where: go nearer" in seen.outcome.messages[0]
     assert "unclear" in seen.states

@@ -13,4 +13,6 @@ def hidden(tmp_path_factory: pytest.TempPathFactory) -> Hidden:
 @pytest.fixture(scope="session")
 def nominal(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recording of a third of a minute of a nominal robot."""
-    return drive("sim://square?speed=max&seed=4", tmp_path_factory.mktemp("nominal") / "nominal.mcap", duration=20)
+    return drive(
+        "sim://square?speed=max&quality=ideal&seed=4", tmp_path_factory.mktemp("nominal") / "nominal.mcap", duration=20
+    )

@@ -118,7 +118,7 @@ def test_a_field_that_changes_meanwhile_is_refused() -> None:
 
 @simulated
 async def test_a_virtual_robot_calibrates_itself_and_then_knows_where_it_looks() -> None:
-    async with elib.open("sim://square?firmware=epuck2&speed=max") as robot:
+    async with elib.open("sim://square?firmware=epuck2&speed=max&quality=ideal") as robot:
         hardware = transport_of(robot).robot.hardware
         assert isinstance(hardware, SimulatedHardware)
         hardware.hard_iron, hardware.soft_iron = (31.0, -14.0, 5.0), (1.1, 0.07, 0.07, 0.92)

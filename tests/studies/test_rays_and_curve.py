@@ -17,7 +17,7 @@ SCENE = Scene(
     boxes=(Box(0.3, 0.7, 0.1, 0.2, angle=0.5, reflectance=0.5),),
     cylinders=(Cylinder(0.7, 0.7, 0.05),),
     starts=(Pose(0.5, 0.5),),
-    model=EpuckModel(sensor_noise=0.0),
+    model=EpuckModel(quality="ideal", sensor_noise=0.0),
 )
 POSES = [(0.44, 0.25, 0.3), (0.3, 0.55, 1.2), (0.63, 0.63, 0.8), (0.06, 0.3, 3.0), (0.4, 0.8, -2.0), (0.5, 0.5, 0.0)]
 

@@ -29,9 +29,9 @@ from elib.robot.blocking import BlockingEpuck
 
 Cruise = Annotated[float, Quantity("cruise", "rev/s", 0.05, 0.8, scale=1000)]
 
-FAINT = 60
-"""Difference between the brightest and the darkest sensor that is ignored, counts. Each reading has a noise of 7 counts
-(Enki); of eight readings in the dark, one set in a thousand differs by more than 41."""
+FAINT = 150
+"""Difference between the brightest and the darkest sensor that is ignored, counts. The sensors of typical robots differ
+by 30 counts in the dark; in one robot of two hundred, two of the eight differ by more than this."""
 STEERING = 1.5
 """Turn for each unit of contrast between the sides. Light from 30 degrees aside makes a contrast of 0.65. The robot
 then turns about one wheel, as the one of 2011 did for any light that was not straight ahead."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from elib.base.body import AXLE, METRES_PER_STEP
 from elib.base.errors import ArgumentError, ElibError, MotionInterrupted
 from elib.base.pose import Pose
+from elib.behaviours import OpenAir
 from elib.doors.agent.limits import REACTION, Budget, Guard, Limits
 from elib.link.protocol.values import Proximity
 from elib.panel.behaviours import RunPhase
@@ -19,7 +20,8 @@ from elib.panel.slot import Phase, Slot
 NAME = "agent"
 """The name of the agent in the panel."""
 OBSTACLE = 300
-"""Counts of an infrared sensor at which something is about 2 cm away: a driving robot stops there."""
+"""Counts of an infrared sensor above those in the open at which something is about 2 cm away: a driving robot stops
+there."""
 PERIOD = 0.05
 """s from one look at sensors, fence and link to the next while the robot drives."""
 READING_TIME = 0.5
@@ -114,12 +116,17 @@ class Driver:
         self.is_latched = False
         self.mover: asyncio.Task[object] | None = None
         self._loop = asyncio.get_running_loop()
+        self._open_air = OpenAir()
         self._end: asyncio.Future[str] | None = None
         self._hand = slot.drive.on_hand
         slot.drive.on_hand = self._on_hand
         slot.join(NAME)  # the sensors are read, and a behaviour goes on, also while no page is open
 
     # -- what is known --
+
+    def near(self, reading: object) -> Proximity | None:
+        """Return an infrared reading without what its sensors read in the open; None if it is none."""
+        return self._open_air(reading) if isinstance(reading, Proximity) else None
 
     @property
     def pose(self) -> Pose:
@@ -334,7 +341,7 @@ class Driver:
                 return "link"
             try:
                 robot = self.slot.robot.within(READING_TIME)
-                near = await robot.proximity()
+                near = self._open_air(await robot.proximity())
                 await robot.encoders()
                 heard = self._loop.time()
                 if sees(near):
@@ -351,7 +358,7 @@ class Driver:
         try:
             robot = self.slot.robot.within(READING_TIME)
             await robot.encoders()
-            return await robot.proximity()
+            return self._open_air(await robot.proximity())
         except ElibError:
             return None
 

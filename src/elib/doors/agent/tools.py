@@ -38,7 +38,7 @@ SLOWEST = 0.005
 SLOWEST_TURN = 5.0
 """degrees/s."""
 WORDS = ((1000, "touching"), (OBSTACLE, "about 2 cm away"), (100, "near"))
-"""Counts of an infrared sensor from which on a word holds; the counts of a dark thing are lower."""
+"""Counts of an infrared sensor above those in the open, from which on a word holds; a dark thing has fewer."""
 CLEAR = "clear"
 
 
@@ -75,8 +75,8 @@ class Tools:
             default=float(min(round(math.degrees(TURN_RATE)), fastest_turn)),
         )
         stopping = Parameter(
-            f"Stop when an infrared sensor on the side of travel shows {OBSTACLE} counts or more: about 2 cm from a"
-            " white or red thing. Black and blue things are seen later or never.",
+            f"Stop when an infrared sensor on the side of travel shows {OBSTACLE} counts more than in the open: about 2"
+            " cm from a white or red thing. Black and blue things are seen later or never.",
             "boolean",
             default=True,
         )
@@ -274,7 +274,9 @@ class Tools:
             "drives": who,
             "stopped_by_person": driver.is_latched,
             "stands": not slot.drive.may_move,
-            "proximity": _known_proximity(slot),
+            "proximity": {
+                name: count for name, (count, _) in _nearness(driver.near(slot.readings.get("proximity"))).items()
+            },
         }
         if slot.error is not None and not slot.is_connected:
             data["message"] = slot.error.message
@@ -302,7 +304,7 @@ class Tools:
             values, units, said = _reading(reading)
             found[info.name] = {**values, "units": units}
             lines.append(f"{info.words}: {said}")
-        lines.append(_seen(_nearness(sensors.proximity)))
+        lines.append(_seen(_nearness(driver.near(sensors.proximity))))
         data: dict[str, Json] = {"robot": robot, "pose": pose_of(driver), "sensors": found}
         return Result(data, "\n".join(lines))
 
@@ -430,7 +432,7 @@ class Tools:
     def _acted(self, key: str, outcome: Outcome) -> Result:
         """Return the result of an action: what happened, and what is seen now."""
         driver = self.drivers[key]
-        near = _nearness(outcome.near or driver.slot.readings.get("proximity"))
+        near = _nearness(outcome.near or driver.near(driver.slot.readings.get("proximity")))
         data: dict[str, Json] = {
             "robot": key,
             "ended": outcome.ended,
@@ -487,19 +489,15 @@ def _is_virtual(slot: Slot) -> bool:
     return virtual(slot.robot) is not None if slot.is_connected else slot.url.startswith(("sim://", "replay://"))
 
 
-def _nearness(reading: object) -> dict[str, tuple[int, str]]:
+def _nearness(near: v.Proximity | None) -> dict[str, tuple[int, str]]:
     """Return counts and a word for each infrared sensor; empty where nothing was read."""
-    if not isinstance(reading, v.Proximity):
+    if near is None:
         return {}
     found = {}
     for name in v.describe(v.Proximity, v.Role.NUMBER):
-        count = getattr(reading, name.name)
+        count = getattr(near, name.name)
         found[name.name] = count, next((word for least, word in WORDS if count >= least), CLEAR)
     return found
-
-
-def _known_proximity(slot: Slot) -> dict[str, Json]:
-    return {name: count for name, (count, _) in _nearness(slot.readings.get("proximity")).items()}
 
 
 def _seen(near: Mapping[str, tuple[int, str]]) -> str:

@@ -128,7 +128,7 @@ def result_of(kind: type[Message]) -> Schema:
 
 def reading_kinds() -> tuple[type[Reading], ...]:
     """Return the classes of all readings that a program gets."""
-    return (*READING_TYPES.values(), Sensors, v.CameraSettings, v.Version)
+    return (*READING_TYPES.values(), Sensors, v.CameraSettings, v.Pitch, v.Version)
 
 
 def reading_schema(kind: type[Reading]) -> Schema:

@@ -12,7 +12,6 @@ from elib.link.protocol import actuators, shapes, wifi
 from elib.link.protocol import values as v
 from elib.link.protocol.forms import binary_form, text_form
 from elib.link.protocol.image import Image
-from elib.link.protocol.pitch import pitch_of
 from elib.link.protocol.quantities import (
     Byte,
     CameraMode,
@@ -349,7 +348,7 @@ class Commands:
         """
 
     # Before microphone_samples, which has the same code: of two, recordings show the later one.
-    @command(binary=binary_form("U", Packed(f"{shapes.RINGS}B", pitch_of)))
+    @command(binary=binary_form("U", Packed(f"{shapes.RINGS}B", shapes.pitch_of)))
     def pitch(self) -> v.Pitch:
         """Measure the frequency of the loudest tone from the samples of the microphones.
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from elib.base.body import MICROPHONE_RATE
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Context
-from elib.link.protocol.shapes import MICROPHONES, SAMPLES, Values, rings_of
+from elib.link.protocol.shapes import MICROPHONES, SAMPLES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -49,11 +49,16 @@ def sample_times(oldest: int) -> NDArray[np.float64]:
     return np.reshape((newest - oldest) / MICROPHONE_RATE, (MICROPHONES, SAMPLES))
 
 
-def pitch_of(numbers: Values, context: Context) -> v.Pitch:
-    """Return the pitch that the rings of the microphones hold."""
+def found_pitch(rings: NDArray[np.int16], oldest: int, context: Context) -> v.Pitch:
+    """Return the pitch that the rings of the microphones hold.
+
+    Args:
+        rings: Their samples, one row a microphone, slot by slot.
+        oldest: The slot that was to be written next when the sending began.
+        context: Of the answer.
+    """
     import numpy as np
 
-    rings, oldest = rings_of(numbers, context)
     waves = rings - rings.mean(axis=1, keepdims=True)
     heard = float(np.sum(waves**2))
     frequencies = np.arange(LOWEST, HIGHEST, STEP)

@@ -102,6 +102,14 @@ def ordered_samples(numbers: Values, context: Context) -> NDArray[numpy.int16]:
     return np.roll(rings, -oldest, axis=1)
 
 
+def pitch_of(numbers: Values, context: Context) -> v.Pitch:
+    """Return the pitch of the samples of the microphones, as :func:`ordered_samples` gives them."""
+    from elib.link.protocol.pitch import found_pitch  # here: few programs ask for it
+
+    rings, oldest = rings_of(numbers, context)
+    return found_pitch(rings, oldest, context)
+
+
 def rings_of(numbers: Values, context: Context) -> tuple[NDArray[numpy.int16], int]:
     """Return the rings of the microphones, and the slot that was to be written next when they began to be sent.
 

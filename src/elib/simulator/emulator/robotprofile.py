@@ -182,9 +182,9 @@ class RobotProfile:
     def model(self, model: EpuckModel) -> EpuckModel:
         """Return a world's *model* with what this profile says of all its robots.
 
-        The profile replaces the spread between robots, since it describes one of them.
+        The profile replaces the quality and the spread between robots, since it describes one of them.
         """
-        model = replace(model, wheel_spread=0.0, axle_spread=0.0, gain_spread=0.0, offset_spread=0.0)
+        model = replace(model, quality="ideal", wheel_spread=0.0, axle_spread=0.0, gain_spread=0.0, offset_spread=0.0)
         if self.infrared is None:
             return model
         return replace(model, profile=self.infrared.response())

@@ -166,10 +166,10 @@ class Simulation:
         self.robots: dict[int, VirtualRobot] = {}
         if settings.hardware is None:
             scene = scene or Scene.load(settings.world, robots=settings.robots)
-            if settings.quality is not None:
-                scene = replace(scene, model=replace(scene.model, quality=settings.quality))
             if settings.profile is not None:
                 scene = replace(scene, model=self.profile.model(scene.model))
+            if settings.quality is not None:
+                scene = replace(scene, model=replace(scene.model, quality=settings.quality))
             self.world = World(scene, robots=settings.robots, seed=settings.seed)
             self._first_scene = scene
             self.count = self.world.robots

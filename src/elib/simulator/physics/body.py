@@ -88,7 +88,7 @@ class EpuckModel:
         lens: Whose published field of view their cameras have, a name in :data:`~elib.simulator.physics.optics.LENSES`.
     """
 
-    quality: Quality = "ideal"
+    quality: Quality = "typical"
     profile: Annotated[str | Profile, ProfileRule()] = "measured"
     rays: Annotated[int, Choice((1, 3, 5))] = 3
     sensor_noise: Noise = 1.0
