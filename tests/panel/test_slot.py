@@ -85,7 +85,7 @@ async def test_the_camera_of_a_virtual_robot_is_live_while_a_page_shows_it_and_h
         assert slot.drive.may_move
         began = slot.now
         slot.stop()
-        # 0.1 s of a picture, and the line's own time; over Wi-Fi nobody chooses the size of a picture, which takes 0.14 s.
+        # 0.1 s of a picture, and the line's own time; over Wi-Fi a picture takes 0.14 s.
         await asyncio.sleep(0.2 if firmware == "epuck2-wifi" else 0.105)
         stood_at = place()
         await slot.drive.settle()

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import elib
 from elib.base.body import AXLE, METRES_PER_STEP
 from elib.base.errors import LinkLost, RemoteProtocolError, ReplyTimeout
-from elib.base.pose import Pose
+from elib.base.pose import Pose, advanced
 from elib.link.protocol.profiles import PROFILES
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
@@ -27,7 +27,14 @@ FIELD = "[arena]\nsize = [40.0, 40.0]\n[[robot]]\nposition = [20.0, 20.0]\nheadi
 FLAKY = "flaky-bluetooth"
 STEP = METRES_PER_STEP / AXLE
 """rad by which a step of one wheel turns the robot."""
+REAL = Reckoning.spreads
 firmwares = pytest.mark.parametrize("firmware", PROFILES)
+
+
+@pytest.fixture(autouse=True)
+def nominal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let odometry take the wheels for nominal, as they are here: what it states is then of the commands alone."""
+    monkeypatch.setattr(Reckoning, "spreads", (0.0, 0.0, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -321,3 +328,53 @@ def test_ten_thousand_changes_between_two_readings_need_no_more_room_than_a_thou
     counters = ((round(left) + 32768) % 65536 - 32768, (round(right) + 32768) % 65536 - 32768)
     reckoning.read(counters, at(100.0), 16, 100.0)
     assert math.dist((reckoning.pose.x, reckoning.pose.y), (twin.pose.x, twin.pose.y)) < 0.02
+
+
+# -- wheels that are not nominal ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("wheel", [0, 1, 2])
+def test_the_stated_uncertainty_is_by_how_much_another_wheel_or_axle_leads_elsewhere(
+    wheel: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The path of a robot whose left wheel, right wheel or axle is a thousandth larger, beside what is stated."""
+    drawn = random.Random(f"wheels {wheel}")
+    part = 0.001
+    monkeypatch.setattr(Reckoning, "spreads", tuple(part * (k == wheel) for k in range(3)))
+    reckoning, time, steps, true = begun(), 0.0, [0, 0], Pose(0, 0)
+    for _ in range(20):
+        rates, seconds = (drawn.randint(-800, 800), drawn.randint(-800, 800)), drawn.randint(1, 5)
+        reckoning.change(Change(at(time), (float(rates[0]), float(rates[1]))))
+        time += seconds
+        steps = [count + rate * seconds for count, rate in zip(steps, rates, strict=True)]
+        reckoning.read(tuple((each + 32768) % 65536 - 32768 for each in steps), at(time), 16, time)
+        left, right = (rate * seconds * (1 + part * (k == wheel)) for k, rate in enumerate(rates))
+        mean, half = (left + right) / 2, (right - left) / 2 / (1 + part * (wheel == 2))
+        true = advanced(true, mean - half, mean + half)
+    pose = reckoning.pose
+    place, heading = (
+        math.dist((true.x, true.y), (pose.x, pose.y)),
+        math.remainder(true.heading - pose.heading, math.tau),
+    )
+    assert pose.uncertainty == pytest.approx(2 * place, rel=0.1, abs=0.001)
+    assert pose.heading_uncertainty == pytest.approx(2 * abs(heading), rel=0.05, abs=2 * STEP)
+
+
+@few_and_many(5, 100)
+def test_typical_robots_are_where_their_poses_say_19_times_in_20(
+    field: str, examples: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Reckoning, "spreads", REAL)
+    drawn, wrong = random.Random("typical"), []
+    for k in range(examples):
+        keys = f"&firmware={drawn.choice(list(PROFILES))}&seed={drawn.getrandbits(30)}"
+        with elib.connect(field.replace("ideal", "typical") + keys) as robot:
+            for _ in range(8):
+                robot.drive(drawn.uniform(0.05, 0.5))
+                robot.turn(drawn.uniform(-3, 3))
+            pose = robot.pose()
+            place, heading = off(robot, pose)
+            if place > pose.uncertainty or heading > pose.heading_uncertainty:
+                wrong.append((k, place, heading, pose))
+            assert pose.uncertainty < 1.5
+    assert len(wrong) <= 1 + examples // 20, wrong

@@ -21,6 +21,13 @@ AXLE: Final = 0.053
 """Distance of the wheels' contact points, m. e-puck.org; the firmware's own 1300 steps a turn on the spot
 give 53.3 mm."""
 
+WHEEL_SPREAD: Final = 0.005
+"""Relative standard deviation of the radii of real robots' wheels: 0.003 to 0.005 in the thesis of 2011; four robots in
+which errors of time take part had 0.03 (measured-robots: motion.track_calibration)."""
+
+AXLE_SPREAD: Final = 0.007
+"""The same of their axles (measured-robots: motion.steps_for_a_turn_on_the_spot)."""
+
 STEPS_PER_REVOLUTION: Final = 1000
 """Motor steps for one turn of a wheel: 20 steps a turn of the motor, times the gear's 50 (wire-protocol.md, 5.1)."""
 

@@ -21,8 +21,8 @@ class Pose:
         y: Along the depth of the arena, or to the left from where odometry began, m.
         heading: Direction of travel from the x axis, positive to the left, rad, -pi..pi.
         time: When the robot was there, s on its clock; nan if unknown. It is not compared.
-        uncertainty: By how much the place may be wrong, m: 19 times in 20 it is nearer. Odometry knows neither slip nor
-            a hand that lifts the robot. It is not compared.
+        uncertainty: By how much the place may be wrong, m: 19 times in 20 it is nearer. That real wheels differ by half
+            a percent is in it. Odometry knows neither slip nor a hand that lifts the robot. It is not compared.
         heading_uncertainty: By how much the heading may be wrong, rad, in the same way.
     """
 

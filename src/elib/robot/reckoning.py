@@ -5,6 +5,9 @@ exactly is when a change took effect: some time between the sending of the comma
 changes are moved, as little as needed, until each wheel has made the steps that were counted (least squares). A command
 without an answer was done or was not done; the explanation that fits the counters is taken. Speed and time also say how
 often a counter has wrapped. What no explanation fits is stated as uncertainty of the pose.
+
+No robot has nominal wheels. How much the pose changes with the radius of each wheel and with the axle is followed along
+the path, and the spread of these between real robots is stated as uncertainty, too.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from elib.base.body import AXLE, FASTEST_2, METRES_PER_STEP, wrapped
+from elib.base.body import AXLE, AXLE_SPREAD, FASTEST_2, METRES_PER_STEP, WHEEL_SPREAD, wrapped
 from elib.base.pose import Pose, advanced
 
 FASTEST = 1.1 * FASTEST_2
@@ -41,10 +44,15 @@ MAX_CHANGES = 1000
 """Changes between two readings, above which neighbours are joined into one with their mean speed."""
 MAX_UNSURE = 4
 """Commands without an answer, above which the oldest counts as done: each one doubles the explanations to compare."""
+MAX_BEND, MAX_BENDS = 0.5, 64
+"""rad of a turn in one part of an arc, and parts of an arc, in which the lean of a pose is followed."""
 MAX_RESTARTS = 20
 """Changes before a reading between which a restart is looked for that no greeting showed."""
 
 Pair = tuple[float, float]
+Lean = tuple[float, float, float]
+"""How x, y, m, and the heading, rad, change with the part by which a wheel or the axle exceeds the nominal one."""
+LEVEL: Lean = (0.0, 0.0, 0.0)
 STILL: Pair = (0.0, 0.0)
 UNKNOWN: Pair = (math.nan, math.nan)
 
@@ -87,11 +95,12 @@ class Explanation:
     Attributes:
         fits: Whether it makes the steps that were counted.
         cost: How improbable it is; the least is the best.
-        pose: Where the path ends, with its uncertainty.
+        pose: Where the path ends, with its uncertainty for a robot with nominal wheels.
         swing: How that of the place hangs together with that of the heading.
         steps: What each wheel made.
         speeds: Speeds at the end.
         read_at: When the counters were read, as it fits best.
+        pieces: Steps of both wheels in each piece of the path.
     """
 
     fits: bool
@@ -101,6 +110,7 @@ class Explanation:
     steps: tuple[int, int]
     speeds: Pair
     read_at: float
+    pieces: Sequence[Sequence[float]] = ()
 
 
 class Reckoning:
@@ -111,12 +121,16 @@ class Reckoning:
         time: When that is, s.
 
     Attributes:
+        spreads: Relative standard deviations, around nominal, of a robot's left wheel, right wheel and axle. Where
+            they have been measured, smaller ones can be set.
         startup: Time from a restart until it answers, most likely, s.
         pose: Where it was at the last reading, with the time and the uncertainty.
         left: Steps of the left wheel since the beginning, backwards negative.
         right: Steps of the right wheel since the beginning, backwards negative.
         restarts: How often the counters told that the robot had restarted.
     """
+
+    spreads = WHEEL_SPREAD, WHEEL_SPREAD, AXLE_SPREAD
 
     def __init__(self, pose: Pose, time: float) -> None:
         self.pose = pose
@@ -127,8 +141,10 @@ class Reckoning:
         self._changes: list[Change] = []
         self._count = 0
         self._swing: Pair = (0.0, 0.0)
-        """Covariance of x and y with the heading, m rad, of :attr:`_reckoned`, in squares of its uncertainties."""
-        self._reckoned = pose
+        """Covariance of x and y with the heading, m rad, of :attr:`_nominal`, in squares of its uncertainties."""
+        self._leans = [LEVEL] * len(self.spreads)
+        self._reckoned = self._nominal = pose
+        """The last pose, and the same with the uncertainty that it has for a robot with nominal wheels."""
 
     def change(self, change: Change) -> None:
         """Take a change into account; it may have come before others that are known already, not before a reading."""
@@ -160,7 +176,7 @@ class Reckoning:
             time: The time of the new pose, s.
         """
         if self.pose is not self._reckoned:  # it was set
-            self._swing = 0.0, 0.0
+            self._nominal, self._swing, self._leans = self.pose, (0.0, 0.0), [LEVEL] * len(self.spreads)
         last = self._changes[-1] if self._changes else self._start
         at = max(when.at, last.when.at)
         reading = Change(Moment(min(when.began, at), at, max(at, when.ended)), None, counters)
@@ -176,13 +192,24 @@ class Reckoning:
         turned = max((abs(_turn(best.pose, each.pose)) for each in fitting), default=0.0)
         self.left += best.steps[0]
         self.right += best.steps[1]
-        self._reckoned = self.pose = _spread(best.pose, doubt, turned, time)
+        self._leans = list(_leant(self._leans, self._nominal.heading, best.pieces))
+        self._nominal = _spread(best.pose, doubt, turned, time)
+        self._reckoned = self.pose = self._of_real_wheels(self._nominal)
         self._swing = best.swing
         self._start = Change(reading.when._replace(at=best.read_at), best.speeds, counters)
         # What is still undecided is decided by a later reading.
         others = dict.fromkeys(each.speeds for each in fitting if each.speeds != best.speeds)
         self._changes = [Change(self._start.when, each, None, is_sure=False) for each in others]
         self._count = 0
+
+    def _of_real_wheels(self, pose: Pose) -> Pose:
+        """Return *pose* with the uncertainty that it has because no robot's wheels and axle are nominal."""
+        x, y, heading = (
+            2 * math.hypot(*(spread * lean[k] for spread, lean in zip(self.spreads, self._leans, strict=True)))
+            for k in range(3)
+        )
+        whole = math.hypot(pose.heading_uncertainty, heading)
+        return replace(pose, uncertainty=math.hypot(pose.uncertainty, x, y), heading_uncertainty=min(whole, math.pi))
 
     def _histories(self) -> Iterator[list[Change]]:
         """Yield the changes, with each choice of the unsure ones."""
@@ -250,8 +277,8 @@ class Reckoning:
                 for piece, weight in zip(pieces[first:], weights, strict=True):
                     piece[w] += left_over[w] * weight / whole
         if any(math.isnan(rate[0]) for rate in rates):
-            return Explanation(False, math.inf, self.pose, self._swing, (0, 0), rates[-1], reading.when.at)
-        poses = list(itertools.accumulate(pieces, lambda pose, piece: advanced(pose, *piece), initial=self.pose))
+            return Explanation(False, math.inf, self._nominal, self._swing, (0, 0), rates[-1], reading.when.at)
+        poses = list(itertools.accumulate(pieces, lambda pose, piece: advanced(pose, *piece), initial=self._nominal))
         place, heading, swing = _variances(poses, rates, gains, variances)
         # Steps that were made are counted; only where the robot looked meanwhile is unknown.
         turned = min(1.0, STEP * sum(ways))
@@ -268,6 +295,7 @@ class Reckoning:
             (steps[0], steps[1]),
             rates[-1],
             times[-1],
+            pieces,
         )
 
     def _guess(self, reading: Change, bits: int) -> Explanation:
@@ -288,12 +316,12 @@ class Reckoning:
             unseen, reach = unseen + reach, 0.0
         turned = min(1.0, STEP * reach)
         place = METRES_PER_STEP * (unseen + reach * turned)
-        pose, swing = self._blurred(advanced(self.pose, left, right), place, 2 * STEP * unseen)
-        return Explanation(True, 0.0, pose, swing, (left, right), _rates(marks)[-1], reading.when.at)
+        pose, swing = self._blurred(advanced(self._nominal, left, right), place, 2 * STEP * unseen)
+        return Explanation(True, 0.0, pose, swing, (left, right), _rates(marks)[-1], reading.when.at, [(left, right)])
 
     def _blurred(self, pose: Pose, place: float, heading: float, swing: Pair = (0.0, 0.0)) -> tuple[Pose, Pair]:
         """Return *pose* with the uncertainty that it had before and that of a path to it, and the swing of both."""
-        before = self.pose
+        before = self._nominal
         x, y, turned = pose.x - before.x, pose.y - before.y, before.heading_uncertainty**2
         # An error of the heading turns all that comes behind it, however often the counters are read meanwhile.
         swept = 2 * (x * self._swing[1] - y * self._swing[0]) + (x * x + y * y) * turned
@@ -304,6 +332,28 @@ class Reckoning:
             self._swing[0] - y * turned + swing[0],
             self._swing[1] + x * turned + swing[1],
         )
+
+
+def _leant(leans: Sequence[Lean], heading: float, pieces: Sequence[Sequence[float]]) -> Iterator[Lean]:
+    """Yield how much further each lean is after *pieces* of a path that begins with this heading."""
+    arcs = []
+    for left, right in pieces:
+        left, right = METRES_PER_STEP * left, METRES_PER_STEP * right
+        turn = (right - left) / AXLE
+        parts = min(MAX_BENDS, 1 + int(abs(turn) / MAX_BEND))
+        for part in range(parts):
+            middle = heading + turn * (part + 0.5) / parts
+            arcs.append((left / parts, right / parts, math.cos(middle), math.sin(middle)))
+        heading += turn
+    for k, (x, y, turned) in enumerate(leans):
+        for left, right, cosine, sine in arcs:
+            way = (left + right) / 2
+            longer, further = ((left / 2, -left / AXLE), (right / 2, right / AXLE), (0.0, (left - right) / AXLE))[k]
+            aside = turned + further / 2
+            x += longer * cosine - way * aside * sine
+            y += longer * sine + way * aside * cosine
+            turned += further
+        yield x, y, turned
 
 
 def _moment(change: Change) -> float:

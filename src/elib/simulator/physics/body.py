@@ -80,7 +80,7 @@ class EpuckModel:
         ambient: What the infrared sensors read in the room's light, counts, 0..4095; higher is darker.
         motor_noise: Standard deviation of each wheel's travel in each tick, relative, 0..0.3.
         wheel_spread: Standard deviation of each wheel's radius around nominal, relative, 0..0.1; None: by the quality,
-            0.01 for typical robots.
+            0.005 for typical robots.
         axle_spread: Standard deviation of the axle around nominal, relative, 0..0.1; None: by the quality, 0.007 for
             typical robots.
         ground_module: The robots carry the ground sensor module.

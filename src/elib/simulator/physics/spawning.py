@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
+from elib.base.body import AXLE_SPREAD, WHEEL_SPREAD
 from elib.simulator.physics.body import AXLE, RADIUS
 from elib.simulator.physics.engine import kernel
 from elib.simulator.physics.noise import AXLE_LENGTH, WHEEL, gauss, numbered_key, spread_between
@@ -14,13 +15,6 @@ from elib.simulator.physics.sensors.ground import vary_ground
 from elib.simulator.physics.sensors.proximity import vary_infrared
 
 FOREVER: Final = math.inf
-
-WHEEL_SPREAD: Final = 0.01
-"""Relative standard deviation of the radii of typical robots' wheels: 0.03 between four robots with the errors of time
-and of the marks in it (measured-robots: motion.track_calibration), 0.003 to 0.005 in the thesis of 2011."""
-
-AXLE_SPREAD: Final = 0.007
-"""The same of their axles (measured-robots: motion.steps_for_a_turn_on_the_spot)."""
 
 SLOT: Final = 1 / 256
 """s. An e-puck1 samples its infrared sensors pair by pair, each pair 64 times a second (wire-protocol.md, 5)."""
