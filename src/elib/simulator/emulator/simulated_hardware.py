@@ -64,6 +64,10 @@ FIELD_DEVIATION = 0.7
 FIELD_STEP = 0.15
 """microtesla. One count of the magnetometers of the e-puck2 (their data sheets)."""
 
+RANGING_TIME = 0.106
+"""s between two values of the distance sensor: the firmware sleeps 100 ms, and reads (measured-robots:
+time_of_flight.epuck2)."""
+
 WORD_TIME = 2 * BITS_PER_BYTE / DEFAULT_BAUD
 """s in which a robot's UART sends a number of two bytes, however fast the link is said to be."""
 
@@ -130,6 +134,7 @@ class SimulatedHardware:
         self.soft_iron = (1.0, 0.0, 0.0, 1.0)
         self._cell = BatteryCell(charge, switched_on)
         self._sound, self._sound_ends = 0, switched_on
+        self._ranging, self._range = -1, 0
         self._rates = (0.0, 0.0)
         self._lit = 0.0
         self._position = build.selector
@@ -333,12 +338,15 @@ class SimulatedHardware:
     def distance(self) -> int:
         """Return the time-of-flight distance straight ahead, mm, with the sensor's own bias; 0 without the sensor.
 
-        What it sees nowhere in its reach is 8190.
+        What it sees nowhere in its reach is 8190. The value is kept until the sensor has the next one.
         """
         if not self._build.has_time_of_flight:
             return 0
-        metres = self.world.distance(self.robot_index)
-        return round(1000 * biased(metres)) if metres < REACH else NO_ECHO
+        ranging = int((self._now - self._switched_on) / RANGING_TIME)
+        if ranging != self._ranging:
+            metres = self.world.distance(self.robot_index)
+            self._ranging, self._range = ranging, round(1000 * biased(metres)) if metres < REACH else NO_ECHO
+        return self._range
 
     def press_button(self) -> None:
         """Hold the user button down until :meth:`release_button`."""

@@ -44,6 +44,9 @@ TURNING = 260.0
 SERIES = 40
 """Readings from which the noise of a robot is computed: few, because there are many robots."""
 
+MEMORY = 200
+"""Readings from which the correlation of a noise is computed: it outlasts ten of them."""
+
 WHITE, BLACK, GREY, BLUE = "#ffffff", "#000000", "#a0a0a0", "#2060c0"
 
 
@@ -94,6 +97,9 @@ BLOCK = 0.23 + FORWARD
 
 STILLS = 5
 """Pictures of a block."""
+
+MANY = 40
+"""Pictures of a wall: of 20, one has a broken row."""
 
 POSTS = (0.03, 0.05)
 """Diameters of the posts that stand in a corner, m."""
@@ -211,7 +217,7 @@ class Bench:
 
     async def stills(self, colour: str) -> Numbers:
         """Return pictures between which nothing moves: of a grey wall, or of a box."""
-        return await (self.pictures(GREY, 0.08, 0.4, 10) if colour == GREY else self.pictures(colour))
+        return await (self.pictures(GREY, 0.25, count=MANY) if colour == GREY else self.pictures(colour))
 
     async def packets(self) -> list[float]:
         """Return the times of packets over Wi-Fi without a picture, s."""

@@ -17,9 +17,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from elib.base.body import SENSOR_DIRECTIONS, WHEEL_CIRCUMFERENCE
-from elib.link.protocol.values import Microphones
+from elib.link.protocol.values import locate_sound
 from elib.simulator.physics.optics import FORWARD
-from elib.studies.reality.bench import BLACK, BLUE, DRIVING, GREY, OPEN, PACKET, TURNING, WHITE, Bench, Numbers
+from elib.studies.reality.bench import BLACK, BLUE, DRIVING, GREY, MEMORY, OPEN, PACKET, TURNING, WHITE, Bench, Numbers
 
 Measure: TypeAlias = Callable[[Bench, str], Awaitable[Sequence[float] | Numbers]]
 Of: TypeAlias = Literal["median", "mean", "spread"]
@@ -156,7 +156,7 @@ way("infrared.open_air_spread", of="spread")(_open_air)
 
 @way("ground.noise_memory")
 async def _ground_memory(bench: Bench, case: str) -> Sequence[float]:
-    rows = await bench.once(series, "ground", DRIVING)
+    rows = await bench.series("ground", DRIVING, count=MEMORY)
     return [float(np.corrcoef(each[1:], each[:-1])[0, 1]) for each in rows.T if each.std() > 0]
 
 
@@ -273,20 +273,25 @@ async def _angle(bench: Bench, case: str) -> Sequence[float]:
     turned, aside = await bench.once(_turned), math.radians(number(case))
     places = np.arange(len(turned)) * STEP
     return [
-        float(np.interp(direction + side * aside, places, turned[:, i], period=math.tau))
-        for i, direction in enumerate(SENSOR_DIRECTIONS)
+        float(np.interp(centre + side * aside, places, each, period=math.tau))
+        for each, centre in zip(turned.T, _middles(turned), strict=True)
         for side in (-1, 1)
     ]
 
 
-@way("infrared.directions")
-async def _directions(bench: Bench, case: str) -> Sequence[float]:
-    turned = await bench.once(_turned)
+def _middles(turned: Numbers) -> list[float]:
+    """Return for each sensor the middle of the angles, rad, at which it has more than half of its most light."""
     places, fine = np.arange(len(turned)) * STEP, np.radians(np.arange(360))
-    middles = []
+    found = []
     for each in turned.T:
         seen = np.interp(fine, places, each, period=math.tau)
-        middles.append(np.angle(np.exp(1j * fine[seen > seen.max() / 2]).sum()))
+        found.append(float(np.angle(np.exp(1j * fine[seen > seen.max() / 2]).sum())))
+    return found
+
+
+@way("infrared.directions")
+async def _directions(bench: Bench, case: str) -> Sequence[float]:
+    middles = _middles(await bench.once(_turned))
     turn = middles[int(case.rpartition(" ")[2])] - middles[0]
     return [math.degrees(math.remainder(turn, math.tau)) - 17.0]
 
@@ -326,13 +331,13 @@ async def _printed_grey(bench: Bench, case: str) -> Numbers:
 
 
 async def _heard(bench: Bench, distance: float) -> Numbers:
-    """Return the mean volumes of a sound at *distance*, m: a row for each of :data:`AROUND` directions."""
+    """Return volumes of a sound at *distance*, m, in the shape (:data:`AROUND` directions, readings, microphones)."""
     await bench.place()
     rows = []
     for k in range(AROUND):
         bench.sound(BEEP, distance, k * math.tau / AROUND)
         await bench.robot.sleep(0.1)
-        rows.append(mean(await bench.readings("microphones", 3, PACKET)))
+        rows.append(await bench.readings("microphones", 3, PACKET))
     bench.sound(0.0)
     return np.array(rows)
 
@@ -340,7 +345,7 @@ async def _heard(bench: Bench, distance: float) -> Numbers:
 @way("microphones.contrast")
 @way("microphones.contrast_near")
 async def _contrast(bench: Bench, case: str) -> Numbers:
-    heard = await bench.once(_heard, number(case))
+    heard = (await bench.once(_heard, number(case))).mean(axis=1)
     found: Numbers = heard.max(axis=1) / np.maximum(heard.min(axis=1), 1.0)
     return found
 
@@ -348,9 +353,12 @@ async def _contrast(bench: Bench, case: str) -> Numbers:
 @way("microphones.direction")
 async def _direction(bench: Bench, case: str) -> Sequence[float]:
     heard = await bench.once(_heard, number(case))
-    told = [Microphones(counts=tuple(map(round, each))).direction for each in heard]
-    errors = [math.remainder(each - k * math.tau / AROUND, math.tau) for k, each in enumerate(told) if each is not None]
-    return [math.degrees(math.sqrt(np.mean(np.square(errors))))] if errors else []
+    errors = [
+        math.remainder(locate_sound(each.tolist()).bearing - k * math.tau / AROUND, math.tau)
+        for k, readings in enumerate(heard)
+        for each in readings
+    ]
+    return [math.degrees(math.sqrt(np.mean(np.square(errors))))]
 
 
 @way("microphones.beep_to_beep")
@@ -403,11 +411,13 @@ async def _hue(bench: Bench, case: str) -> Sequence[float]:
 def still_noise(colour: str) -> Measure:
     """Return the measure of the noise between still pictures, where the pixels are not saturated.
 
-    It is the median of the pairs that follow each other: a row that is broken is no noise.
+    It is the median of the pairs that follow each other: a row that is broken is no noise. How much of a small noise
+    rounding leaves depends on the brightness, so of a grey wall all that is around it counts, too.
     """
 
     async def measure(bench: Bench, case: str) -> Sequence[float]:
-        channel = middle(await bench.once(stills, colour))[..., axis(case)]
+        images = await bench.once(stills, colour)
+        channel = (images if colour == GREY else middle(images))[..., axis(case)]
         pairs = np.diff(channel, axis=0)[:, channel.mean(axis=0) < BRIGHT]
         return [float(np.median(pairs.std(axis=1))) / math.sqrt(2)] if pairs.size else []
 

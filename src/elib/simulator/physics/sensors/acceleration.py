@@ -21,11 +21,14 @@ from elib.simulator.physics.records import Records
 RANGE: Final = 2.0 * GRAVITY
 """Most that a chip set to +-2 g reads, m/s2 (firmware)."""
 
-DEVIATION: Final = 0.003 * GRAVITY
-"""Noise of each axis of a robot that stands, m/s2 (measured-robots: accelerometer.epuck2, 1.8 to 2.5 of 768 counts)."""
+DEVIATION: Final = (0.0026 * GRAVITY, 0.0023 * GRAVITY, 0.0033 * GRAVITY)
+"""Noise of a robot that stands, m/s2: forward, to the left, upwards (measured-robots: accelerometer.epuck2, 2.0, 1.8
+and 2.5 of 768 counts)."""
 
-DRIVING: Final = (0.044 * GRAVITY, 0.022 * GRAVITY, 0.040 * GRAVITY)
-"""Noise while it drives, m/s2: forward, to the left, upwards (measured-robots: accelerometer.epuck2)."""
+DRIVING: Final = (0.045 * GRAVITY, 0.022 * GRAVITY, 0.043 * GRAVITY)
+"""Noise while it drives, m/s2: the same axes (measured-robots: accelerometer.epuck2: 34, 17 and 32 of 768 counts). The
+upward part is a little more: with it the length of the vector has that of another robot, 37 to 40 counts
+(accelerometer.magnitude_by_speed)."""
 
 LEVEL: Final = 3.0 / 180.0 * HALF_TURN
 """Sine of the angle by which a typical chip is tilted forward, and to the left: 3 degrees
@@ -50,7 +53,7 @@ def read(world: Records, i: int) -> None:
     out[1] = y * robot.before_heading_x - x * robot.before_heading_y
     out[2] = GRAVITY
     key = tick_key(robot.key, setting.tick)
-    still = setting.sensor_noise * DEVIATION
+    noise = setting.sensor_noise
     shaken = 0.0
     if setting.spread > 0.0:
         shaken = setting.spread * shaking(robot)
@@ -62,7 +65,8 @@ def read(world: Records, i: int) -> None:
             out[2] = cosine * out[2] - sine * ahead
     for axis in range(3):
         value = out[axis]
-        if still > 0.0 or shaken > 0.0:
+        if noise > 0.0 or shaken > 0.0:
+            still = noise * DEVIATION[axis]
             driving = shaken * DRIVING[axis]
             value += sqrt(still * still + driving * driving) * gauss(key, ACCELEROMETER + axis)
         out[axis] = min(max(value, -RANGE), RANGE)

@@ -22,7 +22,7 @@ from elib.base.errors import ArgumentError
 from elib.simulator.physics.body import HEIGHT
 from elib.simulator.physics.floor import Floor
 from elib.simulator.physics.noise import PIXELS, STRIDE, bits, mix, quantiles, tick_key
-from elib.simulator.physics.optics import ABOVE, FORWARD, PIXEL_NOISE, Chip, Lens, gains
+from elib.simulator.physics.optics import ABOVE, FORWARD, Chip, Lens, gains
 from elib.simulator.physics.sensors import brightness as law
 from elib.simulator.physics.sensors.brightness import Floats, Ints, LampArrays
 
@@ -223,20 +223,23 @@ class Camera:
             pictures[first : first + together] = parts[..., 2::-1]
         if scene.noise > 0.0:
             keys = scene.robots.key[list(robots)].tolist()
-            add_noise(pictures, [tick_key(key, scene.tick) for key in keys], scene.noise)
+            add_noise(pictures, [tick_key(key, scene.tick) for key in keys], chip.noise, scene.noise)
         return pictures
 
 
-def add_noise(pictures: NDArray[np.uint8], keys: Sequence[int], factor: float) -> None:
+def add_noise(
+    pictures: NDArray[np.uint8], keys: Sequence[int], deviation: tuple[float, ...], factor: float
+) -> None:
     """Add to each pixel what a chip's noise adds at one tick; what is overexposed stays white.
 
     Args:
         pictures: Red, green, blue, in the shape (pictures, rows, columns, 3); they are changed.
         keys: Keys of the robots' noise at this tick.
+        deviation: Of red, green and blue, counts.
         factor: On the deviations.
     """
     seen = pictures.reshape(len(pictures), -1)
-    noise = _pixel_noise(factor, -(-seen.shape[1] // (3 * NOISES)) + 1)
+    noise = _pixel_noise(deviation, factor, -(-seen.shape[1] // (3 * NOISES)) + 1)
     starts = (3 * (bits(key, PIXELS) % NOISES) for key in keys)
     brighter, darker = np.stack([noise[:, start : start + seen.shape[1]] for start in starts], axis=1)
     np.minimum(brighter, ~seen, out=brighter)
@@ -247,14 +250,14 @@ def add_noise(pictures: NDArray[np.uint8], keys: Sequence[int], factor: float) -
 
 
 @lru_cache(maxsize=8)
-def _pixel_noise(factor: float, times: int) -> NDArray[np.uint8]:
+def _pixel_noise(deviation: tuple[float, ...], factor: float, times: int) -> NDArray[np.uint8]:
     """Return by how much :data:`NOISES` pixels get brighter, and darker: red, green and blue in turn, so often.
 
     Each picture begins somewhere in it, which takes a tenth of the time of drawing each number again.
     """
     words = mix((np.arange(NOISES, dtype=np.uint64) * STRIDE).astype(np.uint32))  # type: ignore[arg-type]
     parts = np.stack((words >> 22, (words >> 11) & 1023, words & 1023), axis=-1)
-    noise = np.round(np.array(quantiles())[parts] * PIXEL_NOISE * factor).reshape(-1)
+    noise = np.round(np.array(quantiles())[parts] * deviation * factor).reshape(-1)
     return np.tile(np.clip((noise, -noise), 0, 255).astype(np.uint8), times)
 
 

@@ -3,7 +3,7 @@
 A source of volume V, in counts peak to peak at 0.1 m, at distance r from a microphone and under the angle a from the
 direction in which the microphone faces, adds
 
-    V (0.1 m / r) (1 + 0.15 cos a) / 1.15
+    V (0.1 m / r) (1 + 0.12 cos a) / 1.12
 
 to the noise of the room. The pressure of a point source falls with 1/r; the body shades the far side a little
 (measured-robots: microphones.with_ears, microphones.bare_turning; from 0 to 0.45 fits one of them). Peaks add up: tones
@@ -36,9 +36,9 @@ FACING_X: Final = tuple(x / length for x, length in zip(PLACE_X, _LENGTHS, stric
 FACING_Y: Final = tuple(y / length for y, length in zip(PLACE_Y, _LENGTHS, strict=True))
 """Each faces away from the middle of the robot."""
 
-SHADE: Final = 0.15
+SHADE: Final = 0.12
 """Part by which a microphone that faces a source hears more than one in its shade, each against one beside it
-(measured-robots: proposals.microphones)."""
+(measured-robots: microphones.with_ears)."""
 
 FLOOR: Final = 4.0
 """Noise of a quiet room, counts peak to peak (measured-robots: microphones.quiet)."""
@@ -70,7 +70,7 @@ RELATIVE_DEVIATION: Final = 0.05
 def read(world: Records, i: int) -> None:
     """Read the microphones of robot *i*: right, left, rear, front, counts peak to peak, 0..4095.
 
-    counts = 4 + sum of V (0.1 m / r) (1 + 0.15 cos a) / 1.15 over the world's sounds and all robots that play. The
+    counts = 4 + sum of V (0.1 m / r) (1 + 0.12 cos a) / 1.12 over the world's sounds and all robots that play. The
     loudspeaker is in the middle of a robot; its own is heard by every microphone from behind.
     """
     robot = world.robots[i]

@@ -17,15 +17,15 @@ from elib.simulator.physics.records import Records
 
 DEGREE: Final = HALF_TURN / 180.0
 
-DEVIATION: Final = 0.15 * DEGREE
-"""Noise of each axis of a robot that stands, rad/s (measured-robots: gyroscope.epuck2, 0.11 to 0.19 degrees/s)."""
+DEVIATION: Final = (0.16 * DEGREE, 0.19 * DEGREE, 0.11 * DEGREE)
+"""Noise of a robot that stands, rad/s: about the forward, the leftward and the upright axis (measured-robots:
+gyroscope.epuck2)."""
 
 RELATIVE_DEVIATION: Final = 0.003
 """Noise in a turn, as a part of it (Webots)."""
 
 DRIVING: Final = (1.1 * DEGREE, 2.3 * DEGREE, 4.9 * DEGREE)
-"""Noise while a robot drives, rad/s: about the forward, the leftward and the upright axis
-(measured-robots: gyroscope.epuck2)."""
+"""Noise while a robot drives, rad/s: the same axes (measured-robots: gyroscope.epuck2)."""
 
 OFFSET: Final = (2.0 * DEGREE, 5.0 * DEGREE, 1.0 * DEGREE)
 """Spread between robots of what these axes read at rest, rad/s (measured-robots: gyroscope.epuck2, two robots; the
@@ -57,7 +57,7 @@ def disturbance(world: Records, i: int, axis: int, rate: float) -> float:
     """Return the error of an axis that turns at *rate*, both in rad/s: the robot's offset, and its noise."""
     robot = world.robots[i]
     setting = world.setting[0]
-    still = setting.sensor_noise * (DEVIATION + RELATIVE_DEVIATION * abs(rate))
+    still = setting.sensor_noise * (DEVIATION[axis] + RELATIVE_DEVIATION * abs(rate))
     offset = shaken = 0.0
     if setting.spread > 0.0:
         offset = setting.spread * OFFSET[axis] * gauss(robot.key, GYROSCOPE_OFFSET + axis)
