@@ -14,8 +14,8 @@ SPACING: Final = 0.00025
 """Distance between the entries of a response table, m: finer than the kinks of every published curve."""
 
 LIGHT: Final = 0.20
-"""A, counts m2: 2000 counts at 1 cm. The sensors of one robot have 1780 on average, those of others 2210, and 1270 to 2700
-each (measured-robots: infrared.distance_8_sensors, infrared.head_on_front_sensors)."""
+"""A, counts m2: 2000 counts at 1 cm. The sensors of one robot have 1780 on average, those of others 2210, and 1270 to
+2700 each (measured-robots: infrared.distance_8_sensors, infrared.head_on_front_sensors)."""
 
 ROOM_READING: Final = 3790.0
 """What a sensor reads of the light of a normal room, and so the most that it reads of its own: real ones saturate at

@@ -31,10 +31,11 @@ PLACES = tuple((SENSOR_RADIUS * x, SENSOR_RADIUS * y) for x, y in (unit(math.rad
 AXES = tuple(unit(angle) for angle in SENSOR_DIRECTIONS)
 
 APERTURE = 30.0
-"""Side rays stand this far from the middle one, degrees: front and diagonal sensors of robots that face a wall then read
-what they should to 10 and 4 % (measured-robots: infrared.head_on_front_sensors). A robot that turned at a touching box
-had twice this light at 35 to 50 degrees (infrared.angle_at_contact). No rays give both: at 45 degrees that robot has
-1.3 of A / (d + d0)^2, the light of a sensor that faces a wall, and the diagonal sensors of the others have 0.5 to 0.6."""
+"""Side rays stand this far from the middle one, degrees: front and diagonal sensors of robots that face a wall then
+read what they should to 10 and 4 % (measured-robots: infrared.head_on_front_sensors). A robot that turned at a touching
+box had twice this light at 35 to 50 degrees (infrared.angle_at_contact). No rays give both: at 45 degrees that robot
+has 1.3 of A / (d + d0)^2, the light of a sensor that faces a wall, and the diagonal sensors of the others have 0.5 to
+0.6."""
 
 NARROW = 15.0
 """The same in Enki, degrees."""

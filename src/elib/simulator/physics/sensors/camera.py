@@ -227,9 +227,7 @@ class Camera:
         return pictures
 
 
-def add_noise(
-    pictures: NDArray[np.uint8], keys: Sequence[int], deviation: tuple[float, ...], factor: float
-) -> None:
+def add_noise(pictures: NDArray[np.uint8], keys: Sequence[int], deviation: tuple[float, ...], factor: float) -> None:
     """Add to each pixel what a chip's noise adds at one tick; what is overexposed stays white.
 
     Args:

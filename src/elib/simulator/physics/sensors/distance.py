@@ -44,7 +44,8 @@ CALIBRATION: Final = (
 )
 """True distance, m, what the sensor reads there, m, and the deviation of that, m (measured-robots:
 proposals.time_of_flight, from time_of_flight.epuck2). It was measured to 1.1 m; beyond, the scale of 1.01 goes on. What
-motion adds to the deviation near the robot, 0.8 mm, is taken off. The first row lets a sensor that reads too little do so at a touch, too."""
+motion adds to the deviation near the robot, 0.8 mm, is taken off. The first row lets a sensor that reads too little do
+so at a touch, too."""
 
 TRUE: Final = tuple(true for true, _, _ in CALIBRATION)
 READS: Final = tuple(reading for _, reading, _ in CALIBRATION)
