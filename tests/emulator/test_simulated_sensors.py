@@ -1,5 +1,6 @@
 """What a robot of a world feels and hears, and what is set by hand, in the counts of its firmware."""
 
+import itertools
 import math
 import statistics
 
@@ -182,6 +183,18 @@ def test_the_distance_sensor_does_not_see_what_is_lower_than_itself():
     low, high = (robot(build=EPUCK2, boxes=(Box(2.5, 2, 0.1, 0.1, height=h),)).distance() for h in (0.03, 0.04))
     assert low > 1500
     assert high == pytest.approx(1000 * (0.45 - 0.034) * 1.06, rel=0.03)
+
+
+def test_the_distance_sensor_has_a_new_value_as_often_as_a_real_one():
+    body = SimulatedHardware(World(Scene(4, 4, starts=(Pose(3, 2),))), build=EPUCK2)
+    read = []
+    for tick in range(1000):
+        body.advance(tick / 100)
+        read.append(body.distance())
+    changes = [k for k in range(1, 1000) if read[k] != read[k - 1]]
+    assert {10, 11} <= {b - a for a, b in itertools.pairwise(changes)}  # in 1/100 s; more where two values are the same
+    assert min(b - a for a, b in itertools.pairwise(changes)) == 10
+    assert 80 < len(changes) <= 10 / 0.106
 
 
 # Sound.

@@ -134,7 +134,8 @@ class SimulatedHardware:
         self.soft_iron = (1.0, 0.0, 0.0, 1.0)
         self._cell = BatteryCell(charge, switched_on)
         self._sound, self._sound_ends = 0, switched_on
-        self._ranging, self._range = -1, 0
+        self._range: float | None = None
+        self._ranges_at = switched_on
         self._rates = (0.0, 0.0)
         self._lit = 0.0
         self._position = build.selector
@@ -145,6 +146,11 @@ class SimulatedHardware:
     def advance(self, time: float) -> None:
         """Let the world run to the last whole tick at or before *time*, s since the robot was switched on."""
         self._now = max(self._now, self._switched_on + time)
+        if self._build.has_time_of_flight and self._now >= self._ranges_at:
+            passed = int((self._now - self._ranges_at) / RANGING_TIME)
+            self.world.run_to(self._ranges_at + passed * RANGING_TIME)
+            self._range = self.world.distance(self.robot_index)
+            self._ranges_at += (passed + 1) * RANGING_TIME
         self.world.run_to(self._now)
 
     def step(self, left: float, right: float) -> None:
@@ -338,15 +344,12 @@ class SimulatedHardware:
     def distance(self) -> int:
         """Return the time-of-flight distance straight ahead, mm, with the sensor's own bias; 0 without the sensor.
 
-        What it sees nowhere in its reach is 8190. The value is kept until the sensor has the next one.
+        What it sees nowhere in its reach is 8190. The sensor has a new value every 0.106 s.
         """
         if not self._build.has_time_of_flight:
             return 0
-        ranging = int((self._now - self._switched_on) / RANGING_TIME)
-        if ranging != self._ranging:
-            metres = self.world.distance(self.robot_index)
-            self._ranging, self._range = ranging, round(1000 * biased(metres)) if metres < REACH else NO_ECHO
-        return self._range
+        metres = self.world.distance(self.robot_index) if self._range is None else self._range
+        return round(1000 * biased(metres)) if metres < REACH else NO_ECHO
 
     def press_button(self) -> None:
         """Hold the user button down until :meth:`release_button`."""
