@@ -3,6 +3,7 @@
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()  # what the sensors read in the open is 0 from now on
     robot.set_speed(0.3, 0.3)  # rev/s; one turn of a wheel is 12.9 cm
     for _ in range(20):
         near = robot.proximity()

@@ -15,6 +15,7 @@ def avoid(near: elib.Proximity) -> tuple[float, float]:
 
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()  # what the sensors read in the open is 0 from now on
     while robot.time < 60:
         robot.set_speed(*avoid(robot.proximity()))
         robot.sleep(0.1)

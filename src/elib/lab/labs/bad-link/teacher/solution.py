@@ -16,8 +16,12 @@ def avoid(near: elib.Proximity) -> tuple[float, float]:
 
 with elib.reconnecting() as robot:
     quick = robot.within(0.3)  # an answer usually takes 0.1 s
+    is_calibrated = False
     while robot.time < 40:
         try:
+            if not is_calibrated:
+                robot.calibrate_proximity()  # takes 3 s, so not quick; if its answer is lost, do it again
+                is_calibrated = True
             quick.set_speed(*avoid(quick.proximity()))
         except (elib.ReplyTimeout, elib.RemoteProtocolError, elib.LinkLost):
             robot.within(10).stop()  # the link may need a while to come back

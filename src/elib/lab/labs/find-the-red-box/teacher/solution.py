@@ -17,6 +17,7 @@ def find_red(robot: elib.BlockingEpuck) -> float | None:
 
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()  # what the sensors read in the open is 0 from now on
     robot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
     while (direction := find_red(robot)) is None:
         robot.turn(math.radians(12))

@@ -18,6 +18,7 @@ def follow(near: elib.Proximity) -> tuple[float, float]:
 
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()  # what the sensors read in the open is 0 from now on
     while True:
         robot.set_speed(*follow(robot.proximity()))
         robot.sleep(0.1)

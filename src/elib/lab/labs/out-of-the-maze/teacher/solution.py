@@ -19,6 +19,7 @@ def follow(near: elib.Proximity) -> tuple[float, float]:
 
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()  # what the sensors read in the open is 0 from now on
     floor = max(robot.ground()[:3])
     while max(robot.ground()[:3]) > BLACK * floor:
         robot.set_speed(*follow(robot.proximity()))

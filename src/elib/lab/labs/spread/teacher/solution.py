@@ -8,6 +8,7 @@ import elib
 DIRECTIONS = (-17, -46, -90, -151, 151, 90, 46, 17)
 CRUISE = 0.4  # rev/s
 NEAR = 15  # counts of a mean of readings; less is noise
+ROUND = 6.5  # s; so long a turn takes at 0.2 rev/s
 SECONDS = 35  # time to spread
 
 
@@ -25,12 +26,14 @@ def scatter(near: list[float]) -> tuple[float, float]:
 
 
 async def spread(robot: elib.Epuck) -> None:
-    mean = [0.0] * 8
-    end = robot.time + SECONDS
-    while robot.time < end:
-        near = await robot.proximity()
-        mean = [0.7 * before + 0.3 * now for before, now in zip(mean, near, strict=True)]
-        await robot.set_speed(*scatter(mean))
+    mean: list[float] = list(await robot.proximity())
+    open_air = mean  # the least that each sensor has read so far
+    begin = robot.time
+    while robot.time < begin + SECONDS:
+        mean = [0.7 * before + 0.3 * now for before, now in zip(mean, await robot.proximity(), strict=True)]
+        open_air = [min(pair) for pair in zip(open_air, mean, strict=True)]
+        speeds = scatter([now - free for now, free in zip(mean, open_air, strict=True)])
+        await robot.set_speed(*(speeds if robot.time > begin + ROUND else (-0.2, 0.2)))  # first look all round
         await robot.sleep(0.15)
 
 

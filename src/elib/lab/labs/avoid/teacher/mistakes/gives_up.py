@@ -2,6 +2,7 @@
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     while robot.time < 60:
         near = robot.proximity()
         if near.front_left + near.front_right + near.diagonal_left + near.diagonal_right > 300:

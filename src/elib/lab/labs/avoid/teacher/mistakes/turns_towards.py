@@ -2,6 +2,7 @@
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     while robot.time < 60:
         near = robot.proximity()
         right = near.front_right + near.diagonal_right

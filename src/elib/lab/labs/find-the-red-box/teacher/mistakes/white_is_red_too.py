@@ -4,6 +4,7 @@ import math
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     robot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
     while (robot.image().pixels[:, :, 0] > 60).sum() < 20:
         robot.turn(math.radians(25))

@@ -4,6 +4,7 @@ import math
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     robot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
     near = robot.proximity()
     while max(near.front_left, near.front_right) < 300:

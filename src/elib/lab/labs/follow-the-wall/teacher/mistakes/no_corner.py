@@ -2,6 +2,7 @@
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     while True:
         near = robot.proximity()
         turn = max(-0.2, min(0.2, 0.0007 * (near.diagonal_right + near.right / 2 - 150)))

@@ -2,6 +2,7 @@
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     while True:
         near = robot.proximity()
         if max(near.front_right, near.front_left) > 200:

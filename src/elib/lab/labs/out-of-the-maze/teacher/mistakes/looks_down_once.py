@@ -2,6 +2,7 @@
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     ground = robot.ground()
     floor = ground[0]
     while ground[0] > 0.85 * floor:

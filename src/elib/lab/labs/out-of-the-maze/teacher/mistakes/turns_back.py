@@ -4,6 +4,7 @@ import math
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     floor = max(robot.ground()[:3])
     while max(robot.ground()[:3]) > 0.85 * floor:
         near = robot.proximity()

@@ -2,6 +2,7 @@
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     near = robot.proximity()
     robot.set_speed(0.2, 0.2)
     while near.front_left < 500:

@@ -2,6 +2,7 @@
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     robot.set_speed(0.2, 0.2)
     while robot.proximity().front_left > 500:
         robot.sleep(0.05)
