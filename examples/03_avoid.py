@@ -11,6 +11,7 @@ def avoid(near: elib.Proximity, cruise: float = 0.4) -> elib.Wheels:
 
 
 async def main(robot: elib.Epuck) -> None:
+    await robot.calibrate_proximity()  # in the open: what the sensors read there is 0 from now on
     began = robot.time
     nearest = 0
     while robot.time < began + 10:

@@ -16,6 +16,7 @@ async def blink(robot: elib.Epuck) -> None:
 
 
 async def main(robot: elib.Epuck) -> None:
+    await robot.calibrate_proximity()  # in the open: what the sensors read there is 0 from now on
     light = asyncio.create_task(blink(robot))
     began = robot.time
     try:

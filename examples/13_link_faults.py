@@ -1,15 +1,17 @@
 """Test a program over a bad link: it must survive lost, late and halved answers, and enough of them."""
 
 import elib
+from elib.behaviours import OpenAir
 from elib.testing import faults_of, with_faults
 
 
 async def wander(robot: elib.Epuck, seconds: float) -> int:
     """Turn away from what is near; stop whenever a reading fails, and return how often that was."""
     failures, end = 0, robot.time + seconds
+    open_air = OpenAir()  # learns what each sensor reads in the open, and subtracts it
     while robot.time < end:
         try:
-            near = await robot.within(0.3).proximity()
+            near = open_air(await robot.within(0.3).proximity())
             await robot.within(0.3).set_speed(0.3, 0.3 if max(near) < 300 else -0.3)
         except (elib.ReplyTimeout, elib.RemoteProtocolError):
             failures += 1

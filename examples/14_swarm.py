@@ -1,6 +1,7 @@
 """Let a crowd of robots scatter: all in one world, each with its own connection."""
 
 import elib
+from elib.behaviours import OpenAir
 
 URLS = elib.robot_urls("sim://crowd?robots=8&speed=max")  # or what the command line names
 
@@ -8,8 +9,9 @@ URLS = elib.robot_urls("sim://crowd?robots=8&speed=max")  # or what the command 
 async def wander(robot: elib.Epuck) -> float:
     """Turn away from whatever is near for 10 s, and return the distance driven, m."""
     end = robot.time + 10
+    open_air = OpenAir()  # learns what each sensor reads in the open, and subtracts it
     while robot.time < end:
-        near = await robot.proximity()
+        near = open_air(await robot.proximity())
         left, right = near.front_left + near.diagonal_left, near.front_right + near.diagonal_right
         await robot.set_speed(*((0.5, 0.5) if left + right < 200 else (0.4, -0.4) if left > right else (-0.4, 0.4)))
         await robot.sleep(0.1)

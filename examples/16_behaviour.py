@@ -3,7 +3,7 @@
 import math
 
 import elib
-from elib.behaviours import RunContext, behaviour, play, react
+from elib.behaviours import OpenAir, RunContext, behaviour, play, react
 
 URL = elib.robot_url("sim://arena?speed=max&loss=0.02")  # or what the command line names
 
@@ -17,9 +17,10 @@ def turn_away(near: elib.Proximity) -> float:
 @behaviour
 async def roam(robot: elib.Epuck, run: RunContext) -> None:
     """Go straight on, and turn away from whatever is near."""
+    open_air = OpenAir()  # learns what each sensor reads in the open, and subtracts it
 
     async def step(view: elib.Epuck) -> None:
-        angle = turn_away(await view.proximity())
+        angle = turn_away(open_air(await view.proximity()))
         run.state("turning" if angle else "driving")
         if angle:
             await robot.turn(angle + run.random.uniform(-0.3, 0.3))

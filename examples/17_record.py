@@ -4,6 +4,7 @@ import elib
 
 
 async def main(robot: elib.Epuck) -> None:
+    await robot.calibrate_proximity()  # in the open: what the sensors read there is 0 from now on
     with robot.record("run.mcap") as recorder:
         for _ in range(30):
             near = await robot.proximity()

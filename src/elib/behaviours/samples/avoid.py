@@ -3,6 +3,7 @@
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()  # put it in the open: what the sensors read there is 0 from now on
     end = robot.time + 20
     while robot.time < end:
         near = robot.proximity()  # eight sensors: a higher number is nearer

@@ -6,6 +6,7 @@ import elib
 @elib.behaviour(world="maze")
 async def explore(robot: elib.Epuck, run: elib.RunContext) -> None:
     """Explore a room until the time is over."""
+    await robot.calibrate_proximity()  # put it in the open: what the sensors read there is 0 from now on
     while True:
         near = await robot.proximity()
         if max(near.front_left, near.front_right) > 300:

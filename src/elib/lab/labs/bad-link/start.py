@@ -3,6 +3,7 @@
 import elib
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()  # what the sensors read in the open is 0 from now on
     robot.set_speed(0.1, 0.1)
     try:
         while True:

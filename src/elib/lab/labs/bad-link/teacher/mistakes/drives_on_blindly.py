@@ -13,6 +13,7 @@ def avoid(near):
 
 
 with elib.reconnecting() as robot:
+    robot.calibrate_proximity()
     while robot.time < 40:
         try:
             robot.set_speed(*avoid(robot.proximity()))

@@ -13,6 +13,7 @@ def avoid(near):
 
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     while robot.time < 40:
         robot.set_speed(*avoid(robot.proximity()))
         robot.sleep(0.1)

@@ -13,6 +13,7 @@ def avoid(near):
 
 
 with elib.connect() as robot:
+    robot.calibrate_proximity()
     quick = robot.within(0.3)
     while robot.time < 40:
         try:

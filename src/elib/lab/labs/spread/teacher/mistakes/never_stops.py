@@ -1,10 +1,12 @@
 # fails: apart: each robot wanders for ever, also when no other is near, so they meet again
 import elib
+from elib.behaviours import OpenAir
 
 
 async def scatter(robot: elib.Epuck) -> None:
+    open_air = OpenAir()
     while True:
-        near = await robot.proximity()
+        near = open_air(await robot.proximity())
         left = near.front_left + near.diagonal_left
         right = near.front_right + near.diagonal_right
         if left + right < 100:
