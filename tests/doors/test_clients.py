@@ -166,11 +166,11 @@ async def said(process: asyncio.subprocess.Process) -> tuple[str, str]:
     return out.decode(), error.decode()
 
 
-async def test_each_client_has_less_than_60_lines() -> None:
+async def test_each_client_has_less_than_70_lines() -> None:
     for path in CLIENTS.glob("*/*"):
         if path.suffix != ".md":
             lines = path.read_text(encoding="utf-8").splitlines()
-            assert len(lines) < 60, path
+            assert len(lines) < 70, path
             assert max(map(len, lines)) <= 130, path
 
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 namespace asio = boost::asio;
@@ -28,9 +29,16 @@ json receive() {
     return message;
 }
 
+/** How much more a sensor reads now than in the open, which is the least that it has read so far. */
+double above(const json& near, const std::string& sensor) {
+    static std::map<std::string, double> open_air;
+    const double count = near[sensor], least = open_air.emplace(sensor, count).first->second;
+    return count - (open_air[sensor] = std::min(least, count));
+}
+
 /** What is near slows the wheel of the other side, so the robot turns away; in revolutions per second. */
 double wheel(const json& near, const std::string& side) {
-    const double counts = near["front_" + side].get<double>() + near["diagonal_" + side].get<double>();
+    const double counts = above(near, "front_" + side) + above(near, "diagonal_" + side);
     return std::max(-0.5, std::round(5 - counts / 80) / 10);
 }
 

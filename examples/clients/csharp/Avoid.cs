@@ -1,5 +1,6 @@
 // Wander for some seconds without hitting anything: mono Avoid.exe [SECONDS] [URL]
 using System;
+using System.Collections.Generic;
 using System.Net.WebSockets;
 using System.Runtime.Serialization.Json; // Mono and .NET have it: it reads JSON as XML
 using System.Text;
@@ -28,7 +29,10 @@ static class Avoid
         if (!(message.Element("error") is XElement error)) return message;
         throw new Exception($"{error.Element("kind").Value}: {error.Element("message").Value}");
     }
-    static int Count(XElement near, string sensor) => (int)near.Element(sensor);
+    // The least that each sensor has read so far: that is what it reads in the open, and it is subtracted.
+    static readonly Dictionary<string, int> OpenAir = new Dictionary<string, int>();
+    static int Count(XElement near, string sensor) => (int)near.Element(sensor) - (OpenAir[sensor] =
+        Math.Min((int)near.Element(sensor), OpenAir.TryGetValue(sensor, out var least) ? least : 4095));
     // What is near slows the wheel of the other side, so the robot turns away; in revolutions per second.
     static string Wheel(XElement near, string side) => XmlConvert.ToString(Math.Max(-0.5,
         Math.Round(0.5 - (Count(near, "front_" + side) + Count(near, "diagonal_" + side)) / 800.0, 1)));

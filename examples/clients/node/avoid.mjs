@@ -16,10 +16,16 @@ function fail(reason) {
 const send = (message) => socket.send(JSON.stringify(message));
 const request = (message) => new Promise((resolve) => send({ ...message, id: waiting.push(resolve) }));
 
+const openAir = {}; // the least that each sensor has read so far
+
+/** How much more a sensor reads now than in the open. */
+const above = (near, sensor) => near[sensor] - (openAir[sensor] = Math.min(openAir[sensor] ?? 4095, near[sensor]));
+
 /** What is near slows the wheel of the other side, so the robot turns away; in revolutions per second. */
 function avoid(near, cruise = 0.5) {
-  const wheel = (counts) => Math.max(-cruise, Math.round((cruise - counts / 800) * 20) / 20);
-  return { left: wheel(near.front_right + near.diagonal_right), right: wheel(near.front_left + near.diagonal_left) };
+  const counts = (side) => above(near, `front_${side}`) + above(near, `diagonal_${side}`);
+  const wheel = (side) => Math.max(-cruise, Math.round((cruise - counts(side) / 800) * 20) / 20);
+  return { left: wheel("right"), right: wheel("left") };
 }
 
 /** Send new speeds, or that we are still here. Without a new reading we send nothing, and elib stops the robot. */

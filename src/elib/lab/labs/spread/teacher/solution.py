@@ -9,7 +9,8 @@ DIRECTIONS = (-17, -46, -90, -151, 151, 90, 46, 17)
 CRUISE = 0.4  # rev/s
 NEAR = 15  # counts of a mean of readings; less is noise
 ROUND = 6.5  # s; so long a turn takes at 0.2 rev/s
-SECONDS = 35  # time to spread
+ON = 0.3  # s to drive on when nothing is near any more
+SECONDS = 45  # time to spread
 
 
 def scatter(near: list[float]) -> tuple[float, float]:
@@ -28,12 +29,18 @@ def scatter(near: list[float]) -> tuple[float, float]:
 async def spread(robot: elib.Epuck) -> None:
     mean: list[float] = list(await robot.proximity())
     open_air = mean  # the least that each sensor has read so far
-    begin = robot.time
+    begin = seen = robot.time
     while robot.time < begin + SECONDS:
         mean = [0.7 * before + 0.3 * now for before, now in zip(mean, await robot.proximity(), strict=True)]
         open_air = [min(pair) for pair in zip(open_air, mean, strict=True)]
         speeds = scatter([now - free for now, free in zip(mean, open_air, strict=True)])
-        await robot.set_speed(*(speeds if robot.time > begin + ROUND else (-0.2, 0.2)))  # first look all round
+        if robot.time < begin + ROUND:
+            speeds = (-0.2, 0.2)  # look all round
+        elif any(speeds):
+            seen = robot.time if min(speeds) >= 0 else 0.0  # after a turn on the spot it is free already
+        elif robot.time < seen + ON:
+            speeds = (CRUISE, CRUISE)
+        await robot.set_speed(*speeds)
         await robot.sleep(0.15)
 
 
