@@ -13,7 +13,11 @@ def find_red(robot: elib.BlockingEpuck) -> float | None:
     """Take a picture; return in which direction something red is, rad to the left; None if there is nothing red."""
     picture = robot.image()
     red = picture.find("red")
-    return None if red is None else picture.bearing(red.column)
+    if red is None:
+        return None
+    pixel = [int(value) for value in picture.pixels[int(red.row), int(red.column)]]
+    is_red = pixel[0] > 1.4 * max(pixel[1:])  # to some cameras a grey wall is a little red
+    return picture.bearing(red.column) if is_red else None
 
 
 with elib.connect() as robot:
