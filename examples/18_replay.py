@@ -4,6 +4,7 @@ import tempfile
 from pathlib import Path
 
 import elib
+from elib.behaviours import OpenAir
 
 URL = elib.robot_url("sim://?speed=max")  # or what the command line names
 
@@ -11,11 +12,13 @@ URL = elib.robot_url("sim://?speed=max")  # or what the command line names
 def approach(robot: elib.BlockingEpuck) -> list[int]:
     """Drive until something is near; return what was seen on the way."""
     seen: list[int] = []
-    robot.calibrate_proximity()  # in the open: what the sensors read there is 0 from now on
+    open_air = OpenAir()  # learns what each sensor reads in the open, and subtracts it
     robot.set_speed(0.5, 0.5)
-    while max(robot.proximity()) < 300 and len(seen) < 200:
-        seen.append(max(robot.proximity()))
+    near = robot.proximity()
+    while max(open_air(near)) < 300 and len(seen) < 200:
+        seen.append(sum(near))
         robot.sleep(0.05)
+        near = robot.proximity()
     robot.stop()
     return seen
 
@@ -29,5 +32,5 @@ with tempfile.TemporaryDirectory() as folder:
     with elib.connect(f"replay://{file}?speed=max") as robot:
         print("the same again:", approach(robot) == live)
 
-    with elib.connect(f"replay://{file}?fork=4.0&speed=max") as robot:
-        print("looks at the same wall from further off:", max(robot.proximity()) < max(live))
+    with elib.connect(f"replay://{file}?fork=1.0&speed=max") as robot:
+        print("looks at the same wall from further off:", sum(robot.proximity()) < max(live))
