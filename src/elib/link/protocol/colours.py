@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     import numpy
     from numpy.typing import NDArray
 
-    Floats = NDArray[numpy.float64]
+    Bytes = NDArray[numpy.uint8]
+    Floats = NDArray[numpy.float32]
+    Planes = Bytes | Floats
     Mask = NDArray[numpy.bool_]
 
 
@@ -132,11 +134,12 @@ def find(pixels: NDArray[numpy.uint8], hue: Hue, *, smallest: float = MIN_SHARE)
     largest = int(sizes.argmax())
     if sizes[largest] < smallest * mask.size:
         return None
-    chosen = np.zeros(mask.shape[0] * (mask.shape[1] + 1), bool)
-    for start, end in zip(first[area == largest], last[area == largest], strict=True):
-        chosen[start:end] = True
-    rows, columns = chosen.reshape(len(mask), -1).nonzero()
-    return Blob(len(rows), float(columns.mean()), float(rows.mean()), int(columns.min()), int(columns.max()))
+    first, last = first[area == largest], last[area == largest]
+    row, left = np.divmod(first, mask.shape[1] + 1)
+    lengths = last - first
+    right = left + lengths - 1
+    column, row = (np.average(each, weights=lengths) for each in ((left + right) / 2, row))
+    return Blob(int(lengths.sum()), float(column), float(row), int(left.min()), int(right.max()))
 
 
 def coloured(pixels: NDArray[numpy.uint8], hue: Hue) -> Mask:
@@ -158,77 +161,92 @@ def coloured(pixels: NDArray[numpy.uint8], hue: Hue) -> Mask:
             f"a picture of shape {pixels.shape} has no colours; it must be (height, width, 3)",
             hint="set the camera to CameraMode.COLOUR",
         )
-    wanted = list(Hue).index(hue)
-    seen = _without_torn_rows(pixels.astype(float))
-    seen = _without_torn_rows(seen.transpose(1, 0, 2)).transpose(1, 0, 2)  # The rows of a chip that is turned.
+    seen = np.ascontiguousarray(np.moveaxis(pixels, 2, 0), np.uint8)  # Red, green, blue.
+    seen = _without_torn_rows(seen)
+    seen = _without_torn_rows(seen.swapaxes(1, 2)).swapaxes(1, 2)  # The rows of a chip that is turned.
     grey, is_full = _grey(seen), seen >= FULL
-    vivid = _is_vivid(seen / grey) & (_is_vivid(seen) | ~is_full.any(axis=2))  # Overexposed white has no cast.
-    brighter = np.where(is_full, BEYOND * seen, seen)
-    return vivid & (_has_hue(seen / grey, wanted) | _has_hue(brighter / grey, wanted))
+    weighed: Floats = np.divide(seen, grey, dtype=np.float32)
+    vivid = _is_vivid(weighed)
+    has_hue = _has_hue(weighed, hue)
+    if is_full.any():
+        vivid &= _is_vivid(seen) | ~is_full.any(axis=0)  # Overexposed white has no cast.
+        has_hue |= _has_hue(np.where(is_full, np.float32(BEYOND) * weighed, weighed), hue)
+    return vivid & has_hue
 
 
-def _is_vivid(pixels: Floats) -> Mask:
+def _is_vivid(planes: Planes) -> Mask:
     """Return which pixels have a colour."""
-    import numpy as np
-
-    high, low = pixels.max(axis=2), pixels.min(axis=2)
-    vivid: Mask = (high >= DARK) & (high - low >= np.maximum(VIVID * high, DIFFERENCE))
+    high, low = planes.max(axis=0), planes.min(axis=0)
+    vivid: Mask = (high >= DARK) & (high - low >= DIFFERENCE) & (low <= (1 - VIVID) * high)
     return vivid
 
 
-def _has_hue(pixels: Floats, wanted: int) -> Mask:
-    """Return whose hue is nearest to that of the colour of this number."""
+def _has_hue(planes: Planes, hue: Hue) -> Mask:
+    """Return whose hue is nearest to that of a colour: it lies between two rays in the plane of hues."""
     import numpy as np
 
-    red, green, blue = np.moveaxis(pixels, 2, 0)
-    angle = np.degrees(np.arctan2(math.sqrt(3) * (green - blue), 2 * red - green - blue))
-    off = np.stack([np.abs((angle - each + 180) % 360 - 180) for each in Hue])
-    near: Mask = (off.argmin(axis=0) == wanted) & (off[wanted] <= FARTHEST)
-    return near
+    nearest = [(each - hue + 180) % 360 - 180 for each in Hue if each is not hue]
+    after = min(min(each for each in nearest if each > 0) / 2, FARTHEST)
+    before = max(max(each for each in nearest if each < 0) / 2, -FARTHEST)
+    sides = []
+    for off, side in ((before, 1), (after, -1)):
+        x, y = (side * part(math.radians(hue + off)) for part in (math.cos, math.sin))
+        sides.append((-2 * y, math.sqrt(3) * x + y, y - math.sqrt(3) * x))  # x times sqrt(3) (G - B) - y (2 R - G - B)
+    left, right = np.tensordot(np.array(sides, np.float32), planes, 1)
+    mask: Mask = (left >= 0) & (right >= 0)
+    return mask
 
 
-def _without_torn_rows(pixels: Floats) -> Floats:
+def _without_torn_rows(planes: Bytes) -> Bytes:
     """Return a picture with the row above in place of each row that a lost byte shifted.
 
-    Three quarters of its pixels are unlike those above, and unlike those below.
+    More than three quarters of its pixels are unlike those above, and unlike those below.
     """
     import numpy as np
 
-    if len(pixels) < 3 or pixels.shape[1] < FEW:
-        return pixels
-    change = np.quantile(np.abs(np.diff(pixels, axis=0)).max(axis=2), 0.25, axis=1)  # From each row to the next.
-    torn = 1 + np.flatnonzero(np.minimum(change[:-1], change[1:]) >= TORN)
-    source = np.arange(len(pixels))
+    _, rows, columns = planes.shape
+    if rows < 3 or columns < FEW:
+        return planes
+    upper, lower = planes[:, :-1], planes[:, 1:]
+    change = (np.maximum(upper, lower) - np.minimum(upper, lower)).max(axis=0)
+    differs = (change >= TORN).sum(axis=1) > 0.75 * columns  # From each row to the next.
+    torn = 1 + np.flatnonzero(differs[:-1] & differs[1:])
+    if not len(torn):
+        return planes
+    source = np.arange(rows)
     source[torn] -= 1
-    return pixels[source]
+    return planes[:, source]
 
 
-def _grey(pixels: Floats) -> Floats:
+def _grey(planes: Bytes) -> Floats:
     """Return how red, green and blue a picture's grey is; their mean is 1. All are 1 where nothing is white or grey.
 
-    It is the most frequent of all colours that may be grey, and the paler ones are likelier.
+    It is the most frequent of all colours that may be grey, and the paler ones are likelier. Of shape (3, 1, 1).
     """
     import numpy as np
 
-    high, low = pixels.max(axis=2), pixels.min(axis=2)
+    red, green, blue = planes
+    high, low = planes.max(axis=0), planes.min(axis=0)
+    middle = np.maximum(np.minimum(red, green), np.minimum(np.maximum(red, green), blue))
     # With one channel overexposed, orange may look like grey in warm light; then the two others must be alike.
-    is_known = (high < FULL) | (low >= WHITE) | (low >= ALIKE * np.median(pixels, axis=2))
-    some = pixels[is_known & (high >= DARK) & (low >= (1 - PALE) * high)]
-    if len(some) < ENOUGH * high.size:
-        return np.ones(3)
-    ratios = np.log(some[:, ::2] / some[:, 1:2])  # Of red and of blue to green.
-    cells = np.rint(ratios / CELL).astype(int)
+    is_known = (high < FULL) | (low >= WHITE) | (low >= np.float32(ALIKE) * middle)
+    is_known &= (high >= DARK) & (low >= np.float32(1 - PALE) * high)
+    some = planes.reshape(3, -1)[:, np.flatnonzero(is_known)]
+    if some.shape[1] < ENOUGH * high.size:
+        return np.ones((3, 1, 1), np.float32)
+    red, green, blue = (np.log(np.maximum(np.arange(256), 1)) / CELL).astype(np.float32)[some]
     reach = int(math.log(1 / (1 - PALE)) / CELL) + 2
     size = 2 * reach + 1
-    count = np.bincount((cells + reach) @ (size, 1), minlength=size * size).reshape(size, size)
-    around = sum(np.roll(count, shift, axis=(0, 1)) for shift in np.ndindex(3, 3))  # Of the cell before each.
-    off = CELL * np.arange(-reach, reach + 1)
+    cell = (size * np.rint(red - green) + np.rint(blue - green)).astype(np.int64) + (size + 1) * reach
+    count = np.bincount(cell, minlength=size * size).reshape(size, size)
+    around = sum(count[i : size - 2 + i, k : size - 2 + k] for i, k in np.ndindex(3, 3))
+    off = CELL * np.arange(1 - reach, reach)
     likely = np.exp(-(off**2) / (2 * CAST**2))
-    best = np.array(
-        np.unravel_index(np.argmax(np.roll(around, (-1, -1), axis=(0, 1)) * np.outer(likely, likely)), (size, size))
-    )
-    mean: Floats = some[(np.abs(cells + reach - best) <= 1).all(axis=1)].mean(axis=0)
-    grey: Floats = mean / mean.mean()
+    row, column = np.divmod(np.argmax(around * np.outer(likely, likely)), size - 2)
+    is_near = np.zeros((size, size), bool)
+    is_near[row : row + 3, column : column + 3] = True
+    mean = some[:, is_near.ravel()[cell]].mean(axis=1)
+    grey: Floats = (mean / mean.mean()).astype(np.float32)[:, np.newaxis, np.newaxis]
     return grey
 
 
@@ -239,22 +257,18 @@ def _areas(mask: Mask) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDAr
     """
     import numpy as np
 
-    edges = np.diff(np.pad(np.pad(mask, ((0, 0), (0, 1))).ravel().astype(np.int8), 1))
-    first, last = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    area = list(range(len(first)))
-
-    def root(run: int) -> int:
-        while area[run] != run:
-            area[run] = run = area[area[run]]
-        return run
-
-    starts, ends, stride = first.tolist(), last.tolist(), mask.shape[1] + 1
-    upper = 0
-    for run, (start, end) in enumerate(zip(starts, ends, strict=True)):
-        while ends[upper] <= start - stride:
-            upper += 1
-        other = upper
-        while other < run and starts[other] < end - stride:
-            area[root(run)] = root(other)
-            other += 1
-    return first, last, np.array([root(run) for run in range(len(area))], np.int64)
+    stride = mask.shape[1] + 1
+    edges = np.flatnonzero(np.diff(np.pad(mask, ((0, 0), (0, 1))).ravel(), prepend=False))
+    first, last = edges[::2], edges[1::2]
+    # The runs of the row above that touch each one follow one another.
+    begin = np.searchsorted(last, first - stride, side="right")
+    touching = np.searchsorted(first, last - stride) - begin
+    lower = np.repeat(np.arange(len(first)), touching)
+    upper = np.arange(len(lower)) + np.repeat(begin - np.cumsum(touching) + touching, touching)
+    area = np.arange(len(first))
+    while not np.array_equal(area[lower], area[upper]):  # Each area joins the one with the lowest number beside it.
+        one, other = area[lower], area[upper]
+        np.minimum.at(area, one, other)
+        np.minimum.at(area, other, one)
+        area = area[area]
+    return first, last, area
