@@ -52,6 +52,41 @@ class Blob(NamedTuple):
     right: int
 
 
+class Grey:
+    """How red, green and blue grey is in the pictures of one camera.
+
+    It is the most frequent of all colours that may be grey, in the picture that shows most of it, and the paler ones
+    are likelier. A thing near the camera may hide all that is grey, so keep one for all pictures of a robot.
+    """
+
+    def __init__(self) -> None:
+        """Know nothing."""
+        self._shares: NDArray[numpy.float64] | None = None
+
+    def learn(self, planes: Bytes) -> Floats:
+        """Return the grey of the pictures so far and of this one: its mean is 1, its shape (3, 1, 1).
+
+        All three are 1 where nothing is white or grey.
+
+        Args:
+            planes: A picture of shape (3, height, width).
+        """
+        import numpy as np
+
+        shares = _shares(planes)
+        if self._shares is not None:
+            shares = np.where(shares[0] > self._shares[0], shares, self._shares)
+        self._shares = shares
+        off = CELL * np.arange(1 - REACH, REACH)
+        likely = np.exp(-(off**2) / (2 * CAST**2))
+        row, column = np.divmod(np.argmax(shares[0] * np.outer(likely, likely)), len(off))
+        mean = shares[1:, row, column, np.newaxis, np.newaxis]
+        if shares[0, row, column] < ENOUGH:
+            mean = np.ones((3, 1, 1))
+        grey: Floats = (mean / mean.mean()).astype(np.float32)
+        return grey
+
+
 TORN: Final = 24
 """Counts by which a row that has lost a byte is unlike both of its neighbours: three steps of RGB565."""
 
@@ -80,6 +115,9 @@ CAST: Final = 0.14
 
 CELL: Final = 0.1
 """Logarithms of ratios that differ by less are of one grey: a step of RGB565 in a dim room."""
+
+REACH: Final = int(math.log(1 / (1 - PALE)) / CELL) + 2
+"""Cells from the middle to the edge of the table of what may be grey."""
 
 FULL: Final = 248
 """Counts from which a channel may be brighter than the chip can tell."""
@@ -113,20 +151,23 @@ def hue_named(name: str) -> Hue:
         raise ArgumentError(f"there is no colour {name!r}", hint=f"choose one of {choices}") from None
 
 
-def find(pixels: NDArray[numpy.uint8], hue: Hue, *, smallest: float = MIN_SHARE) -> Blob | None:
+def find(
+    pixels: NDArray[numpy.uint8], hue: Hue, *, smallest: float = MIN_SHARE, grey: Grey | None = None
+) -> Blob | None:
     """Return the largest area of one colour in a picture; None if there is none.
 
     Args:
         pixels: A picture of shape (height, width, 3) in red, green, blue, 0 to 255.
         hue: Hue of the colour.
         smallest: Share of the picture that it takes at least, 0 to 1.
+        grey: What earlier pictures of the same robot told.
 
     Raises:
         ArgumentError: The picture has no colours.
     """
     import numpy as np
 
-    mask = coloured(pixels, hue)
+    mask = coloured(pixels, hue, grey)
     first, last, area = _areas(mask)
     if not len(area):
         return None
@@ -142,7 +183,7 @@ def find(pixels: NDArray[numpy.uint8], hue: Hue, *, smallest: float = MIN_SHARE)
     return Blob(int(lengths.sum()), float(column), float(row), int(left.min()), int(right.max()))
 
 
-def coloured(pixels: NDArray[numpy.uint8], hue: Hue) -> Mask:
+def coloured(pixels: NDArray[numpy.uint8], hue: Hue, grey: Grey | None = None) -> Mask:
     """Return which pixels have a colour: (height, width). It is the one of all hues that is nearest to theirs.
 
     A pixel with an overexposed channel may have two colours: that channel may be brighter than the chip can tell.
@@ -150,6 +191,7 @@ def coloured(pixels: NDArray[numpy.uint8], hue: Hue) -> Mask:
     Args:
         pixels: A picture of shape (height, width, 3) in red, green, blue, 0 to 255.
         hue: Hue of the colour.
+        grey: What earlier pictures of the same robot told.
 
     Raises:
         ArgumentError: The picture has no colours.
@@ -164,8 +206,8 @@ def coloured(pixels: NDArray[numpy.uint8], hue: Hue) -> Mask:
     seen = np.ascontiguousarray(np.moveaxis(pixels, 2, 0), np.uint8)  # Red, green, blue.
     seen = _without_torn_rows(seen)
     seen = _without_torn_rows(seen.swapaxes(1, 2)).swapaxes(1, 2)  # The rows of a chip that is turned.
-    grey, is_full = _grey(seen), seen >= FULL
-    weighed: Floats = np.divide(seen, grey, dtype=np.float32)
+    is_full = seen >= FULL
+    weighed: Floats = np.divide(seen, (grey or Grey()).learn(seen), dtype=np.float32)
     vivid = _is_vivid(weighed)
     has_hue = _has_hue(weighed, hue)
     if is_full.any():
@@ -218,10 +260,10 @@ def _without_torn_rows(planes: Bytes) -> Bytes:
     return planes[:, source]
 
 
-def _grey(planes: Bytes) -> Floats:
-    """Return how red, green and blue a picture's grey is; their mean is 1. All are 1 where nothing is white or grey.
+def _shares(planes: Bytes) -> NDArray[numpy.float64]:
+    """Return how much of a picture shows each colour that may be grey, and the sums of its red, green and blue.
 
-    It is the most frequent of all colours that may be grey, and the paler ones are likelier. Of shape (3, 1, 1).
+    Of shape (4, n, n): rows and columns are logarithms of the ratios of red and of blue to green.
     """
     import numpy as np
 
@@ -232,22 +274,13 @@ def _grey(planes: Bytes) -> Floats:
     is_known = (high < FULL) | (low >= WHITE) | (low >= np.float32(ALIKE) * middle)
     is_known &= (high >= DARK) & (low >= np.float32(1 - PALE) * high)
     some = planes.reshape(3, -1)[:, np.flatnonzero(is_known)]
-    if some.shape[1] < ENOUGH * high.size:
-        return np.ones((3, 1, 1), np.float32)
     red, green, blue = (np.log(np.maximum(np.arange(256), 1)) / CELL).astype(np.float32)[some]
-    reach = int(math.log(1 / (1 - PALE)) / CELL) + 2
-    size = 2 * reach + 1
-    cell = (size * np.rint(red - green) + np.rint(blue - green)).astype(np.int64) + (size + 1) * reach
-    count = np.bincount(cell, minlength=size * size).reshape(size, size)
-    around = sum(count[i : size - 2 + i, k : size - 2 + k] for i, k in np.ndindex(3, 3))
-    off = CELL * np.arange(1 - reach, reach)
-    likely = np.exp(-(off**2) / (2 * CAST**2))
-    row, column = np.divmod(np.argmax(around * np.outer(likely, likely)), size - 2)
-    is_near = np.zeros((size, size), bool)
-    is_near[row : row + 3, column : column + 3] = True
-    mean = some[:, is_near.ravel()[cell]].mean(axis=1)
-    grey: Floats = (mean / mean.mean()).astype(np.float32)[:, np.newaxis, np.newaxis]
-    return grey
+    size = 2 * REACH + 1
+    cell = (size * np.rint(red - green) + np.rint(blue - green)).astype(np.int64) + (size + 1) * REACH
+    sums = [np.bincount(cell, weights, size * size) for weights in (None, *some)]
+    cells = np.array(sums).reshape(4, size, size) / high.size
+    shares: NDArray[numpy.float64] = sum(cells[:, i : size - 2 + i, k : size - 2 + k] for i, k in np.ndindex(3, 3))
+    return shares
 
 
 def _areas(mask: Mask) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64]]:
