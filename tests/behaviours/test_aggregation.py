@@ -8,8 +8,7 @@ import pytest
 
 from elib.base.body import AXLE
 from elib.base.pose import Pose
-from elib.behaviours._vision import measure_redness
-from elib.behaviours.aggregation import COLUMNS, ROWS, SIGHT, aggregate
+from elib.behaviours.aggregation import COLUMNS, ROWS, aggregate, sees_another
 from elib.robot.swarms.swarm import Swarm, swarm
 from elib.testing import world_of
 
@@ -26,8 +25,8 @@ def test_otherwise_it_drives_backwards_in_a_circle_of_fifteen_centimetres() -> N
 
 def test_both_turn_to_the_same_side() -> None:
     # Both turns are clockwise: the other robot comes into sight and leaves it at the same edge.
-    for sees_another in (True, False):
-        left, right = aggregate(sees_another)
+    for sees in (True, False):
+        left, right = aggregate(sees)
         assert right - left < 0
 
 
@@ -43,10 +42,10 @@ def test_a_robot_with_its_leds_on_is_seen_straight_ahead_and_not_aside(distance:
             world.move_robot(0, Pose(0.1, 0.1, 0.3 + aside))
             await robots[1].set_led(8, 1)
             picture = await robots[0].within(3).image()
-            seen.append(measure_redness(picture.pixels).fraction > SIGHT)
+            seen.append(sees_another(picture))
             await robots[1].set_led(8, 0)
             picture = await robots[0].within(3).image()
-            seen.append(measure_redness(picture.pixels).fraction > SIGHT)
+            seen.append(sees_another(picture))
         return seen
 
     assert swarm("sim://square?robots=2&speed=max").run(main) == [True, False, False, False]

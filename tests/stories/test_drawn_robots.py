@@ -25,6 +25,8 @@ from elib.simulator.physics import World
 FIRMWARES = ("btcom-1.1.3", "asercom-1.2.2", "btcom-2.0", "epuck2")
 """Those that come first do not calibrate when they start."""
 
+CAMERAS = (*FIRMWARES, "epuck2-wifi")
+
 MOVED = 0.002
 """m by which a box must be elsewhere to have been hit."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from elib.link.protocol.colours import Hue, coloured
+from elib.link.protocol.colours import Grey, Hue, coloured
 
 if TYPE_CHECKING:
     import numpy
@@ -24,16 +24,17 @@ class Redness(NamedTuple):
     direction: float
 
 
-def measure_redness(pixels: NDArray[numpy.uint8]) -> Redness:
+def measure_redness(pixels: NDArray[numpy.uint8], grey: Grey | None = None) -> Redness:
     """Return how red a picture is, and in which direction the red is.
 
     Args:
         pixels: A picture of shape (height, width, 3) in red, green, blue.
+        grey: What earlier pictures of the same robot told: its :attr:`elib.Image.grey`.
 
     Raises:
         ArgumentError: The picture does not have colours.
     """
-    mask = coloured(pixels, Hue.RED)
+    mask = coloured(pixels, Hue.RED, grey)
     count = int(mask.sum())
     if not count:
         return Redness(0.0, float("nan"))

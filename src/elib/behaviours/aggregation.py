@@ -11,7 +11,8 @@ from typing import Annotated
 
 from elib.behaviours import Quantity, RunContext, behaviour, react
 from elib.behaviours._run.loop import SETUP_TIMEOUT
-from elib.behaviours._vision import measure_redness
+from elib.link.protocol.colours import Hue, find
+from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode, LedAction
 from elib.link.protocol.values import Wheels
 from elib.robot.aio import Epuck
@@ -27,10 +28,15 @@ COLUMNS, ROWS = 12, 48
 """Pixels of the picture. It is 7 degrees wide, more than the gap between two LEDs of a robot 20 cm away or more, and
 high enough to see them above the horizon from 6 cm on. It takes 0.1 s over the wire."""
 SIGHT = 0.005
-"""Fraction of red pixels that means a robot: three pixels. The LEDs of one 1 m away are seven, and two may be noise."""
+"""Fraction of red pixels that means a robot: three pixels. The LEDs of one 1 m away are seven."""
 ALL_LEDS = 8
 PERIOD = 0.25
 """s between two pictures if the link is quick: at the default pace a robot turns 55 degrees meanwhile."""
+
+
+def sees_another(picture: Image) -> bool:
+    """Return whether a picture shows the LEDs of a robot: an area, for what is red here and there is noise."""
+    return find(picture.pixels, Hue.RED, smallest=SIGHT, grey=picture.grey) is not None
 
 
 def aggregate(sees_another: bool, *, pace: float = 0.5) -> Wheels:
@@ -61,7 +67,7 @@ async def gather(robots: Swarm, run: RunContext, *, pace: Pace = 0.5) -> None:
 
         async def step(view: Epuck) -> None:
             picture = await view.image()
-            wheels = aggregate(measure_redness(picture.pixels).fraction > SIGHT, pace=pace)
+            wheels = aggregate(sees_another(picture), pace=pace)
             await view.set_speed(wheels.left, wheels.right)
 
         await react(robot, set_up, min_timeout=SETUP_TIMEOUT)

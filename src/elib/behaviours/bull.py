@@ -245,7 +245,7 @@ class Bull:
             # The robot restarted and lost its settings.
             self._robot.set_camera(SIDE, SIDE, ZOOM, CameraMode.COLOUR)
             picture = self._run.wait_for(self._robot.begin.image())
-        return None if picture is None else measure_redness(picture.pixels)
+        return None if picture is None else measure_redness(picture.pixels, picture.grey)
 
 
 @behaviour(world="red-boxes", reconnects=True, group="samples of 2011")

@@ -10,7 +10,7 @@ from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react
 from elib.behaviours._run.loop import SETUP_TIMEOUT
 from elib.behaviours.avoid import STANDING, avoid
 from elib.behaviours.braitenberg import add_avoidance
-from elib.link.protocol.colours import Grey, Hue, find
+from elib.link.protocol.colours import Hue, find
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import Proximity, Wheels
@@ -58,20 +58,17 @@ PERIOD = 0.2
 """s between two pictures if the link is quick."""
 
 
-def find_ball(
-    picture: Image, hue: Hue = Hue.ORANGE, *, diameter: float = 0.065, grey: Grey | None = None
-) -> Ball | None:
+def find_ball(picture: Image, hue: Hue = Hue.ORANGE, *, diameter: float = 0.065) -> Ball | None:
     """Return the position of the largest ball of a colour along the horizon of a picture, or None if there is none.
 
     Args:
         picture: In colour.
         hue: Hue of the ball.
         diameter: Diameter of the ball, m; with its apparent width, it gives the distance.
-        grey: What earlier pictures told: a ball may hide all that is grey.
     """
     half = max(ROWS * ZOOM // picture.zoom, ROWS) // 2
     middle = picture.height // 2
-    blob = find(picture.pixels[max(0, middle - half) : middle + half], hue, smallest=FEWEST, grey=grey)
+    blob = find(picture.pixels[max(0, middle - half) : middle + half], hue, smallest=FEWEST, grey=picture.grey)
     if blob is None:
         return None
     left, right = picture.bearing(blob.left - 0.5), picture.bearing(blob.right + 0.5)
@@ -122,13 +119,13 @@ async def follow(
         diameter: Diameter of the ball.
         cruise: Largest speed of the wheels.
     """
-    wheels, pictured, open_air, grey = STANDING, robot.time, OpenAir(), Grey()
+    wheels, pictured, open_air = STANDING, robot.time, OpenAir()
     side, turned, wanders_until = 1.0, 0.0, -math.inf
 
     async def set_up(view: Epuck) -> bool:
         await view.set_camera(COLUMNS, ROWS, ZOOM, CameraMode.COLOUR)
         zoom = (await view.image()).zoom
-        if zoom != ZOOM:  # the e-puck2 takes 8 as 4: as many bytes, so that a picture comes within the timeout of a step
+        if zoom != ZOOM:  # the e-puck2 takes 8 as 4; twice the bytes would not come within a step's timeout
             await view.set_camera(COLUMNS * ZOOM // zoom, ROWS * zoom // ZOOM, ZOOM, CameraMode.COLOUR)
         return True
 
@@ -146,7 +143,7 @@ async def follow(
         nonlocal pictured, side, turned, wanders_until
         picture = await view.image()
         gap, pictured = max(PERIOD, robot.time - pictured), robot.time
-        ball = find_ball(picture, colour, diameter=diameter, grey=grey)
+        ball = find_ball(picture, colour, diameter=diameter)
         if ball is not None:
             run.state("following")
             side, turned = math.copysign(1.0, ball.bearing), 0.0

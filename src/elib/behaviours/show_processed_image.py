@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from elib.behaviours import RunContext, behaviour
 from elib.behaviours._run.pictures import image_of, retry, show
 from elib.behaviours._vision import measure_redness
-from elib.link.protocol.colours import Hue, coloured
+from elib.link.protocol.colours import Grey, Hue, coloured
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.robot.blocking import BlockingEpuck
@@ -20,13 +20,14 @@ PICTURES = 3
 WHITE = 255
 
 
-def red_to_white(pixels: NDArray[numpy.uint8]) -> NDArray[numpy.uint8]:
+def red_to_white(pixels: NDArray[numpy.uint8], grey: Grey | None = None) -> NDArray[numpy.uint8]:
     """Return a grey picture, white where *pixels* are red and black elsewhere.
 
     Args:
         pixels: Shape (height, width, 3) in red, green, blue.
+        grey: What earlier pictures of the robot told.
     """
-    return coloured(pixels, Hue.RED).astype("u1") * WHITE
+    return coloured(pixels, Hue.RED, grey).astype("u1") * WHITE
 
 
 @behaviour(world="red-boxes", group="samples of 2011")
@@ -47,6 +48,6 @@ def show_processed_image(robot: BlockingEpuck, run: RunContext) -> None:
         image = retry(run, look)
         if image is None:
             return
-        fraction, _ = measure_redness(image.pixels)
+        fraction, _ = measure_redness(image.pixels, image.grey)
         run.say(f"picture {number}: {fraction:.0%} of it is red")
-        show(run, red_to_white(image.pixels), f"elib-red-{number}.png")
+        show(run, red_to_white(image.pixels, image.grey), f"elib-red-{number}.png")

@@ -75,7 +75,7 @@ class Grey:
 
         shares = _shares(planes)
         if self._shares is not None:
-            shares = np.where(shares[0] > self._shares[0], shares, self._shares)
+            shares = np.where(shares[0] > FADE * self._shares[0], shares, FADE * self._shares)
         self._shares = shares
         off = CELL * np.arange(1 - REACH, REACH)
         likely = np.exp(-(off**2) / (2 * CAST**2))
@@ -130,6 +130,9 @@ WHITE: Final = 230
 
 ALIKE: Final = 0.87
 """Ratio of two channels from which they are alike: one deviation, as below."""
+
+FADE: Final = 0.998
+"""What is left of an earlier picture's shares after another one: half in 350, so that another light is learned."""
 
 ENOUGH: Final = 0.05
 """Share of a picture that must be white or grey to be its measure."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Generic, Literal, NamedTuple, Protocol, TypedDict, TypeVar
 
 from elib.link.protocol.camera import PO8030, CameraDriver
+from elib.link.protocol.colours import Grey
 from elib.link.protocol.image import Mounting
 from elib.link.protocol.quantities import Quantity
 from elib.link.protocol.values import CameraSettings
@@ -240,6 +241,7 @@ class Context:
         sent: The command that was sent last, over Wi-Fi, where every command has all actuators: even if it was not
             confirmed, the robot takes it before the next one.
         streams_images: Whether the robot is to send pictures all the time, over Wi-Fi.
+        grey: What its pictures told of how its camera shows grey.
         requests: Requests without arguments, kept by what makes them: rows by their names, polls by their readings.
     """
 
@@ -249,6 +251,7 @@ class Context:
     last_set: LastSet = field(default_factory=LastSet)
     sent: bytes = STANDING
     streams_images: bool = False
+    grey: Grey = field(default_factory=Grey, repr=False)
     requests: dict[object, object] = field(default_factory=dict, repr=False)
 
     def forget(self) -> None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import PIL.Image
     from numpy.typing import NDArray
 
-    from elib.link.protocol.colours import Blob
+    from elib.link.protocol.colours import Blob, Grey
 
 
 class Mounting(enum.Enum):
@@ -63,6 +63,7 @@ class Image:
         time: When the picture was complete, s on the clock of the robot's event loop.
         origin: ``robot``, ``simulator`` or ``replay``.
         zoom: Pixels of the chip for one of the picture; 8 where nothing tells it.
+        grey: What the robot's pictures told of how its camera shows grey; None if it comes from no robot.
     """
 
     mode: CameraMode
@@ -73,6 +74,7 @@ class Image:
     time: float = field(default=math.nan, compare=False, repr=False)
     origin: str = field(default="", compare=False, repr=False)
     zoom: int = field(default=8, compare=False, repr=False)
+    grey: Grey | None = field(default=None, compare=False, repr=False)
 
     @property
     def pixels(self) -> NDArray[numpy.uint8]:
@@ -106,8 +108,9 @@ class Image:
 
         It goes by hue and saturation beside the picture's own grey, so it works in dim and in bright rooms, with the
         washed-out colours of an e-puck2, and with rows that a lost byte spoils. What takes less than half a percent of
-        the picture is noise. With the real pictures that elib is measured by it finds each red and blue thing
-        (docs/cookbook/camera.md).
+        the picture is noise. How its camera shows grey is learned from each picture of a robot that is searched, so a
+        thing that fills the next one is not taken for grey. With the real pictures that elib is measured by it finds
+        each red and blue thing (docs/cookbook/camera.md).
 
         Args:
             colour: ``red``, ``orange``, ``yellow``, ``green`` or ``blue``; a pixel has the nearest of them.
@@ -122,7 +125,7 @@ class Image:
         """
         from elib.link.protocol.colours import find, hue_named  # here: they need NumPy
 
-        return find(self.pixels, hue_named(colour))
+        return find(self.pixels, hue_named(colour), grey=self.grey)
 
     def bearing(self, column: float) -> float:
         """Return in which direction the camera sees a column, rad from straight ahead, positive to the left.

@@ -292,7 +292,9 @@ class Picture:
         raw = bytes(buffer[start + PICTURE_HEADER : end])
         settings = context.last_set.camera
         zoom = profile.zoom_of_chip(ZOOM if settings is None else settings.zoom)
-        image = Image(CameraMode(mode), width, height, raw, profile.mounting, zoom=zoom, **context.stamp)
+        image = Image(
+            CameraMode(mode), width, height, raw, profile.mounting, zoom=zoom, grey=context.grey, **context.stamp
+        )
         return Parsed(end, image)
 
 

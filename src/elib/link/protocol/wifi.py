@@ -115,7 +115,9 @@ def image_of(payload: bytes | bytearray, start: int, context: Context) -> Image:
     """Return the picture of an image packet, whose payload begins at *start*."""
     raw = bytes(payload[start : start + PAYLOAD[IMAGE]])
     zoom = SENSOR_WIDTH // COLUMNS
-    return Image(CameraMode.COLOUR, COLUMNS, ROWS, raw, context.profile.mounting, zoom=zoom, **context.stamp)
+    return Image(
+        CameraMode.COLOUR, COLUMNS, ROWS, raw, context.profile.mounting, zoom=zoom, grey=context.grey, **context.stamp
+    )
 
 
 # -- rows of the command table ---------------------------------------------------------------------------------------

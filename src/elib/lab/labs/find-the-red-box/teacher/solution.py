@@ -4,8 +4,8 @@ import math
 
 import elib
 
-NEAR = 300  # counts in front: something is about 2 cm away
-CRUISE = 0.2  # rev/s
+NEAR = 150  # counts in front more than in the open: something is about 3 cm away
+CRUISE = 0.3  # rev/s
 STEERING = 0.3  # rev/s for each rad
 
 
@@ -23,11 +23,12 @@ def find_red(robot: elib.BlockingEpuck) -> float | None:
 with elib.connect() as robot:
     robot.calibrate_proximity()  # what the sensors read in the open is 0 from now on
     robot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
+    empty = robot.proximity()  # Each sensor has its own reading where nothing is near.
     while (direction := find_red(robot)) is None:
         robot.turn(math.radians(12))
     robot.turn(direction)
     near = robot.proximity()
-    while max(near.front_left, near.front_right) < NEAR:
+    while max(near.front_left - empty.front_left, near.front_right - empty.front_right) < NEAR:
         direction = find_red(robot) or 0.0  # So near, the box may fill the picture, or hide in its own shadow.
         robot.set_speed(CRUISE - STEERING * direction, CRUISE + STEERING * direction)
         near = robot.proximity()
