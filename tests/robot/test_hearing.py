@@ -73,7 +73,7 @@ def test_the_samples_of_a_tone_of_1000_hz_have_its_period_in_each_piece(firmware
     with elib.connect(beeper(firmware)) as robot:
         assert robot.microphone_samples().shape == (3, 100)
         rings = np.array(hardware_of(robot).microphone_rings()).reshape(3, 100)
-        times = sample_times(hardware_of(robot).microphone_index())
+        times = sample_times(hardware_of(robot).microphone_index(), *rings.shape)
         for ring, time in zip(rings, times, strict=True):
             jumps = np.flatnonzero(np.diff(time) > 0.003)
             assert 1 <= len(jumps) <= 2

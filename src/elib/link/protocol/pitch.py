@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Final
 from elib.base.body import MICROPHONE_RATE
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Context
-from elib.link.protocol.shapes import MICROPHONES, SAMPLES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,18 +34,20 @@ CLEAR: Final = 0.4
 quiet room 0.5."""
 
 
-def sample_times(oldest: int) -> NDArray[np.float64]:
+def sample_times(oldest: int, microphones: int, samples: int) -> NDArray[np.float64]:
     """Return when the samples that arrive were taken, s after the sending began: one row a microphone, slot by slot.
 
     Args:
         oldest: The slot that was to be written next when the sending began.
+        microphones: How many there are.
+        samples: How many of each are sent.
     """
     import numpy as np
 
-    slots = np.arange(MICROPHONES * SAMPLES)
+    slots = np.arange(microphones * samples)
     taken = np.floor(oldest + slots * WORD_TIME * MICROPHONE_RATE)
-    newest = taken - 1 - (taken - 1 - slots) % SAMPLES
-    return np.reshape((newest - oldest) / MICROPHONE_RATE, (MICROPHONES, SAMPLES))
+    newest = taken - 1 - (taken - 1 - slots) % samples
+    return np.reshape((newest - oldest) / MICROPHONE_RATE, (microphones, samples))
 
 
 def found_pitch(rings: NDArray[np.int16], oldest: int, context: Context) -> v.Pitch:
@@ -63,7 +64,7 @@ def found_pitch(rings: NDArray[np.int16], oldest: int, context: Context) -> v.Pi
     heard = float(np.sum(waves**2))
     frequencies = np.arange(LOWEST, HIGHEST, STEP)
     power = np.zeros(len(frequencies))
-    for times, wave in zip(sample_times(oldest), waves, strict=True):
+    for times, wave in zip(sample_times(oldest, *rings.shape), waves, strict=True):
         angles = 2 * math.pi * np.outer(frequencies, times)
         basis = np.stack([np.cos(angles), np.sin(angles)], axis=1)
         basis -= basis.mean(axis=2, keepdims=True)  # A low tone's samples do not add up to 0.
