@@ -10,6 +10,7 @@ from readings import NAMES, NOTHING, ideal
 
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError
+from elib.base.infrared import LIGHT
 from elib.base.pose import Pose
 from elib.behaviours import find
 from elib.behaviours.wall_following import (
@@ -46,7 +47,8 @@ def turn(wheels: Wheels) -> float:
 
 
 def test_a_count_tells_how_far_a_white_wall_is() -> None:
-    assert [wall_distance(count) for count in (1800, 450, 72, 1, 0)] == pytest.approx([0.01, 0.02, 0.05, SIGHT, SIGHT])
+    counts = [round(LIGHT / distance**2) for distance in (0.01, 0.02, 0.05)]
+    assert [wall_distance(count) for count in (*counts, 1, 0)] == pytest.approx([0.01, 0.02, 0.05, SIGHT, SIGHT])
 
 
 @pytest.mark.parametrize("clearance", [0.02, 0.03, 0.04])

@@ -74,7 +74,7 @@ def test_every_command_has_a_help_page_of_eighty_columns(printed: Told) -> None:
     [
         ("watch", "[OPTIONS] [NAMES...]"),
         ("record", "COMMAND [OPTIONS] FILE [NAMES...]"),
-        ("compare", "[OPTIONS] FIRST [SECOND]"),
+        ("compare", "[OPTIONS] [FIRST] [SECOND]"),
         ("simulate", "[OPTIONS] [WORLD]"),
         ("doctor", "[OPTIONS] [URL]"),
         ("send set_camera", "[OPTIONS] [WIDTH] [HEIGHT] [ZOOM] [MODE]"),

@@ -132,7 +132,7 @@ def test_a_world_as_json_has_everything_that_the_file_says(printed: Told, gate: 
     assert shown["scene"]["boxes"][0]["colour"] == "#d02020"
     assert shown["scene"]["boxes"][0]["is_pushable"] is True
     assert shown["scene"]["paint"][0]["points"] == [[0, 0.1], [1, 0.1]]
-    assert shown["scene"]["model"]["profile"] == "enki"
+    assert shown["scene"]["model"]["profile"] == "measured"
 
 
 def test_a_world_is_drawn_into_a_png_file(gate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -356,7 +356,7 @@ def test_every_robot_shows_a_box_upright_where_geometry_says(firmware: str, mode
 
     @simulated
     async def look() -> elib.Image:
-        async with elib.open(f"sim://{path}?speed=max&firmware={firmware}") as robot:
+        async with elib.open(f"sim://{path}?speed=max&quality=ideal&firmware={firmware}") as robot:
             await robot.set_camera(40, 40, 4, mode)
             return await robot.image()
 

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from world_rig import put, set_tick
 
+from elib.base.body import AXLE_SPREAD, WHEEL_SPREAD
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Controller, Cylinder, EpuckModel, Pose, Scene, Wall, World
 from elib.simulator.physics.body import RADIUS, SENSOR_RADIUS
@@ -225,12 +226,15 @@ def test_a_spread_that_a_world_gives_holds_for_any_quality():
     assert ring("ideal", 5, gain_spread=0.17)[2] == ring("typical", 5)[2]
 
 
-@pytest.mark.parametrize(("given", "spread"), [({}, 0.01), ({"wheel_spread": 0.0, "axle_spread": 0.0}, 0.0)])
-def test_the_wheels_and_the_axles_of_typical_robots_differ(given, spread):
+@pytest.mark.parametrize(
+    ("given", "wheels", "axles"),
+    [({}, WHEEL_SPREAD, AXLE_SPREAD), ({"wheel_spread": 0.0, "axle_spread": 0.0}, 0.0, 0.0)],
+)
+def test_the_wheels_and_the_axles_of_typical_robots_differ(given, wheels, axles):
     model = EpuckModel(quality="typical", **given)
     robots = [World(Scene(2, 2, starts=(Pose(1, 1),), model=model), seed=seed)._robot(0) for seed in range(200)]
-    assert statistics.stdev(robot.left_scale for robot in robots) == pytest.approx(spread, rel=0.15)
-    assert statistics.stdev(robot.axle / 0.053 for robot in robots) == pytest.approx(0.7 * spread, rel=0.15)
+    assert statistics.stdev(robot.left_scale for robot in robots) == pytest.approx(wheels, rel=0.15)
+    assert statistics.stdev(robot.axle / 0.053 for robot in robots) == pytest.approx(axles, rel=0.15)
 
 
 def light_ratios(generation, speeds):

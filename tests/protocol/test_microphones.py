@@ -53,7 +53,7 @@ def heard(
     return Microphones(counts=tuple(world.microphones(0)[:count]))
 
 
-@pytest.mark.parametrize(("distance", "silent"), [(0.1, 0.0), (0.2, 0.03), (0.5, 0.3), (1.0, 0.5)])
+@pytest.mark.parametrize(("distance", "silent"), [(0.1, 0.02), (0.2, 0.1), (0.5, 0.45), (1.0, 0.6)])
 @pytest.mark.parametrize("count", [3, 4])
 def test_a_typical_robots_directions_are_right_to_the_error_that_they_state(
     distance: float, silent: float, count: int

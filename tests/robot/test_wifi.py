@@ -24,7 +24,7 @@ from elib.testing import simulated, simulation_of
 from shared import inside, until
 from wifi_robot import Air, Fault, WifiRobot, wifi_pair
 
-SIM = "sim://arena?firmware=epuck2-wifi&quality=ideal&speed=max&quality=ideal"
+SIM = "sim://arena?firmware=epuck2-wifi&speed=max&quality=ideal"
 
 
 # -- the styles --------------------------------------------------------------------------------------------------------

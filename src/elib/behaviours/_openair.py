@@ -6,7 +6,7 @@ from typing import Final
 
 from elib.link.protocol.values import Proximity
 
-MOST: Final = 1500.0
+MAX_OPEN_AIR: Final = 1500.0
 """Counts that a sensor reads in the open at most: real ones read 70 to 570 (measured-robots: infrared.open_offset).
 More is something near, 1 cm away, even if the robot has never read less."""
 
@@ -32,7 +32,7 @@ class OpenAir:
 
     def __init__(self) -> None:
         self._mean: list[float] = []
-        self._least = [MOST] * len(Proximity())
+        self._least = [MAX_OPEN_AIR] * len(Proximity())
 
     def __call__(self, near: Proximity) -> Proximity:
         """Return *near* without what its sensors read in the open, 0 or more."""

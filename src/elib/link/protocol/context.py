@@ -6,13 +6,15 @@ import functools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Generic, Literal, NamedTuple, Protocol, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Generic, Literal, NamedTuple, Protocol, TypedDict, TypeVar
 
 from elib.link.protocol.camera import PO8030, CameraDriver
-from elib.link.protocol.colours import Grey
 from elib.link.protocol.image import Mounting
 from elib.link.protocol.quantities import Quantity
 from elib.link.protocol.values import CameraSettings
+
+if TYPE_CHECKING:
+    from elib.link.protocol.colours import Grey
 
 T_co = TypeVar("T_co", covariant=True)
 Codec = Literal["serial", "wifi"]
@@ -229,6 +231,12 @@ class Stamp(TypedDict):
     origin: str
 
 
+def _new_grey() -> Grey:
+    from elib.link.protocol.colours import Grey  # here: few programs look for colours
+
+    return Grey()
+
+
 @dataclass(slots=True)
 class Context:
     """The knowledge of one connection about its robot.
@@ -251,7 +259,7 @@ class Context:
     last_set: LastSet = field(default_factory=LastSet)
     sent: bytes = STANDING
     streams_images: bool = False
-    grey: Grey = field(default_factory=Grey, repr=False)
+    grey: Grey = field(default_factory=_new_grey, repr=False)
     requests: dict[object, object] = field(default_factory=dict, repr=False)
 
     def forget(self) -> None:

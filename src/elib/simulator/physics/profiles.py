@@ -49,7 +49,7 @@ SHARES = {
 wall ahead gives the profile's curve exactly, as far as the side rays reach. Five rays have the mean square angle of
 three."""
 
-LONGEST = 0.12
+MAX_RAY = 0.12
 """m. No ray is longer, so that wide side rays let a robot see hardly farther than narrow ones: what a wall costs grows
 with that. Beyond a depth of 10.4 cm rays at 30 degrees are left out, each of which would bring 4 counts at most."""
 
@@ -74,9 +74,9 @@ class Profile:
 
     @property
     def reach(self) -> float:
-        """Length of the rays, m: the side rays go further to the same depth, up to :data:`LONGEST`."""
+        """Length of the rays, m: the side rays go further to the same depth, up to :data:`MAX_RAY`."""
         table = (len(self.counts) - 1) * SPACING
-        return max(table, min(table / unit(math.radians(self.aperture))[0], LONGEST))
+        return max(table, min(table / unit(math.radians(self.aperture))[0], MAX_RAY))
 
 
 def profile(name: str | Profile) -> Profile:

@@ -43,7 +43,7 @@ AMBIENT_MARGIN: Final = 4 * AMBIENT_DEVIATION
 GAIN_SPREAD: Final = 0.17
 """Standard deviation of the gains of typical robots (measured-robots: infrared.distance_8_sensors)."""
 
-LEAST_GAIN: Final = 0.2
+MIN_GAIN: Final = 0.2
 """No sensor has less."""
 
 OFFSET_SPREAD: Final = 120.0
@@ -86,7 +86,7 @@ def vary_infrared(setting: Setting, robot: Robot) -> None:
     gains = spread_between(setting.spread, setting.gain_spread, GAIN_SPREAD)
     offsets = spread_between(setting.spread, setting.offset_spread, OFFSET_SPREAD)
     for s in range(COUNT):
-        robot.gain[s] = max(1.0 + gains * gauss(key, GAIN + s), LEAST_GAIN)
+        robot.gain[s] = max(1.0 + gains * gauss(key, GAIN + s), MIN_GAIN)
         robot.offset[s] = offsets * MEDIAN_OFFSET * exponential(OFFSET_BEND * gauss(key, OFFSETS + s))
         robot.darkness[s] = 1.0 + setting.spread * DARKNESS_SPREAD * gauss(key, SATURATION + s)
 
