@@ -205,15 +205,12 @@ def ray_lengths(world, robot=0):
     records = world._state.world
     look(records, robot)
     scratch, rays = records.scratch[records.robots[robot].lane], world.scene.model.rays
-    found = []
-    for s in range(profiles.COUNT):
-        if scratch.clearance[s] > 0.0:  # Left out: the ray meets nothing.
-            found += [records.fans[0].reach] * rays
-            continue
-        place = scratch.place_x[s], scratch.place_y[s], scratch.axis_x[s], scratch.axis_y[s]
-        fans = [cast(records, scratch, *place, fan)[:3] for fan in records.fans[: records.setting[0].infrared_fans]]
-        found += [fans[0][0], *(length for _, *pair in fans for length in pair)][:rays]
-    return found
+    found = [[] for _ in range(profiles.COUNT)]
+    for k, fan in enumerate(records.fans[: records.setting[0].infrared_fans]):
+        cast(records, scratch, profiles.COUNT, fan)
+        for s, lengths in enumerate(found):
+            lengths += [scratch.ahead[s], scratch.left[s], scratch.right[s]][k > 0 :]
+    return [length for lengths in found for length in lengths[:rays]]
 
 
 def heading_length(world, robot=0):

@@ -15,7 +15,7 @@ from elib.simulator.physics.geometry import unit
 from elib.simulator.physics.neighbours import is_stale
 from elib.simulator.physics.profiles import COUNT, SHARES, Profile
 from elib.simulator.physics.raycast import cast, see_near
-from elib.simulator.physics.sensors.proximity import aim, sort_out
+from elib.simulator.physics.sensors.proximity import aim
 from elib.simulator.physics.spawning import stand
 from elib.simulator.physics.state import State
 from elib.studies.series import Numbers
@@ -59,15 +59,13 @@ def _look(state: State, row: Numbers) -> None:
     world = state.world
     scratch = see_near(world, 0)
     aim(world.setting[0], world.robots[0], scratch)
-    sort_out(world, scratch)
-    for s in range(COUNT):
-        if scratch.clearance[s] > 0.0:
-            continue
-        eye = scratch.place_x[s], scratch.place_y[s], scratch.axis_x[s], scratch.axis_y[s]
-        for k in range(world.setting[0].infrared_fans):
-            fan = world.fans[k]
-            ahead, left, right, absorbs, absorbs_left, absorbs_right = cast(world, scratch, *eye, fan)
-            row[s, 0] = ahead * absorbs
-            if row.shape[1] > 1:
-                row[s, 2 * k + 1] = left * absorbs_left * fan.cosine
-                row[s, 2 * k + 2] = right * absorbs_right * fan.cosine
+    for k in range(world.setting[0].infrared_fans):
+        fan = world.fans[k]
+        cast(world, scratch, COUNT, fan)
+        for s in range(COUNT):
+            if scratch.ahead[s] < fan.reach:
+                row[s, 0] = scratch.ahead[s] * scratch.absorbs_ahead[s]
+            if row.shape[1] > 1 and scratch.left[s] < fan.reach:
+                row[s, 2 * k + 1] = scratch.left[s] * scratch.absorbs_left[s] * fan.cosine
+            if row.shape[1] > 1 and scratch.right[s] < fan.reach:
+                row[s, 2 * k + 2] = scratch.right[s] * scratch.absorbs_right[s] * fan.cosine

@@ -249,7 +249,12 @@ class Scratch:
     end_wall: int = 0
     first_disc: int = 0  # The same of visible_discs.
     end_disc: int = 0
-    ahead: list[float] = floats(8)  # How far the middle ray of each infrared sensor goes, m.
+    ahead: list[float] = floats(8)  # How far the middle ray of each sensor goes, m.
+    left: list[float] = floats(8)  # The same of the rays to its left and right.
+    right: list[float] = floats(8)
+    absorbs_ahead: list[float] = floats(8)  # 1 / reflectance of what they meet.
+    absorbs_left: list[float] = floats(8)
+    absorbs_right: list[float] = floats(8)
     light: list[float] = floats(8)  # What comes back to each infrared sensor, counts.
     deviation: list[float] = floats(8)  # Of its noise.
     room: list[float] = floats(8)  # What each reads with its emitter off, without noise, counts.
@@ -258,7 +263,6 @@ class Scratch:
     place_y: list[float] = floats(8)
     axis_x: list[float] = floats(8)  # Where it looks.
     axis_y: list[float] = floats(8)
-    clearance: list[float] = floats(8)  # Below 0 if it may see anything.
     exit_x: float = 0.0  # Where a robot is on its way out of fixed things, m.
     exit_y: float = 0.0
     exit_count: int = 0  # How many it was pushed out of.

@@ -79,21 +79,21 @@ def read(world: Records, i: int) -> None:
     robot = world.robots[i]
     setting = world.setting[0]
     scratch = see_all(world, i, REACH + RADIUS)
-    axis_x = robot.heading_x
-    axis_y = robot.heading_y
-    x = robot.x + axis_x * PLACE[0] - axis_y * PLACE[1]
-    y = robot.y + axis_y * PLACE[0] + axis_x * PLACE[1]
+    axis_x = scratch.axis_x[0] = robot.heading_x
+    axis_y = scratch.axis_y[0] = robot.heading_y
+    scratch.place_x[0] = robot.x + axis_x * PLACE[0] - axis_y * PLACE[1]
+    scratch.place_y[0] = robot.y + axis_y * PLACE[0] + axis_x * PLACE[1]
     first = len(world.fans) - 2
     near = 0.0
     light = 0.0
     for k in range(first, first + 2):
         fan = world.fans[k]
-        ahead, left, right, _, _, _ = cast(world, scratch, x, y, axis_x, axis_y, fan)
-        if k == first and ahead < REACH:
-            inverse = 1.0 / max(ahead, TOUCHING)
+        cast(world, scratch, 1, fan)
+        if k == first and scratch.ahead[0] < REACH:
+            inverse = 1.0 / max(scratch.ahead[0], TOUCHING)
             near += inverse
             light += inverse * inverse
-        for length in (left, right):
+        for length in (scratch.left[0], scratch.right[0]):
             if length < REACH:
                 inverse = 1.0 / max(length * fan.cosine, TOUCHING)
                 near += inverse

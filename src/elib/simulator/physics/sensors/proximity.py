@@ -32,7 +32,7 @@ from elib.simulator.physics.noise import (
     uniform,
 )
 from elib.simulator.physics.profiles import COUNT
-from elib.simulator.physics.raycast import PRESSED, cast, see_near
+from elib.simulator.physics.raycast import cast, see_near
 from elib.simulator.physics.records import Records, Response, Robot, Scratch, SensorView, Setting
 from elib.simulator.physics.sensors.ambient_light import AMBIENT_DEVIATION, darkness, lamplight
 
@@ -70,13 +70,6 @@ divided by the median of nine, the 90th, 95th and 99th percentile are 1.9, 3.0 a
 
 ENTRIES: Final = 1.0 / SPACING
 """Entries of the response table in a metre."""
-
-
-FAR: Final = 1e9
-"""m. Clearance of a sensor around which there is nothing."""
-
-MARGIN: Final = 1e-6
-"""m. Rounding must not leave out what a ray can meet."""
 
 
 @kernel
@@ -138,38 +131,33 @@ def look(world: Records, i: int) -> None:
     robot = world.robots[i]
     scratch = see_near(world, i)
     last = setting.last_response
+    dark = world.response[last].counts
     aim(setting, robot, scratch)
-    sort_out(world, scratch)
     for s in range(COUNT):
-        scratch.light[s] = world.response[last].counts
+        scratch.light[s] = dark
         scratch.deviation[s] = world.response[last].deviation
-        scratch.ahead[s] = world.fans[0].reach
-        if scratch.clearance[s] > 0.0:
-            continue
-        x = scratch.place_x[s]
-        y = scratch.place_y[s]
-        axis_x = scratch.axis_x[s]
-        axis_y = scratch.axis_y[s]
-        light = 0.0
-        for k in range(setting.infrared_fans):
-            fan = world.fans[k]
-            ahead, left, right, absorbs, absorbs_left, absorbs_right = cast(world, scratch, x, y, axis_x, axis_y, fan)
-            if k == 0:
-                scratch.ahead[s] = ahead
-                entry = ahead * absorbs * ENTRIES
-                light = setting.middle_share * response(world.response, last, entry)
+    for k in range(setting.infrared_fans):
+        fan = world.fans[k]
+        cast(world, scratch, setting.sensors, fan)
+        scale = fan.cosine * ENTRIES
+        for s in range(COUNT):
+            if k == 0 and scratch.ahead[s] < fan.reach:
+                entry = scratch.ahead[s] * scratch.absorbs_ahead[s] * ENTRIES
+                scratch.light[s] += setting.middle_share * (response(world.response, last, entry) - dark)
                 scratch.deviation[s] = world.response[int(min(entry, 1.0 * last))].deviation
-            scale = fan.cosine * ENTRIES
-            light += fan.share * response(world.response, last, left * absorbs_left * scale)
-            light += fan.share * response(world.response, last, right * absorbs_right * scale)
-        scratch.light[s] = light
+            if scratch.left[s] < fan.reach:
+                entry = scratch.left[s] * scratch.absorbs_left[s] * scale
+                scratch.light[s] += fan.share * (response(world.response, last, entry) - dark)
+            if scratch.right[s] < fan.reach:
+                entry = scratch.right[s] * scratch.absorbs_right[s] * scale
+                scratch.light[s] += fan.share * (response(world.response, last, entry) - dark)
 
 
 @kernel
 def aim(setting: Setting, robot: Robot, scratch: Scratch) -> None:
     """Find where each sensor was when it was sampled, and where it looked, by the straight line of the last tick.
 
-    These loops over all sensors have no branches, so that Numba can work on several sensors at once.
+    The loop has no branches, so that Numba can work on several sensors at once.
     """
     share = robot.slot / setting.step
     for s in range(setting.sensors):
@@ -182,51 +170,6 @@ def aim(setting: Setting, robot: Robot, scratch: Scratch) -> None:
         scratch.place_y[s] = y + heading_y * setting.place_x[s] + heading_x * setting.place_y[s]
         scratch.axis_x[s] = heading_x * setting.axis_x[s] - heading_y * setting.axis_y[s]
         scratch.axis_y[s] = heading_y * setting.axis_x[s] + heading_x * setting.axis_y[s]
-        # A sensor that was sampled before the last tick looks along a vector longer than 1: nothing is left out then.
-        scratch.clearance[s] = FAR if age <= 1.0 else 0.0
-
-
-@kernel
-def sort_out(world: Records, scratch: Scratch) -> None:
-    """Find which sensors can see anything at all: most cannot, and need cast no rays."""
-    count = world.setting[0].sensors
-    fan = world.fans[world.setting[0].infrared_fans - 1]  # The widest one.
-    cosine = fan.cosine
-    sine = fan.sine
-    reach = fan.reach
-    for k in range(scratch.first_wall, scratch.end_wall):
-        x = world.visible_walls[k].x
-        y = world.visible_walls[k].y
-        tangent_x = world.visible_walls[k].tangent_x
-        tangent_y = world.visible_walls[k].tangent_y
-        length = world.visible_walls[k].length
-        for s in range(count):
-            closing = tangent_x * scratch.axis_y[s] - tangent_y * scratch.axis_x[s]
-            sliding = tangent_x * scratch.axis_x[s] + tangent_y * scratch.axis_y[s]
-            gap = tangent_x * (y - scratch.place_y[s]) - tangent_y * (x - scratch.place_x[s])
-            closing = closing if gap > -PRESSED else -closing
-            # The ray that closes fastest: the outermost one, unless the shortest way to the wall's line lies between.
-            fastest = 1.0 if closing > cosine else closing * cosine + abs(sliding) * sine
-            # The same along the line: how far the wall begins beyond all rays, or ends before them.
-            across = abs(closing) * sine
-            start = tangent_x * (x - scratch.place_x[s]) + tangent_y * (y - scratch.place_y[s])
-            onwards = 1.0 if sliding > cosine else max(sliding * cosine + across, 0.0)
-            backwards = 1.0 if -sliding > cosine else max(across - sliding * cosine, 0.0)
-            beside = max(start - reach * onwards, -start - length - reach * backwards)
-            scratch.clearance[s] = min(scratch.clearance[s], max(abs(gap) - reach * fastest, beside) - MARGIN)
-    for k in range(scratch.first_disc, scratch.end_disc):
-        x = world.visible_discs[k].x
-        y = world.visible_discs[k].y
-        radius = world.visible_discs[k].radius
-        for s in range(count):
-            from_x = x - scratch.place_x[s]
-            from_y = y - scratch.place_y[s]
-            closing = from_x * scratch.axis_x[s] + from_y * scratch.axis_y[s]
-            aside = abs(from_y * scratch.axis_x[s] - from_x * scratch.axis_y[s])
-            # How far the disc is beyond the outermost ray, behind the sensor, or beyond the ends of the rays.
-            farther = max(closing, closing * cosine + aside * sine) - reach
-            beyond = max(aside * cosine - closing * sine, -closing, farther) - radius
-            scratch.clearance[s] = min(scratch.clearance[s], beyond - MARGIN)
 
 
 @kernel
