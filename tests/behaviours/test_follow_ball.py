@@ -114,3 +114,12 @@ def test_where_there_is_no_ball_it_looks_round_says_so_and_searches_elsewhere() 
     assert outcome.messages[0] == "nothing blue in sight"
     assert paths[0].world is not None
     assert math.dist((0.5, 0.5), (paths[0].world.pose(0).x, paths[0].world.pose(0).y)) > 0.05
+
+
+@pytest.mark.parametrize("firmware", ["asercom-1.2.2", "btcom-2.0", "btcom-1.1.3", "epuck2"])
+def test_a_picture_comes_within_the_timeout_of_a_step(firmware: str) -> None:
+    robot: list[Epuck] = []
+    url = f"sim://soccer?robots=1&speed=max&latency=0.02&firmware={firmware}"
+    play(find("follow-ball"), url, seconds=5, watch=lambda run, robots: robot.extend(robots))
+    assert robot[0].statistics.count > 20
+    assert robot[0].statistics.lost == 0

@@ -25,6 +25,8 @@ MISTAKES = [
 ]
 SHORT = ("turn-to-the-post", "stop-before-the-wall", "go-to-the-light")
 """Labs whose solutions take little time."""
+CAMERAS = ("asercom-1.2.2", "epuck2", "btcom-2.0", "btcom-1.1.3")
+"""Firmwares on which a lab with a camera is tried."""
 FAILS = re.compile(r"# fails: ([a-z0-9-]+): (\S.{20,})")
 
 
@@ -153,6 +155,21 @@ def test_the_solution_passes_on_robots_that_differ_as_real_ones_do(
     world = of_quality(variant.world, "typical", tmp_path)
     result = tried(name, "teacher/solution.py", replace(variant, world=world, seed=seed))
     assert result.passed, told(result)
+
+
+@pytest.mark.parametrize(("robots", "wanted"), [in_its_lane(1, 1, is_quick=True), in_its_lane(12, 10, is_quick=False)])
+def test_the_red_box_is_found_by_robots_whose_colours_and_infrared_sensors_differ_as_real_ones_do(
+    robots: int, wanted: int, tried: Tried, tmp_path: Path
+) -> None:
+    lab, failed = LABS["find-the-red-box"], []
+    for seed in range(1, robots + 1):
+        variant = lab.variants[seed // 4 % len(lab.variants)]
+        world = of_quality(variant.world, "typical", tmp_path)
+        drawn = replace(variant, world=world, seed=seed, firmware=CAMERAS[seed % 4])
+        result = tried("find-the-red-box", "teacher/solution.py", drawn)
+        if not result.passed:
+            failed.append(told(result))
+    assert robots - len(failed) >= wanted, failed
 
 
 @pytest.mark.parametrize(

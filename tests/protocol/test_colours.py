@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
 from elib.behaviours.follow_ball import find_ball
-from elib.link.protocol.colours import MIN_SHARE, Hue, coloured, find
+from elib.link.protocol.colours import MIN_SHARE, Grey, Hue, coloured, find
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 
@@ -95,6 +95,15 @@ def test_a_row_that_lost_a_byte_is_neither_a_thing_nor_does_it_part_one(turned: 
     blob = find(torn(picture((10, 20), colour=(200, 30, 30)), (30, 160, 220)), Hue.RED)
     assert blob is not None
     assert blob.pixels == 200
+
+
+def test_a_pale_thing_that_fills_a_picture_is_not_taken_for_grey_after_others_showed_the_room() -> None:
+    pale = picture((0, 38), colour=(140, 180, 170), room=(180, 180, 178))
+    pale[:, :38] = (140, 180, 170)
+    assert find(pale, Hue.RED) is not None
+    grey = Grey()
+    assert find(picture(colour=GREY), Hue.RED, grey=grey) is None
+    assert find(pale, Hue.RED, grey=grey) is None
 
 
 def test_an_image_finds_colours_by_name_and_teaches_the_others() -> None:

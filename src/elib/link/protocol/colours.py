@@ -55,8 +55,8 @@ class Blob(NamedTuple):
 class Grey:
     """How red, green and blue grey is in the pictures of one camera.
 
-    It is the most frequent of all colours that may be grey, in the picture that shows most of it, and the paler ones
-    are likelier. A thing near the camera may hide all that is grey, so keep one for all pictures of a robot.
+    It is the most frequent of all colours that may be grey, in all pictures together, and the paler ones are likelier.
+    A thing near the camera may hide all that is grey, so keep one for all pictures of a robot.
     """
 
     def __init__(self) -> None:
@@ -74,8 +74,9 @@ class Grey:
         import numpy as np
 
         shares = _shares(planes)
+        shares *= np.minimum(1.0, MUCH / np.maximum(shares[0], MUCH))
         if self._shares is not None:
-            shares = np.where(shares[0] > FADE * self._shares[0], shares, FADE * self._shares)
+            shares += FADE * self._shares
         self._shares = shares
         off = CELL * np.arange(1 - REACH, REACH)
         likely = np.exp(-(off**2) / (2 * CAST**2))
@@ -131,8 +132,12 @@ WHITE: Final = 230
 ALIKE: Final = 0.87
 """Ratio of two channels from which they are alike: one deviation, as below."""
 
+MUCH: Final = 0.2
+"""Share of a picture from which more of a colour does not make it likelier to be grey: grey is what many pictures show,
+and one thing may fill some of them."""
+
 FADE: Final = 0.998
-"""What is left of an earlier picture's shares after another one: half in 350, so that another light is learned."""
+"""What is left of the shares of earlier pictures after another one: half in 350, so that another light is learned."""
 
 ENOUGH: Final = 0.05
 """Share of a picture that must be white or grey to be its measure."""
