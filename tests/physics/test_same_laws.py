@@ -3,8 +3,7 @@
 Poses agree within a micrometre over one second, encoders and contacts are equal, and other readings agree within
 rounding. Counts of sensors are equal or one apart, and at most 1 % of them are not equal. Of a picture's pixels at
 most 1 % may differ by more than one count in a channel: a ray that meets an edge may fall to either side of it. The
-docstring of ``record_laws.py`` says how the worlds were recorded, and which were left out. Sensors whose laws
-were taken from real robots since are not compared.
+docstring of ``record_laws.py`` says how the worlds were recorded, and which were left out.
 """
 
 import pytest

@@ -75,11 +75,12 @@ FAITHFUL: Final = Chip(1.0, 1.0, (0.0, 0.0, 0.0))
 
 CHIPS: Final = {1: Chip(0.5, 0.75, (1.0, 0.8, 1.2)), 2: Chip(1.1, 0.45, (2.5, 1.7, 2.8))}
 """By generation (measured-robots: camera.epuck1, epuck2_blue_block, epuck2_blocks). The e-puck1 shows a grey room with
-62 of 255; its red and blue buckets have a saturation of 0.65 and 0.50. To the e-puck2 a white table is white without
-any noise, so it is overexposed, and coloured blocks have a saturation of 0.27 to 0.49. The noise of a still pixel is
-2.1, 1.35 and 2.3 counts in pictures of the e-puck1, of which rounding makes a part: noise of s counts that is rounded
-to steps of q has, over many levels of brightness, a variance of 0.56 q s. In those of the e-puck2 it is 3.4, 2.4 and
-3.3. Corners are 3.5 % darker than the middle, less than a step of RGB565 there; this is left out."""
+62 of 255; its red and blue buckets have a saturation of 0.65 and 0.50. To the e-puck2 a white table is white almost
+without noise, so it is overexposed, but not by much: one of two robots shows its red with 245. Coloured blocks have a
+saturation of 0.27 to 0.49. The noise of a still pixel is 2.1, 1.35 and 2.3 counts in pictures of the e-puck1, of which
+rounding makes a part: noise of s counts that is rounded to steps of q has, over many levels of brightness, a variance
+of 0.56 q s. In those of the e-puck2 it is 3.4, 2.4 and 3.3. Corners are 3.5 % darker than the middle, less than a step
+of RGB565 there; this is left out."""
 
 
 def lens_named(name: str) -> Lens:
