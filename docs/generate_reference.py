@@ -95,7 +95,7 @@ DRAWINGS = {
 
 
 MEASURED = DOCS / "concepts/how-real-is-it.md"
-"""The page that holds a table of what is measured anew, which takes a quarter of a minute."""
+"""The page that holds a table of what is measured again, which takes a quarter of a minute."""
 
 
 def measured() -> dict[Path, str]:

@@ -56,7 +56,7 @@ def found_pitch(rings: NDArray[np.int16], oldest: int, context: Context) -> v.Pi
     Args:
         rings: Their samples, one row a microphone, slot by slot.
         oldest: The slot that was to be written next when the sending began.
-        context: Of the answer.
+        context: What the connection knows of the robot.
     """
     import numpy as np
 

@@ -10,7 +10,7 @@ luminance of the floor's colour but its value or its saturation, whichever is la
 paper (measured-robots: ground.printed_grey). What a sensor reads over black differs much between robots, and between
 the sensors of one robot; what it reads over white does not (measured-robots: ground.thirty_robots).
 
-Nobody has measured the cliff sensors. They are assumed to be like the other three. A hole, and what lies beyond the
+No one has measured the cliff sensors. They are assumed to be like the other three. A hole, and what lies beyond the
 floor, gives next to nothing.
 """
 
