@@ -2,6 +2,7 @@
 
 import importlib
 import math
+import statistics
 import random
 from collections.abc import Callable
 from dataclasses import replace
@@ -85,7 +86,7 @@ def aggregate(robot: Any, parameters: Any, memory: Any) -> None:
 
 
 def leave(robot: Any, parameters: Any, memory: Any) -> None:
-    near = [math.sqrt(count) if count > 40 else 0.0 for count in robot.proximity]
+    near = [math.sqrt(count) if count > 90 else 0.0 for count in robot.proximity]
     ahead = -0.955 * (near[0] + near[7]) - 0.696 * (near[1] + near[6]) + 0.879 * (near[3] + near[4])
     aside = 0.296 * (near[0] - near[7]) + 0.718 * (near[1] - near[6]) + near[2] - near[5] + 0.477 * (near[3] - near[4])
     memory[0] -= 1
@@ -153,9 +154,10 @@ def test_every_world_has_room_for_the_robots_and_a_tick_pays_within_its_range(na
 def test_a_sensible_robot_solves_it_and_one_that_stands_does_not(name: str) -> None:
     task = TASKS[name]
     function, parameter = SENSIBLE[name]
+    seeds = (1, 2, 3) if name == "dispersion" else (1,)  # where robots that are drawn badly bring it down
     if task.robots > 1:
         task = replace(task, seconds=task.seconds / 2)
-    assert played(task, function, parameter) >= task.solved
+    assert statistics.fmean(played(task, function, parameter, seed) for seed in seeds) >= task.solved
     assert played(replace(task, seconds=2.0), stand) < task.solved
 
 
