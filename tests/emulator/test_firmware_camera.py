@@ -340,7 +340,7 @@ sensor_noise = 0.0
 position = [1.35, 1.05]
 size = [0.1, 0.06]
 height = 0.05
-colour = "#ff0000"
+colour = "#a00000"
 
 [[robot]]
 position = [1.0, 1.0]

@@ -132,6 +132,7 @@ class Bull:
         self._run = run
         self._speed = speed
         self._red = red
+        self._size = SIDE, SIDE
         self._pictures_left = 0
         self._best = 0.0
         self._grew_at = 0.0
@@ -142,7 +143,11 @@ class Bull:
 
     def waking(self, view: BlockingEpuck) -> State:
         """Set the camera."""
-        self._robot.set_camera(SIDE, SIDE, ZOOM, CameraMode.COLOUR)
+        self._set_camera()
+        first = self._run.wait_for(self._robot.begin.image())
+        if first is not None and first.zoom != ZOOM:  # the e-puck2 takes 8 as 4: as wide a strip, of as many pixels
+            self._size = SIDE * ZOOM // first.zoom, SIDE * first.zoom // ZOOM
+            self._set_camera()
         return self._look_around()
 
     def _look_around(self) -> State:
@@ -223,6 +228,9 @@ class Bull:
         self._robot.sleep(PAUSE)
         return self.stuck if way_out(self._open_air(view.proximity())) is None else self.wandering
 
+    def _set_camera(self) -> None:
+        self._robot.set_camera(*self._size, ZOOM, CameraMode.COLOUR)
+
     def _take_wheels(self) -> Wheels:
         """Return the speeds of the last step, once: after a lost answer the robot stands until the next reading."""
         wheels, self._wheels = self._wheels, STANDING
@@ -241,9 +249,8 @@ class Bull:
             looking.cancel()  # otherwise the command to stop would wait for a picture that is not needed any more
             raise
         picture = self._run.wait_for(looking)
-        if picture is not None and (picture.width, picture.height, picture.mode) != (SIDE, SIDE, CameraMode.COLOUR):
-            # The robot restarted and lost its settings.
-            self._robot.set_camera(SIDE, SIDE, ZOOM, CameraMode.COLOUR)
+        if picture is not None and (picture.width, picture.height, picture.mode) != (*self._size, CameraMode.COLOUR):
+            self._set_camera()  # The robot restarted and lost its settings.
             picture = self._run.wait_for(self._robot.begin.image())
         return None if picture is None else measure_redness(picture.pixels, picture.grey)
 

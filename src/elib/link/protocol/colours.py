@@ -74,10 +74,10 @@ class Grey:
         import numpy as np
 
         shares = _shares(planes)
-        shares *= np.minimum(1.0, MUCH / np.maximum(shares[0], MUCH))
+        learned = shares * np.minimum(1.0, MUCH / np.maximum(shares[0], MUCH))
         if self._shares is not None:
-            shares += FADE * self._shares
-        self._shares = shares
+            shares = learned = learned + FADE * self._shares
+        self._shares = learned
         off = CELL * np.arange(1 - REACH, REACH)
         likely = np.exp(-(off**2) / (2 * CAST**2))
         row, column = np.divmod(np.argmax(shares[0] * np.outer(likely, likely)), len(off))
@@ -133,8 +133,8 @@ ALIKE: Final = 0.87
 """Ratio of two channels from which they are alike: one deviation, as below."""
 
 MUCH: Final = 0.2
-"""Share of a picture from which more of a colour does not make it likelier to be grey: grey is what many pictures show,
-and one thing may fill some of them."""
+"""Share of a picture from which more of a colour is no likelier to be grey, except in the first picture: grey is what
+many show, and one thing may fill some of them."""
 
 FADE: Final = 0.998
 """What is left of the shares of earlier pictures after another one: half in 350, so that another light is learned."""
