@@ -264,7 +264,7 @@ def near_the_beeper(world: World, chance: random.Random) -> None:
 
 @pytest.mark.parametrize(("seed", "firmware"), list(zip(drawn(4, "beeper"), FIRMWARES, strict=True)))
 def test_it_turns_towards_a_beeper_beside_it_and_stays_so(seed: int, firmware: str) -> None:
-    seen = run("locate-clap", f"beeper?firmware={firmware}", seed, seconds=10, at={0: near_the_beeper})
+    seen = run("locate-clap", f"beeper?firmware={firmware}", seed, seconds=20, at={0: near_the_beeper})
     source = seen.world.scene.sounds[0]
     assert seen.states[-1] == "facing"
     assert abs(bearing(seen.world, source.x, source.y)) < 25

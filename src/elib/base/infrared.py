@@ -27,7 +27,7 @@ SETBACK: Final = 0.001
 REACH: Final = 0.12
 """m. Farther walls send nothing back: 14 counts are left there, and by then a robot sees the room's own unevenness."""
 
-MOST_LIGHT: Final = 40950.0
+MAX_LIGHT: Final = 40950.0
 """Light that no table of responses exceeds, counts: ten times what the converter holds. A sensor saturates by the sum
 of what its rays bring, so one of them may bring more than the converter holds."""
 
@@ -38,7 +38,7 @@ def response_table(reach: float, law: Callable[[float], float]) -> tuple[float, 
 
 
 def _measured(distance: float) -> float:
-    return min(LIGHT / (distance + SETBACK) ** 2, MOST_LIGHT)
+    return min(LIGHT / (distance + SETBACK) ** 2, MAX_LIGHT)
 
 
 USUAL_RESPONSE: Final = (*response_table(REACH - SPACING, _measured), 0.0)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError
-from elib.base.infrared import MOST_LIGHT, SPACING, USUAL_RESPONSE
+from elib.base.infrared import MAX_LIGHT, SPACING, USUAL_RESPONSE
 from elib.simulator.emulator.robotprofile import Infrared
 from elib.simulator.physics.profiles import COUNT
 from elib.studies.series import Numbers
@@ -228,7 +228,7 @@ class _Model:
         bends = np.interp(SHOWN, KNOTS, self.unknowns[: len(KNOTS)])
         counts = usual(SHOWN) * np.exp(bends)
         # A nearer wall never gives fewer counts.
-        counts = np.maximum.accumulate(np.clip(counts, 0, MOST_LIGHT)[::-1])[::-1]
+        counts = np.maximum.accumulate(np.clip(counts, 0, MAX_LIGHT)[::-1])[::-1]
         gains = np.exp(self.unknowns[len(KNOTS) : len(KNOTS) + COUNT])
         knots = tuple((round(float(d), 4), round(float(c), 1)) for d, c in zip(SHOWN, counts, strict=True))
         offsets = tuple(round(max(float(level), 0.0), 2) for level in self.levels)

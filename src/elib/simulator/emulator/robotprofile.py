@@ -32,7 +32,7 @@ from typing import Annotated, cast
 
 from elib.base.body import AXLE, WHEEL_DIAMETER
 from elib.base.files import read_file, write_file
-from elib.base.infrared import MOST_LIGHT, response_table
+from elib.base.infrared import MAX_LIGHT, response_table
 from elib.base.rules import Delay, Number, Rule, Several, Text, is_number
 from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
 from elib.simulator.physics import profiles
@@ -64,7 +64,7 @@ class CurveRule(Rule):
     def __str__(self) -> str:
         return (
             f"2 to {MAX_KNOTS} pairs of a distance, m, from 0 and rising to {MAX_REACH:g} at most, and a reading,"
-            f" 0 to {MOST_LIGHT:g} counts"
+            f" 0 to {MAX_LIGHT:g} counts"
         )
 
     def accept(self, value: object) -> tuple[tuple[float, ...], ...]:
@@ -80,7 +80,7 @@ class CurveRule(Rule):
 def _is_pair(pair: object) -> bool:
     if not isinstance(pair, list) or len(pair) != 2 or not all(map(is_number, pair)):
         return False
-    return bool(0 <= pair[0] <= MAX_REACH and 0 <= pair[1] <= MOST_LIGHT)
+    return bool(0 <= pair[0] <= MAX_REACH and 0 <= pair[1] <= MAX_LIGHT)
 
 
 Curve = Annotated[

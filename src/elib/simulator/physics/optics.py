@@ -73,7 +73,7 @@ class Chip(NamedTuple):
 FAITHFUL: Final = Chip(1.0, 1.0, (0.0, 0.0, 0.0))
 """Shows colours as they are."""
 
-CHIPS: Final = {1: Chip(0.5, 0.75, (1.0, 0.8, 1.2)), 2: Chip(1.1, 0.45, (2.5, 1.7, 2.8))}
+CHIPS: Final = {1: Chip(0.5, 0.75, (1.0, 0.8, 1.2)), 2: Chip(1.1, 0.45, (2.4, 1.7, 2.6))}
 """By generation (measured-robots: camera.epuck1, epuck2_blue_block, epuck2_blocks). The e-puck1 shows a grey room with
 62 of 255; its red and blue buckets have a saturation of 0.65 and 0.50. To the e-puck2 a white table is white almost
 without noise, so it is overexposed, but not by much: one of two robots shows its red with 245. Coloured blocks have a
