@@ -80,7 +80,9 @@ def vary_infrared(setting: Setting, robot: Robot) -> None:
     offsets = spread_between(setting.spread, setting.offset_spread, OFFSET_SPREAD)
     for s in range(COUNT):
         robot.gain[s] = max(1.0 + gains * gauss(key, GAIN + s), MIN_GAIN)
-        robot.offset[s] = offsets * MEDIAN_OFFSET * exponential(OFFSET_BEND * gauss(key, OFFSETS + s))
+        robot.offset[s] = 0.0
+        if offsets > 0.0:
+            robot.offset[s] = offsets * MEDIAN_OFFSET * exponential(OFFSET_BEND * gauss(key, OFFSETS + s))
         robot.darkness[s] = 1.0 + setting.spread * DARKNESS_SPREAD * gauss(key, SATURATION + s)
 
 
