@@ -2,8 +2,8 @@
 
 import importlib
 import math
-import statistics
 import random
+import statistics
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
