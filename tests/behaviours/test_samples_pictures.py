@@ -16,6 +16,7 @@ from elib.behaviours import RunContext, RunResult, find, play
 from elib.behaviours._run.pictures import TRIES, draw, image_of, retry, show
 from elib.behaviours._vision import measure_redness
 from elib.behaviours.show_processed_image import red_to_white
+from elib.link.protocol.colours import Grey
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.link.session import Called, Ended, TraceEvent
@@ -192,8 +193,9 @@ def test_the_picture_shown_is_the_one_the_robot_sent(folder: Path) -> None:
 def test_three_pictures_show_in_white_what_is_red(folder: Path) -> None:
     outcome, images = pictures("show-processed-image")
     assert len(images) == 3
+    grey = Grey()
     for number, image in enumerate(images, 1):
-        fraction, _ = measure_redness(image.pixels)
+        fraction, _ = measure_redness(image.pixels, grey)
         assert fraction > 0.01
         with Files.open(folder / f"elib-red-{number}.png") as kept:
             white = np.asarray(kept)[::6, ::6]
