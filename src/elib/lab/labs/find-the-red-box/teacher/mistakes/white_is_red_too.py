@@ -6,11 +6,10 @@ import elib
 with elib.connect() as robot:
     robot.calibrate_proximity()
     robot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
-    empty = robot.proximity()
     while (robot.image().pixels[:, :, 0] > 60).sum() < 20:
         robot.turn(math.radians(25))
     near = robot.proximity()
-    while max(near.front_left - empty.front_left, near.front_right - empty.front_right) < 250:
+    while max(near.front_left, near.front_right) < 250:
         robot.set_speed(0.2, 0.2)
         robot.sleep(0.05)
         near = robot.proximity()

@@ -6,9 +6,8 @@ import elib
 with elib.connect() as robot:
     robot.calibrate_proximity()
     robot.set_camera(40, 40, 8, elib.CameraMode.COLOUR)
-    empty = robot.proximity()
     near = robot.proximity()
-    while max(near.front_left - empty.front_left, near.front_right - empty.front_right) < 250:
+    while max(near.front_left, near.front_right) < 250:
         red = robot.image().find("red")
         if red is None:
             robot.turn(math.radians(10))
