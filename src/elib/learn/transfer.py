@@ -22,6 +22,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from elib.base.body import WHEEL_SPREAD
 from elib.base.errors import ArgumentError, ElibError, Unsupported
 from elib.base.rules import SEED, Whole
 from elib.learn.champion import Champion
@@ -69,12 +70,12 @@ class Trouble(NamedTuple):
 
 
 # What is usual: the noise that the response profile states; the standard deviation of Enki's factor of 0.95 to 1.05 in
-# each step; robots of the thesis of 2011, which drove 10 cm to less than 1 mm; its Bluetooth link (wire-protocol.md,
-# 5.13); the fault script flaky-bluetooth.
+# each step; the wheels of typical robots; the thesis' Bluetooth link (wire-protocol.md, 5.13); the fault script
+# flaky-bluetooth.
 TROUBLES = (
     Trouble("sensor noise", "times", "physics", "sensor_noise", 1.0, (1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)),
     Trouble("motor noise", "of the travel", "physics", "motor_noise", 0.03, (0.03, 0.06, 0.1, 0.15, 0.2, 0.3)),
-    Trouble("wheel spread", "of the radius", "physics", "wheel_spread", 0.004, (0.004, 0.01, 0.02, 0.04, 0.07, 0.1)),
+    Trouble("wheel spread", "of the radius", "physics", "wheel_spread", WHEEL_SPREAD, (0.01, 0.02, 0.04, 0.07, 0.1)),
     Trouble("latency", "s each way", "wire", "latency", 0.01, (0.01, 0.03, 0.06, 0.12, 0.25, 0.5)),
     Trouble("loss", "of the answers", "wire", "loss", 0.02, (0.02, 0.05, 0.1, 0.2, 0.4)),
 )
@@ -425,7 +426,7 @@ class _Transfer:
         name, unit, where, key, _, tried = trouble
         physics = self.stages[0]
         if where == "physics":
-            begin, first = min(getattr(scene.model, key) for scene in self.task.scenes), physics
+            begin, first = min(_of(scene.model, key) for scene in self.task.scenes), physics
         else:
             begin, first = 0.0, next(stage for stage in self.stages if stage.name == f"wire {firmware}")
         values, stages, least = [begin], [first], BROKEN * physics.mean
@@ -468,7 +469,13 @@ def changed(task: Task, change: Callable[[EpuckModel], EpuckModel]) -> Task:
 
 
 def _with_at_least(model: EpuckModel, key: str, value: float) -> EpuckModel:
-    return replace(model, **{key: max(value, getattr(model, key))})
+    return replace(model, **{key: max(value, _of(model, key))})  # type: ignore[arg-type]
+
+
+def _of(model: EpuckModel, key: str) -> float:
+    """Return what robots have of a trouble: where the world does not say it, by their quality."""
+    value: float | None = getattr(model, key)
+    return model.spread * WHEEL_SPREAD if value is None else value
 
 
 def crossing(values: Sequence[float], means: Sequence[float], least: float) -> float:
