@@ -1,4 +1,4 @@
-"""What the tests of several packages share: how they wait, Python programs, ports that are held, drawn robots.
+"""What the tests of several packages share: how they wait, Python programs, ports that are held, a terminal.
 
 Tests do not race the wall clock; ``tests/check_waiting.py`` refuses what would. What is to come is waited for with
 :func:`until` or :func:`wait_until`, or with the bound :data:`PATIENCE`. That something does not come is proven without
@@ -18,12 +18,8 @@ import threading
 import time
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Sequence
 from contextlib import AbstractAsyncContextManager, contextmanager
-from dataclasses import replace
-from pathlib import Path
 from typing import Any, TypeVar
 
-from elib.simulator.physics import Scene
-from elib.simulator.worlds.writer import written_scene
 from elib.testing import simulated
 
 T = TypeVar("T")
@@ -123,11 +119,3 @@ class Terminal(io.StringIO):
 
     def isatty(self) -> bool:
         return True
-
-
-def of_quality(world: str, quality: str, folder: Path) -> str:
-    """Return the path of a world, given by name or path, but with robots of this quality."""
-    scene = Scene.load(world)
-    path = folder / f"{quality}-{Path(world).stem}.toml"
-    path.write_text(written_scene(replace(scene, model=replace(scene.model, quality=quality))))
-    return str(path)

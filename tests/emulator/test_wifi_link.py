@@ -338,22 +338,13 @@ async def test_led2_can_be_seen_in_the_world(transport: SimTransport) -> None:
 # -- the times that were measured --
 
 
-def typical(path: Path, quality: str = "typical") -> str:
-    """Return the URL of an e-puck2 on Wi-Fi of a quality."""
-    world = path / "world.toml"
-    world.write_text(
-        f'[arena]\nsize = [1.0, 1.0]\n\n[epuck]\nquality = "{quality}"\n\n[[robot]]\nposition = [0.5, 0.5]\n'
-    )
-    return f"sim://{world}?firmware=epuck2-wifi&speed=max"
-
-
-def gaps(path: Path, request: int, count: int, *, quality: str = "typical", seed: int = 1) -> list[float]:
+def gaps(request: int, count: int, *, quality: str = "typical", seed: int = 1) -> list[float]:
     """Return the times between whole packets of a kind on their arrival, ms, in rising order."""
     size = {1: 38_401, 2: 105}[request]
 
     @simulated
     async def listen() -> list[float]:
-        transport = await open_transport(typical(path, quality) + f"&seed={seed}")
+        transport = await open_transport(f"sim://square?firmware=epuck2-wifi&speed=max&quality={quality}&seed={seed}")
         await transport.write(command(request))
         found: list[float] = []
         received = 0
@@ -371,14 +362,14 @@ def percentiles(values: list[float], *shares: float) -> list[float]:
     return [values[int(share / 100 * (len(values) - 1))] for share in shares]
 
 
-def test_an_ideal_robots_packets_and_pictures_come_in_the_measured_periods(tmp_path: Path) -> None:
-    assert gaps(tmp_path, 2, 100, quality="ideal") == pytest.approx([21.5] * 100, abs=0.1)
-    assert gaps(tmp_path, 1, 20, quality="ideal")[1:-1] == pytest.approx([137] * 18, abs=2)
+def test_an_ideal_robots_packets_and_pictures_come_in_the_measured_periods() -> None:
+    assert gaps(2, 100, quality="ideal") == pytest.approx([21.5] * 100, abs=0.1)
+    assert gaps(1, 20, quality="ideal")[1:-1] == pytest.approx([137] * 18, abs=2)
 
 
-def test_a_typical_robots_packets_come_as_irregularly_as_was_measured(tmp_path: Path) -> None:
+def test_a_typical_robots_packets_come_as_irregularly_as_was_measured() -> None:
     # measured-robots: latency.wifi_packet: 17.6 21.1 22.9 26.5 30.1 56.6 392.4
-    found = gaps(tmp_path, 2, 4000)
+    found = gaps(2, 4000)
     p25, p50, p75, p90, p95, p99, most = percentiles(found, 25, 50, 75, 90, 95, 99, 100)
     assert (p25, p50, p75) == pytest.approx((18.5, 21.1, 22.9), abs=1.5)
     assert (p90, p95) == pytest.approx((26.5, 30.1), abs=4)
@@ -386,9 +377,9 @@ def test_a_typical_robots_packets_come_as_irregularly_as_was_measured(tmp_path: 
     assert 200 < most < 420
 
 
-def test_a_typical_robots_pictures_have_the_long_tail_that_was_measured(tmp_path: Path) -> None:
+def test_a_typical_robots_pictures_have_the_long_tail_that_was_measured() -> None:
     # measured-robots: latency.wifi_picture: 137 300 1115 1500 5000
-    found = gaps(tmp_path, 1, 600)
+    found = gaps(1, 600)
     p50, p75, p90, p95, most = percentiles(found, 50, 75, 90, 95, 100)
     assert p50 == pytest.approx(137, abs=20)
     assert p75 == pytest.approx(300, abs=100)
@@ -397,15 +388,15 @@ def test_a_typical_robots_pictures_have_the_long_tail_that_was_measured(tmp_path
     assert 3000 < most < 5200
 
 
-def test_the_same_seed_gives_the_same_times_and_another_one_others(tmp_path: Path) -> None:
-    first = gaps(tmp_path, 2, 300, seed=3)
-    assert gaps(tmp_path, 2, 300, seed=3) == first
-    assert gaps(tmp_path, 2, 300, seed=4) != first
+def test_the_same_seed_gives_the_same_times_and_another_one_others() -> None:
+    first = gaps(2, 300, seed=3)
+    assert gaps(2, 300, seed=3) == first
+    assert gaps(2, 300, seed=4) != first
 
 
 @pytest.mark.parametrize(("readings", "pictures"), [(500, 30), pytest.param(20_000, 1000, marks=pytest.mark.long)])
-def test_no_call_gives_up_too_early_on_a_typical_network(readings: int, pictures: int, tmp_path: Path) -> None:
-    with elib.connect(typical(tmp_path)) as robot:
+def test_no_call_gives_up_too_early_on_a_typical_network(readings: int, pictures: int) -> None:
+    with elib.connect("sim://square?firmware=epuck2-wifi&speed=max") as robot:
         for _ in range(readings):
             robot.proximity()
         for _ in range(pictures):

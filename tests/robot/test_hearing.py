@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import elib
+from elib.base.body import MICROPHONE_RATE
 from elib.base.errors import Unsupported
-from elib.link.protocol.pitch import sample_times
+from elib.link.protocol.pitch import sent_samples
 from elib.simulator.physics import Pose, Scene, World
 from elib.simulator.physics.fittings import Sound
 from elib.testing import hardware_of, world_of
@@ -73,7 +74,7 @@ def test_the_samples_of_a_tone_of_1000_hz_have_its_period_in_each_piece(firmware
     with elib.connect(beeper(firmware)) as robot:
         assert robot.microphone_samples().shape == (3, 100)
         rings = np.array(hardware_of(robot).microphone_rings()).reshape(3, 100)
-        times = sample_times(hardware_of(robot).microphone_index(), *rings.shape)
+        times = sent_samples(hardware_of(robot).microphone_index(), *rings.shape) / MICROPHONE_RATE
         for ring, time in zip(rings, times, strict=True):
             jumps = np.flatnonzero(np.diff(time) > 0.003)
             assert 1 <= len(jumps) <= 2

@@ -16,12 +16,10 @@ from statistics import mean, median
 import pytest
 from story_rig import Change, anywhere, clearance, drawn, drawn_quick, from_segment, run
 
-import elib
 from elib.base.errors import ArgumentError
 from elib.base.pose import Pose
 from elib.simulator import worlds
 from elib.simulator.physics import Sound, Stripe, World
-from shared import of_quality
 
 
 def bearing(world: World, x: float, y: float) -> float:
@@ -174,10 +172,9 @@ REAL = [
     ],
 )
 def test_whatever_its_sensors_read_over_black_a_robot_learns_it_and_stays_on_the_line(
-    quality: str, firmware: str, link: str, seed: int, tmp_path: Path
+    quality: str, firmware: str, link: str, seed: int
 ) -> None:
-    world = of_quality("line", quality, tmp_path)
-    url = f"{world}?firmware={firmware}{link}"
+    url = f"line?firmware={firmware}&quality={quality}{link}"
     seen = run("line-following", url, seed, seconds=30, at={0: on_the_line}, look=from_line)
     late = seen.seen[seen.after(12) :]  # over a bad link the look to both sides takes up to 11 s
     assert sum(distance < 0.02 for distance in late) > 0.95 * len(late)
@@ -304,13 +301,11 @@ def test_of_a_sound_that_the_microphones_do_not_decide_it_says_so() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("firmware", ["asercom-1.2.2", "epuck2"])
 def test_typical_robots_face_the_beeper_to_25_degrees_or_say_that_they_cannot_tell(
-    firmware: str, tmp_path: Path
+    firmware: str,
 ) -> None:
-    beeper = (Path(elib.__file__).parent / "simulator/worlds/beeper.toml").read_text()
-    (tmp_path / "beeper.toml").write_text(f'{beeper}\n[epuck]\nquality = "typical"\n')
     errors = []
     for seed in drawn(20, "typical beeper"):
-        seen = run("locate-clap", f"{tmp_path / 'beeper.toml'}?firmware={firmware}", seed, seconds=12, at={0: anywhere})
+        seen = run("locate-clap", f"beeper?firmware={firmware}", seed, seconds=12, at={0: anywhere})
         if seen.states[-1] != "unclear":
             source = seen.world.scene.sounds[0]
             errors.append(bearing(seen.world, source.x, source.y))

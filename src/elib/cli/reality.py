@@ -7,6 +7,7 @@ import sys
 import textwrap
 from itertools import groupby
 
+from elib.cli import readings
 from elib.cli.readings import Json
 from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, columns, paint
 from elib.studies.reality.figures import BOUNDS
@@ -86,11 +87,6 @@ def _below(found: Realism, width: int) -> list[str]:
     return lines
 
 
-def number(value: float) -> float | None:
-    """Return a number for JSON, which has no nan."""
-    return None if math.isnan(value) else value
-
-
 def to_json(found: Realism) -> dict[str, Json]:
     """Return the comparison for JSON."""
     return {
@@ -114,8 +110,8 @@ def to_json(found: Realism) -> dict[str, Json]:
                         "condition": condition.robots.condition,
                         "robots": [*condition.robots[1:]],
                         "simulator": [*condition.simulator],
-                        "compared": number(condition.compared),
-                        "own": number(condition.own),
+                        "compared": readings.to_json(condition.compared),
+                        "own": readings.to_json(condition.own),
                         "inside": condition.is_inside,
                     }
                     for condition in each.conditions

@@ -32,6 +32,7 @@ from elib.simulator.emulator.firmware import FIRMWARES, WIFI_FIRMWARES
 from elib.simulator.emulator.robotprofile import load as load_profile
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.physics import Episodes, EpuckModel, Randomisation, Task
+from elib.simulator.physics.noise import spread_between
 from elib.simulator.physics.profiles import PROFILES
 from elib.simulator.worlds.writer import written_scene
 
@@ -474,8 +475,7 @@ def _with_at_least(model: EpuckModel, key: str, value: float) -> EpuckModel:
 
 def _of(model: EpuckModel, key: str) -> float:
     """Return what robots have of a trouble: where the world does not say it, by their quality."""
-    value: float | None = getattr(model, key)
-    return model.spread * WHEEL_SPREAD if value is None else value
+    return spread_between(model.spread, model.given(key), WHEEL_SPREAD)
 
 
 def crossing(values: Sequence[float], means: Sequence[float], least: float) -> float:

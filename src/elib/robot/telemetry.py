@@ -161,7 +161,7 @@ class Telemetry:
                 images = any(IMAGE in reader.names for reader in self._readers)
                 robot.session.stream(sensors=self._want_sensors, images=images)
                 with contextlib.suppress(TimeoutError):
-                    async with asyncio.timeout(max(POLL_TIMEOUT, robot.context.profile.patience)):
+                    async with asyncio.timeout(_patience(robot)):
                         await self._changed.wait()
                         continue
                 if getattr(robot.session.transport, "is_paused", False):
@@ -183,11 +183,10 @@ class Telemetry:
     def _report_silence(self, robot: Robot) -> None:
         """Tell the readers what did not come for a while: with the readings that they had, and the error."""
         missing = {name for reader in self._readers for name in reader.names if name not in self._came}
-        waited = max(POLL_TIMEOUT, robot.context.profile.patience)
         for name in missing:
             what = "picture" if name == IMAGE else "sensor packet"
             self._failures[name] = ReplyTimeout(
-                f"no {what} came from {robot.url} for {waited:g} s", request=f"watch({name})"
+                f"no {what} came from {robot.url} for {_patience(robot):g} s", request=f"watch({name})"
             )
         self._deliver([reader for reader in self._readers if missing.intersection(reader.names)], robot.context.origin)
 
@@ -426,6 +425,11 @@ class BlockingWatch:
         """End the subscription. Safe to repeat."""
         if not self._portal.is_closed:
             self._portal.call(self._watch.aclose())
+
+
+def _patience(robot: Robot) -> float:
+    """Return for how long a stream may be silent, s."""
+    return max(POLL_TIMEOUT, robot.context.profile.patience)
 
 
 def _raise_if_over(robot: Robot, error: ElibError) -> None:

@@ -1,8 +1,8 @@
 """The pitch of a sound, from the samples of an e-puck1's microphones.
 
 The robot goes on sampling into its rings while it sends them, nine times slower than it samples. So each ring arrives
-in pieces from different moments. When each sample was taken follows from the slot that was to be written next and the
-speed of the robot's UART. A sine wave of each frequency is fitted to the samples at those times: a least-squares
+in pieces from different moments. Which sample is in which slot follows from the slot that was to be written next and
+the speed of the robot's UART. A sine wave of each frequency is fitted to the samples at those times: a least-squares
 spectrum, which needs no even spacing as an FFT does, and over 50 ms tells frequencies apart that 6 ms could not.
 """
 
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 WORD_TIME: Final = 20 / 115200
-"""s in which the robot sends a sample of two bytes (wire-protocol.md, 1.1)."""
+"""s in which the robot's UART sends a sample of two bytes (wire-protocol.md, 1.1), however fast the link is said to
+be."""
 
 LOWEST, HIGHEST, STEP = 150.0, 8000.0, 8.0
 """Hz. The spectrum: from one wave in a ring to just below half the rate, in a third of the width of a peak."""
@@ -34,20 +35,21 @@ CLEAR: Final = 0.4
 quiet room 0.5."""
 
 
-def sample_times(oldest: int, microphones: int, samples: int) -> NDArray[np.float64]:
-    """Return when the samples that arrive were taken, s after the sending began: one row a microphone, slot by slot.
+def sent_samples(following: float, microphones: int, samples: int) -> NDArray[np.int64]:
+    """Return the numbers of the samples that are sent: one row a microphone, slot by slot.
+
+    Each slot is sent with the sample that it holds at that time, while the rings are filled on.
 
     Args:
-        oldest: The slot that was to be written next when the sending began.
+        following: The number of the sample that is to be taken next when the sending begins. Sample 0 is in slot 0.
         microphones: How many there are.
         samples: How many of each are sent.
     """
     import numpy as np
 
     slots = np.arange(microphones * samples)
-    taken = np.floor(oldest + slots * WORD_TIME * MICROPHONE_RATE)
-    newest = taken - 1 - (taken - 1 - slots) % samples
-    return np.reshape((newest - oldest) / MICROPHONE_RATE, (microphones, samples))
+    taken = np.floor(following + slots * WORD_TIME * MICROPHONE_RATE).astype(np.int64)
+    return np.reshape(taken - 1 - (taken - 1 - slots) % samples, (microphones, samples))
 
 
 def found_pitch(rings: NDArray[np.int16], oldest: int, context: Context) -> v.Pitch:
@@ -64,8 +66,8 @@ def found_pitch(rings: NDArray[np.int16], oldest: int, context: Context) -> v.Pi
     heard = float(np.sum(waves**2))
     frequencies = np.arange(LOWEST, HIGHEST, STEP)
     power = np.zeros(len(frequencies))
-    for times, wave in zip(sample_times(oldest, *rings.shape), waves, strict=True):
-        angles = 2 * math.pi * np.outer(frequencies, times)
+    for numbers, wave in zip(sent_samples(oldest, *rings.shape), waves, strict=True):
+        angles = 2 * math.pi * np.outer(frequencies, numbers / MICROPHONE_RATE)
         basis = np.stack([np.cos(angles), np.sin(angles)], axis=1)
         basis -= basis.mean(axis=2, keepdims=True)  # A low tone's samples do not add up to 0.
         found = basis @ wave

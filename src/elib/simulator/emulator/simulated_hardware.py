@@ -21,12 +21,12 @@ from elib.base.errors import ArgumentError
 from elib.base.rules import Whole
 from elib.link.protocol.camera import SENSOR_HEIGHT, SENSOR_WIDTH, CameraWindow
 from elib.link.protocol.image import Mounting, check_mounting
+from elib.link.protocol.pitch import sent_samples
 from elib.link.protocol.shapes import MICROPHONES, NO_ECHO, SAMPLES
 from elib.simulator.emulator.battery import FULL_VOLTS, LOW_VOLTS, BatteryCell, power_of
 from elib.simulator.emulator.build import EPUCK1, Build
 from elib.simulator.emulator.hardware import Lights
 from elib.simulator.emulator.robotprofile import RobotProfile
-from elib.simulator.emulator.timing import BITS_PER_BYTE, DEFAULT_BAUD
 from elib.simulator.physics import Colour, Lamps, World
 from elib.simulator.physics.body import GRAVITY
 from elib.simulator.physics.noise import HARD_IRON, MAGNETOMETER, gauss, tick_key
@@ -67,9 +67,6 @@ FIELD_STEP = 0.15
 RANGING_TIME = 0.106
 """s between two values of the distance sensor: the firmware sleeps 100 ms, and reads (measured-robots:
 time_of_flight.epuck2)."""
-
-WORD_TIME = 2 * BITS_PER_BYTE / DEFAULT_BAUD
-"""s in which a robot's UART sends a number of two bytes, however fast the link is said to be."""
 
 
 class SimulatedHardware:
@@ -307,11 +304,9 @@ class SimulatedHardware:
         """Return the rings of three microphones as the transmitter reads them while they are filled on, counts."""
         import numpy as np
 
-        slots = np.arange(MICROPHONES * SAMPLES)
-        taken = np.floor((self._now - self._switched_on + slots * WORD_TIME) * MICROPHONE_RATE).astype(np.int64)
-        newest = taken - 1 - (taken - 1 - slots) % SAMPLES  # the last sample in each slot when that is sent
+        numbers = sent_samples((self._now - self._switched_on) * MICROPHONE_RATE, MICROPHONES, SAMPLES)
         since = round(self._switched_on * MICROPHONE_RATE)
-        heard = self.world.waveform(self.robot_index, newest.reshape(MICROPHONES, SAMPLES) + since)
+        heard = self.world.waveform(self.robot_index, numbers + since)
         return (MIDDLE + np.rint(heard)).clip(0, 4095).astype(int).ravel().tolist()
 
     @property

@@ -29,7 +29,6 @@ from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.emulator.simulated_hardware import SimulatedHardware
 from elib.simulator.emulator.wifi import WifiEmulator
 from elib.simulator.emulator.wifi_link import WifiLink
-from elib.simulator.physics.body import QUALITIES
 from elib.simulator.physics.placement import cleared
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.world import World
@@ -312,7 +311,7 @@ class Simulation:
         link: Link
         if firmware in WIFI_FIRMWARES:
             emulator = robot_on_wifi = WifiEmulator(firmware, hardware, booted=True)
-            spread = 0.0 if self.world is None else QUALITIES[self.world.scene.model.quality]
+            spread = 0.0 if self.world is None else self.world.scene.model.spread
             link = WifiLink(robot_on_wifi, spread=spread, **options)
         else:
             emulator = Emulator(firmware, hardware, baud=settings.baud, booted=True)
