@@ -10,6 +10,7 @@ import socket
 from collections.abc import Callable
 
 from elib.base.errors import Unsupported
+from elib.link.protocol.wifi import REQUEST, STREAM_SENSORS
 from elib.link.session import Channel, Ending, Received, SessionOpened, TraceEvent
 from elib.robot.watchdog import BEAT_EVERY, Watchdog, is_supported
 from elib.robot.watchdog_process import FROZEN_AFTER, end_streams, write_now
@@ -55,7 +56,10 @@ class EmergencyStop:
         number = self._number
         if number is None:
             return None
-        write_now(number, self._data())
+        data = bytearray(self._data())
+        if self._streams:
+            data[REQUEST] = STREAM_SENSORS  # behind a picture it would take the next command late
+        write_now(number, bytes(data))
         self._note_stop()
         self._has_ended_stream = self._streams
         return number if self._streams else None

@@ -27,8 +27,14 @@ WRITE_TIME = 0.2
 STUCK = 16384
 """Bytes unread by a frozen program above which a robot on Wi-Fi may be stuck: it takes no command while it cannot send.
 Its sensors alone need 3 s for them, a picture has more."""
-TAKING_TIME = 0.3
-"""s in which a robot on Wi-Fi takes a command: two of its cycles with a picture (wire-protocol.md, 4.4)."""
+LOOK_EVERY = 0.02
+"""s between two looks at what a robot on Wi-Fi sends: about one of its cycles without a picture."""
+FEW, CALM = 4096, 12
+"""Bytes of one look, more than the packets of a cycle without a picture, and looks in a row that had so few: then it
+has gone through several cycles, and a command that asks for no picture is taken (wire-protocol.md, 4.4)."""
+TAKING_TIME = 6.5
+"""s in which it takes a command at most: a picture on its way came up to 5.9 s late (measured-robots:
+latency.wifi_picture)."""
 
 
 def write_now(number: int, data: bytes) -> None:
@@ -44,29 +50,49 @@ def write_now(number: int, data: bytes) -> None:
                     return
 
 
-def drain(numbers: list[int], seconds: float) -> None:
-    """Read and drop what comes on open lines, until they end or the time is over. Never raises."""
+def drain(number: int, seconds: float) -> None:
+    """Read and drop what comes on an open line, until it ends or the time is over. Never raises."""
     end = time.monotonic() + seconds
-    open_ones = list(numbers)
-    while open_ones and (left := end - time.monotonic()) > 0:
-        for number in select.select(open_ones, [], [], left)[0]:
-            try:
-                is_gone = not os.read(number, 65536)
-            except BlockingIOError:
-                is_gone = False
-            except OSError:
-                is_gone = True
-            if is_gone:
-                open_ones.remove(number)
+    while (left := end - time.monotonic()) > 0 and select.select([number], [], [], left)[0]:
+        if read_all(number) is None:
+            return
+
+
+def read_all(number: int) -> int | None:
+    """Read and drop what waits on an open line; return how many bytes that were, None if the line has ended."""
+    size = 0
+    while select.select([number], [], [], 0)[0]:
+        try:
+            data = os.read(number, 65536)
+        except BlockingIOError:
+            break
+        except OSError:
+            return None
+        if not data:
+            return None
+        size += len(data)
+    return size
 
 
 def end_streams(numbers: list[int]) -> None:
     """Let robots on Wi-Fi take their last command, then end their connections. Never raises.
 
+    The command must ask for no pictures: a robot that has taken it sends small packets alone, one after the other.
     They are read meanwhile, for a robot that cannot send takes no command. What the program would read behind that is
     out of step, so it must not go on.
     """
-    drain(numbers, TAKING_TIME)
+    end = time.monotonic() + TAKING_TIME
+    calm = dict.fromkeys(numbers, 0)
+    while any(looks < CALM for looks in calm.values()) and time.monotonic() < end:
+        time.sleep(LOOK_EVERY)
+        for number in numbers:
+            size = read_all(number)
+            if size is None:
+                calm[number] = CALM  # it is gone
+            elif size > FEW:
+                calm[number] = 0
+            elif size > 0:
+                calm[number] += 1
     for number in numbers:
         with contextlib.suppress(OSError), socket.socket(fileno=os.dup(number)) as line:
             line.shutdown(socket.SHUT_RDWR)
@@ -113,10 +139,14 @@ def main() -> None:
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGPIPE"):
         signal.signal(getattr(signal, name), signal.SIG_IGN)  # they are meant for the program
     beats, line, stop = sys.stdin.fileno(), sys.stdout.fileno(), bytes.fromhex(sys.argv[1])
-    watch(beats, line, stop, int(sys.argv[2]), streams=sys.argv[3] == "True")
-    for _ in range(2):
+    streams = sys.argv[3] == "True"
+    watch(beats, line, stop, int(sys.argv[2]), streams=streams)
+    for _ in range(1 if streams else 2):
         write_now(line, stop)
-        drain([line], LINGER_TIME)  # answers that are not wanted
+        if streams:
+            end_streams([line])
+        else:
+            drain(line, LINGER_TIME)  # answers that are not wanted
     os._exit(0)
 
 
