@@ -35,9 +35,10 @@ from elib.base.errors import Unsupported
 from elib.base.files import read_file, write_file
 from elib.base.rules import Mistake, Number, Rule, Text, Whole, check
 from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
-from elib.behaviours import Behaviour, BehaviourStyle, RunContext, react
+from elib.behaviours import Behaviour, BehaviourStyle, OpenAir, RunContext, react
 from elib.learn.catalogue import find_task
 from elib.learn.networks import Law, Network, find_controller
+from elib.link.protocol.values import Proximity
 from elib.robot.aio import Epuck
 from elib.robot.polling import polls
 from elib.robot.swarms.fanout import in_parallel, raise_first
@@ -193,12 +194,13 @@ class Champion:
         fastest = robot.context.profile.ranges.get("wheel_speed", (-1.0, 1.0))[1]
         function = self.network.function
         parameters, memory = list(self.parameters), [0.0] * self.network.memory
-        view = SensorView(number=number)
+        view, open_air = SensorView(number=number), OpenAir()
         began = robot.time
 
         async def step(link: Epuck) -> None:
             for sensor, value in (await self._read(link)).items():
-                setattr(view, sensor, value)
+                near = list(open_air(Proximity(*value))) if sensor == "proximity" else value
+                setattr(view, sensor, near)
             view.time = robot.time - began
             view.left = view.right = 0.0
             function(view, parameters, memory)

@@ -181,8 +181,9 @@ class RewardCounter:
         task, world = self._task, self._world
         for sensor in task.reward_sensors:
             world.readings(sensor)
-        for i in range(task.robots):
-            self._earned += task.reward(world.records, i)
+        with _calibrated(world.records):
+            for i in range(task.robots):
+                self._earned += task.reward(world.records, i)
         self._ticks += 1
         self.is_over = self._ticks == task.ticks or (task.is_over is not None and task.is_over(world.records))
 
@@ -197,6 +198,19 @@ class RewardCounter:
         """The fitness of the episode so far, as :meth:`~elib.simulator.physics.Episodes.play` counts it."""
         scale = 1 / self._task.ticks if self._task.fitness == "mean" else 1.0
         return self._earned * scale / self._task.robots
+
+
+@contextmanager
+def _calibrated(world: Records) -> Iterator[None]:
+    """Let a world's infrared sensors have read what they do in physics, where the robots of a task are calibrated."""
+    read = [list(view.proximity) for view in world.views]
+    for robot, view in zip(world.robots, world.views, strict=True):
+        for s, offset in enumerate(robot.offset):
+            view.proximity[s] = max(view.proximity[s] - round(offset), 0)
+    yield
+    for raw, view in zip(read, world.views, strict=True):
+        for s, counts in enumerate(raw):
+            view.proximity[s] = counts
 
 
 def can_be_measured(champion: Champion) -> bool:

@@ -17,12 +17,10 @@ GAP = 0.13
 """m. Least way between two obstacles: a robot, 7.4 cm wide, passes and can turn round."""
 
 ROBOTS = Randomisation(
+    spread=(0.5, 1.5),  # From good robots to poorer ones than typical: gains, wheels, axles (measured-robots.md).
     motor_noise=(0.0, 0.03),  # Enki's factor of 0.95 to 1.05 has a deviation of 0.03 (docs/reference/e-puck.md, 1).
     sensor_noise=(0.5, 1.5),  # Around the noise of a standing robot, 3 counts and 1 % (3).
-    wheel_spread=(0.0, 0.005),  # The thesis of 2011 asks for 0.3 to 0.5 % (1).
-    axle_spread=(0.0, 0.02),  # Sources give 51 to 53.3 mm (1).
-    gain_spread=(0.0, 0.1),  # Published curves differ by far more; this is what is left between sensors of one robot.
-    offset_spread=(0.0, 20.0),  # A third of what Webots' table reads in the open (3).
+    offset_spread=(0.0, 20.0),  # What is left after a calibration: the noise of a least reading, and drift.
     ambient=(3600.0, 3900.0),  # Around the 3790 of a normal room (4).
     latency=(0.0, 0.1),  # Two commands take 0.09 s over Bluetooth (docs/reference/wire-protocol.md, 5.13).
 )

@@ -45,7 +45,7 @@ FIRST = SimulationSettings().firmware
 ALL_FIRMWARES = (FIRST, *(name for name in (*FIRMWARES, *WIFI_FIRMWARES) if name != FIRST))
 """Every firmware, that of ``sim://`` first: links, profiles and troubles are tried on the first with the sensors."""
 USUAL_DRAWS = Randomisation(
-    sensor_noise=(0.5, 2.0), motor_noise=(0.0, 0.06), wheel_spread=(0.0, 0.01), gain_spread=(0.0, 0.1)
+    spread=(0.5, 2.0), sensor_noise=(0.5, 2.0), motor_noise=(0.0, 0.06), offset_spread=(0.0, 20.0)
 )
 """What each run of the stage *randomised* draws if the task names nothing: up to about twice what is usual."""
 
@@ -302,13 +302,14 @@ class _Transfer:
         self.plan = plan
         self.executor = executor
         self.learned = champion.find_task()
-        self.task = replace(self.learned, randomisation=Randomisation())
+        alike = replace(self.learned, randomisation=Randomisation())
+        self.task = changed(alike, partial(replace, quality="ideal"))
         self.progress = progress
         self.engine = plan.engine or ("compiled" if importlib.util.find_spec("numba") else "interpreted")
         # Small enough to be read aloud and typed again, and far from the small seeds that people train with.
         draws = np.random.default_rng(plan.seed)
         self.seeds = tuple(int(seed) for seed in draws.choice(2**31, plan.runs, replace=False))
-        self.worlds = self._worlds()
+        self.worlds = self._worlds(alike)
         self.stages: list[StageResult] = []
         self.left_out: list[str] = []
 
@@ -324,7 +325,7 @@ class _Transfer:
         working = [
             name
             for name in plan.firmwares
-            if self._wire(f"wire {name}", "the whole chain with this firmware, on a quiet link", name)
+            if self._wire(f"wire {name}", "the whole chain with this firmware, typical robots, on a quiet link", name)
         ]
         firmware = working[0] if working else None
         if firmware is not None:
@@ -337,9 +338,9 @@ class _Transfer:
         found = self._sensitivities(firmware) if plan.sensitivity else []
         return TransferReport(self.task.name, plan.seed, tuple(self.stages), tuple(found), tuple(self.left_out))
 
-    def _worlds(self) -> list[str]:
+    def _worlds(self, task: Task) -> list[str]:
         """Return the world of each seed's episode, with the robots at their starts, as the text of a world file."""
-        episodes = Episodes(self.task, engine="interpreted")
+        episodes = Episodes(task, engine="interpreted")
         found = []
         for seed in self.seeds:
             episodes.reset(seed)

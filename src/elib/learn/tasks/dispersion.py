@@ -1,8 +1,8 @@
 """Spread out: a swarm of robots that start close together.
 
 The world is an empty room, in which nine robots start side by side at one of eight places. To be solved, an episode
-needs a mean distance of 18 cm to the nearest robot. That is as far as the infrared sensors see another robot, so
-robots that stop as soon as they see no other one do not reach it: they have to drive on for a while.
+needs a mean distance of 17 cm to the nearest robot. The infrared sensors see another robot up to 13 cm away, so robots
+that stop as soon as they see no other one do not reach it: they have to drive on for a while.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from elib.simulator.physics.task import Task
 COUNT = 9
 
 SPACED: Final = 0.25
-"""m to the nearest robot: far enough. The infrared sensors see a robot up to 17 cm away, from middle to middle."""
+"""m to the nearest robot: far enough. The infrared sensors see a robot up to 13 cm away, from middle to middle."""
 
 WIDTH: Final = 0.074
 """m between the middles of two robots that touch."""
@@ -54,7 +54,7 @@ TASK = Task(
     sensors=("proximity",),
     reward=reward,
     fitness="mean",
-    solved=0.6,
+    solved=0.55,
     seconds=60.0,
     top_speed=0.1,
     randomisation=ROBOTS,

@@ -42,7 +42,9 @@ class Randomisation:
         wheel_spread: Range of the spread of wheel radii, 0..0.1.
         axle_spread: Range of the spread of axles, 0..0.1.
         gain_spread: Range of the spread of the infrared sensors' gains, 0..0.5.
-        offset_spread: Range of the spread of what the infrared sensors read in the open, counts, 0..300.
+        offset_spread: Range of the spread of what the infrared sensors read in the open, counts, 0..300. It is 0 unless
+            given: robots of a task are calibrated, as a real one is before it drives, so a controller sees only what is
+            near.
         ambient: Range of what the infrared sensors read in the room's light, counts, 0..4095.
         latency: Range of the time from a decision until the wheels follow it, s, from 0 to the period of the task.
     """
@@ -53,7 +55,7 @@ class Randomisation:
     wheel_spread: Range | None = None
     axle_spread: Range | None = None
     gain_spread: Range | None = None
-    offset_spread: Range | None = None
+    offset_spread: Range | None = (0.0, 0.0)
     ambient: Range | None = None
     latency: Range = (0.0, 0.0)
 
