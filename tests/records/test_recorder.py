@@ -463,7 +463,12 @@ with elib.connect("sim://square?speed=max") as robot:
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of file sizes are those of POSIX")
 def test_a_full_disk_costs_the_recording_and_not_the_robot(path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", FULL, str(path), "12000"], capture_output=True, text=True, timeout=60, check=True
+        # -B: a module that is imported under the limit would be cached cut off, and fail in every later process.
+        [sys.executable, "-B", "-c", FULL, str(path), "12000"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
     )
     lines = done.stdout.splitlines()
     assert f"the recording {path} could not be written: [Errno 27] File too large" in lines[0]
