@@ -212,14 +212,14 @@ def painted(goal: Goal, folder: Path) -> str:
     return str(path)
 
 
-def reaches(name: str, firmware: str, seed: int, quality: str = "typical") -> tuple[bool, Run]:
-    """Return whether a behaviour reaches its goal with the robots of a seed, and its run."""
+def reaches(name: str, firmware: str, seed: int, quality: str = "typical", link: str = "") -> tuple[bool, Run]:
+    """Return whether a behaviour reaches its goal with the robots of a seed, and its run; *link* is more of the URL."""
     goal = GOALS[name]
     joint = "&" if "?" in goal.world else "?"
     with tempfile.TemporaryDirectory() as folder:
         seen = run(
             goal.behaviour or name,
-            f"{painted(goal, Path(folder))}{joint}firmware={firmware}&quality={quality}&latency=0.02",
+            f"{painted(goal, Path(folder))}{joint}firmware={firmware}&quality={quality}&latency=0.02{link}",
             seed,
             seconds=goal.seconds,
             at=dict(goal.at),
@@ -262,11 +262,14 @@ def main() -> None:
     parser.add_argument("names", nargs="*", help="behaviours; all unless given")
     parser.add_argument("--robots", type=int, default=10)
     parser.add_argument("--quality", default="typical")
+    parser.add_argument("--link", default="", help="more of the URL, such as '&fault=flaky-bluetooth'")
     parser.add_argument("--firmwares", nargs="+", choices=FIRMWARES, default=FIRMWARES)
     given = parser.parse_args()
     for name in given.names or GOALS:
         for firmware in given.firmwares:
-            found = {seed: reaches(name, firmware, seed, given.quality) for seed in drawn(given.robots, firmware)}
+            found = {
+                seed: reaches(name, firmware, seed, given.quality, given.link) for seed in drawn(given.robots, firmware)
+            }
             missed = {seed: seen for seed, (is_reached, seen) in found.items() if not is_reached}
             print(f"{name:<16} {firmware:<14} {len(found) - len(missed):>3} of {len(found)}", flush=True)
             for seed, seen in missed.items():
