@@ -213,6 +213,13 @@ def test_every_sensor_of_a_standing_robot_reads_on_the_wire_what_it_reads_in_the
 
 
 @FIRMWARES
+def test_what_typical_robots_read_in_the_open_is_taken_off_as_in_the_physics(world_file, firmware):
+    still = Champion("avoid", "braitenberg", ("proximity",), (0.0,) * 18)
+    wire = on_the_wire(still, 2, f"sim://{world_file}?speed=max&quality=typical&firmware={firmware}&seed=5")
+    assert max(max(seen["proximity"]) for _, seen in wire) < 40
+
+
+@FIRMWARES
 def test_acceleration_and_rotation_have_the_signs_of_the_physics(world_file, firmware):
     sensors = ("acceleration", "rotation")
     circle = Champion("avoid", "braitenberg", sensors, (0.3, 0, 0, 0, 0, 1.0, 0, 0, 0, 0))

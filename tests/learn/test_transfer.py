@@ -37,7 +37,7 @@ def speed(world, i):
     return (world.robots[i].left_speed + world.robots[i].right_speed) / 0.2
 
 def clear(world, i):
-    return speed(world, i) * (1.0 - world.views[i].proximity[0] / 4095)
+    return speed(world, i) * (1.0 - world.views[i].proximity[0] / 400)
 
 def place(world, i):
     return world.robots[i].x - world.robots[i].before_x
@@ -140,7 +140,9 @@ def test_physics_and_the_quiet_wire_agree_where_the_controller_needs_no_sensor(c
     assert poor.mean < 1.01 * wire.mean
 
 
-def test_the_reward_of_the_wire_reads_the_sensors_of_the_virtual_world(champion: Made) -> None:
+def test_the_reward_of_the_wire_reads_the_sensors_of_the_virtual_world_calibrated_as_those_of_physics(
+    champion: Made,
+) -> None:
     best = champion("CLEAR")
     scores = Episodes(best.find_task(), engine="interpreted").play(
         best.network.controller(best.parameters), [best.parameters], [3]
