@@ -156,7 +156,7 @@ async def test_a_robot_is_dragged_to_another_place_and_never_into_something(rig,
 
 
 async def test_the_panel_switches_link_faults_and_lights_and_shows_readings(rig, tab):
-    rig.control.move_robot(0, 0.055, 0.4, math.pi)
+    rig.control.move_robot(0, 0.045, 0.4, math.pi)
     await choose(tab, "robot:0")
     await tab.until("+document.querySelectorAll('.bars span')[1].textContent > 500")  # the wall before its nose
     await set_slider(tab, "knob-loss", 0.25)
@@ -376,7 +376,7 @@ async def test_rays_are_switched_on_and_can_be_read_on_every_floor(tmp_path, ope
         await tab.until("window.app?.place?.world?.model.frame?.number > 2")
         assert await tab.run(f"{PART}.model.frame.rays") is None
         await tab.run(f"{PART}.raysBox.click()")
-        rig.control.move_robot(0, 0.055, 0.4, math.pi)  # a wall before its nose: a ray that meets nothing is faint
+        rig.control.move_robot(0, 0.045, 0.4, math.pi)  # a wall before its nose: a ray that meets nothing is faint
         rays = f"{PART}.model.frame.rays"
         ray = await tab.until(f"{rays}?.[4] > 0.1 && [...{rays}.slice(0, 4)]")
         x, y = (ray[0] + ray[2]) / 2, (ray[1] + ray[3]) / 2

@@ -135,13 +135,15 @@ async def test_what_a_fault_script_does_is_told(tmp_path):
         await robot.close()
 
 
-async def test_looking_on_leaves_the_world_s_hash_as_it_was(rig):
+async def test_looking_on_shows_what_the_robot_reads_and_leaves_the_world_s_hash_as_it_was(rig):
     rig.control.simulation.catch_up()
-    before = rig.control.world.hash()
+    before = rig.control.world.hash("proximity")
     seen = rig.control.world.snapshot(beams=True)
     world.frame(seen, 1, rig.control.is_cut, rays=True)
-    world.readings(rig.control, seen, 0)
-    assert rig.control.world.hash() == before
+    shown = world.readings(rig.control, seen, 0)["proximity"]
+    assert rig.control.world.hash("proximity") == before
+    assert shown == rig.control.world.proximity(0)
+    assert all(shown), "a typical robot reads 0 nowhere"
 
 
 async def test_what_is_moved_or_lit_otherwise_is_told_once(rig, page):

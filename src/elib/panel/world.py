@@ -33,9 +33,6 @@ from elib.simulator.physics.floor import packed
 HEADER = struct.Struct("<IIdIxxxx")
 RAYS = 1
 TOUCHING, BODY, FRONT, CUT = 1, 2, 4, 8
-FULL_SCALE = 4095
-"""Counts of an infrared sensor."""
-
 RATE = 25.0
 """Frames a second of the wall clock, at most."""
 SHARE = 0.1
@@ -222,8 +219,8 @@ def change(old: Snapshot, new: Snapshot) -> Json | None:
 def readings(control: Control, snapshot: Snapshot, robot: int) -> Json:
     """Return what one robot perceives and how it is connected.
 
-    The infrared readings are those of the beams, without noise: a reading the robot is told counts into the world's
-    hash, and a page that looks must not change it.
+    The infrared readings are those of the beams: a reading the robot is told counts into the world's hash, and a page
+    that looks must not change it.
 
     Args:
         control: Knows the links.
@@ -234,7 +231,7 @@ def readings(control: Control, snapshot: Snapshot, robot: int) -> Json:
     found: Json = {
         "type": "readings",
         "robot": robot,
-        "proximity": [round(beam.strength * FULL_SCALE) for beam in snapshot.robots[robot].beams],
+        "proximity": [beam.reading for beam in snapshot.robots[robot].beams],
         "encoders": list(control.world.encoders(robot)),
         "link": told(control.link(robot)),
     }

@@ -104,8 +104,9 @@ class Senses:
         return CameraScene(robots, walls, discs, lights, shown, ambient, tick, spread, noise)
 
     def beams(self, robot: int) -> tuple[Beam, ...]:
-        """Return the middle ray of each infrared sensor for drawings: without noise."""
+        """Return the middle ray of each infrared sensor for those who look on, without telling the robot."""
         state = self._state
+        readings = self._untold("proximity", robot)
         state.engine.ready(look)(state.world, robot)
         here = state.world.robots[robot]
         scratch = state.world.scratch[here.lane]
@@ -121,15 +122,13 @@ class Senses:
                         float(here.y + here.heading_y * x + here.heading_x * y),
                     )
                 )
-            found.append(Beam(ends[0], ends[1], min(1.0, float(scratch.light[s]) / profiles.FULL_SCALE)))
+            strength = min(1.0, float(scratch.light[s]) / profiles.FULL_SCALE)
+            found.append(Beam(ends[0], ends[1], strength, readings[s]))
         return tuple(found)
 
     def now(self, robot: int) -> bytes:
         """Return what the infrared, inertial and ground sensors of a robot read at this tick, without telling it."""
-        here = self._state.world.robots[robot]
-        seen, digest = int(here.seen), int(here.digest)
-        numbers = [number for sensor in HASHED for number in self._now(sensor, robot)]
-        here.seen, here.digest = seen, digest
+        numbers = [number for sensor in HASHED for number in self._untold(sensor, robot)]
         return struct.pack(f"<{len(numbers)}d", *numbers)
 
     def told(self, sensors: Sequence[str]) -> bytes:
@@ -160,6 +159,14 @@ class Senses:
         value = getattr(state.world.views[robot], sensor)
         numbers = value.tolist() if hasattr(value, "tolist") else value
         return list(numbers) if isinstance(numbers, list) else [numbers]
+
+    def _untold(self, sensor: str, robot: int) -> list[Any]:
+        """Return what a sensor of a robot reads, but leave the digest of what the robot was told as it is."""
+        here = self._state.world.robots[robot]
+        seen, digest = int(here.seen), int(here.digest)
+        numbers = self._now(sensor, robot)
+        here.seen, here.digest = seen, digest
+        return numbers
 
     def _tell(self, sensor: str, robot: int, values: list[Any]) -> list[Any]:
         """Count *values* as told, once a tick, and return them."""

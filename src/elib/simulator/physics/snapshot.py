@@ -37,11 +37,13 @@ class Beam:
         start: Where it leaves the robot, x and y, m.
         end: What it meets, or how far it goes, m.
         strength: Reflected light without noise as a part of full scale, 0..1.
+        reading: What the sensor reads, counts: with its gain, what it reads in the open, and noise.
     """
 
     start: tuple[float, float]
     end: tuple[float, float]
     strength: float
+    reading: int
 
 
 @dataclass(frozen=True, slots=True)
