@@ -1,8 +1,8 @@
-"""What the robots of 300 random worlds did and read by the physics of commit 81bb63b: recording it, and comparing.
+"""What the robots of 300 random worlds did and read by the physics of commit ccb7641: recording it, and comparing.
 
-The recording is ``laws-81bb63b.npz``. To make it again, with a worktree of that commit and this script:
+The recording is ``laws-ccb7641.npz``. To make it again, with a worktree of that commit and this script:
 
-    git worktree add ../old 81bb63b
+    git worktree add ../old ccb7641
     PYTHONPATH=../old/src .venv/bin/python tests/physics/record_laws.py
 
 Each world runs for one simulated second. Its robots get new wheel speeds a few times, in the middle of a tick too, show
@@ -28,7 +28,7 @@ from random_worlds import random_worlds, window
 import elib
 from elib.simulator.physics import Colour, Lamps, Pose, Scene, World
 
-COMMIT = "81bb63b"
+COMMIT = "ccb7641"
 FILE = Path(__file__).with_name(f"laws-{COMMIT}.npz")
 WORLDS = 300
 FIRST_SEED = 1000

@@ -1,4 +1,4 @@
-"""The physics obeys the same laws as that of commit 81bb63b, in 300 random worlds without pushable things.
+"""The physics obeys the same laws as that of commit ccb7641, in 300 random worlds without pushable things.
 
 Poses agree within a micrometre over one second, encoders and contacts are equal, and other readings agree within
 rounding. Counts of sensors are equal or one apart, and at most 1 % of them are not equal. Of a picture's pixels at
