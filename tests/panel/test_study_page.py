@@ -207,6 +207,16 @@ async def test_a_life_decides_every_period_and_ends_with_its_time_and_its_wheels
     assert [memory[0] for memory in life._memory] == [20, 20]
 
 
+async def test_robots_of_a_life_read_nothing_in_the_open_as_those_of_the_evolution_do() -> None:
+    life = Life(make_task(robots=2), make_controller([0.0]), 0)
+    life.simulation.close()
+    world = life.simulation.world
+    assert world is not None
+    for robot, x in enumerate((0.3, 0.7)):
+        world.move_robot(robot, Pose(x, 0.5, 0.0))
+    assert world.readings("proximity").max() < 40  # noise, and a little of the walls
+
+
 async def test_a_life_ends_when_the_task_says_so() -> None:
     task = make_task(is_over=lambda world: world.robots[0].x > 0.6)
     life = Life(task, make_controller([1000.0]), 0)

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import math
 from collections.abc import AsyncIterator, Iterator, Sequence
+from dataclasses import replace
 
 from elib.learn.progress import Best, Progress
 from elib.panel.inthread import in_thread
@@ -162,7 +163,8 @@ class Life:
     def __init__(self, task: Task, controller: Controller, number: int) -> None:
         settings = SimulationSettings(robots=task.robots, seed=number)
         scene = task.scenes[number % len(task.scenes)]
-        self.simulation = Simulation(settings, is_connected=False, scene=scene)
+        calibrated = replace(scene, model=replace(scene.model, offset_spread=0.0))  # as in the evolution
+        self.simulation = Simulation(settings, is_connected=False, scene=calibrated)
         assert self.simulation.world is not None
         self._task, self._controller, self._world = task, controller, self.simulation.world
         self._parameters = tuple(controller.parameters.tolist())
