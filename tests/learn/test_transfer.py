@@ -51,6 +51,7 @@ CLEAR = Task("clear", "Drive where nothing is near.", (ROOM,), clear, reward_sen
 BOTH = Task("both", "Drive fast, two of them.", (ROOM,), speed, robots=2, seconds=1.0)
 FAR = Task("far", "Drive 10 cm.", (ROOM,), place, is_over=is_far, fitness="sum", seconds=20.0, solved=0.09)
 NEAR = Task("near", "See.", (ROOM,), clear, reward_sensors=("proximity",), seconds=0.5, on_board=True)
+WAY = Task("way", "Drive far.", (ROOM,), place, fitness="sum", seconds=2.0)
 EYES = Task("eyes", "See far.", (ROOM,), speed, sensors=("proximity", "distance"), seconds=0.5)
 """
 SHORT = TransferPlan(runs=2, firmwares=(FIRST,), profiles=(), sensitivity=False, engine="interpreted")
@@ -179,7 +180,7 @@ def test_a_firmware_without_the_sensors_is_left_out(champion: Made) -> None:
 def test_robots_of_other_profiles_are_tried(champion: Made, tmp_path: Path) -> None:
     file = tmp_path / "small-wheels.toml"
     write(RobotProfile(wheels=Wheels(0.9 * NOMINAL_RADIUS, 0.9 * NOMINAL_RADIUS)), file)
-    report = transfer(champion("FAST"), replace(SHORT, profiles=("webots", str(file))))
+    report = transfer(champion("WAY"), replace(SHORT, profiles=("webots", str(file))))
     webots, small = report.stages[-2:]
     assert (webots.name, small.name) == ("profile webots", "profile small-wheels")
     assert webots.ratio == pytest.approx(1.0)

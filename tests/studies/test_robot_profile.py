@@ -23,6 +23,7 @@ from elib.simulator.emulator.robotprofile import (
     written,
 )
 from elib.simulator.emulator.settings import SimulationSettings
+from elib.testing import world_of
 
 CURVE = ((0.0, 3000.0), (0.02, 500.0), (0.1, 10.0))
 WHOLE = RobotProfile(
@@ -121,15 +122,6 @@ def test_a_profile_cannot_be_written_where_there_is_no_folder(tmp_path: Path) ->
         write(WHOLE, tmp_path / "none" / "p.toml")
 
 
-def test_nominal_wheels_roll_as_they_are_told() -> None:
-    assert Wheels().rolled(0.1, 0.2) == (pytest.approx(0.1), pytest.approx(0.2))
-
-
-def test_a_longer_axle_turns_less_on_the_same_way() -> None:
-    left, right = Wheels(axle=2 * AXLE).rolled(0.1, 0.2)
-    assert (left + right, right - left) == (pytest.approx(0.3), pytest.approx(0.05))
-
-
 def test_the_curve_is_straight_between_its_knots_and_even_beyond() -> None:
     infrared = Infrared(CURVE)
     assert [infrared.counts(d) for d in (-0.01, 0.0, 0.01, 0.02, 0.2)] == [3000, 3000, 1750, 500, 10]
@@ -170,6 +162,19 @@ def test_the_simulator_drives_as_the_profile_says(tmp_path: Path) -> None:
     ahead, turned, _, _ = driven(f"sim://square?speed=max&profile={file}")
     assert off(ahead, 1.02) < 0.002
     assert off(turned, 1.02 / 0.05) < 0.005
+
+
+def test_wheels_that_differ_turn_as_fast_as_they_are_told_which_is_what_a_reward_counts(tmp_path: Path) -> None:
+    file = tmp_path / "p.toml"
+    write(RobotProfile("", Wheels(1.02 * NOMINAL_RADIUS, 0.98 * NOMINAL_RADIUS, 0.05)), file)
+
+    async def main(robot: Epuck) -> tuple[float, float]:
+        await robot.set_speed(0.5, 0.5)
+        await robot.sleep(1)
+        return world_of(robot).wheel_speeds(0)
+
+    left, right = run_on(f"sim://square?speed=max&profile={file}", main)
+    assert left == right > 0
 
 
 def test_the_link_is_as_slow_as_the_profile_says_unless_the_url_says_otherwise(tmp_path: Path) -> None:

@@ -112,16 +112,6 @@ class Wheels:
     right_radius: Radius = NOMINAL_RADIUS
     axle: Annotated[float, _around(AXLE)] = AXLE
 
-    def rolled(self, left: float, right: float) -> tuple[float, float]:
-        """Return how far a nominal robot's wheels would roll for the same motion as these wheels, m or m/s.
-
-        The mean of both wheels is the way, and their difference divided by the axle is the turn. So another axle needs
-        another difference.
-        """
-        left, right = left * self.left_radius / NOMINAL_RADIUS, right * self.right_radius / NOMINAL_RADIUS
-        way, turn = (left + right) / 2, (right - left) / 2 * AXLE / self.axle
-        return way - turn, way + turn
-
 
 @dataclass(frozen=True, slots=True)
 class LinkDelay:

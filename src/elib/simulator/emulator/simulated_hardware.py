@@ -26,7 +26,7 @@ from elib.link.protocol.shapes import MICROPHONES, NO_ECHO, SAMPLES
 from elib.simulator.emulator.battery import FULL_VOLTS, LOW_VOLTS, BatteryCell, power_of
 from elib.simulator.emulator.build import EPUCK1, Build
 from elib.simulator.emulator.hardware import Lights
-from elib.simulator.emulator.robotprofile import RobotProfile
+from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, RobotProfile
 from elib.simulator.physics import Colour, Lamps, World
 from elib.simulator.physics.body import GRAVITY
 from elib.simulator.physics.noise import HARD_IRON, MAGNETOMETER, gauss, tick_key
@@ -121,7 +121,11 @@ class SimulatedHardware:
         self.world = world
         self.robot_index = robot_index
         self._build = build
-        self._wheels = None if profile is None else profile.wheels
+        if profile is not None and profile.wheels is not None:
+            wheels = profile.wheels
+            world.set_wheels(
+                robot_index, wheels.left_radius / NOMINAL_RADIUS, wheels.right_radius / NOMINAL_RADIUS, wheels.axle
+            )
         if profile is not None and profile.infrared is not None:
             world.set_infrared(robot_index, profile.infrared.gains, profile.infrared.offsets)
         self._switched_on = switched_on
@@ -152,11 +156,12 @@ class SimulatedHardware:
 
     def step(self, left: float, right: float) -> None:
         """Put the wheels where whole steps have brought them; between two calls they turn evenly."""
-        self.world.settle(self.robot_index, *self._rolled(left, right), at=self._now)
+        self.world.settle(self.robot_index, left * METRES_PER_STEP, right * METRES_PER_STEP, at=self._now)
 
     def drive(self, left: float, right: float) -> None:
         """Turn the wheels at these step rates from the time of the last :meth:`advance` on, steps/s."""
-        self.world.set_wheel_speeds(self.robot_index, *self._rolled(left, right), at=self._now)
+        speeds = left * METRES_PER_STEP, right * METRES_PER_STEP
+        self.world.set_wheel_speeds(self.robot_index, *speeds, at=self._now)
         self._rates = left, right
         self._load()
 
@@ -382,11 +387,6 @@ class SimulatedHardware:
             return raw
         start, end = (k * len(raw) // len(pixels) for k in (row, row + 1))
         return raw[:start] + raw[start + 1 : end] + raw[start : start + 1] + raw[end:]
-
-    def _rolled(self, left: float, right: float) -> tuple[float, float]:
-        """Return steps, or steps/s, as the way of a nominal robot's wheels, m or m/s."""
-        left, right = left * METRES_PER_STEP, right * METRES_PER_STEP
-        return (left, right) if self._wheels is None else self._wheels.rolled(left, right)
 
     def _load(self) -> None:
         self._cell.load(power_of(self._rates, self._lit), self._now)

@@ -356,6 +356,11 @@ class World(ReadableWorld):
             record.gain[s], record.offset[s] = gain, offset
         self._state.forget()
 
+    def set_wheels(self, robot: int, left: float, right: float, axle: float) -> None:
+        """Set the wheel radii of *robot*, over the nominal one, and its axle, m."""
+        here = self._robot(robot)
+        here.left_scale, here.right_scale, here.axle = left, right, axle
+
     def name_robots(self, names: Sequence[str]) -> None:
         """Set what messages call the robots, in order, instead of ``robot 0`` and so on.
 
