@@ -14,8 +14,9 @@ is over. These come with elib. `elib evolve TASK` evolves controllers for one, a
 environment as well.
 
 In each episode, the seed draws a world, where robots start, their noise, and how far they differ from each other: the
-ranges are in `src/elib/learn/rooms.py`, with their sources. Controllers decide every 0.1 s, and drive at 0.1 m/s at
-most. Names of readings are those of [`SensorView`](simulator.md).
+ranges are in `src/elib/learn/rooms.py`, with their sources. The robots are calibrated: `proximity` is what a sensor
+reads above what it reads in the open. Controllers decide every 0.1 s, and drive at 0.1 m/s at most. Names of readings
+are those of [`SensorView`](simulator.md).
 """
 
 

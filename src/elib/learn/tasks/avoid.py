@@ -1,7 +1,7 @@
 """Drive fast and straight, away from walls: the experiment with which evolutionary robotics began.
 
 The worlds are a corridor round a block, as in the paper, the world ``arena``, and six rooms with posts and boxes at
-random places. The robot starts anywhere. A robot that drives at full speed and turns away from walls earns 0.7 to 0.8
+random places. The robot starts anywhere. A robot that drives at full speed and turns away from walls earns 0.7 to 0.9
 in each tick. One that only drives in circles where there is room earns less than 0.6, and so does one that stops or
 turns on the spot at each wall for long.
 """

@@ -1,8 +1,8 @@
 """Go to a lamp and stay there, by the light that the infrared sensors read with their emitters off.
 
 The worlds are 24 empty rooms with a lamp somewhere. The robot starts at least half a metre away from it; if it stands
-there, it earns 0.27 at most. A robot that drives to the lamp within a quarter of the time, and presses its front
-against it, has the lamp between two sensors and earns 0.4 to 0.5, which solves it. One that turns a sensor to the lamp
+there, it earns 0.3 at most. A robot that drives to the lamp within a quarter of the time, and presses its front
+against it, has the lamp between two sensors and earns 0.4 to 0.6, which solves it. One that turns a sensor to the lamp
 earns up to 0.75. What evolves usually drives round the lamp in a small circle, with one sensor always turned to it: the
 reward does not ask the robot to stand.
 """

@@ -1,7 +1,7 @@
 """Follow the walls of a room, which the robot keeps on its right.
 
 The worlds are rooms with blocks, so that there are inner and outer corners, and walls that stand aslant. The robot
-starts anywhere, and has to find a wall first. A robot that drives along the walls at full speed, 2 to 3 cm away, and
+starts anywhere, and has to find a wall first. A robot that drives along the walls at full speed, 1 to 3 cm away, and
 loses them for a short time at corners, earns 0.5 to 0.7.
 """
 
@@ -18,13 +18,13 @@ from elib.simulator.physics.task import Task
 TOP_SPEED: Final = 0.1
 
 FAR: Final = 200.0
-"""Reading of the right sensor, counts, from which the wall is near enough: 3.5 cm."""
+"""Reading of the right sensor, counts, from which the wall is near enough: 2.9 cm from the body of an ideal robot."""
 
 NEAR: Final = 1000.0
-"""Reading from which it is too near: 1.6 cm."""
+"""Reading from which it is too near: 1.1 cm."""
 
 TOUCHING: Final = 3000.0
-"""Reading that earns nothing any more: 7 mm."""
+"""Reading that earns nothing any more: 5 mm."""
 
 RIGHT: Final = 2
 
@@ -33,7 +33,7 @@ def reward(world: Records, i: int) -> float:
     """Return v d (1 - n), -1..1: how fast the robot drives forward along a wall on its right.
 
     v is the mean speed of the wheels as a part of the top speed. d is 1 while the right sensor
-    reads 200 to 1000 counts, a wall 1.6 to 3.5 cm away, and falls to 0 at 0 and at 3000 counts. n is the higher of the
+    reads 200 to 1000 counts, a wall 1.1 to 2.9 cm away, and falls to 0 at 0 and at 3000 counts. n is the higher of the
     two front readings as a part of the full scale.
     """
     robot = world.robots[i]
