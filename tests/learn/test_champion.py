@@ -178,7 +178,7 @@ def test_a_missing_file_says_what_writes_one():
         pytest.param("btcom-2.0", 1, 0.03, marks=pytest.mark.long),
         ("asercom-1.2.2", 1, 0.03),
         ("epuck2", 2, 0.01),
-        pytest.param("epuck2-wifi", 2, 0.01, marks=pytest.mark.long),
+        pytest.param("epuck2-wifi", 2, 0.03, marks=pytest.mark.long),
     ],
 )
 def test_without_noise_a_champion_drives_nearly_the_same_path_on_every_firmware(
@@ -186,8 +186,9 @@ def test_without_noise_a_champion_drives_nearly_the_same_path_on_every_firmware(
 ):
     """Compare 1.4 m of path, with turns at walls and a box.
 
-    Measured: up to 21 mm on the e-puck1 and 4 mm on the e-puck2. A reading is up to a tick old, and the speeds come 5
-    to 40 ms after it. The e-puck1's motor also finishes its present wait before a step at a new speed.
+    Measured: up to 14 mm on the e-puck1, 3 mm on the e-puck2, and 22 mm over Wi-Fi. A reading is up to a tick old, and
+    the speeds come 5 to 40 ms after it. The e-puck1's motor also finishes its present wait before a step at a new
+    speed.
     """
     wire = on_the_wire(AVOID, 20, f"sim://{world_file}?speed=max&quality=ideal&firmware={firmware}")
     physics = in_physics(AVOID, 20, generation)
