@@ -23,10 +23,10 @@ import msgspec
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from elib.panel import server
-from elib.panel.listening import listen
-from elib.panel.messages import MESSAGES, decode
 from elib.panel.panel import Panel
+from elib.panel.server import http as server
+from elib.panel.server.listening import listen
+from elib.panel.server.messages import MESSAGES, decode
 from elib.panel.slot import Slot
 from elib.robot.running import run_coroutine
 

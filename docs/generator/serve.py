@@ -19,8 +19,8 @@ from elib.doors.serve.door import MESSAGES as RATE
 from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES, MAX_MESSAGE, Message
 from elib.doors.serve.schema import reading_kinds, schema
 from elib.panel.drivelock import DEAD_MAN
-from elib.panel.listening import PORT, listen
-from elib.panel.server import READING_TIME
+from elib.panel.server.http import READING_TIME
+from elib.panel.server.listening import PORT, listen
 from generator.markdown import inline, table
 
 Schema = dict[str, Any]

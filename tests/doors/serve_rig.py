@@ -15,8 +15,8 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from elib.doors.robots import connected
 from elib.doors.serve.door import PATH, ProgramDoor
-from elib.panel.listening import listen
 from elib.panel.panel import Panel
+from elib.panel.server.listening import listen
 from elib.panel.slot import Slot
 from elib.panel.watching import virtual
 from shared import PATIENCE, now, until

@@ -31,8 +31,8 @@ from elib.doors.foxglove.door import opened
 from elib.doors.foxglove.layout import layout_of
 from elib.doors.robots import connected
 from elib.link.protocol.profiles import FIRMWARES
-from elib.panel.listening import Address, listen
 from elib.panel.panel import Panel
+from elib.panel.server.listening import Address, listen
 from elib.panel.slot import Slot
 from elib.panel.watching import virtual
 from elib.records.topics import TOPICS

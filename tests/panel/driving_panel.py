@@ -6,8 +6,8 @@ import asyncio
 import sys
 
 from elib.cli import main
-from elib.panel import server
 from elib.panel.panel import Panel
+from elib.panel.server import http as server
 
 
 class DrivingPanel(Panel):

@@ -9,12 +9,12 @@ from collections.abc import AsyncIterator, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from elib.panel import server
-from elib.panel.listening import listen
-from elib.panel.page import Page
 from elib.panel.panel import Panel
 from elib.panel.recents import RecentRobots
-from elib.panel.server import Server, served
+from elib.panel.server import http as server
+from elib.panel.server.http import Server, served
+from elib.panel.server.listening import listen
+from elib.panel.server.page import Page
 from shared import PATIENCE
 
 SOCKET = "/ws"

@@ -15,9 +15,9 @@ from unittest import mock
 from browser import Opener, Tab, browser, firefox, needs_browser, needs_firefox
 
 from elib.base.pose import Pose
-from elib.panel.listening import listen
 from elib.panel.panel import Panel
-from elib.panel.server import served
+from elib.panel.server.http import served
+from elib.panel.server.listening import listen
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings

@@ -16,9 +16,9 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 
 from page_rig import Page, fetch, opened
 
-from elib.panel.listening import listen
-from elib.panel.messages import MESSAGES
-from elib.panel.server import closed_view_of
+from elib.panel.server.http import closed_view_of
+from elib.panel.server.listening import listen
+from elib.panel.server.messages import MESSAGES
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings

@@ -26,7 +26,8 @@ from page_rig import opened
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from elib.panel import access, messages, page, server
+from elib.panel.server import access, messages, page
+from elib.panel.server import http as server
 from elib.simulator.emulator.control_server import Bucket
 from shared import PATIENCE, now, until
 

@@ -16,7 +16,7 @@ from elib.base.timebase import SimulatedLoop
 from elib.link.protocol import values as v
 from elib.link.protocol.profiles import PROFILES
 from elib.panel.gauges import instruments, numbers, words
-from elib.panel.instruments import MAX_POINTS, Cursor, scheme, summary, tick
+from elib.panel.server.instruments import MAX_POINTS, Cursor, scheme, summary, tick
 from elib.panel.slot import Slot
 from elib.robot.snapshot import SENSORS
 from elib.testing.inside import transport_of

@@ -24,9 +24,9 @@ from page_rig import Page, fetch, opened
 
 from elib.base.extras import install
 from elib.cli import main
-from elib.panel import server
-from elib.panel.messages import MESSAGES, decode
 from elib.panel.panel import Panel
+from elib.panel.server import http as server
+from elib.panel.server.messages import MESSAGES, decode
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings

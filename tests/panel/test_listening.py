@@ -8,8 +8,8 @@ from unittest import mock
 import pytest
 
 from elib.base.errors import ArgumentError, LinkBusy, LinkError
-from elib.panel import listening
-from elib.panel.listening import Address, listen
+from elib.panel.server import listening
+from elib.panel.server.listening import Address, listen
 
 
 def address(host: str, *, is_shared: bool = False) -> Address:

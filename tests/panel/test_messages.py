@@ -18,11 +18,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from local_network import LocalLoop
 
-from elib.panel import messages, page
-from elib.panel.messages import MESSAGES, Message, decode
-from elib.panel.page import Page
 from elib.panel.panel import Panel
 from elib.panel.recents import RecentRobots
+from elib.panel.server import messages, page
+from elib.panel.server.messages import MESSAGES, Message, decode
+from elib.panel.server.page import Page
 from shared import until
 
 # clock: simulated

@@ -14,7 +14,7 @@ from page_rig import opened
 
 from elib.base.errors import ArgumentError, LinkBusy, SimulationError
 from elib.base.timebase import new_loop
-from elib.panel.server import view_of
+from elib.panel.server.http import view_of
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings

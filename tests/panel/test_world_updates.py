@@ -14,8 +14,8 @@ from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from world_page_rig import PAINT, ROOM, Page, Rig, opened, watched
 
 from elib.link.transport import open_transport
-from elib.panel import world
-from elib.panel.world import AHEAD
+from elib.panel.server import world
+from elib.panel.server.world import AHEAD
 from elib.simulator.worlds.files import load_file
 from shared import PATIENCE, until
 

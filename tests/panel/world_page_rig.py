@@ -11,7 +11,7 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from elib.panel.server import view_of
+from elib.panel.server.http import view_of
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import Served, serve
 from elib.simulator.emulator.settings import SimulationSettings
@@ -86,7 +86,7 @@ async def watched(folder: Path, *, world: str = ROOM, **settings: object) -> Asy
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame, taken apart anew from what elib/panel/world.py says of it."""
+    """A frame, taken apart anew from what elib/panel/server/world.py says of it."""
 
     number: int
     time: float

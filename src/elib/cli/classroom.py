@@ -12,8 +12,8 @@ from html import escape
 
 from elib.base.errors import ArgumentError
 from elib.link.protocol.profiles import EPUCK2_WIFI
-from elib.panel.listening import listen
-from elib.panel.server import closed_view_of
+from elib.panel.server.http import closed_view_of
+from elib.panel.server.listening import listen
 from elib.records.et.table import Header, Table, aligned
 from elib.robot.substitute import VARIABLE
 from elib.simulator.emulator.control import Control

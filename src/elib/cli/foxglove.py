@@ -21,7 +21,7 @@ from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK, joined, reachable
 
 if TYPE_CHECKING:
-    from elib.panel.listening import Address
+    from elib.panel.server.listening import Address
 
 PORT = 8765
 """The port that the Foxglove app proposes; the next ones follow."""
@@ -74,7 +74,7 @@ def foxglove(
         ) from None
     from elib.doors.foxglove.relay import ORIGINS
     from elib.doors.robots import hold_open
-    from elib.panel.listening import listen
+    from elib.panel.server.listening import listen
 
     with contextlib.ExitStack() as stack:
         address = listen(host, port, first=PORT)

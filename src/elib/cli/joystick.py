@@ -13,7 +13,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.extras import check_web
 from elib.base.rules import PORT_NUMBER
-from elib.panel.listening import PORT, listen
+from elib.panel.server.listening import PORT, listen
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK
 
@@ -53,7 +53,7 @@ def joystick(
     this computer can open the page, unless --host names another address.
     """
     check_web()
-    from elib.panel.server import serve
+    from elib.panel.server.http import serve
 
     address = listen(host, port)
     token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None

@@ -12,7 +12,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError
 from elib.base.extras import check_web
 from elib.cli.joystick import TOKEN_BYTES, Port, Robots
-from elib.panel.listening import listen
+from elib.panel.server.listening import listen
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK
 

@@ -206,7 +206,7 @@ def simulate(
             opened: list[tuple[str, str]] = []
             if view is not None:
                 check_web()
-                from elib.panel.server import view_of  # without a view a simulation starts faster
+                from elib.panel.server.http import view_of  # without a view a simulation starts faster
 
                 opened.append(("view", await stack.enter_async_context(view_of(controls[0], view))))
             if control is not None:

@@ -7,9 +7,9 @@ import contextlib
 from collections.abc import AsyncIterator, Sequence
 
 from elib.base.errors import LinkClosed
-from elib.panel.listening import Address
 from elib.panel.panel import Panel, check_standing
-from elib.panel.server import Door, Server, served
+from elib.panel.server.http import Door, Server, served
+from elib.panel.server.listening import Address
 from elib.robot.running import ending
 
 

@@ -137,8 +137,8 @@ class LiveView:
             asyncio.run_coroutine_threadsafe(self._put(self._look, world, is_new), self._loop).result()
 
     def _open(self, look: _Look) -> None:
-        from elib.panel.inthread import in_thread
-        from elib.panel.server import closed_view_of, own_address
+        from elib.panel.server.http import closed_view_of, own_address
+        from elib.panel.server.inthread import in_thread
 
         url, self._loop = self._page.enter_context(in_thread(lambda: closed_view_of(look, own_address(""), None)))
         self._look = look

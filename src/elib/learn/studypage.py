@@ -9,9 +9,9 @@ from collections.abc import AsyncIterator, Iterator, Sequence
 from dataclasses import replace
 
 from elib.learn.progress import Best, Progress
-from elib.panel.inthread import in_thread
 from elib.panel.panel import Panel
-from elib.panel.server import own_address, shown
+from elib.panel.server.http import own_address, shown
+from elib.panel.server.inthread import in_thread
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.emulator.simulation import Simulation

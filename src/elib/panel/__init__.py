@@ -1,6 +1,6 @@
 """Robots as a person sees them: one page in the browser to drive and to watch robots and their virtual worlds.
 
 It stands on ``behaviours``, ``tools`` and what they stand on. Begin with ``panel.py`` (the robots of a page), then
-``slot.py`` (one of them) and ``server.py`` (HTTP). ``drivelock.py`` and ``interlock.py`` keep robots safe, and
-``static`` is the page itself.
+``slot.py`` (one of them). ``drivelock.py`` and ``interlock.py`` keep robots safe, ``server`` is the only part that
+knows HTTP, and ``static`` is the page itself.
 """

@@ -15,7 +15,7 @@ from elib.doors.agent.pipes import Complaints
 from elib.doors.agent.server import AgentDoor, Journal, quiet, serve_pipes
 from elib.doors.agent.tools import Tools
 from elib.doors.robots import connected
-from elib.panel.listening import listen
+from elib.panel.server.listening import listen
 
 
 async def run(

@@ -26,8 +26,8 @@ from elib.doors.foxglove.commands import CLIENT_TOPICS, DRIVE, MAX_MESSAGE, Comm
 from elib.doors.foxglove.parameters import Parameters, Value
 from elib.doors.foxglove.relay import ORIGINS, SECRET, SECRET_CHANNEL, Relay, free_target
 from elib.doors.foxglove.topics import Topics
-from elib.panel.listening import Address
 from elib.panel.panel import Panel
+from elib.panel.server.listening import Address
 from elib.panel.slot import Phase, Slot
 
 PERIOD = 0.1

@@ -16,7 +16,7 @@ import struct
 from collections.abc import Callable, Collection
 from hmac import compare_digest
 
-from elib.panel.listening import Address
+from elib.panel.server.listening import Address
 from elib.simulator.emulator.control_server import Bucket
 
 ORIGINS = ("https://app.foxglove.dev", "file://")

@@ -19,15 +19,15 @@ from elib.doors.serve.answers import Answer, Error, Event, Failure, Trouble
 from elib.doors.serve.values import Json, plain
 from elib.doors.serve.watching import Broadcasts, What
 from elib.panel import lifecycle
-from elib.panel.access import is_same
 from elib.panel.drivelock import DEAD_MAN
+from elib.panel.server.access import is_same
 from elib.panel.slot import Phase, Slot, may_drive
 from elib.robot.actions import CatalogueEntry
 from elib.robot.snapshot import watched_names
 from elib.simulator.emulator.control_server import time_factor
 
 if TYPE_CHECKING:
-    from elib.panel.server import Server
+    from elib.panel.server.http import Server
 
 PROTOCOL = 1
 """Version of the protocol; the path of the door's address has the same number."""

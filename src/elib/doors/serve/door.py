@@ -16,9 +16,9 @@ from elib.doors.robots import connected, hold_open
 from elib.doors.serve.client import PROTOCOL, Client
 from elib.doors.serve.messages import MAX_MESSAGE, decode
 from elib.doors.serve.watching import Broadcasts
-from elib.panel.access import Access
-from elib.panel.listening import Address
-from elib.panel.server import CLOSING_TIME, Server, web_socket
+from elib.panel.server.access import Access
+from elib.panel.server.http import CLOSING_TIME, Server, web_socket
+from elib.panel.server.listening import Address
 from elib.simulator.emulator.control_server import Bucket, time_factor
 
 PATH = f"/v{PROTOCOL}"

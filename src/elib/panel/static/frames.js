@@ -1,4 +1,4 @@
-// What the server says of a virtual world, as elib/panel/world.py writes it; in m and rad.
+// What the server says of a virtual world, as elib/panel/server/world.py writes it; in m and rad.
 
 const HEADER = 24;
 const RAYS = 1;

@@ -6,7 +6,7 @@ const KEPT_LINES = 500,
 const KEPT_TICKS = 3000; // five minutes at ten a second
 const SILENCE = 1.5; // s without a message after which the page says that what it shows is old
 
-// What the server says. elib/panel/instruments.py describes every field of a scheme, a tick and a summary, with its unit.
+// What the server says. elib/panel/server/instruments.py describes every field of a scheme, a tick and a summary, with its unit.
 
 /**
  * @typedef {"disconnected" | "connecting" | "connected" | "gap" | "playing" | "failed"} Phase

@@ -24,7 +24,7 @@ from elib.simulator.worlds.writer import written_scene
 from elib.tools import discovery
 
 if TYPE_CHECKING:
-    from elib.panel.page import Page
+    from elib.panel.server.page import Page
 
 MAX_MESSAGE = 8192
 """Bytes of a message: the longest useful one has some hundred."""

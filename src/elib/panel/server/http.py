@@ -14,12 +14,12 @@ from urllib.parse import parse_qs
 
 from aiohttp import WSCloseCode, WSMsgType, web
 
-from elib.panel.access import Access, is_same
-from elib.panel.listening import Address
-from elib.panel.messages import MAX_MESSAGE, decode
-from elib.panel.page import Page
 from elib.panel.panel import Panel, check_standing
-from elib.panel.pictures import world_picture
+from elib.panel.server.access import Access, is_same
+from elib.panel.server.listening import Address
+from elib.panel.server.messages import MAX_MESSAGE, decode
+from elib.panel.server.page import Page
+from elib.panel.server.pictures import world_picture
 from elib.robot.running import ending
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.control_server import Bucket, time_factor

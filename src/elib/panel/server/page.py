@@ -17,9 +17,9 @@ from aiohttp import WSCloseCode, web
 from elib.base.body import SENSOR_DIRECTIONS
 from elib.base.errors import ArgumentError, ElibError
 from elib.panel.behaviours import catalogue, runner_state
-from elib.panel.instruments import Cursor, scheme, summary, tick
-from elib.panel.pictures import world_list
-from elib.panel.world import WorldUpdates
+from elib.panel.server.instruments import Cursor, scheme, summary, tick
+from elib.panel.server.pictures import world_list
+from elib.panel.server.world import WorldUpdates
 from elib.simulator.drawing.robot import LED_ANGLES
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.control_server import time_factor
@@ -42,7 +42,7 @@ Json = dict[str, object]
 
 
 class Request(Protocol):
-    """One message of a page: ``elib.panel.messages`` has them all."""
+    """One message of a page: ``elib.panel.server.messages`` has them all."""
 
     id: int
     is_of_world: ClassVar[bool]
