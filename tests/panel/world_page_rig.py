@@ -116,6 +116,7 @@ class Page:
     def __init__(self, socket) -> None:
         self.socket = socket
         self._ids = itertools.count(1)
+        self._before: list[dict] = []  # What was told before the last answer: a change may come first.
 
     async def say(self, what: str, **values: object) -> None:
         """Say something that needs no answer."""
@@ -123,6 +124,9 @@ class Page:
 
     async def hear(self, kind: str) -> dict:
         """Return the next message of a kind; what comes before it is drawn."""
+        while kind != "answer" and self._before:
+            if (told := self._before.pop(0))["type"] == kind:
+                return told
         async with asyncio.timeout(PATIENCE):
             while True:
                 message = await self.socket.recv()
@@ -134,6 +138,8 @@ class Page:
                     await self.say("drawn", number=found["number"])
                 if found["type"] == kind:
                     return found
+                if kind == "answer":
+                    self._before.append(found)
 
     async def frame(self, *, draw: bool = True) -> Frame:
         """Return the next frame."""
@@ -152,6 +158,7 @@ class Page:
     async def ask(self, what: str, **values: object) -> dict:
         """Ask for something and return the answer."""
         number = next(self._ids)
+        self._before.clear()
         await self.say(what, id=number, **values)
         while (found := await self.hear("answer"))["id"] != number:
             pass
