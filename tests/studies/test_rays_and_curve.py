@@ -1,12 +1,14 @@
 """The rays that the fit casts are those of the simulator, and its curve finds any response again."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from elib.base.errors import ArgumentError
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Pose, Scene, Wall, World
+from elib.simulator.physics.profiles import APERTURE, NARROW, profile
 from elib.studies.infrared import REACH, fit_curve, usual
 from elib.studies.rays import depths
 
@@ -22,11 +24,14 @@ SCENE = Scene(
 POSES = [(0.44, 0.25, 0.3), (0.3, 0.55, 1.2), (0.63, 0.63, 0.8), (0.06, 0.3, 3.0), (0.4, 0.8, -2.0), (0.5, 0.5, 0.0)]
 
 
+@pytest.mark.parametrize("aperture", [APERTURE, NARROW])
 @pytest.mark.parametrize("pose", POSES)
-def test_a_robot_reads_what_its_rays_and_the_usual_curve_say(pose: tuple[float, float, float]) -> None:
-    world = World(SCENE)
+def test_a_robot_reads_what_its_rays_and_the_usual_curve_say(pose: tuple[float, float, float], aperture: float) -> None:
+    response = replace(profile("measured"), aperture=aperture)
+    scene = replace(SCENE, model=replace(SCENE.model, profile=response))
+    world = World(scene)
     world.move_robot(0, Pose(*pose))
-    depth, shares = depths(SCENE, np.array([pose]), REACH)
+    depth, shares = depths(scene, np.array([pose]), REACH)
     light = (shares * usual(depth)).sum(axis=-1)[0]
     assert world.proximity(0) == pytest.approx(light, abs=20, rel=0.02)
 

@@ -24,6 +24,8 @@ from elib.simulator.emulator.robotprofile import (
 )
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.testing import world_of
+from elib.simulator.physics import EpuckModel
+from elib.simulator.physics.profiles import APERTURE, NARROW, Profile
 
 CURVE = ((0.0, 3000.0), (0.02, 500.0), (0.1, 10.0))
 WHOLE = RobotProfile(
@@ -125,7 +127,15 @@ def test_a_profile_cannot_be_written_where_there_is_no_folder(tmp_path: Path) ->
 def test_the_curve_is_straight_between_its_knots_and_even_beyond() -> None:
     infrared = Infrared(CURVE)
     assert [infrared.counts(d) for d in (-0.01, 0.0, 0.01, 0.02, 0.2)] == [3000, 3000, 1750, 500, 10]
-    assert infrared.response().counts[40] == pytest.approx(1750)
+    assert infrared.response("measured").counts[40] == pytest.approx(1750)
+
+
+@pytest.mark.parametrize(("world", "aperture"), [("measured", APERTURE), ("enki", NARROW)])
+def test_the_sensors_look_as_widely_as_those_of_the_world(world: str, aperture: float) -> None:
+    profile = RobotProfile("", infrared=Infrared(CURVE))
+    found = profile.model(EpuckModel(profile=world)).profile
+    assert isinstance(found, Profile)
+    assert (found.name, found.aperture) == ("fitted", aperture)
 
 
 def driven(url: str) -> tuple[float, float, list[int], float]:

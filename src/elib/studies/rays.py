@@ -13,7 +13,7 @@ from elib.simulator.physics.engine import engine_named
 from elib.simulator.physics.floor import floor_of
 from elib.simulator.physics.geometry import unit
 from elib.simulator.physics.neighbours import is_stale
-from elib.simulator.physics.profiles import COUNT, SHARES, Profile
+from elib.simulator.physics.profiles import COUNT, SHARES, Profile, profile
 from elib.simulator.physics.raycast import cast, see_near
 from elib.simulator.physics.sensors.proximity import aim
 from elib.simulator.physics.spawning import stand
@@ -50,7 +50,8 @@ def depths(scene: Scene, poses: Numbers, reach: float) -> tuple[Numbers, Numbers
 def _alone_in(scene: Scene, reach: float) -> State:
     """Return the state of *scene* with one robot, whose rays reach *reach*, m."""
     nothing = (0.0,) * (round(reach / SPACING) + 1)
-    model = replace(scene.model, profile=Profile("depths", nothing, nothing, ""))
+    aperture = profile(scene.model.profile).aperture
+    model = replace(scene.model, profile=Profile("depths", nothing, nothing, "", aperture))
     return State(replace(scene, model=model), [Pose(0.0, 0.0)], 0, engine_named("interpreted"), floor_of(scene))
 
 

@@ -147,10 +147,11 @@ class Infrared:
         """Return the light at a distance, m, in counts."""
         return interpolated(self.curve, distance)
 
-    def response(self) -> profiles.Profile:
-        """Return the curve as the physics takes it."""
+    def response(self, world: str | profiles.Profile) -> profiles.Profile:
+        """Return the curve as the physics takes it, for sensors that look as widely as those of a *world*'s profile."""
         counts = response_table(self.curve[-1][0], self.counts)
-        return profiles.Profile("fitted", counts, (self.noise,) * len(counts), "a robot profile")
+        aperture = profiles.profile(world).aperture
+        return profiles.Profile("fitted", counts, (self.noise,) * len(counts), "a robot profile", aperture)
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +178,7 @@ class RobotProfile:
         model = replace(model, quality="ideal", wheel_spread=0.0, axle_spread=0.0, gain_spread=0.0, offset_spread=0.0)
         if self.infrared is None:
             return model
-        return replace(model, profile=self.infrared.response())
+        return replace(model, profile=self.infrared.response(model.profile))
 
 
 def _table(name: str, makes: type, meaning: str) -> Table:
