@@ -35,6 +35,10 @@ def require_recovered(found: Fitted, hidden: Hidden) -> None:
 def test_a_minute_of_driving_gives_wheels_axle_and_latency_back(found: Fitted, hidden: Hidden) -> None:
     require_recovered(found, hidden)
     assert found.missing == ()
+    assert found.link is not None
+    # Answers of other lengths would look like a slower link with jitter.
+    assert found.link.latency == pytest.approx(hidden.latency, abs=1e-5)
+    assert found.link.jitter < 1e-5
 
 
 @pytest.mark.long

@@ -143,21 +143,18 @@ def fit_robot(recording: Recording, *, world: str | None = None, progress: Progr
     if wheels is not None:
         radii = NOMINAL_RADIUS * wheels.left, NOMINAL_RADIUS * wheels.right
         rolling = Wheels(*(round(each, LENGTH_DIGITS) for each in (*radii, wheels.axle)))
-    profile = RobotProfile(about=about, wheels=rolling)
+    progress("infrared sensors")
+    curve = attempt("infrared", lambda: _fit_curve(readings.get("proximity"), path, scene, wheels), ArgumentError)
+    # The link comes last: a reading of more digits takes longer, so a rerun needs sensors that read as the robot's do.
+    profile = RobotProfile(about, rolling, None, None if curve is None else curve.infrared)
     progress("link")
     place = world if world or recording.scene else ANY_WORLD
     link = attempt("link", lambda: _fit_link(recording, profile, place), ElibError)
-    progress("infrared sensors")
-    curve = attempt("infrared", lambda: _fit_curve(readings.get("proximity"), path, scene, wheels), ArgumentError)
     if wheels is None and link is None and curve is None:
         first = missing[0]
         raise ArgumentError(f"nothing of {recording.name} can be fitted: {first.why}", hint=first.cure)
-    profile = RobotProfile(
-        about,
-        rolling,
-        None if link is None else LinkDelay(round(link.latency, TIME_DIGITS), round(link.jitter, TIME_DIGITS)),
-        None if curve is None else curve.infrared,
-    )
+    if link is not None:
+        profile = replace(profile, link=LinkDelay(round(link.latency, TIME_DIGITS), round(link.jitter, TIME_DIGITS)))
     return Fitted(profile, wheels, link, curve, tuple(missing))
 
 
