@@ -1,7 +1,7 @@
 """How exactly elib fit finds the hidden values of virtual robots: the table of the guide to parity.
 
-Each robot has wheels, axle, infrared sensors and a link drawn from its seed, and is driven once through the calibration
-drive. With 24 robots this takes some minutes.
+Each is a typical robot, whose wheels, axle, infrared sensors and link are drawn from its seed, and is driven once
+through the calibration drive. With 24 robots this takes some minutes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import tempfile
 from pathlib import Path
 
 from elib.records.reader import read_recording
-from elib.simulator.physics.profiles import profile
 from elib.studies import fit_robot
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
@@ -22,8 +21,6 @@ from parity_drives import hidden_robot, off
 
 DISTANCES = [0.001 * k for k in range(12, 61, 2)]
 """m, at which curves are compared: from where the drive turns to where noise hides the wall."""
-SPACING = 0.00025
-"""m between the counts of a virtual robot's curve."""
 
 
 def errors(folder: Path, seed: int, jitter: float, duration: float) -> dict[str, float]:
@@ -33,14 +30,18 @@ def errors(folder: Path, seed: int, jitter: float, duration: float) -> dict[str,
     hidden.file.unlink()
     if found.wheels is None or found.link is None or found.curve is None:
         raise SystemExit(f"robot {seed}: {found.missing}")
-    counts = profile(hidden.world.scene.model.profile).counts
-    curve = [off(found.curve.infrared.counts(each), counts[round(each / SPACING)]) for each in DISTANCES]
+    infrared = found.curve.infrared
+    curve = [off(infrared.counts(each), hidden.light(each)) for each in DISTANCES]
+    gains = [off(*pair) for pair in zip(infrared.gains, hidden.shares, strict=True)]
+    offsets = [abs(one - other) for one, other in zip(infrared.offsets, hidden.open_air, strict=True)]
     return {
         "left wheel, %": 100 * off(found.wheels.left, hidden.left),
         "right wheel, %": 100 * off(found.wheels.right, hidden.right),
         "axle, %": 100 * off(found.wheels.axle, hidden.axle),
-        "latency, ms": 1000 * abs(found.link.latency - round(hidden.latency, 5)),  # as the URL has it
+        "latency, ms": 1000 * abs(found.link.latency - hidden.latency),
         "infrared curve, % RMS": 100 * math.sqrt(sum(each**2 for each in curve) / len(curve)),
+        "gain, % (worst sensor)": 100 * max(gains),
+        "in the open, counts (worst sensor)": max(offsets),
         "unseen readings above 100, % RMS": 100 * found.curve.near_error,
     }
 

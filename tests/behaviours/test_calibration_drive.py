@@ -10,19 +10,21 @@ from elib.behaviours.calibration_drive import CLOSE, LEG, REST, calibration_driv
 from elib.link.session import Ended, TraceEvent
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
+from elib.simulator.physics.body import RADIUS
+
+Driven = tuple[RunResult, list[tuple[int, ...]], int, float, tuple[float, float, float]]
 
 
-def driven(
-    url: str, duration: float = 120.0
-) -> tuple[RunResult, list[tuple[int, ...]], int, tuple[float, float, float]]:
-    """The result, the speeds that were asked for, the greatest front reading, and the pose at the end."""
+def driven(url: str, duration: float = 120.0) -> Driven:
+    """The result, the speeds asked for, the greatest front reading, the greatest x, and the pose at the end."""
 
-    async def main(robot: Epuck) -> tuple[RunResult, list[tuple[int, ...]], int, tuple[float, float, float]]:
+    async def main(robot: Epuck) -> Driven:
         speeds: list[tuple[int, ...]] = []
-        nearest = 0
+        nearest, furthest = 0, 0.0
 
         def see(time: float, event: TraceEvent) -> None:
-            nonlocal nearest
+            nonlocal nearest, furthest
+            furthest = max(furthest, robot.session.transport.observe()[0].x)  # type: ignore[attr-defined]
             if isinstance(event, Ended) and event.request.name == "set_speed":
                 speeds.append(event.request.numbers)
             elif isinstance(event, Ended) and event.request.name == "proximity" and event.value is not None:
@@ -31,13 +33,13 @@ def driven(
         robot.trace(see)
         outcome = await run_behaviour(calibration_drive, robot, options={"duration": duration})
         pose = robot.session.transport.observe()[0]  # type: ignore[attr-defined]
-        return outcome, speeds, nearest, (pose.x, pose.y, pose.heading)
+        return outcome, speeds, nearest, furthest, (pose.x, pose.y, pose.heading)
 
     return run_on(url, main)
 
 
 def test_it_drives_everything_and_comes_back_in_two_minutes() -> None:
-    outcome, speeds, nearest, (x, y, heading) = driven("sim://square?speed=max&seed=1")
+    outcome, speeds, nearest, _, (x, y, heading) = driven("sim://square?speed=max&seed=1")
     assert outcome.reason == "done"
     assert 100 < outcome.duration <= 121
     assert {state for _, state in outcome.states} == {"turns", "wall", "leg", "arcs"}
@@ -52,14 +54,16 @@ def test_it_drives_everything_and_comes_back_in_two_minutes() -> None:
     assert (x, y, heading) == (pytest.approx(0.5, abs=0.03), pytest.approx(0.5, abs=0.03), pytest.approx(0, abs=0.2))
 
 
-def test_over_a_slow_link_it_touches_no_wall_either() -> None:
-    assert driven("sim://square?speed=max&latency=0.06")[2] < 2500
+@pytest.mark.parametrize("quality", ["typical", "bad"])
+def test_over_a_slow_link_it_touches_no_wall_either(quality: str) -> None:
+    furthest = driven(f"sim://square?speed=max&latency=0.06&quality={quality}", 60.0)[3]
+    assert 1 - RADIUS - furthest == pytest.approx(0.006, abs=0.003)
 
 
 def test_without_a_wall_it_turns_back(tmp_path: Path) -> None:
     world = tmp_path / "large.toml"
     world.write_text("[arena]\nsize = [3, 3]\n[[robot]]\nposition = [1.5, 1.5]\n", encoding="utf-8")
-    outcome, _, nearest, (x, y, _) = driven(f"sim://{world}?speed=max", 60.0)
+    outcome, _, nearest, _, (x, y, _) = driven(f"sim://{world}?speed=max", 60.0)
     assert outcome.reason == "done"
     assert nearest < CLOSE
     assert (x, y) == (pytest.approx(1.5, abs=0.03), pytest.approx(1.5, abs=0.03))

@@ -23,7 +23,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
         with robot.record(file):
             await run_behaviour(calibration_drive, robot, options={"duration": 60.0})
 
-    run_on("sim://square?speed=max&latency=0.03", record)
+    run_on("sim://square?speed=max&quality=ideal&latency=0.03", record)
     return file
 
 
@@ -51,7 +51,7 @@ def test_what_was_found_is_printed_and_the_profile_written(
     file = tmp_path / "robot.toml"
     assert main(["fit", str(drive), "-o", str(file)]) == 0
     out, err = capsys.readouterr()
-    labels = ["left wheel", "right wheel", "axle", "drive", "latency", "infrared", "gains", "predicted"]
+    labels = ["left wheel", "right wheel", "axle", "drive", "latency", "infrared", "gains", "in the open", "predicted"]
     assert [line[2:13].strip() for line in out.splitlines() if line[2:3].strip()] == labels
     assert max(map(len, out.splitlines())) <= 79
     assert f"wrote {file}" in err

@@ -13,7 +13,6 @@ from elib.records.topics import MEASURED, READINGS
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
 from elib.simulator.emulator.robotprofile import RobotProfile, load, write
-from elib.simulator.physics.profiles import profile
 from elib.studies.fit import Fitted, fit_robot
 from elib.studies.scores import parity
 
@@ -41,18 +40,30 @@ def test_a_minute_of_driving_gives_wheels_axle_and_latency_back(found: Fitted, h
     assert found.link.jitter < 1e-5
 
 
+def test_it_gives_the_curve_the_gains_and_the_open_air_of_a_typical_robot_back(found: Fitted, hidden: Hidden) -> None:
+    assert found.curve is not None
+    infrared = found.curve.infrared
+    for distance in (0.012, 0.015, 0.02, 0.025, 0.03, 0.04):
+        assert off(infrared.counts(distance), hidden.light(distance)) < 0.06
+    assert infrared.gains == pytest.approx(hidden.shares, rel=0.03)
+    assert infrared.offsets == pytest.approx(hidden.open_air, abs=1)
+    assert found.curve.nearest < 0.013
+    assert max(hidden.gains) > 1.2 * min(hidden.gains)
+    assert min(hidden.open_air) > 50
+
+
 @pytest.mark.long
 def test_another_infrared_curve_and_a_link_with_jitter_are_found_too(tmp_path: Path) -> None:
-    hidden = hidden_robot(tmp_path, 14, profile="gctronic", gains=0.0, keys="&jitter=0.004", duration=60)
+    hidden = hidden_robot(tmp_path, 14, profile="gctronic", keys="&jitter=0.004", duration=60)
     found = fit_robot(Recording(hidden.file))
     require_recovered(found, hidden)
     assert found.link is not None
     assert found.link.jitter == pytest.approx(0.004, abs=0.001)
     assert found.curve is not None
     assert found.curve.near_error < 0.1
-    counts = profile(hidden.world.scene.model.profile).counts
     for distance in (0.015, 0.02, 0.025, 0.03, 0.04):
-        assert off(found.curve.infrared.counts(distance), counts[round(distance / 0.00025)]) < 0.06
+        assert off(found.curve.infrared.counts(distance), hidden.light(distance)) < 0.06
+    assert found.curve.infrared.offsets == pytest.approx(hidden.open_air, abs=4)
 
 
 @pytest.mark.long
@@ -143,7 +154,11 @@ def test_counters_that_are_set_on_the_way_are_not_taken_for_motion_and_open_spac
     tmp_path: Path,
 ) -> None:
     world, file = tmp_path / "large.toml", tmp_path / "set.mcap"
-    world.write_text("[arena]\nsize = [3.0, 3.0]\n[[robot]]\nposition = [1.5, 1.5]\n", encoding="utf-8")
+    world.write_text(
+        "[arena]\nsize = [3.0, 3.0]\n[epuck]\nwheel_spread = 0.0\naxle_spread = 0.0\n"
+        "[[robot]]\nposition = [1.5, 1.5]\n",
+        encoding="utf-8",
+    )
     run_on(f"sim://{world}?speed=max", lambda robot: driven(robot, file, WAYS, 12.0))
     found = fit_robot(Recording(file))
     assert found.wheels is not None

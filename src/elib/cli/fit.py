@@ -16,6 +16,7 @@ from elib.cli.terminal import DIM, LiveLine, columns, say, table
 from elib.records.reader import read_recording
 from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.studies import Fitted, fit_robot
+from elib.studies.infrared import NEAR
 
 Recorded = Annotated[Path, Cli(name="FILE", help="A recording of a drive, .mcap.")]
 Output = Annotated[
@@ -76,7 +77,7 @@ def to_text(found: Fitted) -> str:
     if curve is not None:
         infrared = curve.infrared
         shown = ", ".join(f"{infrared.counts(d):.0f} at {100 * d:g} cm" for d in (0.01, 0.02, 0.03, 0.05))
-        errors = f"{curve.error:.1f} counts RMS, {100 * curve.near_error:.1f} % of those above 100"
+        errors = f"{curve.error:.1f} counts RMS, {100 * curve.near_error:.1f} % of those {NEAR:g} above the open"
         nearest = f"nothing was nearer than {1000 * curve.nearest:.0f} mm"
         rows += [
             ("infrared", f"{shown}; noise {infrared.noise:.1f} counts"),
