@@ -42,7 +42,7 @@ def errors(folder: Path, seed: int, jitter: float, duration: float) -> dict[str,
         "infrared curve, % RMS": 100 * math.sqrt(sum(each**2 for each in curve) / len(curve)),
         "gain, % (worst sensor)": 100 * max(gains),
         "in the open, counts (worst sensor)": max(offsets),
-        "unseen readings above 100, % RMS": 100 * found.curve.near_error,
+        "unseen readings of walls, % RMS": 100 * found.curve.near_error,
     }
 
 
