@@ -23,9 +23,9 @@ from elib.simulator.emulator.robotprofile import (
     written,
 )
 from elib.simulator.emulator.settings import SimulationSettings
-from elib.testing import world_of
 from elib.simulator.physics import EpuckModel
 from elib.simulator.physics.profiles import APERTURE, NARROW, Profile
+from elib.testing import world_of
 
 CURVE = ((0.0, 3000.0), (0.02, 500.0), (0.1, 10.0))
 WHOLE = RobotProfile(
