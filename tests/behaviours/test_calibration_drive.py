@@ -57,6 +57,7 @@ def test_it_drives_everything_and_comes_back_in_two_minutes() -> None:
 @pytest.mark.parametrize("quality", ["typical", "bad"])
 def test_over_a_slow_link_it_touches_no_wall_either(quality: str) -> None:
     furthest = driven(f"sim://square?speed=max&latency=0.06&quality={quality}", 60.0)[3]
+    # The gap itself, m: counts say little of it, since gains differ.
     assert 1 - RADIUS - furthest == pytest.approx(0.006, abs=0.003)
 
 
