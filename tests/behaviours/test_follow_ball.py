@@ -87,6 +87,7 @@ def test_a_ball_that_reaches_beyond_the_picture_is_turned_to_and_not_driven_at(c
     assert ball.is_cut
     left, right = approach(ball, distance=0.1)
     assert left == pytest.approx(-right)
+    assert left == pytest.approx(2 * approach(ball._replace(is_cut=False, distance=0.1), distance=0.1).left)
     near = find_ball(picture((0, COLUMNS)))
     assert near is not None
     assert max(approach(near)) < 0  # it fills the picture

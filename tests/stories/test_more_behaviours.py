@@ -233,8 +233,8 @@ def test_a_drawn_robot_finds_a_red_ball_with_its_own_colours(seed: int, firmware
     assert min(seen.seen[seen.after(35) :]) > 0.12
 
 
-@pytest.mark.long
-def test_it_follows_a_ball_that_rolls_round_in_a_circle() -> None:
+@pytest.mark.parametrize("seed", drawn_quick(3, "circle"))
+def test_it_follows_a_ball_that_rolls_round_in_a_circle(seed: int) -> None:
     def roll(time: float) -> Change:
         return lambda world, _: world.move_cylinder(
             0, 0.85 + 0.25 * math.cos(0.12 * time), 0.5 + 0.25 * math.sin(0.12 * time)
@@ -242,7 +242,7 @@ def test_it_follows_a_ball_that_rolls_round_in_a_circle() -> None:
 
     at: dict[float, Change] = {0: lambda world, _: world.move_robot(0, Pose(0.4, 0.5, 2.0))}
     at |= {time / 4: roll(time / 4) for time in range(1, 160)}
-    seen = run("follow-ball", "soccer", 1, seconds=40, at=at, look=from_ball)
+    seen = run("follow-ball", "soccer", seed, seconds=40, at=at, look=from_ball)
     assert all(0.1 < distance < 0.25 for distance in seen.seen[seen.after(15) :])
     assert seen.path > 0.6
 
