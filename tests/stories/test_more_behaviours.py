@@ -306,9 +306,12 @@ def test_typical_robots_face_the_beeper_to_25_degrees_or_say_that_they_cannot_te
     errors = []
     for seed in drawn(20, "typical beeper"):
         seen = run("locate-clap", f"beeper?firmware={firmware}", seed, seconds=12, at={0: anywhere})
-        if seen.states[-1] != "unclear":
+        # The last state alone is not asked: where the error is about that limit, it turns, and may be unclear once more.
+        if "facing" in seen.states:
             source = seen.world.scene.sounds[0]
             errors.append(bearing(seen.world, source.x, source.y))
+        else:
+            assert seen.states[-1] == "unclear"
     assert math.hypot(*errors) / math.sqrt(len(errors)) < 25
     assert len(errors) >= 10
 
