@@ -105,6 +105,13 @@ def test_beside_the_end_of_a_wall_it_goes_straight_on_and_then_round_it() -> Non
     assert turn(follow(near(right=0.05))) > 0.2
     radius = AXLE / 2 / turn(follow(NOTHING, distance=0.03))
     assert radius == pytest.approx(BODY + 0.03)
+    assert turn(follow(near(right=0.07))) == pytest.approx(turn(follow(NOTHING))), "however far the narrow end seems"
+
+
+def test_beside_something_round_of_which_the_diagonal_sensor_sees_little_the_side_sensor_keeps_it_off() -> None:
+    far, close = (turn(follow(near(diagonal_right=0.06, right=beside))) for beside in (0.035, 0.02))
+    assert far > 0
+    assert close < far - 0.2
 
 
 def test_where_there_was_no_wall_it_drives_straight_on() -> None:

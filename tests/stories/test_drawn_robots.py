@@ -47,7 +47,8 @@ class Goal:
         at: Where the robots start: the first one anywhere, unless said otherwise.
         behaviour: Its name, if the goal has another one.
         paint: Colours of the world that are others, each with what it becomes.
-        share: Of how many drawn robots it must be reached, 0 to 1: some cameras show grey as another shows a colour.
+        share: Of how many drawn robots it must be reached, 0 to 1: some cameras show grey as another shows a colour, and
+            an infrared sensor hardly sees the end of a thin wall, which one robot in a hundred slips along.
     """
 
     world: str
@@ -105,19 +106,11 @@ def rolls(seen: Run) -> bool:
     return seen.longest_touch < 1 and seen.states.count("rebounding") >= 2 and seen.path > 1.0
 
 
-def in_the_open(world: World, chance: random.Random) -> None:
-    """Put the robot where nothing is near, so that it learns what its sensors read there before it finds a wall."""
-    while True:
-        anywhere(world, chance)
-        if clearance(world) > 0.045:
-            return
-
-
 def keeps_the_wall(seen: Run) -> bool:
     """It finds a wall soon, follows it at 3 cm, give or take what its sensors' gains are off, and leans on nothing."""
     assert seen.outcome is not None
     found = next((time for time, name in seen.outcome.states if name == "following"), math.inf)
-    if found > 20:
+    if found > 30:  # s. Round once takes 4.5 s, and the longest way straight on in the maze, 1.3 m at 5 cm/s, 26 s
         return False
     since = seen.after(found + 3)
     along = sorted(seen.seen[since:])
@@ -187,7 +180,7 @@ PAINTED = {"ball": "#f07818", "floor": "#3f8f56", "blue": "#2e6fb7", "yellow": "
 
 GOALS = {
     "avoid": Goal("arena", 40, wanders),
-    "wall-following": Goal("maze", 60, keeps_the_wall, clearance, at={0: in_the_open}),
+    "wall-following": Goal("maze", 60, keeps_the_wall, clearance, share=0.95),
     "braitenberg": Goal("light", 60, hits_the_lamp, from_lamp, options={"vehicle": "aggression"}),
     "bull": Goal("red-boxes", 300, hits_red, red_at_rest, until=0.5),
     "billiard": Goal("billiard", 60, rolls),

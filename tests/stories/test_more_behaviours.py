@@ -97,7 +97,7 @@ def test_from_any_place_it_finds_a_wall_and_keeps_its_distance_round_every_corne
     found = next(time for time, name in seen.outcome.states if name == "following")
     assert found < 20
     along = sorted(seen.seen[seen.after(found + 3) :])
-    assert 0.025 < median(along) < 0.042  # flat walls hold it at 3 cm, round things further off
+    assert 0.025 < median(along) < 0.042  # 3 cm, give or take what its sensors' gains are off
     assert along[len(along) // 20] > 0.008
     assert along[-1] < 0.06
     assert seen.longest_touch < 0.5

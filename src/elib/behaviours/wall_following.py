@@ -94,12 +94,16 @@ def follow(
         spin = min(SPIN, cruise)
         return Wheels(-spin, spin)
     diagonal, beside = wall_distance(near.diagonal_right), wall_distance(near.right)
-    if diagonal < SIGHT:
-        turn = GAIN * (diagonal - SLANT * distance - OUTSET)
-    elif beside < SIGHT:
-        turn = max(0.0, GAIN * (beside - INSIDE - distance))
+    excess = beside - INSIDE - distance
+    circle = AXLE / 2 / (distance + BODY)
+    if (
+        diagonal < SIGHT
+    ):  # of something round it sees less than of a wall, so that only the side sensor sees it too near
+        turn = GAIN * (diagonal - SLANT * distance - OUTSET + min(0.0, excess))
+    elif beside < SIGHT:  # the end of a wall is narrow, so it seems farther than it is
+        turn = max(0.0, min(GAIN * excess, circle))
     else:
-        turn = 0.0 if is_lost else AXLE / 2 / (distance + BODY)
+        turn = 0.0 if is_lost else circle
     turn = max(-MAX_TURN, min(MAX_TURN, turn))
     return Wheels(cruise * (1 + turn), cruise * (1 - turn))
 
@@ -110,9 +114,8 @@ async def follow_wall(
 ) -> None:
     """Follow a wall on one side, through any room or maze.
 
-    Without a wall the robot drives straight on until it finds one. Walls should be white, or as bright: a darker wall
-    seems further away. Begin a few centimetres away from all walls: what a sensor reads at first counts as nothing
-    until it reads less, so the robot would keep to a wall beside which it began more closely.
+    First it turns round once, so that each sensor learns what it reads where nothing is near. Without a wall the robot
+    drives straight on until it finds one. Walls should be white, or as bright: a darker wall seems further away.
 
     Args:
         robot: The robot to drive.
@@ -123,13 +126,21 @@ async def follow_wall(
     """
     wheels, open_air = STANDING, OpenAir()
     way, longest = math.inf, math.tau * (distance + BODY)  # driven since a wall was last seen, m
+    turned = 0.0  # since it began, rad
     read_at = robot.time
 
     async def step(view: Epuck) -> None:
-        nonlocal wheels, way, read_at
+        nonlocal wheels, way, turned, read_at
         before, wheels = wheels, STANDING  # after a lost answer the robot stands
         near = open_air(await view.proximity())
         gap, read_at = max(PERIOD, robot.time - read_at), robot.time
+        pace = min(cruise, MAX_STEP / gap / WHEEL_CIRCUMFERENCE)
+        if turned < math.tau:
+            turned += gap * WHEEL_CIRCUMFERENCE * (before.right - before.left) / AXLE
+            run.state("calibrating")
+            wheels = Wheels(-min(SPIN, pace), min(SPIN, pace))
+            await view.set_speed(wheels.left, wheels.right)
+            return
         if side is Side.LEFT:
             near, before = mirrored(near), Wheels(before.right, before.left)
         way = 0.0 if sees_wall(near) else way + gap * WHEEL_CIRCUMFERENCE * sum(before) / 2
@@ -137,7 +148,7 @@ async def follow_wall(
             near,
             before,
             distance=distance,
-            cruise=min(cruise, MAX_STEP / gap / WHEEL_CIRCUMFERENCE),
+            cruise=pace,
             is_lost=way > longest,
         )
         is_turning = wheels.left < 0
