@@ -47,8 +47,8 @@ class Goal:
         at: Where the robots start: the first one anywhere, unless said otherwise.
         behaviour: Its name, if the goal has another one.
         paint: Colours of the world that are others, each with what it becomes.
-        share: Of how many drawn robots it must be reached, 0 to 1: some cameras show grey as another shows a colour, and
-            an infrared sensor hardly sees the end of a thin wall, which one robot in a hundred slips along.
+        share: Of how many drawn robots it must be reached, 0 to 1: some cameras show grey as another shows a colour,
+            and an infrared sensor hardly sees the end of a thin wall, which one robot in a hundred slips along.
     """
 
     world: str

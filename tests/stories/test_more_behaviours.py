@@ -306,7 +306,7 @@ def test_typical_robots_face_the_beeper_to_25_degrees_or_say_that_they_cannot_te
     errors = []
     for seed in drawn(20, "typical beeper"):
         seen = run("locate-clap", f"beeper?firmware={firmware}", seed, seconds=12, at={0: anywhere})
-        # The last state alone is not asked: where the error is about that limit, it turns, and may be unclear once more.
+        # The last state alone is not asked: where the error is about that limit, it may be unclear once more.
         if "facing" in seen.states:
             source = seen.world.scene.sounds[0]
             errors.append(bearing(seen.world, source.x, source.y))

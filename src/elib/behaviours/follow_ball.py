@@ -85,7 +85,7 @@ def approach(ball: Ball, *, distance: float = 0.15, cruise: float = 0.6, gap: fl
         cruise: Largest speed of the wheels, rev/s.
         gap: Time until the next picture, s.
     """
-    # Of a ball that is cut off about half is seen: at 9 cm, nearly as wide as the picture, it would never be seen whole.
+    # Of a ball that is cut off about half is seen: at 9 cm, nearly as wide as the picture, it is never seen whole.
     bearing = 2 * ball.bearing if ball.is_cut else ball.bearing
     turn = min(TURNING, MAX_CORRECTION / gap) * bearing * AXLE / 2 / WHEEL_CIRCUMFERENCE
     ahead = (

@@ -96,9 +96,8 @@ def follow(
     diagonal, beside = wall_distance(near.diagonal_right), wall_distance(near.right)
     excess = beside - INSIDE - distance
     circle = AXLE / 2 / (distance + BODY)
-    if (
-        diagonal < SIGHT
-    ):  # of something round it sees less than of a wall, so that only the side sensor sees it too near
+    if diagonal < SIGHT:
+        # Of something round it sees less than of a wall: only the side sensor then sees that it is too near.
         turn = GAIN * (diagonal - SLANT * distance - OUTSET + min(0.0, excess))
     elif beside < SIGHT:  # the end of a wall is narrow, so it seems farther than it is
         turn = max(0.0, min(GAIN * excess, circle))
