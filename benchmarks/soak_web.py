@@ -19,10 +19,10 @@ import tempfile
 import threading
 from collections.abc import AsyncIterator
 
-import msgspec
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from elib.base.errors import ArgumentError
 from elib.panel.panel import Panel
 from elib.panel.server import http as server
 from elib.panel.server.listening import listen
@@ -207,8 +207,7 @@ async def talk(place: str, seed: int, seconds: float) -> tuple[int, int]:
                         said += 1
                         await socket.send(text)
                         await asyncio.sleep(dice.expovariate(RATE))
-                        with contextlib.suppress(msgspec.DecodeError, RecursionError):
-                            decode(text)
+                        if not isinstance(decode(text)[1], ArgumentError):
                             continue
                         await asyncio.wait([drawing], timeout=5)
                         assert drawing.done(), f"it stayed after {text}"

@@ -13,12 +13,13 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from elib.doors.robots import connected
 from elib.doors.serve.answers import TOLD
-from elib.doors.serve.client import ANSWERS, MAX_WAITING, MAX_WATCHES, PROTOCOL
+from elib.doors.serve.client import MAX_WATCHES, PROTOCOL
 from elib.doors.serve.door import MAX_PROGRAMS, PATH, ProgramDoor
 from elib.doors.serve.door import MESSAGES as RATE
-from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES, MAX_MESSAGE, Message
+from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES
 from elib.doors.serve.schema import reading_kinds, schema
 from elib.panel.drivelock import DEAD_MAN
+from elib.panel.server.conversation import ANSWERS, MAX_MESSAGE, MAX_WAITING, Message
 from elib.panel.server.http import READING_TIME
 from elib.panel.server.listening import PORT, listen
 from generator.markdown import inline, table

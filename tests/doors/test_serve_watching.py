@@ -21,8 +21,8 @@ from recordings import recorded
 from serve_rig import Program, Rig, serving
 
 from elib.base.errors import LinkLost
-from elib.doors.serve.client import MAX_UNREAD
 from elib.doors.serve.schema import schema
+from elib.panel.server.conversation import MAX_UNREAD
 from shared import PATIENCE, until
 
 # clock: simulated

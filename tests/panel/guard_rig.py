@@ -135,8 +135,8 @@ async def guarded(*, token: str | None = None, urls: Iterable[str] = ()) -> Asyn
                 super().__init__(*arguments)  # type: ignore[arg-type]
                 rig.pages.append(self)
 
-            def hear(self, text: str) -> str:
-                answer = super().hear(text)
+            async def hear(self, text: str) -> str:
+                answer = await super().hear(text)
                 if not answer:
                     rig.heard.append(text)
                 return answer

@@ -57,7 +57,7 @@ async def page_of_a_student(token: str | None = None) -> AsyncIterator[tuple[str
 
 async def refused(page: Page, what: str, **values: object) -> bool:
     answer = await page.ask(what, **values)
-    return not answer["ok"] and "shows a world, and nothing else" in answer["error"]
+    return not answer["ok"] and "shows a world, and nothing else" in answer["error"]["message"]
 
 
 async def test_only_what_concerns_the_world_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,7 +78,7 @@ async def test_only_what_concerns_the_world_is_done(tmp_path: Path, monkeypatch:
         assert control.world.pose(0).x == pytest.approx(0.3, abs=0.01)
         faster = await page.ask("world", message={"do": "set_speed", "speed": 10})
         assert not faster["ok"]
-        assert "keeps its speed" in faster["error"]
+        assert "keeps its speed" in faster["error"]["message"]
     assert os.listdir(tmp_path) == []
 
 

@@ -26,8 +26,9 @@ from page_rig import opened
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from elib.panel.server import access, messages, page
+from elib.panel.server import access
 from elib.panel.server import http as server
+from elib.panel.server.conversation import CLOSING_TIME, HEARTBEAT, MAX_MESSAGE, MAX_UNREAD
 from elib.simulator.emulator.control_server import Bucket
 from shared import PATIENCE, now, until
 
@@ -535,7 +536,7 @@ async def test_bytes_throw_the_page_out_and_reach_nobody(rig: Rig) -> None:
 
 
 async def test_an_oversized_message_throws_the_page_out(rig: Rig) -> None:
-    for message in ("4" * 8193, ["4" * (messages.MAX_MESSAGE // 3 + 1)] * 3):
+    for message in ("4" * 8193, ["4" * (MAX_MESSAGE // 3 + 1)] * 3):
         assert await thrown_out(rig, message) == 1009  # type: ignore[arg-type]
     assert rig.heard == []
 
@@ -564,7 +565,7 @@ async def test_a_page_that_drives_for_long_is_not_too_fast() -> None:
 async def test_a_message_for_a_robot_that_is_gone_is_answered_and_the_page_stays() -> None:
     async with guarded() as rig, opened(rig.url) as tab:
         answer = await tab.ask("steer", robot="7", left=1, right=1)
-        assert (answer["ok"], answer["error"]) == (False, "there is no such robot in the panel")
+        assert (answer["ok"], answer["error"]["message"]) == (False, "there is no such robot in the panel")
         await tab.tell("beat", robot="7")
         assert (await tab.ask("stop"))["ok"]
 
@@ -685,8 +686,8 @@ async def test_a_page_that_reads_nothing_is_not_sent_ever_more() -> None:
                 with contextlib.suppress(ConnectionError):
                     await loop.sock_sendall(raw, asked)
                 await asyncio.sleep(0.3)
-                most = max(most, len(mute._tasks))
-            assert most <= 2 * page.MAX_TASKS
+                most = max(most, mute.unread)
+            assert most <= 2 * MAX_UNREAD
         assert now() < 3 * server.READING_TIME
         assert (await other.ask("stop"))["ok"]
         before = len(other.of("update"))
@@ -706,7 +707,7 @@ async def test_a_page_that_is_silent_is_asked_and_then_left(rig: Rig) -> None:
     with unread(rig):
         await until(lambda: rig.pages)
         await until(lambda: rig.server.pages == 0)
-    assert now() < 2 * server.HEARTBEAT
+    assert now() < 2 * HEARTBEAT
 
 
 async def test_the_end_of_the_server_is_told_to_its_pages_and_waits_for_none() -> None:
@@ -718,7 +719,7 @@ async def test_the_end_of_the_server_is_told_to_its_pages_and_waits_for_none() -
         await until(lambda: rig.server.pages == 2)
         began = now()
         await stack.aclose()
-        assert now() - began < 2 * server.CLOSING_TIME + 0.1
+        assert now() - began < 2 * CLOSING_TIME + 0.1
         assert await until_closed(socket) == 1001
         with pytest.raises(ConnectionRefusedError):
             await asyncio.open_connection(rig.host, rig.port)

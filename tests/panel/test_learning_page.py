@@ -87,7 +87,7 @@ async def test_the_page_can_change_nothing(world, view, capsys, monkeypatch) -> 
 async def refusal(page: Page, message: dict) -> bool:
     answer = await page.ask("world", message=message)
     result = answer if not answer["ok"] else answer["result"]
-    return not result["ok"] and "mistake" not in result["error"]
+    return not result["ok"] and "mistake" not in str(result["error"])
 
 
 async def test_steps_take_as_long_as_in_reality(world, view, capsys, monkeypatch) -> None:

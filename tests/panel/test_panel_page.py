@@ -26,7 +26,7 @@ async def test_a_tab_that_is_closed_by_two_fast_clicks_is_closed_once() -> None:
         key = await page.connected()
         first, second = await asyncio.gather(page.ask("remove", robot=key), page.ask("remove", robot=key))
         assert first["ok"]
-        assert (second["ok"], second["error"]) == (False, "there is no such robot in the panel")
+        assert (second["ok"], second["error"]["message"]) == (False, "there is no such robot in the panel")
         await until(lambda: page.of("update")[-1]["place"] == "start")
         gc.collect()
         assert complaints == []
@@ -59,8 +59,6 @@ async def test_what_a_page_sent_while_the_program_ends_is_not_carried_out() -> N
         rig.server.is_ending = True
         await page.tell("steer", robot=key, left=1, right=1)
         await page.tell("add", url="sim://line")
-        with pytest.raises(TimeoutError):
-            async with asyncio.timeout(30):
-                await page.ask("stop")
+        assert (await page.ask("find"))["error"]["kind"] == "LinkClosed"
         assert len(rig.panel.slots) == 1
-        assert not any("add" in text or "steer" in text for text in rig.heard)
+        assert not rig.panel.slot(key).drive.driver

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import inspect
 import logging
-import secrets
-from collections.abc import Awaitable, Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import msgspec
-from aiohttp import WSMsgType, web
+from aiohttp import web
 
 from elib import __version__
-from elib.base.errors import ArgumentError, ElibError, LinkClosed, LinkLost, MotionInterrupted, ReplyTimeout
-from elib.doors.serve.answers import Answer, Error, Event, Failure, Trouble
+from elib.base.errors import ArgumentError, ElibError, LinkLost, MotionInterrupted
+from elib.doors.serve.answers import Event
 from elib.doors.serve.values import Json, plain
 from elib.doors.serve.watching import Broadcasts, What
 from elib.panel import lifecycle
 from elib.panel.drivelock import DEAD_MAN
 from elib.panel.server.access import is_same
+from elib.panel.server.conversation import Caller, Decoded, Error, Message, Trouble
 from elib.panel.slot import Phase, Slot, may_drive
 from elib.robot.actions import CatalogueEntry
 from elib.robot.snapshot import watched_names
@@ -31,34 +29,17 @@ if TYPE_CHECKING:
 
 PROTOCOL = 1
 """Version of the protocol; the path of the door's address has the same number."""
-MAX_WAITING = 32
-"""Requests of one program that wait for an answer at the same time."""
-MAX_UNREAD = 256 * 1024
-"""Bytes of answers that a program may leave unread."""
 MAX_WATCHES = 8
 """Watches of one program."""
-ANSWERS, ANSWERS_AT_ONCE = 500.0, 1000.0
-"""Answers to one program per second for long, and at once; later ones wait. A robot on a serial line gives fewer."""
 MAX_WAIT = 20.0
 """s within which a request is answered whatever happens; the slowest command, the calibration, has 8 s."""
 EVENT_PERIOD = 0.1
 """s between two looks into the event logs."""
-GREETING = "say hello first, with the token"
 
 log = logging.getLogger("elib.serve")
 
 
-class Request(Protocol):
-    """One message of a program: ``elib.doors.serve.messages`` has them all."""
-
-    id: int
-    is_greeting: ClassVar[bool]
-
-    def carry_out(self, client: Client) -> Awaitable[object] | object:
-        """Do it, and return the result, or an awaitable of it."""
-
-
-class Client:
+class Client(Caller):
     """One program, from the opening of its WebSocket to its end.
 
     Args:
@@ -67,11 +48,9 @@ class Client:
         request: The request that opened the WebSocket.
         ws: The WebSocket.
         decode: Gives number and request of a text, or what is wrong with it.
-
-    Attributes:
-        key: The program's name at the drive locks. A program acts under this name alone: no message has one.
-        is_let_in: Whether it has shown the token, if there is one.
     """
+
+    whose, server, max_wait, log = "program", "elib serve", MAX_WAIT, log
 
     def __init__(
         self,
@@ -79,107 +58,25 @@ class Client:
         broadcasts: Broadcasts,
         request: web.Request,
         ws: web.WebSocketResponse,
-        decode: Callable[[str], tuple[int, Request | ArgumentError]],
+        decode: Callable[[str], Decoded],
     ) -> None:
-        self.key = f"program-{secrets.token_hex(8)}"
+        super().__init__(request, ws, decode, lambda: server.is_ending)
         self.is_let_in = server.access.token is None
         self._name = ""
-        self._server, self._broadcasts, self._ws, self._decode = server, broadcasts, ws, decode
+        self._server, self._broadcasts = server, broadcasts
         self._address = request.remote or ""
-        assert request.transport is not None
-        self._transport = request.transport
-        self._loop = asyncio.get_running_loop()
         self._known: set[Slot] = set()
-        self._requests: set[asyncio.Future[Any]] = set()
         self._watches: dict[tuple[str, tuple[str, ...]], Callable[[], None]] = {}
         self._minded: set[Slot] = set()
         self._halts: dict[Slot, int] = {}  # how often each robot was stopped when the program began to drive it
         self._minding: asyncio.Task[None] | None = None
         self._events: asyncio.Task[None] | None = None
-        self._due = 0.0
 
     # -- what the program says --
 
-    async def hear(self, text: str) -> str:
-        """Carry out one message; return why the connection is to be closed, or an empty string."""
-        if self._transport.get_write_buffer_size() > MAX_UNREAD:
-            return "the program does not read its answers"
-        number, message = self._decode(text)
-        if isinstance(message, ArgumentError):
-            await self._answer(number, message)
-            return "" if self.is_let_in else GREETING
-        if not self.is_let_in and not message.is_greeting:
-            await self._answer(number, ArgumentError(GREETING))
-            return GREETING
+    def admit(self, message: Message) -> None:
+        """Note that the program is still there."""
         self._beat()
-        try:
-            if self._server.is_ending:
-                raise LinkClosed("elib serve ends")
-            result = message.carry_out(self)
-            if inspect.iscoroutine(result):
-                if len(self._requests) >= MAX_WAITING:
-                    result.close()
-                    raise ArgumentError(
-                        f"{MAX_WAITING} requests wait for their answers, and no more can", hint="wait for answers"
-                    )
-                self._begin(self._finish(message.id, result))
-                return ""
-        except Exception as error:
-            await self._answer(message.id, error)
-            return "" if self.is_let_in else "this is not the token"
-        if self._pause() > 0:
-            self._begin(self._answer_later(message.id, result))
-        else:
-            await self._answer(message.id, result)
-        return ""
-
-    def _begin(self, work: Awaitable[None]) -> None:
-        task = asyncio.ensure_future(work)
-        self._requests.add(task)
-        task.add_done_callback(self._requests.discard)
-
-    async def _finish(self, number: int, work: Awaitable[object]) -> None:
-        """Wait for the result of a request, and answer it."""
-        result: object
-        try:
-            async with asyncio.timeout(MAX_WAIT * time_factor()):
-                result = await work
-        except TimeoutError as error:
-            own = ReplyTimeout(f"the request did not end within {MAX_WAIT:g} s")
-            result = error if isinstance(error, ElibError) else own
-        except asyncio.CancelledError:
-            result = LinkClosed("the connection ends before the request did")
-        except Exception as error:
-            result = error
-        await self._answer_later(number, result)
-
-    async def _answer_later(self, number: int, result: object) -> None:
-        pause = self._pause()
-        if pause > 0:  # a sleep of zero would cost a turn of the event loop
-            with contextlib.suppress(asyncio.CancelledError):
-                await asyncio.sleep(pause)
-        await self._answer(number, result)
-
-    def _pause(self) -> float:
-        """Return how long an answer waits now, s, because many went before it."""
-        return max(0.0, self._due - self._loop.time() - ANSWERS_AT_ONCE / ANSWERS * time_factor())
-
-    async def _answer(self, number: int, result: object) -> None:
-        """Send the one answer of a request: a result or an error."""
-        self._due = max(self._due, self._loop.time()) + time_factor() / ANSWERS
-        try:
-            if isinstance(result, BaseException):
-                raise result
-            if not number:
-                return
-            data = msgspec.json.encode(Answer(id=number, result=result))
-        except ElibError as error:
-            data = _failure(number, _trouble(error))
-        except Exception as error:
-            log.error("a request of a program failed", exc_info=error)
-            mistake = Trouble(kind="Error", message="elib serve made a mistake", hint="its terminal says more")
-            data = _failure(number, mistake)
-        await self.send(data)
 
     # -- robots --
 
@@ -345,7 +242,7 @@ class Client:
                 elif slot not in told:
                     told.add(slot)
                     key = next((key for key, each in self._slots if each is slot), "")
-                    await self.send(msgspec.json.encode(Error(robot=key, error=_trouble(error))))
+                    await self.send(msgspec.json.encode(Error(robot=key, error=Trouble.of(error))))
                 if slot.drive.driver != self.key:
                     self._minded.discard(slot)
                     told.discard(slot)
@@ -374,7 +271,7 @@ class Client:
         leave = self._watches.pop(what[:2], None)
         if leave is not None:
             leave()
-        await self.send(msgspec.json.encode(Error(robot=what[0], error=_trouble(error))))
+        await self.send(msgspec.json.encode(Error(robot=what[0], error=Trouble.of(error))))
 
     def watch(self, key: str, readings: Sequence[str], rate: float) -> dict[str, Json]:
         """Begin to watch readings of a robot, or change the rate.
@@ -437,13 +334,7 @@ class Client:
     @property
     def is_behind(self) -> bool:
         """Whether the program has not taken yet what it was sent before."""
-        return self._transport.get_write_buffer_size() > 0
-
-    async def send(self, data: bytes) -> None:
-        """Send a message; a program that is gone gets none."""
-        if not self._ws.closed:
-            with contextlib.suppress(ConnectionError):
-                await self._ws.send_frame(data, WSMsgType.TEXT)
+        return self.unread > 0
 
     # -- the end --
 
@@ -458,20 +349,7 @@ class Client:
         for leave in self._watches.values():
             leave()
         self._watches.clear()
-        await asyncio.sleep(0)  # so that every request has begun, and answers when it is cancelled
-        tasks = tuple(self._requests)
-        for task in tasks:
-            task.cancel()
-        if tasks:
-            await asyncio.wait(tasks)
-
-
-def _trouble(error: ElibError) -> Trouble:
-    return Trouble(kind=type(error).__name__, message=error.message, hint=error.hint)
-
-
-def _failure(number: int, error: Trouble) -> bytes:
-    return msgspec.json.encode(Failure(id=number, error=error) if number else Error(error=error))
+        await super().close()
 
 
 def _refusal(slot: Slot) -> ArgumentError:

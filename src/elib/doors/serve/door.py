@@ -5,19 +5,18 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import re
-import socket
-import sys
 from collections.abc import AsyncIterator, Callable, Sequence
 
-from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp import WSCloseCode, web
 
 from elib.base.errors import ArgumentError
 from elib.doors.robots import connected, hold_open
 from elib.doors.serve.client import PROTOCOL, Client
-from elib.doors.serve.messages import MAX_MESSAGE, decode
+from elib.doors.serve.messages import decode
 from elib.doors.serve.watching import Broadcasts
 from elib.panel.server.access import Access
-from elib.panel.server.http import CLOSING_TIME, Server, web_socket
+from elib.panel.server.conversation import close_all, keep_little, web_socket
+from elib.panel.server.http import Server
 from elib.panel.server.listening import Address
 from elib.simulator.emulator.control_server import Bucket, time_factor
 
@@ -28,8 +27,6 @@ MESSAGES, MESSAGES_AT_ONCE = 1000.0, 2000.0
 beyond 500 a second wait."""
 HELLO_TIME = 5.0
 """s that a program may take to show the token."""
-UNSENT = 64 * 1024
-"""Bytes that the system keeps of what a program has not read yet: old readings for a second or two, not for minutes."""
 ORIGIN = re.compile(r"https?://(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?", re.IGNORECASE)
 
 
@@ -80,7 +77,7 @@ class ProgramDoor:
             return web.Response(status=503, text="The program ends.")
         if len(self._clients) >= MAX_PROGRAMS:
             return web.Response(status=503, text=f"{MAX_PROGRAMS} programs are connected, and no more can be.")
-        ws = web_socket(MAX_MESSAGE, sys.maxsize)  # nothing waits for a program that does not read
+        ws = web_socket()
         if not ws.can_prepare(request):
             return web.Response(status=400, text="This address is for WebSockets.")
         if self._broadcasts is None:
@@ -88,7 +85,7 @@ class ProgramDoor:
         client = Client(server, self._broadcasts, request, ws, decode)
         self._clients[ws] = client
         try:
-            _keep_little(request)
+            keep_little(request)
             await ws.prepare(request)
             server.panel.on_visit()
             code, reason = await self._converse(ws, client)
@@ -101,45 +98,18 @@ class ProgramDoor:
 
     async def _converse(self, ws: web.WebSocketResponse, client: Client) -> tuple[WSCloseCode, str]:
         """Hear a program; return why it is heard no longer."""
-        messages = Bucket(MESSAGES, MESSAGES_AT_ONCE)
         late = asyncio.get_running_loop().call_later(HELLO_TIME * time_factor(), _end_stranger, client, ws)
         if client.is_let_in:
             client.meet()
         try:
-            async for message in ws:
-                if not messages.take():
-                    return WSCloseCode.POLICY_VIOLATION, "too many messages"
-                if message.type is WSMsgType.PING:
-                    await ws.pong(message.data)
-                elif message.type is WSMsgType.BINARY:
-                    return WSCloseCode.UNSUPPORTED_DATA, "only text is understood"
-                elif message.type is WSMsgType.TEXT:
-                    reason = await client.hear(message.data)
-                    if reason:
-                        return WSCloseCode.POLICY_VIOLATION, reason
-                await asyncio.sleep(0)  # answers leave before the next message is heard
+            return await client.converse(Bucket(MESSAGES, MESSAGES_AT_ONCE))
         finally:
             late.cancel()
-        return WSCloseCode.OK, ""
 
     async def close(self) -> None:
         """Answer what programs wait for, and end their connections."""
         await asyncio.gather(*(client.close() for client in self._clients.values()))
-        closing = [ws.close(code=WSCloseCode.GOING_AWAY, message=b"elib serve has ended") for ws in self._clients]
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(CLOSING_TIME * time_factor()):
-                await asyncio.gather(*closing, return_exceptions=True)
-
-
-def _keep_little(request: web.Request) -> None:
-    """Let little wait for a program that does not read; after some seconds the server then ends the connection."""
-    transport = request.transport
-    assert isinstance(transport, asyncio.Transport)
-    transport.set_write_buffer_limits(high=0)
-    sock = transport.get_extra_info("socket")
-    if sock is not None:
-        with contextlib.suppress(OSError):
-            sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNSENT)
+        await close_all(list(self._clients), "elib serve has ended")
 
 
 def _end_stranger(client: Client, ws: web.WebSocketResponse) -> None:

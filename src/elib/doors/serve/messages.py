@@ -6,56 +6,28 @@ itself are the classes below; a class for each command of the robot is made from
 
 from __future__ import annotations
 
-import re
-from collections.abc import Awaitable, Mapping
+from collections.abc import Mapping
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Annotated, ClassVar, Union, cast
 
 import msgspec
-from msgspec import Meta, Struct
+from msgspec import Meta
 from msgspec.json import Decoder
 
-from elib.base.errors import ArgumentError
 from elib.link.protocol.profiles import FIRMWARES, rule
 from elib.link.protocol.quantities import Quantity
+from elib.panel.server.conversation import Decoded, Message, Result, decoded
 from elib.robot.actions import CatalogueEntry, catalogue
 from elib.robot.snapshot import WATCHABLE
 
 if TYPE_CHECKING:
     from elib.doors.serve.client import Client
 
-MAX_MESSAGE = 8192
-"""Bytes of a message: the longest useful one has some hundred."""
-MAX_ID = 1 << 53
-"""Of a request: a program in JavaScript can tell all whole numbers up to here apart."""
 SLOWEST, FASTEST = 0.1, 50.0
 """Range of the rate of a watch, Hz: over Bluetooth, no robot answers more than some 40 questions a second."""
 
 Key = Annotated[str, Meta(max_length=12)]
-Number = Annotated[int, Meta(ge=0, le=MAX_ID, description="Number that the answer repeats; 0 asks for no answer.")]
 Robot = Annotated[str, Meta(max_length=12, description="Key of the robot; not needed where there is only one.")]
-Result = Awaitable[object] | object
-
-
-class Message(Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
-    """What a program says.
-
-    Attributes:
-        id: Number that the answer repeats; 0 asks for no answer.
-    """
-
-    is_greeting: ClassVar[bool] = False
-    """Whether a program may say it before it has shown the token."""
-
-    id: Number = 0
-
-    def carry_out(self, client: Client) -> Result:
-        """Do it for *client*, and return the result, or an awaitable of it.
-
-        Raises:
-            ElibError: It cannot be done.
-        """
-        raise NotImplementedError
 
 
 class Hello(Message, tag="hello"):
@@ -233,42 +205,6 @@ MOTIONS = ("go", "turn", "go_to")
 _DECODER: Decoder[Message] = Decoder(Union[MESSAGES])  # noqa: UP007  # a tuple of types has no |
 
 
-class _Numbered(Struct):
-    """The parts of any message that say what a wrong one was meant to be."""
-
-    id: object = 0
-    do: object = ""
-
-    @property
-    def number(self) -> int:
-        """The number, if it is one; 0 otherwise."""
-        return self.id if type(self.id) is int and 0 <= self.id <= MAX_ID else 0
-
-
-_NUMBERED = Decoder(_Numbered)
-
-
-def decode(text: str) -> tuple[int, Message | ArgumentError]:
-    """Return the number of a message, and what a program said; of a wrong message, what is wrong with it.
-
-    The number of a wrong message is 0 if it cannot be found.
-    """
-    try:
-        message = _DECODER.decode(text)
-    except (msgspec.DecodeError, RecursionError) as error:
-        said = re.sub(r"\s+", " ", str(error))[:200] or "nested too deeply"
-        wrong = _numbered(text)
-        return wrong.number, ArgumentError(f"this is not a message of the protocol: {said}", hint=_hint(wrong.do))
-    return message.id, message
-
-
-def _numbered(text: str) -> _Numbered:
-    try:
-        return _NUMBERED.decode(text)
-    except (msgspec.DecodeError, RecursionError):
-        return _Numbered()
-
-
 def _hint(do: object) -> str:
     if not isinstance(do, str) or not do:
         return 'a message is one JSON object, such as {"do": "hello", "id": 1}'
@@ -280,3 +216,8 @@ def _hint(do: object) -> str:
         return "a whole motion is a loop of set_speed and encoders in your program"
     near = get_close_matches(do[:40], NAMES, 1)
     return f"did you mean {near[0]!r}?" if near else "elib serve --schema prints every message"
+
+
+def decode(text: str) -> Decoded:
+    """Return the number of a message, and what a program said; of a wrong message, what is wrong with it."""
+    return decoded(_DECODER, text, _hint)

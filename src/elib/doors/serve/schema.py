@@ -11,10 +11,11 @@ import msgspec
 from elib.base.plaintext import summary
 from elib.doors.serve.answers import TOLD
 from elib.doors.serve.client import PROTOCOL
-from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES, MESSAGES, Message
+from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES, MESSAGES
 from elib.doors.serve.values import ROLES
 from elib.link.protocol import values as v
 from elib.link.protocol.values import READING_TYPES, FieldInfo, Reading, Sensors, describe
+from elib.panel.server.conversation import Message
 
 Schema = dict[str, Any]
 DRAFT = "https://json-schema.org/draft/2020-12/schema"

@@ -12,12 +12,13 @@ from importlib.resources import files
 from typing import Protocol
 from urllib.parse import parse_qs
 
-from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp import web
 
 from elib.panel.panel import Panel, check_standing
 from elib.panel.server.access import Access, is_same
+from elib.panel.server.conversation import CLOSING_TIME, close_all, web_socket
 from elib.panel.server.listening import Address
-from elib.panel.server.messages import MAX_MESSAGE, decode
+from elib.panel.server.messages import decode
 from elib.panel.server.page import Page
 from elib.panel.server.pictures import world_picture
 from elib.robot.running import ending
@@ -46,10 +47,6 @@ MESSAGES, MESSAGES_AT_ONCE = 100.0, 200.0
 """Messages of one page per second for long, and at once. A hand that drags sends 60 a second, one that drives 10."""
 BYTES, BYTES_AT_ONCE = 64 * 1024.0, 256 * 1024.0
 """Bytes that one connection may send, per second for long and at once: a hand that drags sends a fifth of that."""
-CLOSING_TIME = 1.0
-"""s that pages get to close when the server ends, and requests to be answered."""
-HEARTBEAT = 20.0
-"""s between two pings, which find pages that went away without a word."""
 
 KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 HEADERS: Mapping[str, str] = {
@@ -266,23 +263,6 @@ async def served(
         await runner.cleanup()
 
 
-def web_socket(longest: int, writer_limit: int = 1 << 18) -> web.WebSocketResponse:
-    """Return the answer to a request for a WebSocket.
-
-    Args:
-        longest: Bytes of a message that may come.
-        writer_limit: Bytes that may be written before writing waits for a reader; as many as in aiohttp unless given.
-    """
-    return web.WebSocketResponse(
-        max_msg_size=longest,
-        compress=False,
-        autoping=False,  # so that pings count like messages
-        heartbeat=HEARTBEAT * time_factor(),
-        timeout=CLOSING_TIME * time_factor(),
-        writer_limit=writer_limit,
-    )
-
-
 class Server:
     """Answers the requests of browsers.
 
@@ -325,10 +305,7 @@ class Server:
         self.is_ending = True
         if self._door is not None:
             await self._door.close()
-        closing = [ws.close(code=WSCloseCode.GOING_AWAY, message=b"the program has ended") for ws in self._sockets]
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(CLOSING_TIME * time_factor()):
-                await asyncio.gather(*closing, return_exceptions=True)
+        await close_all(list(self._sockets), "the program has ended")
 
     # -- before every request --
 
@@ -431,41 +408,24 @@ class Server:
             return web.Response(status=503, text="The program ends.")
         if len(self._sockets) >= MAX_PAGES:
             return web.Response(status=503, text=f"{MAX_PAGES} pages are open. Close some, and try again.")
-        ws = web_socket(MAX_MESSAGE)
+        ws = web_socket()
         if "Sec-WebSocket-Protocol" in request.headers or not ws.can_prepare(request):
             return web.Response(status=400, text="This address is for WebSockets.")
         self._sockets.add(ws)
         try:
             await ws.prepare(request)
             self.panel.on_visit()
-            await self._converse(ws)
+            page = Page(self.panel, request, ws, decode, lambda: self.is_ending)
+            try:
+                code, reason = await page.converse(Bucket(MESSAGES, MESSAGES_AT_ONCE))
+            finally:
+                await page.close()  # before the browser is told, which may take its time
+            await ws.close(code=code, message=reason.encode())
         finally:
             self._sockets.discard(ws)
             if not self._sockets:
                 self.panel.on_empty()
         return ws
-
-    async def _converse(self, ws: web.WebSocketResponse) -> None:
-        """Hear a page until it leaves, or says what no page says."""
-        messages = Bucket(MESSAGES, MESSAGES_AT_ONCE)
-        page = Page(self.panel, ws, decode)
-        code, reason = WSCloseCode.POLICY_VIOLATION, ""
-        try:
-            async for message in ws:
-                if not messages.take():
-                    reason = "too many messages"
-                elif message.type is WSMsgType.PING:
-                    await ws.pong(message.data)
-                elif message.type is WSMsgType.BINARY:
-                    code, reason = WSCloseCode.UNSUPPORTED_DATA, "only text is understood"
-                elif message.type is WSMsgType.TEXT and not self.is_ending:
-                    reason = page.hear(message.data)
-                if reason:
-                    break
-                await asyncio.sleep(0)  # answers leave before the next message is heard
-        finally:
-            await page.close()  # before the browser is told, which may take its time
-        await ws.close(code=code, message=reason.encode())
 
 
 class _Http(web.RequestHandler):

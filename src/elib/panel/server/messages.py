@@ -1,17 +1,15 @@
 """Everything that a page may ask for: one class a message, with its fields, their ranges, and what is done.
 
 A page sends JSON objects like ``{"do": "steer", "robot": "1", "left": 0.5, "right": 0.5}``. msgspec decodes them into
-these classes, and that is the check: a missing, unknown or wrong field is refused. A message with an ``id`` is answered
-by ``{"type": "answer", "id": 7, "ok": true, "result": ...}``, or with ``"ok": false``, an ``error`` and a ``hint``.
+these classes, and that is the check: a missing, unknown or wrong field is refused.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Union
 
-from msgspec import Meta, Struct
+from msgspec import Meta
 from msgspec.json import Decoder
 
 from elib.base.errors import ArgumentError
@@ -19,6 +17,7 @@ from elib.base.files import write_file
 from elib.link.protocol.quantities import CameraMode
 from elib.panel import console
 from elib.panel.behaviours import source_of
+from elib.panel.server.conversation import Decoded, Message, Result, decoded
 from elib.simulator.emulator.control_server import answer
 from elib.simulator.worlds.writer import written_scene
 from elib.tools import discovery
@@ -26,16 +25,12 @@ from elib.tools import discovery
 if TYPE_CHECKING:
     from elib.panel.server.page import Page
 
-MAX_MESSAGE = 8192
-"""Bytes of a message: the longest useful one has some hundred."""
-
 Key = Annotated[str, Meta(max_length=12)]
 """A robot of the panel, by its key."""
 Keys = Annotated[list[Key], Meta(min_length=1, max_length=64)]
 Name = Annotated[str, Meta(max_length=80)]
 Text = Annotated[str, Meta(max_length=500)]
 Share = Annotated[float, Meta(ge=-1, le=1)]
-Result = Awaitable[object] | object
 
 MODES = {"GREY": CameraMode.GREY, "COLOUR": CameraMode.COLOUR}
 
@@ -44,31 +39,17 @@ def _snake(name: str) -> str:
     return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name).lstrip("_")
 
 
-class Message(Struct, tag_field="do", tag=_snake, forbid_unknown_fields=True, kw_only=True):
-    """What a page says.
-
-    Attributes:
-        id: Number that the answer repeats; 0 if no answer is wanted.
-    """
+class PageMessage(Message, tag=_snake):
+    """What a page says."""
 
     is_of_world: ClassVar[bool] = False
     """Whether pages of a closed panel may say it: it concerns their world alone."""
-
-    id: Annotated[int, Meta(ge=0, le=1 << 53)] = 0
-
-    def carry_out(self, page: Page) -> Result:
-        """Do it for *page*, and return the result, or an awaitable of it.
-
-        Raises:
-            ElibError: It cannot be done.
-        """
-        raise NotImplementedError
 
 
 # -- the page --
 
 
-class Show(Message):
+class Show(PageMessage):
     """Show one robot, all robots (``overview``), or the start page (``start``)."""
 
     is_of_world = True
@@ -79,7 +60,7 @@ class Show(Message):
         page.show(self.place)
 
 
-class Drawn(Message):
+class Drawn(PageMessage):
     """The page has drawn an update."""
 
     is_of_world = True
@@ -90,7 +71,7 @@ class Drawn(Message):
         page.drawn(self.number)
 
 
-class FrameDrawn(Message):
+class FrameDrawn(PageMessage):
     """The page has drawn a frame of the world."""
 
     is_of_world = True
@@ -101,7 +82,7 @@ class FrameDrawn(Message):
         page.world_updates.drawn(self.number)
 
 
-class Find(Message):
+class Find(PageMessage):
     """Look for robots on this computer's ports, and for virtual ones that run here."""
 
     async def carry_out(self, page: Page) -> list[dict[str, object]]:
@@ -111,14 +92,14 @@ class Find(Message):
         ]
 
 
-class Recents(Message):
+class Recents(PageMessage):
     """Name the robots that were used before, the newest first."""
 
     def carry_out(self, page: Page) -> Result:
         return page.panel.recents.urls
 
 
-class Forget(Message):
+class Forget(PageMessage):
     """Forget a robot that was used before."""
 
     url: Text
@@ -131,7 +112,7 @@ class Forget(Message):
 # -- robots --
 
 
-class Add(Message):
+class Add(PageMessage):
     """Take the robots of a URL into the panel, and connect them."""
 
     url: Text
@@ -143,7 +124,7 @@ class Add(Message):
         return keys
 
 
-class AboutRobot(Message):
+class AboutRobot(PageMessage):
     """Says something of one robot."""
 
     robot: Key
@@ -180,28 +161,28 @@ class Steer(AboutRobot):
     right: Share
 
     def carry_out(self, page: Page) -> Result:
-        return page.panel.slot(self.robot).drive.steer(page.name, self.left, self.right)
+        return page.panel.slot(self.robot).drive.steer(page.key, self.left, self.right)
 
 
 class Beat(AboutRobot):
     """Say that the page is still there, and drives."""
 
     def carry_out(self, page: Page) -> Result:
-        return page.panel.slot(self.robot).drive.beat(page.name)
+        return page.panel.slot(self.robot).drive.beat(page.key)
 
 
 class Leave(AboutRobot):
     """Drive no more: the page is hidden, or shows something else."""
 
     def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).drive.leave(page.name)
+        page.panel.slot(self.robot).drive.leave(page.key)
 
 
 class TakeOver(AboutRobot):
     """Drive a robot that another page drives; the person was asked."""
 
     def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).drive.take(page.name, by_force=True)
+        page.panel.slot(self.robot).drive.take(page.key, by_force=True)
 
 
 class Limit(AboutRobot):
@@ -213,7 +194,7 @@ class Limit(AboutRobot):
         page.panel.slot(self.robot).drive.limit_to(self.share)
 
 
-class Stop(Message):
+class Stop(PageMessage):
     """Stop one robot, or all of them."""
 
     robot: Key = ""
@@ -236,7 +217,7 @@ class Command(AboutRobot):
 
     async def carry_out(self, page: Page) -> str:
         slot = page.panel.slot(self.robot)
-        value = await slot.command(self.name, *self.arguments, page=page.name)
+        value = await slot.command(self.name, *self.arguments, page=page.key)
         return console.result_text(value, slot.firmware)[: console.MAX_SHOWN]
 
 
@@ -246,7 +227,7 @@ class Console(AboutRobot):
     line: Text
 
     def carry_out(self, page: Page) -> Result:
-        return console.answer(page.panel.slot(self.robot), self.line, page.name)
+        return console.answer(page.panel.slot(self.robot), self.line, page.key)
 
 
 class Complete(AboutRobot):
@@ -309,7 +290,7 @@ class Live(AboutRobot):
 # -- behaviours --
 
 
-class Behave(Message):
+class Behave(PageMessage):
     """Start a behaviour on some robots."""
 
     robots: Keys
@@ -321,7 +302,7 @@ class Behave(Message):
             page.panel.slot(key).runner.start(self.name, self.options)
 
 
-class PauseBehaviour(Message):
+class PauseBehaviour(PageMessage):
     """Let the behaviour of some robots wait."""
 
     robots: Keys
@@ -331,7 +312,7 @@ class PauseBehaviour(Message):
             page.panel.slot(key).runner.pause()
 
 
-class ResumeBehaviour(Message):
+class ResumeBehaviour(PageMessage):
     """Let the behaviour of some robots go on."""
 
     robots: Keys
@@ -341,7 +322,7 @@ class ResumeBehaviour(Message):
             page.panel.slot(key).runner.resume()
 
 
-class EndBehaviour(Message):
+class EndBehaviour(PageMessage):
     """End the behaviour of some robots."""
 
     robots: Keys
@@ -351,7 +332,7 @@ class EndBehaviour(Message):
             page.panel.slot(key).runner.halt()
 
 
-class Source(Message):
+class Source(PageMessage):
     """Ask for the source text of a behaviour."""
 
     name: Name
@@ -363,7 +344,7 @@ class Source(Message):
 # -- files --
 
 
-class Files(Message):
+class Files(PageMessage):
     """Ask which logs and recordings the folder has, and for free names of new ones."""
 
     def carry_out(self, page: Page) -> Result:
@@ -402,7 +383,7 @@ class StopRecording(AboutRobot):
         page.panel.slot(self.robot).records.stop_recorder()
 
 
-class OpenRecording(Message):
+class OpenRecording(PageMessage):
     """Play a recording of the folder as a robot of the panel."""
 
     name: Name
@@ -443,7 +424,7 @@ class ChooseWorld(AboutRobot):
         page.world_of = self.robot
 
 
-class Rays(Message):
+class Rays(PageMessage):
     """Show the rays of the infrared sensors, or not."""
 
     is_of_world = True
@@ -454,7 +435,7 @@ class Rays(Message):
         page.wants_rays = self.on
 
 
-class Watch(Message):
+class Watch(PageMessage):
     """Tell what one robot of the world perceives, by its index there; null for none."""
 
     is_of_world = True
@@ -465,7 +446,7 @@ class Watch(Message):
         page.watched = self.index
 
 
-class ChooseController(Message):
+class ChooseController(PageMessage):
     """Let one of the best controllers of the study drive in the world; null for the newest at any time."""
 
     number: Annotated[int, Meta(ge=0)] | None
@@ -476,7 +457,7 @@ class ChooseController(Message):
         page.panel.study.choose(self.number)
 
 
-class OpenRobot(Message):
+class OpenRobot(PageMessage):
     """Show the robot of the panel that has an index in the world that the page shows."""
 
     is_of_world = True
@@ -492,7 +473,7 @@ class OpenRobot(Message):
         raise ArgumentError("this robot is not one of the panel", hint="add it by its URL")
 
 
-class SaveWorld(Message):
+class SaveWorld(PageMessage):
     """Save the world that the page shows, as it is now, as a world file of the folder."""
 
     name: Name
@@ -504,7 +485,7 @@ class SaveWorld(Message):
         return {"name": path.name, "url": f"sim://{path}"}
 
 
-class World(Message):
+class World(PageMessage):
     """Control the world that the page shows: a message of the control server."""
 
     is_of_world = True
@@ -517,20 +498,16 @@ class World(Message):
         return answer(page.control, self.message)
 
 
-def _concrete(kind: type[Message]) -> list[type[Message]]:
+def _concrete(kind: type[PageMessage]) -> list[type[PageMessage]]:
     return [each for sub in kind.__subclasses__() for each in (sub, *_concrete(sub))]
 
 
-MESSAGES: tuple[type[Message], ...] = tuple(kind for kind in _concrete(Message) if "carry_out" in vars(kind))
+MESSAGES: tuple[type[PageMessage], ...] = tuple(kind for kind in _concrete(PageMessage) if "carry_out" in vars(kind))
 """All of them."""
 
-_DECODER: Decoder[Message] = Decoder(Union[MESSAGES])  # noqa: UP007  # a tuple of types has no |
+_DECODER: Decoder[PageMessage] = Decoder(Union[MESSAGES])  # noqa: UP007  # a tuple of types has no |
 
 
-def decode(text: str) -> Message:
-    """Return what a page said.
-
-    Raises:
-        msgspec.DecodeError: It is not JSON, or not one of the messages.
-    """
-    return _DECODER.decode(text)
+def decode(text: str) -> Decoded:
+    """Return the number of a message, and what a page said; of a wrong message, what is wrong with it."""
+    return decoded(_DECODER, text)

@@ -1,22 +1,20 @@
-"""One open page: it carries out what the page asks for, and sends it ten times a second what has changed."""
+"""One open page: what it asks for is carried out, and it is told ten times a second what has changed."""
 
 from __future__ import annotations
 
 import asyncio
-import inspect
 import logging
 import math
-import secrets
-from collections.abc import Awaitable, Callable
-from functools import partial
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 from aiohttp import WSCloseCode, web
 
 from elib.base.body import SENSOR_DIRECTIONS
-from elib.base.errors import ArgumentError, ElibError
+from elib.base.errors import ArgumentError
 from elib.panel.behaviours import catalogue, runner_state
+from elib.panel.server.conversation import Caller, Decoded, Message
 from elib.panel.server.instruments import Cursor, scheme, summary, tick
 from elib.panel.server.pictures import world_list
 from elib.panel.server.world import WorldUpdates
@@ -34,37 +32,26 @@ OVERVIEW_EVERY = 2
 """Updates for one of the overview, whose robots are many."""
 AHEAD = 3
 """Updates on their way to a page that has not drawn them yet, at most: a slow page gets fewer."""
-MAX_TASKS = 32
-"""Requests of one page that wait for an answer at the same time, and answers that it has not read yet."""
 OVERVIEW, START = "overview", "start"
 
 Json = dict[str, object]
 
 
-class Request(Protocol):
-    """One message of a page: ``elib.panel.server.messages`` has them all."""
-
-    id: int
-    is_of_world: ClassVar[bool]
-
-    def carry_out(self, page: Page) -> Awaitable[object] | object:
-        """Do it, and return the result, or an awaitable of it."""
-
-
 log = logging.getLogger("elib.panel")
 
 
-class Page:
+class Page(Caller):
     """One browser page, from the opening of its WebSocket to its end.
 
     Args:
         panel: The robots.
+        request: The request that opened the WebSocket.
         ws: The page's WebSocket.
-        decode: Makes a request of a text, or raises what msgspec raises of one that is not a request.
+        decode: Gives number and message of a text, or what is wrong with it.
+        is_ending: Whether the server ends.
 
     Attributes:
         panel: As given.
-        name: The page's name at the drive locks. A page acts under its own name alone: no message carries one.
         place: The key of the robot that it shows, or ``overview``, or ``start``.
         world_of: The key of the robot whose world it shows where it shows all robots; empty for the first world.
         wants_rays: Whether it shows the rays of the infrared sensors.
@@ -72,15 +59,22 @@ class Page:
         watched: The robot of the world whose readings it shows, by its index; None for none.
     """
 
-    def __init__(self, panel: Panel, ws: web.WebSocketResponse, decode: Callable[[str], Request]) -> None:
+    whose, server, wrong, log = "page", "the program", "not a message of the page", log
+
+    def __init__(
+        self,
+        panel: Panel,
+        request: web.BaseRequest,
+        ws: web.WebSocketResponse,
+        decode: Callable[[str], Decoded],
+        is_ending: Callable[[], bool],
+    ) -> None:
+        super().__init__(request, ws, decode, is_ending)
         self.panel = panel
-        self.name = f"page-{secrets.token_hex(8)}"
         self.place = START
         self.wants_rays = False
         self.world_of = ""
         self.watched: int | None = None
-        self._ws, self._decode = ws, decode
-        self._loop = asyncio.get_running_loop()
         self._joined: set[Slot] = set()
         self._cursor = Cursor()
         self._scheme: tuple[str, int] = ("", -1)
@@ -89,71 +83,31 @@ class Page:
         self._generations = 0
         self._study: Json = {}
         self._number = self._drawn = 0
-        self._tasks: set[asyncio.Future[object]] = set()
-        self._unsent = 0
         self.world_updates = WorldUpdates(self)
         slots = list(panel.slots)
         self.show(OVERVIEW if len(slots) != 1 and (slots or panel.is_of_world) else slots[0] if slots else START)
-        for work in (self._send_updates(), self.world_updates.send()):
-            self._begin(work).add_done_callback(self._broke)
+        self._telling: list[asyncio.Future[Any]] = [
+            asyncio.ensure_future(work) for work in (self._send_updates(), self.world_updates.send())
+        ]
+        for task in self._telling:
+            task.add_done_callback(self._broke)
 
     # -- what the page says --
 
-    def hear(self, text: str) -> str:
-        """Carry out one message; return why the page is to be closed, or an empty string."""
-        try:
-            message = self._decode(text)
-        except (msgspec.DecodeError, RecursionError):
-            return "not a message of the page"
-        if self._unsent >= MAX_TASKS:
-            return "the page does not read its answers"
-        try:
-            if self.panel.is_closed and not message.is_of_world:
-                raise ArgumentError("this page shows a world, and nothing else of the computer that simulates it")
-            result = message.carry_out(self)
-            if inspect.iscoroutine(result) and len(self._tasks) >= MAX_TASKS:
-                result.close()
-                raise ArgumentError("too many requests wait for an answer", hint="wait a moment")
-        except Exception as error:
-            self._answer(message.id, error)
-            return ""
-        if inspect.isawaitable(result):
-            self._begin(result).add_done_callback(partial(self._finish, message.id))
-        else:
-            self._answer(message.id, result)
-        return ""
+    def admit(self, message: Message) -> None:
+        """Check that the page may say this: one of a closed panel may change its world alone.
 
-    def _finish(self, number: int, task: asyncio.Future[object]) -> None:
-        if not task.cancelled():
-            self._answer(number, task.exception() or task.result())
-
-    def _answer(self, number: int, result: object) -> None:
-        """Send what came of a request: a result, or an error."""
-        answer: Json = {"type": "answer", "id": number}
-        try:
-            if isinstance(result, BaseException):
-                raise result
-            text = msgspec.json.encode(answer | {"ok": True, "result": result})
-        except ElibError as error:
-            text = msgspec.json.encode(answer | {"ok": False, "error": error.message, "hint": error.hint})
-        except Exception as error:
-            log.error("a request of a page failed", exc_info=error)
-            answer |= {"ok": False, "error": "the program made a mistake", "hint": "its terminal says more"}
-            text = msgspec.json.encode(answer)
-        if number:
-            self._unsent += 1
-            self._begin(self.send_text(text.decode())).add_done_callback(self._sent)
-
-    def _sent(self, task: asyncio.Future[object]) -> None:
-        self._unsent -= 1
-        if not task.cancelled():
-            task.exception()  # the page is gone
+        Raises:
+            ArgumentError: It may not.
+        """
+        if self.panel.is_closed and not getattr(message, "is_of_world", False):
+            raise ArgumentError("this page shows a world, and nothing else of the computer that simulates it")
 
     def show(self, place: str) -> None:
         """Show a robot by its key, or ``overview``, or ``start``; what it drove stops."""
         for slot in self._joined:
-            slot.drive.leave(self.name)
-            slot.look_away(self.name)
+            slot.drive.leave(self.key)
+            slot.look_away(self.key)
         if place not in (OVERVIEW, START):
             self.panel.slot(place)
         self.place = place
@@ -206,7 +160,7 @@ class Page:
         panel = self.panel
         return {
             "type": "hello",
-            "page": self.name,
+            "page": self.key,
             "place": self.place,
             "folder": "" if panel.is_shared else str(panel.folder.path),
             "worlds": world_list(),
@@ -251,7 +205,7 @@ class Page:
         return list(found.values())
 
     def _robot(self, slot: Slot) -> Json:
-        slot.look(self.name)
+        slot.look(self.key)
         told: Json = {"tick": tick(slot, self._cursor)}
         if self._scheme != (self.place, slot.edition):
             self._scheme = self.place, slot.edition
@@ -264,44 +218,28 @@ class Page:
         """Look at every robot, also those of other tabs: what was started there goes on."""
         there = set(self.panel.slots.values())
         for slot in there - self._joined:
-            slot.join(self.name)
+            slot.join(self.key)
         self._joined = there
 
     async def _send(self, message: Json) -> None:
-        await self.send_text(msgspec.json.encode(message).decode())
-
-    async def send_text(self, text: str) -> None:
-        """Send a message; a page that is gone gets none."""
-        if not self._ws.closed:
-            await self._ws.send_str(text)
-
-    async def send_bytes(self, data: bytes) -> None:
-        """Send a frame of the world; a page that is gone gets none."""
-        if not self._ws.closed:
-            await self._ws.send_bytes(data)
+        await self.send(msgspec.json.encode(message))
 
     # -- the end --
 
-    def _begin(self, work: Awaitable[object]) -> asyncio.Future[object]:
-        task = asyncio.ensure_future(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-        return task
-
-    def _broke(self, task: asyncio.Future[object]) -> None:
+    def _broke(self, task: asyncio.Future[Any]) -> None:
         """End the page when it is told nothing more, so that the browser opens it again."""
         error = None if task.cancelled() else task.exception()
         if error is not None and not isinstance(error, ConnectionError):
             log.error("a page failed", exc_info=error)
-            self._begin(self._ws.close(code=WSCloseCode.INTERNAL_ERROR, message=b"the program made a mistake"))
+            closing = self._ws.close(code=WSCloseCode.INTERNAL_ERROR, message=b"the program made a mistake")
+            self._telling.append(asyncio.ensure_future(closing))
 
     async def close(self) -> None:
         """Leave all robots: what the page drove stops now."""
         for slot in self._joined:
-            slot.leave(self.name)
+            slot.leave(self.key)
         self._joined.clear()
-        tasks = tuple(self._tasks)
-        for task in tasks:
+        for task in self._telling:
             task.cancel()
-        if tasks:
-            await asyncio.wait(tasks)
+        await asyncio.wait(self._telling)
+        await super().close()

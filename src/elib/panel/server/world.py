@@ -65,11 +65,8 @@ class Viewer(Protocol):
     def own(self) -> int | None:
         """The index of the page's own robot in that world, or None."""
 
-    async def send_text(self, text: str) -> None:
-        """Send a message."""
-
-    async def send_bytes(self, data: bytes) -> None:
-        """Send a frame."""
+    async def send(self, data: bytes, *, is_text: bool = True) -> None:
+        """Send a text, or a frame."""
 
 
 class WorldUpdates:
@@ -115,7 +112,7 @@ class WorldUpdates:
         await self._tell_changes(control, snapshot)
         if looks and page.watched is not None and page.watched < len(snapshot.robots):
             await self._tell(readings(control, snapshot, page.watched))
-        await page.send_bytes(packed_frame)
+        await page.send(packed_frame, is_text=False)
 
     async def _tell_changes(self, control: Control, snapshot: Snapshot) -> None:
         seen, self._seen = self._seen, snapshot
@@ -132,7 +129,7 @@ class WorldUpdates:
             await self._tell({"type": "change"} | found)
 
     async def _tell(self, message: Json) -> None:
-        await self._page.send_text(msgspec.json.encode(message).decode())
+        await self._page.send(msgspec.json.encode(message))
 
 
 def _floor_png(snapshot: Snapshot) -> str:

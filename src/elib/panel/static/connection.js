@@ -38,8 +38,9 @@ export class Connection {
     socket.addEventListener("message", ({ data }) => {
       if (typeof data !== "string") return this.onFrame(data);
       const message = JSON.parse(data);
+      if (message.type === "error") return; // of a request without an answer, which nobody waits for
       if (message.type !== "answer") return this.onMessage(message);
-      this.waiting.get(message.id)?.(message);
+      this.waiting.get(message.id)?.({ ...message, error: message.error?.message, hint: message.error?.hint });
       this.waiting.delete(message.id);
     });
     return socket;

@@ -1,0 +1,362 @@
+"""What a page and a program have in common: messages over a WebSocket, an answer to each request, and limits for both.
+
+A message is a JSON object such as ``{"do": "stop", "id": 7}``. With an ``id`` it is answered once, by ``{"type":
+"answer", "id": 7, "ok": true, "result": ...}``, or with ``"ok": false`` and an ``error`` that has a ``kind``, a
+``message`` and a ``hint``. A request without a number is told of its failure alone.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import logging
+import re
+import secrets
+import socket
+import sys
+from collections.abc import Awaitable, Callable
+from typing import Annotated, Any, ClassVar
+
+import msgspec
+from aiohttp import WSCloseCode, WSMsgType, web
+from msgspec import Meta, Struct
+from msgspec.json import Decoder
+
+from elib.base.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
+from elib.simulator.emulator.control_server import Bucket, time_factor
+
+MAX_MESSAGE = 8192
+"""Bytes of a message: the longest useful one has some hundred."""
+MAX_ID = 1 << 53
+"""Of a request: a program in JavaScript can tell all whole numbers up to here apart."""
+MAX_WAITING = 32
+"""Requests of one caller that wait for an answer at the same time."""
+MAX_UNREAD = 256 * 1024
+"""Bytes of answers that a caller may leave unread."""
+ANSWERS, ANSWERS_AT_ONCE = 500.0, 1000.0
+"""Answers to one caller per second for long, and at once; later ones wait. A robot on a serial line gives fewer."""
+HEARTBEAT = 20.0
+"""s between two pings, which find callers that went away without a word."""
+CLOSING_TIME = 1.0
+"""s that callers get to close when the server ends, and requests to be answered."""
+GREETING = "say hello first, with the token"
+UNSENT = 64 * 1024
+"""Bytes that the system keeps of what a caller has not read yet: old readings for a second or two, not for minutes."""
+
+Json = Any
+Result = Awaitable[object] | object
+Id = Annotated[int, Meta(description="Number of the request.")]
+Number = Annotated[int, Meta(ge=0, le=MAX_ID, description="Number that the answer repeats; 0 asks for no answer.")]
+Text = Annotated[str, Meta(description="What happened.")]
+
+
+class Message(Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
+    """What a caller says: a class for each message, with its fields.
+
+    Attributes:
+        id: Number that the answer repeats; 0 asks for no answer.
+    """
+
+    is_greeting: ClassVar[bool] = False
+    """Whether it may be said before the token was shown."""
+
+    id: Number = 0
+
+    def carry_out(self, caller: Any) -> Result:
+        """Do it for *caller*, and return the result, or an awaitable of it.
+
+        Raises:
+            ElibError: It cannot be done.
+        """
+        raise NotImplementedError
+
+
+Decoded = tuple[int, Message | ArgumentError]
+
+
+class _Numbered(Struct):
+    """The parts of any message that say what a wrong one was meant to be."""
+
+    id: object = 0
+    do: object = ""
+
+
+_NUMBERED = Decoder(_Numbered)
+
+
+def decoded(decoder: Decoder[Any], text: str, hint: Callable[[object], str] = lambda do: "") -> Decoded:
+    """Return the number of a message, and what was said; of a wrong message, what is wrong with it.
+
+    Args:
+        decoder: Decodes the messages.
+        text: What came.
+        hint: Gives what to try, from what stands at ``do``.
+
+    Returns:
+        The number is 0 if a wrong message has none.
+    """
+    try:
+        message = decoder.decode(text)
+    except (msgspec.DecodeError, RecursionError) as error:
+        said = re.sub(r"\s+", " ", str(error))[:200] or "nested too deeply"
+        try:
+            wrong = _NUMBERED.decode(text)
+        except (msgspec.DecodeError, RecursionError):
+            wrong = _Numbered()
+        number = wrong.id if type(wrong.id) is int and 0 <= wrong.id <= MAX_ID else 0
+        return number, ArgumentError(f"this is not a message of the protocol: {said}", hint=hint(wrong.do))
+    return message.id, message
+
+
+class Told(Struct, tag_field="type"):
+    """Something that a caller is told."""
+
+
+class Answer(Told, tag="answer", kw_only=True):
+    """The answer to a request that was carried out."""
+
+    id: Id
+    ok: Annotated[bool, Meta(extra_json_schema={"const": True})] = True
+    result: Annotated[Json, Meta(description="What the request gives, or null.", extra_json_schema={})] = None
+
+
+class Trouble(Struct, kw_only=True):
+    """Why a request was not carried out."""
+
+    kind: Annotated[str, Meta(description="Name of the error in elib, such as ReplyTimeout.")]
+    message: Text
+    hint: Annotated[str, Meta(description="What to try; empty if there is nothing to say.")]
+
+    @classmethod
+    def of(cls, error: ElibError) -> Trouble:
+        """Return what is told of an error."""
+        return cls(kind=type(error).__name__, message=error.message, hint=error.hint)
+
+
+class Failure(Told, tag="answer", kw_only=True):
+    """The answer to a request that failed."""
+
+    id: Id
+    ok: Annotated[bool, Meta(extra_json_schema={"const": False})] = False
+    error: Trouble
+
+
+class Error(Told, tag="error", kw_only=True):
+    """The failure of a request without a number, or something that went wrong without a request.
+
+    A program is told so when a robot that it drives was stopped under it, and when a watch has ended by itself.
+    """
+
+    robot: Annotated[str, Meta(description="Key of the robot that it is about; empty for none.")] = ""
+    error: Trouble
+
+
+class Caller:
+    """A page or a program, from the opening of its WebSocket to its end.
+
+    Args:
+        request: The request that opened the WebSocket.
+        ws: The WebSocket.
+        decode: Gives number and message of a text, or what is wrong with it.
+        is_ending: Whether the server ends: then nothing is carried out any more.
+
+    Attributes:
+        key: Its name at the drive locks. A caller acts under this name alone: no message has one.
+        is_let_in: Whether it has shown the token, if there is one.
+    """
+
+    whose: ClassVar[str]
+    """What it is, in the words of errors: ``page`` or ``program``."""
+    server: ClassVar[str]
+    """Who makes a mistake if one is made."""
+    wrong: ClassVar[str] = ""
+    """Why it is left for a text that is not a message; empty if it is only told so."""
+    max_wait: ClassVar[float | None] = None
+    """s within which a request is answered whatever happens; None if that is left to the request."""
+    log: ClassVar[logging.Logger]
+
+    def __init__(
+        self,
+        request: web.BaseRequest,
+        ws: web.WebSocketResponse,
+        decode: Callable[[str], Decoded],
+        is_ending: Callable[[], bool],
+    ) -> None:
+        self.key = f"{self.whose}-{secrets.token_hex(8)}"
+        self.is_let_in = True
+        self._ws, self._decode, self._is_ending = ws, decode, is_ending
+        assert request.transport is not None
+        self._transport = request.transport
+        self._loop = asyncio.get_running_loop()
+        self._requests: set[asyncio.Future[Any]] = set()
+        self._due = 0.0
+
+    def admit(self, message: Message) -> None:
+        """Check that the caller may say this now, before it is carried out.
+
+        Raises:
+            ArgumentError: It may not.
+        """
+        return
+
+    # -- what it says --
+
+    async def hear(self, text: str) -> str:
+        """Carry out one message; return why the connection is to be closed, or an empty string."""
+        if self.unread > MAX_UNREAD:
+            return f"the {self.whose} does not read its answers"
+        number, message = self._decode(text)
+        if isinstance(message, ArgumentError):
+            await self._answer(number, message)
+            return self.wrong if self.is_let_in else GREETING
+        if not self.is_let_in and not message.is_greeting:
+            await self._answer(number, ArgumentError(GREETING))
+            return GREETING
+        try:
+            if self._is_ending():
+                raise LinkClosed(f"{self.server} ends")
+            self.admit(message)
+            result = message.carry_out(self)
+            if inspect.isawaitable(result):
+                if len(self._requests) >= MAX_WAITING:
+                    if inspect.iscoroutine(result):
+                        result.close()
+                    raise ArgumentError(
+                        f"{MAX_WAITING} requests wait for their answers, and no more can", hint="wait for answers"
+                    )
+                self._begin(self._finish(number, result))
+                return ""
+        except Exception as error:
+            await self._answer(number, error)
+            return "" if self.is_let_in else "this is not the token"
+        if self._pause() > 0:
+            self._begin(self._answer_later(number, result))
+        else:
+            await self._answer(number, result)
+        return ""
+
+    def _begin(self, work: Awaitable[None]) -> None:
+        task = asyncio.ensure_future(work)
+        self._requests.add(task)
+        task.add_done_callback(self._requests.discard)
+
+    async def _finish(self, number: int, work: Awaitable[object]) -> None:
+        """Wait for the result of a request, and answer it."""
+        result: object
+        try:
+            async with asyncio.timeout(None if self.max_wait is None else self.max_wait * time_factor()):
+                result = await work
+        except TimeoutError as error:
+            own = ReplyTimeout(f"the request did not end within {self.max_wait or 0:g} s")
+            result = error if isinstance(error, ElibError) else own
+        except asyncio.CancelledError:
+            result = LinkClosed("the connection ends before the request did")
+        except Exception as error:
+            result = error
+        await self._answer_later(number, result)
+
+    async def _answer_later(self, number: int, result: object) -> None:
+        pause = self._pause()
+        if pause > 0:  # a sleep of zero would cost a turn of the event loop
+            with contextlib.suppress(asyncio.CancelledError):
+                await asyncio.sleep(pause)
+        await self._answer(number, result)
+
+    def _pause(self) -> float:
+        """Return how long an answer waits now, s, because many went before it."""
+        return max(0.0, self._due - self._loop.time() - ANSWERS_AT_ONCE / ANSWERS * time_factor())
+
+    async def _answer(self, number: int, result: object) -> None:
+        """Send the one answer of a request: a result or an error."""
+        self._due = max(self._due, self._loop.time()) + time_factor() / ANSWERS
+        try:
+            if isinstance(result, BaseException):
+                raise result
+            if not number:
+                return
+            data = msgspec.json.encode(Answer(id=number, result=result))
+        except ElibError as error:
+            data = _failure(number, Trouble.of(error))
+        except Exception as error:
+            self.log.error("a request of a %s failed", self.whose, exc_info=error)
+            mistake = Trouble(kind="Error", message=f"{self.server} made a mistake", hint="its terminal says more")
+            data = _failure(number, mistake)
+        await self.send(data)
+
+    # -- what it is told --
+
+    @property
+    def unread(self) -> int:
+        """Bytes that it has not taken yet of what it was sent."""
+        return self._transport.get_write_buffer_size()
+
+    async def send(self, data: bytes, *, is_text: bool = True) -> None:
+        """Send a message, and wait for nothing; a caller that is gone gets none."""
+        if not self._ws.closed:
+            with contextlib.suppress(ConnectionError):
+                await self._ws.send_frame(data, WSMsgType.TEXT if is_text else WSMsgType.BINARY)
+
+    # -- its connection --
+
+    async def converse(self, messages: Bucket) -> tuple[WSCloseCode, str]:
+        """Hear the caller until it leaves, or breaks a rule; return why it is heard no longer.
+
+        Args:
+            messages: How many messages it may send.
+        """
+        async for message in self._ws:
+            if not messages.take():
+                return WSCloseCode.POLICY_VIOLATION, "too many messages"
+            if message.type is WSMsgType.PING:
+                await self._ws.pong(message.data)
+            elif message.type is WSMsgType.BINARY:
+                return WSCloseCode.UNSUPPORTED_DATA, "only text is understood"
+            elif message.type is WSMsgType.TEXT and (reason := await self.hear(message.data)):
+                return WSCloseCode.POLICY_VIOLATION, reason
+            await asyncio.sleep(0)  # answers leave before the next message is heard
+        return WSCloseCode.OK, ""
+
+    async def close(self) -> None:
+        """End it: every request that waits is answered."""
+        await asyncio.sleep(0)  # so that every request has begun, and answers when it is cancelled
+        tasks = tuple(self._requests)
+        for task in tasks:
+            task.cancel()
+        if tasks:
+            await asyncio.wait(tasks)
+
+
+def _failure(number: int, error: Trouble) -> bytes:
+    return msgspec.json.encode(Failure(id=number, error=error) if number else Error(error=error))
+
+
+def web_socket() -> web.WebSocketResponse:
+    """Return the answer to a request for a WebSocket. Nothing waits for a caller that does not read."""
+    return web.WebSocketResponse(
+        max_msg_size=MAX_MESSAGE,
+        compress=False,
+        autoping=False,  # so that pings count like messages
+        heartbeat=HEARTBEAT * time_factor(),
+        timeout=CLOSING_TIME * time_factor(),
+        writer_limit=sys.maxsize,
+    )
+
+
+def keep_little(request: web.BaseRequest) -> None:
+    """Let little wait for a caller that does not read; after some seconds the server then ends the connection."""
+    transport = request.transport
+    assert isinstance(transport, asyncio.Transport)
+    transport.set_write_buffer_limits(high=0)
+    sock = transport.get_extra_info("socket")
+    if sock is not None:
+        with contextlib.suppress(OSError):
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNSENT)
+
+
+async def close_all(sockets: list[web.WebSocketResponse], reason: str) -> None:
+    """Close WebSockets because the server ends; each gets a moment for it."""
+    closing = [ws.close(code=WSCloseCode.GOING_AWAY, message=reason.encode()) for ws in sockets]
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(CLOSING_TIME * time_factor()):
+            await asyncio.gather(*closing, return_exceptions=True)
