@@ -20,6 +20,7 @@ from elib.panel.server.instruments import MAX_POINTS, Cursor, scheme, summary, t
 from elib.panel.slot import Slot
 from elib.robot.snapshot import SENSORS
 from elib.testing.inside import transport_of
+from shared import until
 
 # clock: simulated
 LOOP = SimulatedLoop
@@ -220,11 +221,26 @@ async def test_the_scheme_is_asked_for_again_after_each_connection() -> None:
     assert scheme(slot)["firmware"] == ""
 
 
+async def test_what_a_typical_robot_reads_in_the_open_is_no_distance_and_a_wall_is_one() -> None:
+    slot = Slot("sim://square?quality=typical&firmware=asercom-1.2.2")
+    try:
+        await slot.connect()
+        await until(lambda: "proximity" in slot.readings)
+        assert max(slot.readings["proximity"]) > 60
+        assert seen(slot)["distances"] == [None] * 8
+        assert slot.control is not None
+        slot.control.move_robot(0, 0.05, slot.control.world.scene.depth / 2, math.pi)
+        await until(lambda: seen(slot)["distances"][0] is not None)
+        assert 0.005 < seen(slot)["distances"][0] < 0.03
+    finally:
+        await slot.disconnect()
+
+
 async def test_an_overview_is_small(slot: Slot) -> None:
     text = json.dumps(summary(slot), allow_nan=False)
     assert len(text) < 500
     assert json.loads(text)["phase"] == "connected"
-    assert len(json.loads(text)["proximity"]) == 8
+    assert len(json.loads(text)["distances"]) == 8
 
 
 @pytest.mark.parametrize(("url", "is_plugged_in"), [(SIM, False), ("sim://line?speed=max", True)])

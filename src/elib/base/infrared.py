@@ -7,6 +7,7 @@ touching box (measured-robots: infrared.distance_8_sensors, infrared.head_on_fro
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Final
 
@@ -43,3 +44,12 @@ def _measured(distance: float) -> float:
 
 USUAL_RESPONSE: Final = (*response_table(REACH - SPACING, _measured), 0.0)
 """Light at multiples of :data:`SPACING`, counts; nothing from :data:`REACH` on."""
+
+MIN_COUNT: Final = 60.0
+"""Counts above the open air below which nothing is seen: a wall is then farther than 5.7 cm, and what the open air
+differs by from place to place is more than 5 mm."""
+
+
+def wall_distance(counts: float) -> float:
+    """Return the distance of a white wall that gives so many counts above the open air, m; infinite if none is seen."""
+    return max(0.0, math.sqrt(LIGHT / counts) - SETBACK) if counts >= MIN_COUNT else math.inf

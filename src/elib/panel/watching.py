@@ -8,10 +8,12 @@ from collections import deque
 from collections.abc import Callable
 
 from elib.base.errors import ElibError
+from elib.base.infrared import wall_distance
 from elib.base.pose import Pose
 from elib.base.rules import Number
+from elib.behaviours import OpenAir
 from elib.link.protocol.image import Image
-from elib.link.protocol.values import Reading
+from elib.link.protocol.values import Proximity, Reading
 from elib.robot.aio import Epuck
 from elib.robot.snapshot import IMAGE
 from elib.simulator.emulator.sim_transport import SimTransport
@@ -57,11 +59,20 @@ class ReadingsWatcher:
         self._pictures: float | None = None
         self._robot: Epuck | None = None
         self._rests = False
+        self._open_air, self._near = OpenAir(), Proximity()
 
     @property
     def pictures(self) -> float | None:
         """Seconds between two live pictures; None if there are none."""
         return self._pictures
+
+    @property
+    def distances(self) -> list[float]:
+        """How far a white wall would be in the direction of each infrared sensor, m; infinite where nothing is seen.
+
+        What a sensor read at least since the robot was connected counts as nothing near.
+        """
+        return [wall_distance(counts) for counts in self._near]
 
     @property
     def rate(self) -> float:
@@ -118,6 +129,7 @@ class ReadingsWatcher:
     def forget(self) -> None:
         """Forget the readings and the trail."""
         self.readings.clear()
+        self._open_air, self._near = OpenAir(), Proximity()
         self.trail.clear()
         self.trail_began = self.trail_count
 
@@ -164,6 +176,8 @@ class ReadingsWatcher:
                 async with robot.watch(*names, rate=rate) as snapshots:
                     async for snapshot in snapshots:
                         self.readings.update(snapshot.readings)
+                        if isinstance(near := snapshot.readings.get("proximity"), Proximity):
+                            self._near = self._open_air(near)
                         self.put(_place(robot))
                 return
             except ElibError as error:

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import math
 import struct
-from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 
 from elib.base.body import SENSOR_DIRECTIONS, SENSOR_RADIUS
-from elib.base.infrared import SPACING, USUAL_RESPONSE
+from elib.base.infrared import wall_distance
 from elib.records.encoding import base64_of
 from elib.records.topics import PackedField, Placement, PointsData, Quaternion, Vector3
 
-MIN_COUNT = 60
-"""counts. Below it a wall is farther than 6.5 cm by the usual curve, and the sensors' noise of 10 counts is more than
-5 mm."""
-_FALLING = [-count for count in USUAL_RESPONSE]
-"""Counts of a white wall at multiples of :data:`SPACING`, negative so that they rise: the simulator's usual curve."""
 _RAYS = tuple((math.cos(angle), math.sin(angle)) for angle in SENSOR_DIRECTIONS)
 _POINT = struct.Struct("<4f")
 _AT_ROBOT = Placement(Vector3(0.0, 0.0, 0.0), Quaternion(0.0, 0.0, 0.0, 1.0))
@@ -31,8 +25,8 @@ ROBOT = "robot"
 
 def infrared_points(time: float, counts: Sequence[int]) -> PointsData:
     """Return the data of ``/ranges/infrared`` for the counts of the eight sensors."""
-    seen = ((ray, _metres(count)) for ray, count in zip(_RAYS, counts, strict=True) if count >= MIN_COUNT)
-    return _points(time, seen)
+    seen = ((ray, wall_distance(count)) for ray, count in zip(_RAYS, counts, strict=True))
+    return _points(time, (each for each in seen if math.isfinite(each[1])))
 
 
 def distance_points(time: float, metres: float) -> PointsData:
@@ -53,8 +47,3 @@ def _points(time: float, points: Iterable[tuple[tuple[float, float], float]]) ->
         fields=_PACKED,
         data=base64_of(packed),
     )
-
-
-def _metres(count: int) -> float:
-    """Return the distance at which a white wall gives so many counts."""
-    return SPACING * bisect_right(_FALLING, -count)

@@ -94,6 +94,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
         "lamps": _lamps(slot),
         "camera": _camera(slot),
         "picture": _picture(slot, cursor),
+        "distances": [_finite(metres, 4) for metres in slot.watcher.distances],
         "pose": _pose(slot),
         "trail": _trail(slot, cursor),
         "lines": _lines(slot, cursor),
@@ -107,7 +108,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
 
 def summary(slot: Slot) -> dict[str, Json]:
     """Return the part of a tick that an overview of many robots draws, a few hundred bytes."""
-    near, battery = slot.readings.get("proximity"), slot.readings.get("battery")
+    battery = slot.readings.get("battery")
     statistics = slot.statistics
     return {
         "url": slot.url,
@@ -118,7 +119,7 @@ def summary(slot: Slot) -> dict[str, Json]:
         "driver": slot.drive.driver,
         "behaviour": slot.runner.name if slot.runner.is_active else "",
         "pose": _pose(slot),
-        "proximity": list(near) if isinstance(near, v.Proximity) else None,
+        "distances": [_finite(metres, 3) for metres in slot.watcher.distances],
         "battery": battery.fraction if isinstance(battery, v.Battery) else None,
         "stale": slot.is_stale("proximity"),
         "median": None if statistics is None else _finite(statistics.median),

@@ -41,6 +41,7 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  * @typedef {{
  *   time: number, phase: Phase, phase_text: string, error: { message: string, hint: string } | null,
  *   doctor: { steps: Step[] } | null, drive: Drive, readings: Record<string, Reading | undefined>, lamps: Lamps,
+ *   distances: (number | null)[],
  *   camera: { width: number, height: number, zoom: number, mode: string } | null, picture: Picture | null,
  *   pose: Pose | null, trail: { whole: boolean, points: [x: number, y: number][] },
  *   lines: { whole: boolean, lines: Line[] }, link: LinkStats | null,
@@ -50,7 +51,7 @@ const SILENCE = 1.5; // s without a message after which the page says that what 
  *
  * @typedef {{
  *   url: string, phase: Phase, phase_text: string, error: string | null, may_move: boolean, driver: string,
- *   behaviour: string, proximity: number[] | null, battery: number | null, stale: boolean, median: number | null,
+ *   behaviour: string, distances: (number | null)[], battery: number | null, stale: boolean, median: number | null,
  * }} Summary of a robot in the overview
  * @typedef {{
  *   name: string, phase: "idle" | "running" | "paused" | "ended" | "stopped" | "failed", phase_text: string,

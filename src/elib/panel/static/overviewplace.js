@@ -2,7 +2,6 @@
 
 import { button, fit, inks, make, put, say } from "./dom.js";
 import { hub } from "./hub.js";
-import { distance } from "./robot.js";
 import { drawRobot } from "./robotshape.js";
 import { Part as Study } from "./study.js";
 import { Part as World } from "./world.js";
@@ -177,10 +176,10 @@ export class OverviewPlace {
     /** @type {Point} */
     const middle = [width / 2, height / 2],
       radius = Math.min(width, height) * 0.26;
-    (robot.proximity ?? []).forEach((counts, sensor) => {
-      const far = distance(counts),
+    robot.distances.forEach((metres, sensor) => {
+      if (metres === null) return;
+      const far = 100 * metres,
         turn = -Math.PI / 2 - this.ring.sensors[sensor];
-      if (!Number.isFinite(far)) return;
       pen.beginPath();
       pen.arc(...middle, radius * (1.15 + 0.06 * far), turn - 0.18, turn + 0.18);
       pen.strokeStyle = far < 3 ? ink.bad : ink.accent;

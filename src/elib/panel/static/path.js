@@ -2,7 +2,6 @@
 
 import { fit, inks, make, number, say } from "./dom.js";
 import { degrees } from "./model.js";
-import { distance } from "./robot.js";
 import { drawRobot, grid, line, paint, stepOf } from "./robotshape.js";
 
 /** @import { App } from "./app.js" */
@@ -55,7 +54,7 @@ export class Part {
     const pose = robot.tick.pose,
       near = robot.tick.readings.proximity;
     if (robot.tick.trail?.whole && robot.trail.length < 2) this.cells.clear(); // another journey
-    if (pose && near?.values && !near.stale) this.sketch(pose, near.values);
+    if (pose && near?.values && !near.stale) this.sketch(pose, robot.tick.distances);
     const news = `${robot.trail.length} ${pose} ${near?.values} ${document.documentElement.dataset.theme}`;
     if (news === this.news) return;
     this.news = news;
@@ -72,14 +71,14 @@ export class Part {
   /**
    * Note what the sensors see now.
    * @param {Pose} pose
-   * @param {(number | boolean | null)[]} counts
+   * @param {(number | null)[]} distances
    */
-  sketch([x, y, heading], counts) {
+  sketch([x, y, heading], distances) {
     if (this.cells.size > MAX_CELLS) return;
     this.mark(x, y, -SURE);
-    counts.forEach((count, sensor) => {
-      if (typeof count !== "number" || this.angles[sensor] === undefined) return;
-      const far = distance(count) / 100,
+    distances.forEach((metres, sensor) => {
+      if (this.angles[sensor] === undefined) return;
+      const far = metres ?? Infinity,
         angle = heading + this.angles[sensor];
       const [cosine, sine] = [Math.cos(angle), Math.sin(angle)];
       for (let along = WALL; along < RIM + Math.min(far, SIGHT) - CELL; along += CELL)

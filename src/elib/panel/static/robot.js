@@ -19,18 +19,8 @@ export const SENSOR_NAMES = [
 ];
 const RADIUS = 60,
   REACH = 46,
-  FAR = 9; // pixels of the drawing, pixels, and cm: an echo from farther away is no clearer than the noise
+  FAR = 6; // pixels of the drawing, pixels, and cm: the server gives no greater distance
 const FULL = 4095;
-
-/**
- * How far away a thing of usual colour is, cm: Enki's response of the sensor, turned around; Infinity beyond.
- * @param {number} counts
- */
-export function distance(counts) {
-  const square = 2275.9 / Math.max(counts, 1) - 0.61;
-  const far = counts >= 3731 ? 0.3 : 0.3 + Math.sqrt(Math.max(0, square));
-  return far > FAR ? Infinity : far;
-}
 
 /** @type {(degrees: number, radius: number) => Point} */
 const at = (degrees, radius) => {
@@ -168,7 +158,7 @@ export class Part {
   show({ tick, scheme }) {
     const { proximity, ambient_light: light } = tick.readings;
     this.box.dataset.off = tick.phase === "connected" || tick.phase === "playing" ? "no" : "yes";
-    this.beams.forEach((beam, sensor) => this.showBeam(beam, sensor, proximity, light));
+    this.beams.forEach((beam, sensor) => this.showBeam(beam, sensor, proximity, tick.distances[sensor], light));
     /** @type {Lamps} */
     const lamps = tick.lamps ?? { ring: Array(8).fill(0), body: 0, front: 0 };
     lamps.ring.forEach((on, led) =>
@@ -193,11 +183,12 @@ export class Part {
    * @param {Beam} beam
    * @param {number} sensor
    * @param {Reading | undefined} proximity
+   * @param {number | null} metres
    * @param {Reading | undefined} light
    */
-  showBeam(beam, sensor, proximity, light) {
+  showBeam(beam, sensor, proximity, metres, light) {
     const counts = countsOf(proximity, sensor),
-      far = counts === null ? Infinity : distance(counts),
+      far = metres === null ? Infinity : 100 * metres,
       isNear = Number.isFinite(far),
       share = far / FAR,
       from = RADIUS + 5 + share * (REACH - 12),
