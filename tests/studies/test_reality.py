@@ -23,8 +23,8 @@ from elib.studies.reality.parity import Found, Realism, empty, of_recording, rea
 from elib.studies.reality.session import Recorded, reality
 
 ROOT = Path(__file__).parents[2]
-QUICK, LONG = ("asercom-1.2.2", "epuck2"), ("btcom-2.0", "btcom-1.1.3", "epuck2-wifi")
-FIRMWARES = [*QUICK, *(pytest.param(each, marks=pytest.mark.long) for each in LONG)]
+LONG = ("epuck2", "btcom-2.0", "btcom-1.1.3", "epuck2-wifi")
+FIRMWARES = ["asercom-1.2.2", *(pytest.param(each, marks=pytest.mark.long) for each in LONG)]
 RENEW = "change [[apart]] and score in src/elib/studies/reality/measured.toml, and say why"
 
 
