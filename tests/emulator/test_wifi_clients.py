@@ -70,11 +70,13 @@ async def test_a_client_that_sends_one_command_and_reads_one_packet_in_each_step
         assert counts == sorted(counts)
         assert counts[-1] > 200
         robot.command[1] = 3  # the camera is switched on
-        kinds = [(await step(robot))[0] for _ in range(12)]
-        assert kinds[-6:] in ([1, 2] * 3, [2, 1] * 3)
-        robot.command[1] = 0
-        kinds = [(await step(robot))[0] for _ in range(6)]
-        assert kinds[-1] == 3
+        kinds: list[int] = []
+        async with asyncio.timeout(PATIENCE):
+            while kinds[-6:] not in ([1, 2] * 3, [2, 1] * 3):  # on a busy computer, what it has not read yet comes first
+                kinds.append((await step(robot))[0])
+            robot.command[1] = 0
+            while (await step(robot))[0] != 3:
+                pass
 
 
 @pytest.mark.long
