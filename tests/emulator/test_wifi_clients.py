@@ -72,7 +72,8 @@ async def test_a_client_that_sends_one_command_and_reads_one_packet_in_each_step
         robot.command[1] = 3  # the camera is switched on
         kinds: list[int] = []
         async with asyncio.timeout(PATIENCE):
-            while kinds[-6:] not in ([1, 2] * 3, [2, 1] * 3):  # on a busy computer, what it has not read yet comes first
+            # On a busy computer, what it has not read yet comes first.
+            while kinds[-6:] not in ([1, 2] * 3, [2, 1] * 3):
                 kinds.append((await step(robot))[0])
             robot.command[1] = 0
             while (await step(robot))[0] != 3:

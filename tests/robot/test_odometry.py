@@ -67,7 +67,7 @@ speeds = st.floats(-1, 1, allow_subnormal=False)
 legs = st.lists(st.tuples(speeds, speeds, st.floats(0.1, 3)), min_size=10, max_size=10)
 
 
-@few_and_many(1, 40)
+@few_and_many(1, 15)
 @pytest.mark.parametrize("watched", [(), ("proximity",)], ids=["unwatched", "watched"])
 @pytest.mark.parametrize("script", ["", FLAKY])
 @firmwares
@@ -360,7 +360,7 @@ def test_the_stated_uncertainty_is_by_how_much_another_wheel_or_axle_leads_elsew
     assert pose.heading_uncertainty == pytest.approx(2 * abs(heading), rel=0.05, abs=2 * STEP)
 
 
-@few_and_many(5, 100)
+@few_and_many(5, 40)
 def test_typical_robots_are_where_their_poses_say_19_times_in_20(
     field: str, examples: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
