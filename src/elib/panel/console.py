@@ -40,7 +40,7 @@ class Call(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class ConsoleAnswer:
     """What the console says to a line, in lines of plain text, and whether it went wrong or the robot refused."""
 
     text: str
@@ -129,7 +129,7 @@ def overview(firmware: str = "") -> str:
     return "\n".join(lines)
 
 
-async def answer(slot: Slot, line: object, page: str = "") -> Answer:
+async def answer(slot: Slot, line: object, page: str = "") -> ConsoleAnswer:
     """Send what was typed to the robot and return the answer; an error is an answer, too.
 
     After a command that moves the robot, *page* drives it, and has to ``drive.beat``.
@@ -138,12 +138,12 @@ async def answer(slot: Slot, line: object, page: str = "") -> Answer:
     try:
         head, _, rest = typed.partition(" ")
         if head.lower() in (HELP, "?"):
-            return Answer(help_line(rest, slot.firmware) if rest.strip() else overview(slot.firmware))
+            return ConsoleAnswer(help_line(rest, slot.firmware) if rest.strip() else overview(slot.firmware))
         call = parse(line)
         value = await slot.command(call.name, *call.arguments, page=page)
     except ElibError as error:
-        return Answer(str(error)[:MAX_SHOWN], is_bad=True)
-    return Answer(result_text(value, slot.firmware)[:MAX_SHOWN] or "done")
+        return ConsoleAnswer(str(error)[:MAX_SHOWN], is_bad=True)
+    return ConsoleAnswer(result_text(value, slot.firmware)[:MAX_SHOWN] or "done")
 
 
 def result_text(value: object, firmware: str = "") -> str:
