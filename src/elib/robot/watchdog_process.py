@@ -32,9 +32,9 @@ LOOK_EVERY = 0.02
 FEW, CALM = 4096, 12
 """Bytes of one look, more than the packets of a cycle without a picture, and looks in a row that had so few: then it
 has gone through several cycles, and a command that asks for no picture is taken (wire-protocol.md, 4.4)."""
-TAKING_TIME = 6.5
-"""s in which it takes a command at most: a picture on its way came up to 5.9 s late (measured-robots:
-latency.wifi_picture)."""
+TAKING_TIME = 13.0
+"""s in which it takes a command at most: pictures came up to 5.9 s late (measured-robots: latency.wifi_picture), and a
+second one may have followed before the command could be sent."""
 
 
 def write_now(number: int, data: bytes) -> None:
