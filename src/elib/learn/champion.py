@@ -38,7 +38,6 @@ from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
 from elib.behaviours import Behaviour, BehaviourStyle, OpenAir, RunContext, react
 from elib.learn.catalogue import find_task
 from elib.learn.networks import Law, Network, find_controller
-from elib.link.protocol.values import Proximity
 from elib.robot.aio import Epuck
 from elib.robot.polling import polls
 from elib.robot.swarms.fanout import in_parallel, raise_first
@@ -198,9 +197,8 @@ class Champion:
         began = robot.time
 
         async def step(link: Epuck) -> None:
-            for sensor, value in (await self._read(link)).items():
-                near = list(open_air(Proximity(*value))) if sensor == "proximity" else value
-                setattr(view, sensor, near)
+            for sensor, value in (await self._read(link, open_air)).items():
+                setattr(view, sensor, value)
             view.time = robot.time - began
             view.left = view.right = 0.0
             function(view, parameters, memory)
@@ -211,12 +209,19 @@ class Champion:
 
         await react(robot, step, period=self.period)
 
-    async def _read(self, robot: Epuck) -> dict[str, Any]:
-        """Return what the sensors read, as the physics gives it to a controller, in as few requests as possible."""
+    async def _read(self, robot: Epuck, open_air: OpenAir) -> dict[str, Any]:
+        """Return what the sensors read, as the physics gives it to a controller, in as few requests as possible.
+
+        Args:
+            robot: The robot.
+            open_air: Takes off what its infrared sensors read in the open: in physics the robots are calibrated.
+        """
         found: dict[str, Any] = {}
         for poll in polls([COMMANDS[sensor] for sensor in self.network.sensors], robot.context):
             answer = await robot.execute(poll.request, poll.request.timeout)
             found |= poll.readings(answer)
+        if "proximity" in found:
+            found["proximity"] = open_air(found["proximity"])
         return {sensor: _seen(sensor, found[COMMANDS[sensor]]) for sensor in self.network.sensors}
 
     async def _check(self, robot: Epuck) -> None:
@@ -229,7 +234,7 @@ class Champion:
                     f"the controller sees {sensor}, which {profile.name} does not have: {reason}",
                     hint="use a robot that has it, or learn the task without it",
                 )
-        found = await self._read(robot.within(CHECKING, tries=3))
+        found = await self._read(robot.within(CHECKING, tries=3), OpenAir())
         if max(found.get("ground", [1])) <= 0:  # Even a hole in the floor reads more.
             raise Unsupported(
                 f"the controller sees ground, but all ground sensors of {robot.name} read 0",

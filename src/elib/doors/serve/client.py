@@ -50,7 +50,10 @@ class Client(Caller):
         decode: Gives number and request of a text, or what is wrong with it.
     """
 
-    whose, server, max_wait, log = "program", "elib serve", MAX_WAIT, log
+    kind = "program"
+    served_by = "elib serve"
+    max_wait = MAX_WAIT
+    logger = log
 
     def __init__(
         self,

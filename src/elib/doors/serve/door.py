@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import re
+import socket
 from collections.abc import AsyncIterator, Callable, Sequence
 
 from aiohttp import WSCloseCode, web
@@ -15,7 +16,7 @@ from elib.doors.serve.client import PROTOCOL, Client
 from elib.doors.serve.messages import decode
 from elib.doors.serve.watching import Broadcasts
 from elib.panel.server.access import Access
-from elib.panel.server.conversation import close_all, keep_little, web_socket
+from elib.panel.server.conversation import close_all, web_socket
 from elib.panel.server.http import Server
 from elib.panel.server.listening import Address
 from elib.simulator.emulator.control_server import Bucket, time_factor
@@ -27,6 +28,8 @@ MESSAGES, MESSAGES_AT_ONCE = 1000.0, 2000.0
 beyond 500 a second wait."""
 HELLO_TIME = 5.0
 """s that a program may take to show the token."""
+UNSENT = 64 * 1024
+"""Bytes that the system keeps of what a program has not read yet: old readings for a second or two, not for minutes."""
 ORIGIN = re.compile(r"https?://(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?", re.IGNORECASE)
 
 
@@ -85,7 +88,7 @@ class ProgramDoor:
         client = Client(server, self._broadcasts, request, ws, decode)
         self._clients[ws] = client
         try:
-            keep_little(request)
+            _keep_little(request)
             await ws.prepare(request)
             server.panel.on_visit()
             code, reason = await self._converse(ws, client)
@@ -110,6 +113,17 @@ class ProgramDoor:
         """Answer what programs wait for, and end their connections."""
         await asyncio.gather(*(client.close() for client in self._clients.values()))
         await close_all(list(self._clients), "elib serve has ended")
+
+
+def _keep_little(request: web.Request) -> None:
+    """Let little wait for a program that does not read; after some seconds the server then ends the connection."""
+    transport = request.transport
+    assert isinstance(transport, asyncio.Transport)
+    transport.set_write_buffer_limits(high=0)
+    sock = transport.get_extra_info("socket")
+    if sock is not None:
+        with contextlib.suppress(OSError):
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNSENT)
 
 
 def _end_stranger(client: Client, ws: web.WebSocketResponse) -> None:

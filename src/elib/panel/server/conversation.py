@@ -13,7 +13,6 @@ import inspect
 import logging
 import re
 import secrets
-import socket
 import sys
 from collections.abc import Awaitable, Callable
 from typing import Annotated, Any, ClassVar
@@ -41,8 +40,6 @@ HEARTBEAT = 20.0
 CLOSING_TIME = 1.0
 """s that callers get to close when the server ends, and requests to be answered."""
 GREETING = "say hello first, with the token"
-UNSENT = 64 * 1024
-"""Bytes that the system keeps of what a caller has not read yet: old readings for a second or two, not for minutes."""
 
 Json = Any
 Result = Awaitable[object] | object
@@ -60,6 +57,8 @@ class Message(Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
 
     is_greeting: ClassVar[bool] = False
     """Whether it may be said before the token was shown."""
+    is_of_world: ClassVar[bool] = False
+    """Whether pages of a closed panel may say it: it concerns their world alone."""
 
     id: Number = 0
 
@@ -166,15 +165,15 @@ class Caller:
         is_let_in: Whether it has shown the token, if there is one.
     """
 
-    whose: ClassVar[str]
+    kind: ClassVar[str]
     """What it is, in the words of errors: ``page`` or ``program``."""
-    server: ClassVar[str]
-    """Who makes a mistake if one is made."""
-    wrong: ClassVar[str] = ""
+    served_by: ClassVar[str]
+    """Who serves it, in the words of errors: who ends, and who makes a mistake if one is made."""
+    closing_reason: ClassVar[str] = ""
     """Why it is left for a text that is not a message; empty if it is only told so."""
     max_wait: ClassVar[float | None] = None
     """s within which a request is answered whatever happens; None if that is left to the request."""
-    log: ClassVar[logging.Logger]
+    logger: ClassVar[logging.Logger]
 
     def __init__(
         self,
@@ -183,7 +182,7 @@ class Caller:
         decode: Callable[[str], Decoded],
         is_ending: Callable[[], bool],
     ) -> None:
-        self.key = f"{self.whose}-{secrets.token_hex(8)}"
+        self.key = f"{self.kind}-{secrets.token_hex(8)}"
         self.is_let_in = True
         self._ws, self._decode, self._is_ending = ws, decode, is_ending
         assert request.transport is not None
@@ -205,17 +204,17 @@ class Caller:
     async def hear(self, text: str) -> str:
         """Carry out one message; return why the connection is to be closed, or an empty string."""
         if self.unread > MAX_UNREAD:
-            return f"the {self.whose} does not read its answers"
+            return f"the {self.kind} does not read its answers"
         number, message = self._decode(text)
         if isinstance(message, ArgumentError):
             await self._answer(number, message)
-            return self.wrong if self.is_let_in else GREETING
+            return self.closing_reason if self.is_let_in else GREETING
         if not self.is_let_in and not message.is_greeting:
             await self._answer(number, ArgumentError(GREETING))
             return GREETING
         try:
             if self._is_ending():
-                raise LinkClosed(f"{self.server} ends")
+                raise LinkClosed(f"{self.served_by} ends")
             self.admit(message)
             result = message.carry_out(self)
             if inspect.isawaitable(result):
@@ -279,8 +278,8 @@ class Caller:
         except ElibError as error:
             data = _failure(number, Trouble.of(error))
         except Exception as error:
-            self.log.error("a request of a %s failed", self.whose, exc_info=error)
-            mistake = Trouble(kind="Error", message=f"{self.server} made a mistake", hint="its terminal says more")
+            self.logger.error("a request of a %s failed", self.kind, exc_info=error)
+            mistake = Trouble(kind="Error", message=f"{self.served_by} made a mistake", hint="its terminal says more")
             data = _failure(number, mistake)
         await self.send(data)
 
@@ -341,17 +340,6 @@ def web_socket() -> web.WebSocketResponse:
         timeout=CLOSING_TIME * time_factor(),
         writer_limit=sys.maxsize,
     )
-
-
-def keep_little(request: web.BaseRequest) -> None:
-    """Let little wait for a caller that does not read; after some seconds the server then ends the connection."""
-    transport = request.transport
-    assert isinstance(transport, asyncio.Transport)
-    transport.set_write_buffer_limits(high=0)
-    sock = transport.get_extra_info("socket")
-    if sock is not None:
-        with contextlib.suppress(OSError):
-            sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNSENT)
 
 
 async def close_all(sockets: list[web.WebSocketResponse], reason: str) -> None:

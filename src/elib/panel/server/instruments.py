@@ -94,7 +94,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
         "lamps": _lamps(slot),
         "camera": _camera(slot),
         "picture": _picture(slot, cursor),
-        "distances": [_finite(metres, 4) for metres in slot.watcher.distances],
+        "distances": _distances(slot),
         "pose": _pose(slot),
         "trail": _trail(slot, cursor),
         "lines": _lines(slot, cursor),
@@ -119,7 +119,7 @@ def summary(slot: Slot) -> dict[str, Json]:
         "driver": slot.drive.driver,
         "behaviour": slot.runner.name if slot.runner.is_active else "",
         "pose": _pose(slot),
-        "distances": [_finite(metres, 3) for metres in slot.watcher.distances],
+        "distances": _distances(slot),
         "battery": battery.fraction if isinstance(battery, v.Battery) else None,
         "stale": slot.is_stale("proximity"),
         "median": None if statistics is None else _finite(statistics.median),
@@ -158,6 +158,11 @@ def _readings(slot: Slot) -> dict[str, Json]:
             "stale": slot.is_stale(each.name),
         }
     return found
+
+
+def _distances(slot: Slot) -> list[Json]:
+    """Return how far the infrared sensors see, m; null where nothing is."""
+    return [_finite(metres, 4) for metres in slot.watcher.distances]
 
 
 def _pose(slot: Slot) -> Json:

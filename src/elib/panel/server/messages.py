@@ -7,7 +7,7 @@ these classes, and that is the check: a missing, unknown or wrong field is refus
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Union
+from typing import TYPE_CHECKING, Annotated, Any, Union
 
 from msgspec import Meta
 from msgspec.json import Decoder
@@ -41,9 +41,6 @@ def _snake(name: str) -> str:
 
 class PageMessage(Message, tag=_snake):
     """What a page says."""
-
-    is_of_world: ClassVar[bool] = False
-    """Whether pages of a closed panel may say it: it concerns their world alone."""
 
 
 # -- the page --

@@ -59,7 +59,10 @@ class Page(Caller):
         watched: The robot of the world whose readings it shows, by its index; None for none.
     """
 
-    whose, server, wrong, log = "page", "the program", "not a message of the page", log
+    kind = "page"
+    served_by = "the program"
+    closing_reason = "not a message of the page"
+    logger = log
 
     def __init__(
         self,
@@ -100,7 +103,7 @@ class Page(Caller):
         Raises:
             ArgumentError: It may not.
         """
-        if self.panel.is_closed and not getattr(message, "is_of_world", False):
+        if self.panel.is_closed and not message.is_of_world:
             raise ArgumentError("this page shows a world, and nothing else of the computer that simulates it")
 
     def show(self, place: str) -> None:
