@@ -56,10 +56,9 @@ def live_camera(baud: int, zooms: tuple[int, ...] | None) -> Camera | None:
 def patience(robot: Epuck) -> float:
     """Return how long to wait for the answer to a command, s.
 
-    On a slow link that is longer than for a stop alone, because the line may have to come into sync first. Over Wi-Fi
-    an answer may wait behind a late picture.
+    On a slow link that is longer than for a stop alone, because the line may have to come into sync first.
     """
-    return max(PATIENCE, 1.5 * robot.session.stopping_time, robot.context.profile.patience)
+    return max(PATIENCE, 1.5 * robot.session.stopping_time)
 
 
 async def prepare(robot: Epuck, camera: Camera = CAMERA) -> float:

@@ -153,8 +153,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         """
         request = Actions.stop.spec.request(session.context)
         try:
-            # Over Wi-Fi the answer may wait behind a late picture.
-            await session.execute_last(request, max(session.stopping_time, session.context.profile.patience))
+            await session.execute_last(request, session.stopping_time)
         except BaseException as error:
             # Not confirmed: answers are lost, or time is short. A stop without an answer may still arrive.
             session.send_unqueued(stop_bytes(session))

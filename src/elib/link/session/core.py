@@ -303,10 +303,14 @@ class Session:
 
     @property
     def stopping_time(self) -> float:
-        """How long the robot may need to confirm a stop, s: some round trips, after what it is busy with."""
+        """How long the robot may need to confirm a stop, s: some round trips, after what it is busy with.
+
+        Over Wi-Fi the answer may wait behind a late picture.
+        """
         busy = self._current.request.service if self._current is not None else 0.0
         settling = self._connection.busy_time if self._connection.state is not State.IDLE else 0.0
-        return max(STOPPING_TIME, STOPPING_TRIPS * self._resync.trip) + max(busy, settling)
+        trips = max(STOPPING_TIME, STOPPING_TRIPS * self._resync.trip)
+        return max(trips + max(busy, settling), self.context.profile.patience)
 
     @property
     def _is_paused(self) -> bool:
