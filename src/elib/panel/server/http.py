@@ -48,7 +48,9 @@ MESSAGES, MESSAGES_AT_ONCE = 100.0, 200.0
 BYTES, BYTES_AT_ONCE = 64 * 1024.0, 256 * 1024.0
 """Bytes that one connection may send, per second for long and at once: a hand that drags sends a fifth of that."""
 
-KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+KINDS = {
+    ".woff2": "font/woff2",
+    ".txt": "text/plain",".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 HEADERS: Mapping[str, str] = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
@@ -57,7 +59,7 @@ HEADERS: Mapping[str, str] = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
 }
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
     "connect-src 'self' ws://{host}; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
 )
 """Scripts, styles and pictures come from this server; no other site may show the page in a frame."""
@@ -542,7 +544,7 @@ class _Connection(asyncio.Protocol):
 def _static_files() -> dict[str, tuple[bytes, str]]:
     """Return every file that can be asked for with its tag, by its path; nothing else is ever read."""
     found = {}
-    for file in files("elib.panel").joinpath("static").iterdir():
+    for file in files("elib.panel").joinpath("page").iterdir():
         if file.name.endswith(tuple(KINDS)):
             body = file.read_bytes()
             found[f"/{file.name}"] = body, f'"{hashlib.sha256(body).hexdigest()[:16]}"'

@@ -1,0 +1,99 @@
+// The frame of the page: the robots on top, STOP always in the same place, and below them what the address says.
+import { Moon, Plus, Sun, X } from "lucide";
+import { Dialog } from "./look/Dialog";
+import { Button } from "./look/Button";
+import { Icon } from "./look/Icon";
+import { isDark, toggleTheme } from "./look/theme";
+import { All } from "./places/All";
+import { Robot } from "./places/Robot";
+import { Start } from "./places/Start";
+import { address, place } from "./route";
+import { stop, stopped, stops } from "./stop";
+import { can, closeToast, hello, isSilent, listed, toasts } from "./store";
+import "./App.css";
+
+function Tab({
+  to,
+  isOpen,
+  title,
+  children,
+}: {
+  to: string;
+  isOpen: boolean;
+  title: string;
+  children: preact.ComponentChildren;
+}) {
+  return (
+    <a class="place" href={to} title={title} aria-current={isOpen ? "page" : undefined}>
+      {children}
+    </a>
+  );
+}
+
+function Header() {
+  const { kind, robot } = place.value;
+  return (
+    <header class="bar">
+      <a class="brand" href="#/" aria-label="elib">
+        <img src="icon.svg" alt="" width={22} height={22} />
+        <b>elib</b>
+      </a>
+      <nav aria-label="robots">
+        {listed.value.length > 1 && (
+          <Tab to="#/all" isOpen={kind === "all"} title="all robots and their world">
+            All robots
+          </Tab>
+        )}
+        {listed.value.map(({ key, label, url }) => (
+          <Tab key={key} to={address(key)} isOpen={kind === "robot" && robot === key} title={url}>
+            {label}
+          </Tab>
+        ))}
+        {can().connect && (
+          <Tab to="#/start" isOpen={kind === "start"} title="another robot">
+            <Icon of={Plus} size={16} />
+            <span>Robot</span>
+          </Tab>
+        )}
+      </nav>
+      <Button weight="quiet" icon={isDark() ? Sun : Moon} label="switch between light and dark" act={toggleTheme} />
+      {can().drive && listed.value.length > 0 && (
+        <button key={stops.value} type="button" id="stop" class="stop" aria-keyshortcuts="Space Escape" onClick={stop}>
+          {stopped.value || listed.value.length < 2 ? "STOP" : "STOP ALL"} <kbd>space</kbd>
+        </button>
+      )}
+    </header>
+  );
+}
+
+function Place() {
+  if (!hello.value) return <p class="opening">Connecting …</p>;
+  const { kind, robot } = place.value;
+  if (kind === "start") return <Start />;
+  return kind === "robot" ? <Robot key={robot} id={robot} /> : <All />;
+}
+
+export function App() {
+  return (
+    <>
+      <Header />
+      {isSilent.value && (
+        <p class="silence" role="alert">
+          The program does not answer. What is shown is old.
+        </p>
+      )}
+      <main>
+        <Place />
+      </main>
+      <div class="toasts" role="status" aria-live="polite">
+        {toasts.value.map(({ id, text }) => (
+          <div class="toast" role="alert" key={id}>
+            <span class="fill">{text}</span>
+            <Button weight="quiet" icon={X} label="close" act={() => closeToast(id)} />
+          </div>
+        ))}
+      </div>
+      <Dialog stop={stop} />
+    </>
+  );
+}

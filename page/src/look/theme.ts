@@ -1,0 +1,19 @@
+// Light or dark: as the computer has it, or as the person chose on this page.
+import { effect, signal } from "@preact/signals";
+
+const KEY = "elib-theme";
+const system = matchMedia("(prefers-color-scheme: dark)");
+const chosen = signal(localStorage.getItem(KEY));
+const isSystemDark = signal(system.matches);
+system.addEventListener("change", ({ matches }) => (isSystemDark.value = matches));
+
+export const isDark = () => (chosen.value ? chosen.value === "dark" : isSystemDark.value);
+
+export function toggleTheme() {
+  chosen.value = isDark() ? "light" : "dark";
+  localStorage.setItem(KEY, chosen.value);
+}
+
+effect(() => {
+  document.documentElement.dataset.theme = isDark() ? "dark" : "light";
+});

@@ -1,0 +1,5 @@
+import { render } from "preact";
+import "./look/base.css";
+import { App } from "./App";
+
+render(<App />, document.body);

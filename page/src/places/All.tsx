@@ -1,0 +1,3 @@
+export function All() {
+  return <p class="hint">All</p>;
+}

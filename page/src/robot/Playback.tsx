@@ -1,0 +1,5 @@
+import type { Robot } from "../store";
+
+export function Playback({ robot }: { robot: Robot }) {
+  return <p class="hint">Playback of {robot.key}</p>;
+}

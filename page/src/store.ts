@@ -1,0 +1,225 @@
+// What the page knows of the robots and their worlds, as signals, and its end of the WebSocket: requests with their
+// answers, and what the server tells by itself.
+import { effect, signal } from "@preact/signals";
+import type {
+  Answered,
+  Asked,
+  Hello,
+  Line,
+  Listed,
+  Play,
+  Scheme,
+  StudyNews,
+  Summary,
+  Tick,
+  Told,
+  Update,
+} from "./messages";
+import { World } from "./world/scene";
+
+const AGAIN = 1000; // ms until a connection that broke is opened again
+const SILENCE = 1500; // ms without an update after which what is shown is old
+const TOAST_TIME = 8000; // ms
+const KEPT_LINES = 500;
+const KEPT_POINTS = 5000;
+const KEPT_MOMENTS = 3000; // five minutes at ten a second
+
+/** A moment of a robot, for charts: s, and rev/s of the wheels as commanded. */
+export type Moment = {
+  time: number;
+  values: Record<string, (number | null)[]>;
+  latency: number | null;
+  wheels: [number, number];
+};
+type OfRobot<Name extends keyof Asked> = Omit<Asked[Name], "robot">;
+
+export const hello = signal<Hello | null>(null);
+export const listed = signal<Listed[]>([]);
+export const overview = signal<Record<string, Summary>>({});
+export const worldsOfRobots = signal<[robot: string, name: string][]>([]);
+export const study = signal<StudyNews | null>(null);
+export const isSilent = signal(false);
+export const toasts = signal<{ id: number; text: string }[]>([]);
+
+/** One robot of the panel. */
+export class Robot {
+  readonly tick = signal<Tick | null>(null);
+  readonly scheme = signal<Scheme | null>(null);
+  readonly play = signal<Play | null>(null);
+  readonly lines = signal<Line[]>([]);
+  readonly pixels = signal<string | null>(null);
+  trail: [x: number, y: number][] = [];
+  history: Moment[] = [];
+
+  constructor(readonly key: string) {}
+
+  take({ tick, scheme, behaviour }: NonNullable<Update["robot"]>) {
+    if (scheme) this.scheme.value = scheme;
+    const { trail, lines, picture } = tick;
+    if (trail.whole) this.trail = [];
+    if (trail.points.length) this.trail = this.trail.concat(trail.points).slice(-KEPT_POINTS);
+    if (lines.whole || lines.lines.length)
+      this.lines.value = (lines.whole ? [] : this.lines.value).concat(lines.lines).slice(-KEPT_LINES);
+    if (!picture) this.pixels.value = null;
+    else if (picture.pixels) this.pixels.value = picture.pixels;
+    const old = this.play.value,
+      known = old && old.count <= behaviour.count && old.name === behaviour.name ? old.lines : [];
+    this.play.value = { ...behaviour, lines: known.concat(behaviour.lines).slice(-KEPT_LINES) };
+    // Charts show only news: an old value is not a value of now.
+    const values: Moment["values"] = {};
+    for (const [name, reading] of Object.entries(tick.readings)) {
+      const found = reading?.physical ?? reading?.values;
+      if (found && !reading?.stale) values[name] = found.map((each) => (each === null ? null : Number(each)));
+    }
+    const { left, right } = tick.drive;
+    this.history.push({
+      time: tick.time ?? 0,
+      values,
+      latency: tick.link?.median ?? null,
+      wheels: [left ?? 0, right ?? 0],
+    });
+    if (this.history.length > KEPT_MOMENTS + 500) this.history.splice(0, 500);
+    this.tick.value = tick;
+  }
+
+  /** Ask something of this robot; a failure is shown, and gives undefined. */
+  ask<Name extends keyof Asked>(name: Name, values: OfRobot<Name>) {
+    return ask(name, { robot: this.key, ...values } as unknown as Asked[Name]);
+  }
+
+  tell<Name extends keyof Asked>(name: Name, values: OfRobot<Name>) {
+    tell(name, { robot: this.key, ...values } as unknown as Asked[Name]);
+  }
+}
+
+const robots = new Map<string, Robot>();
+const worlds = new Map<number, World>();
+
+export function robotOf(key: string) {
+  const robot = robots.get(key) ?? new Robot(key);
+  robots.set(key, robot);
+  return robot;
+}
+
+/** The world that is told on a channel: 0 is the one that the place shows. */
+export function worldOf(channel = 0) {
+  const world = worlds.get(channel) ?? new World();
+  worlds.set(channel, world);
+  return world;
+}
+
+export const can = () => hello.value?.can ?? NOTHING;
+const ALL = { drive: true, edit: true, speed: true, save: true, connect: true, files: true, program: true }; // SHIM
+const NOTHING = { drive: false, edit: false, speed: false, save: false, connect: false, files: false, program: false };
+
+// -- the connection --
+
+let socket = open();
+let number = 0;
+let heard = Infinity; // before the first message the page is only opening
+const waiting = new Map<number, (answer: Answer | null) => void>();
+type Answer = Extract<Told, { type: "answer" }>;
+
+setInterval(() => (isSilent.value = performance.now() - heard > SILENCE), 250);
+effect(() => {
+  document.documentElement.dataset.silent = isSilent.value ? "yes" : "no";
+});
+
+function open() {
+  const made = new WebSocket(new URL("ws", location.href.replace(/^http/, "ws").replace(/#.*/, "")));
+  made.binaryType = "arraybuffer";
+  made.onmessage = ({ data }) => (typeof data === "string" ? take(JSON.parse(data)) : takeFrame(data));
+  made.onclose = () => {
+    for (const answer of waiting.values()) answer(null);
+    waiting.clear();
+    heard = Math.min(heard, performance.now() - SILENCE - 1);
+    setTimeout(() => (socket = open()), AGAIN);
+  };
+  return made;
+}
+
+function take(message: Told) {
+  switch (message.type) {
+    case "hello":
+      hello.value = { ...message, can: message.can ?? ALL }; // SHIM
+      for (const each of subscriptions.values()) shim(each);
+      break;
+    case "update":
+      heard = performance.now();
+      if (message.robots) listed.value = message.robots;
+      if (message.robot) robotOf(message.place).take(message.robot);
+      if (message.overview) overview.value = message.overview;
+      if (message.worlds) worldsOfRobots.value = message.worlds;
+      if (message.study) study.value = message.study;
+      tell("drawn", { number: message.number });
+      break;
+    case "answer":
+      waiting.get(message.id)?.(message);
+      waiting.delete(message.id);
+      break;
+    case "scene":
+    case "change":
+    case "readings":
+      worldOf(message.channel ?? 0).take(message);
+  }
+}
+
+function takeFrame(frame: ArrayBuffer) {
+  const head = new DataView(frame);
+  worldOf(head.getUint32(20, true)).takeFrame(frame);
+  tell("frame_drawn", { number: head.getUint32(0, true) });
+}
+
+/** Say something that needs no answer. */
+export function tell<Name extends keyof Asked>(name: Name, values: Asked[Name], id = 0) {
+  if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ do: name, id, ...values }));
+}
+
+/** Ask for something; a failure is shown, and gives undefined. What has no result gives null. */
+export async function ask<Name extends keyof Asked>(name: Name, values: Asked[Name]) {
+  const id = ++number;
+  const answer = await new Promise<Answer | null>((resolve) => {
+    if (socket.readyState !== WebSocket.OPEN) return resolve(null);
+    waiting.set(id, resolve);
+    tell(name, values, id);
+  });
+  if (answer?.ok) return answer.result as Name extends keyof Answered ? Answered[Name] : null;
+  toast(
+    answer
+      ? [answer.error.message, answer.error.hint && `(${answer.error.hint})`].join(" ")
+      : "The program does not answer.",
+  );
+  return undefined;
+}
+
+export function toast(text: string) {
+  const id = ++number;
+  toasts.value = [...toasts.value, { id, text }];
+  setTimeout(() => closeToast(id), TOAST_TIME);
+}
+
+export const closeToast = (id: number) => (toasts.value = toasts.value.filter((each) => each.id !== id));
+
+// -- what the page wants to be told --
+
+type Subscription = Asked["subscribe"];
+const subscriptions = new Map<string, Subscription>();
+
+/** Be told of something until the function that is returned is called. */
+export function subscribe(wanted: Subscription) {
+  const name = `${wanted.what} ${wanted.channel ?? 0}`;
+  subscriptions.set(name, wanted);
+  shim(wanted);
+  return () => {
+    if (subscriptions.get(name) !== wanted) return;
+    subscriptions.delete(name);
+  };
+}
+
+/** SHIM, until the server understands `subscribe`. */
+function shim({ what, of, rays }: Subscription) {
+  const say = (message: object) => socket.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
+  if (what === "robot" || what === "overview") say({ do: "show", place: of || "overview" });
+  if (what === "world") say({ do: "rays", on: Boolean(rays) });
+  if (what === "readings") say({ do: "watch", index: of === undefined ? null : Number(of) });
+}
