@@ -57,9 +57,9 @@ function Header() {
         )}
       </nav>
       <Button weight="quiet" icon={isDark() ? Sun : Moon} label="switch between light and dark" act={toggleTheme} />
-      {can().drive && listed.value.length > 0 && (
+      {can().drive && (stopped.value || listed.value.length > 1) && (
         <button key={stops.value} type="button" id="stop" class="stop" aria-keyshortcuts="Space Escape" onClick={stop}>
-          {stopped.value || listed.value.length < 2 ? "STOP" : "STOP ALL"} <kbd>space</kbd>
+          {stopped.value ? "STOP" : "STOP ALL"} <kbd>space</kbd>
         </button>
       )}
     </header>

@@ -16,6 +16,7 @@ import {
   type IconNode,
 } from "lucide";
 import { Icon } from "../look/Icon";
+import { isPhone } from "../look/screen";
 import { address, place } from "../route";
 import { robotOf, subscribe, type Robot as Model } from "../store";
 import { Behaviours } from "../robot/Behaviours";
@@ -29,7 +30,7 @@ import { Link } from "../robot/Link";
 import { Pad } from "../robot/Pad";
 import { Sensors } from "../robot/Sensors";
 import { Stage } from "../robot/Stage";
-import { Status } from "../robot/Status";
+import { isOff, Status } from "../robot/Status";
 import { Trouble } from "../robot/Trouble";
 import "../robot/robot.css";
 import "./Robot.css";
@@ -52,44 +53,42 @@ const VIEWS = [
   { name: "world", title: "World", icon: MapIcon },
   { name: "camera", title: "Camera", icon: CameraIcon },
 ];
-const FIRST = INSTRUMENTS[0];
-
 export function Robot({ id }: { id: string }) {
   const robot = robotOf(id);
   useEffect(() => subscribe({ what: "robot", of: id, rate: 10 }), [id]);
   useEffect(() => subscribe({ what: "world", of: id, rate: 25 }), [id]);
-  const { part } = place.value,
-    open = INSTRUMENTS.find(({ name }) => name === part) ?? FIRST,
-    view = INSTRUMENTS.includes(open) && open.name === part ? "instrument" : part === "camera" ? "camera" : "world";
-  const phase = robot.tick.value?.phase ?? "connecting",
-    isThere = !["failed", "disconnected"].includes(phase);
-  const shown = [...VIEWS, ...INSTRUMENTS];
+  const tabs = isPhone() ? [...VIEWS, ...INSTRUMENTS] : INSTRUMENTS,
+    chosen = tabs.find(({ name }) => name === place.value.part) ?? tabs[0],
+    open = INSTRUMENTS.find((each) => each === chosen),
+    isThere = !isOff(robot),
+    shows = (view: string) => !isPhone() || chosen.name === view;
   return (
-    <div class="robot-place" data-view={view} data-there={isThere ? "yes" : "no"}>
+    <div class="robot-place" data-there={isThere ? "yes" : "no"}>
       <section class="status" aria-label="connection">
         <Status robot={robot} />
       </section>
-      <section class="stage" aria-label="world">
-        {isThere ? <Stage robot={robot} /> : <Trouble robot={robot} />}
-      </section>
+      {shows("world") && (
+        <section class="stage" aria-label="world">
+          {isThere ? <Stage robot={robot} /> : <Trouble robot={robot} />}
+        </section>
+      )}
+      {isThere && shows("camera") && (
+        <section class="card camera-card" aria-label="camera">
+          <Camera robot={robot} />
+        </section>
+      )}
       {isThere && (
-        <>
-          <section class="card pad-card" aria-label="drive">
-            <Pad robot={robot} />
-          </section>
-          <section class="card camera-card" aria-label="camera">
-            <Camera robot={robot} />
-          </section>
-        </>
+        <section class="card pad-card" aria-label="drive">
+          <Pad robot={robot} />
+        </section>
       )}
       <nav class="rail" role="tablist" aria-label="parts of the page" aria-orientation="vertical">
-        {shown.map(({ name, title, icon }) => (
+        {tabs.map(({ name, title, icon }) => (
           <a
             key={name}
             role="tab"
             href={address(id, name)}
-            class={VIEWS.some((each) => each.name === name) ? "phone" : ""}
-            aria-selected={name === (view === "instrument" ? open.name : view) || (name === open.name && part === "")}
+            aria-selected={name === chosen.name}
             aria-controls="instrument"
           >
             <Icon of={icon} size={20} />
@@ -97,10 +96,12 @@ export function Robot({ id }: { id: string }) {
           </a>
         ))}
       </nav>
-      <section class="instrument" id="instrument" role="tabpanel" aria-label={open.title}>
-        <h2>{open.title}</h2>
-        <open.Kind key={`${id} ${open.name}`} robot={robot} />
-      </section>
+      {open && (
+        <section class="instrument" id="instrument" role="tabpanel" aria-label={open.title}>
+          {!isPhone() && <h2>{open.title}</h2>}
+          <open.Kind key={open.name} robot={robot} />
+        </section>
+      )}
     </div>
   );
 }

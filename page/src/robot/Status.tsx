@@ -1,5 +1,5 @@
 // How the robot is connected, in one line; what is dangerous stands below it in words.
-import { Circle, FileText, Plug, Unplug } from "lucide";
+import { Circle, FileText, Plug, Trash2, Unplug } from "lucide";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
 import { Icon } from "../look/Icon";
@@ -65,9 +65,7 @@ export function Status({ robot }: { robot: Robot }) {
             >
               {phase === "connecting" ? "Cancel" : isOff(robot) ? begin : end}
             </Button>
-            <Button weight="quiet" title="The robot itself and its files stay as they are" act={remove}>
-              Remove
-            </Button>
+            <Button weight="quiet" icon={Trash2} label="Remove from this page" act={remove} />
           </>
         )}
       </div>
