@@ -1,5 +1,8 @@
 import { render } from "preact";
 import "./look/base.css";
 import { App } from "./App";
+import { place } from "./route";
+import * as store from "./store";
 
+Object.assign(window, { elib: { ...store, place } }); // for tests, and for those who look under the bonnet
 render(<App />, document.body);

@@ -92,7 +92,7 @@ export class Robot {
   }
 }
 
-const robots = new Map<string, Robot>();
+export const robots = new Map<string, Robot>();
 const worlds = new Map<number, World>();
 
 export function robotOf(key: string) {

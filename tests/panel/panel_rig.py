@@ -38,7 +38,7 @@ colour = "#f0f0f0"
 position = [1.0, 1.0]
 heading = 0
 """
-TICK = "[...elib.robots.values()].at(-1)?.tick"
+TICK = "[...elib.robots.values()].at(-1)?.tick.value"
 
 
 @dataclass
@@ -182,7 +182,7 @@ class Driver:
 
     async def remove(self) -> None:
         """Take the connected robot off the page, and wait for the start page or another robot."""
-        await self.click(".status [title^='The robot itself']")
+        await self.click("[aria-label='Remove from this page']")
         await self.click("dialog .primary")
         await self.tab.until("!document.querySelector('dialog')")
 
@@ -193,8 +193,8 @@ class Driver:
         await self.tab.mouse("mouseReleased", x, y)
 
     async def press(self, text: str) -> None:
-        """Click the button that says so."""
-        buttons = "[...document.querySelectorAll('button')]"
+        """Click the button or the tab that says so."""
+        buttons = "[...document.querySelectorAll('button, [role=tab]')]"
         # What cannot be pressed yet is waited for, as a person would.
         found = f"{buttons}.find(b => b.textContent.trim() === {text!r} && b.offsetParent && !b.disabled)"
         await self.tab.until(f"!!{found}")

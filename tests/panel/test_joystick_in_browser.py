@@ -245,7 +245,7 @@ async def test_a_gamepad_drives_and_its_button_stops(driver, robot):
     async def is_seen() -> None:
         """Wait until the page has looked at the gamepad often, and told the server what it saw."""
         await driver.tab.until(f"looks > {await driver.tab.run('looks')} + 4")
-        await driver.tab.run("app.ask('files')")
+        await driver.tab.run("elib.ask('files', {})")
 
     await driver.tab.run("pad.axes = [0, -1], null")
     await robot.until_it_moves()

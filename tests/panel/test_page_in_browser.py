@@ -19,7 +19,7 @@ from shared import until
 pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
 
 CHIP = "document.querySelector('.play .chip').textContent"
-OVERVIEW = "Object.values(elib.news.overview ?? {})"
+OVERVIEW = "Object.values(elib.overview.value)"
 START = "!!document.querySelector('.start')"
 SAVING = """
     HTMLAnchorElement.prototype.click = function () { window.saved = this; };
@@ -37,8 +37,8 @@ async def visitor(address, open_page) -> AsyncIterator[Driver]:
     await person.tab.size(1440, 900)
     await person.tab.until(START)
     yield person
-    await person.tab.run("Promise.all(app.robots.map((each) => app.ask('remove', { robot: each.key })))")
-    await person.tab.until(f"{START} && app.robots.length === 0")
+    await person.tab.run("Promise.all(elib.listed.value.map(({ key }) => elib.ask('remove', { robot: key }))).then(() => 0)")
+    await person.tab.until(f"{START} && elib.listed.value.length === 0")
     await person.tab.close()
     assert person.tab.complaints == []
 
@@ -114,10 +114,10 @@ async def test_the_start_page_offers_robots_that_were_found_and_worlds_with_a_de
     assert len(str(await visitor.tab.run(f"{card}.querySelector('p').textContent"))) > 20
     await visitor.click(".world-card[aria-label=arena] .plain")  # its first demo
     await visitor.tab.until(
-        f"[...elib.robots.values()].at(-1)?.behaviour?.phase === 'running' && {TICK}.drive.may_move"
+        f"[...elib.robots.values()].at(-1)?.play.value?.phase === 'running' && {TICK}.drive.may_move"
     )
     await visitor.key("Escape", "Escape")
-    await visitor.tab.until("[...elib.robots.values()].at(-1).behaviour.phase === 'stopped'")
+    await visitor.tab.until("[...elib.robots.values()].at(-1).play.value.phase === 'stopped'")
 
 
 async def test_two_pages_at_once_show_who_drives_and_hand_over(address, open_page, robot, driver):
@@ -392,7 +392,7 @@ async def test_options_of_a_behaviour_are_a_form_and_end_ends_it(driver, robot):
 
 async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_is_taken_back(visitor):
     await visitor.connect_all("sim://crowd?robots=3", 3)
-    tick = "elib.robots.get(app.shown)?.tick"
+    tick = "elib.robots.get(elib.place.value.robot)?.tick.value"
     things = "document.querySelector(`.world-part [aria-label='thing in the world']`)"
 
     async def show(name: str) -> None:
@@ -430,7 +430,7 @@ async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_
 
 async def test_an_overview_of_twenty_robots_starts_blinks_opens_and_stops_them(visitor):
     await visitor.connect_all("sim://crowd?robots=20", 20)
-    await visitor.tab.until("elib.news.scene?.scene?.robots === 20")
+    await visitor.tab.until("elib.worldOf().scene.value?.robots === 20")
     world, cards = [
         await visitor.tab.run(
             f"(b => [b.left, b.width, b.height])(document.querySelector({each!r}).getBoundingClientRect())"
