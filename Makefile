@@ -5,7 +5,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 CORE := .venv/.core
-JS_READY := node_modules/.package-lock.json
+JS_READY := page/node_modules/.package-lock.json
 # Where this is set, each of the many processes of the tests would compile all of elib again.
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -60,12 +60,12 @@ check: $(READY) $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, form
 	@$(BIN)/python tests/check_waiting.py
 	@command -v npm >/dev/null || echo "The JavaScript was not checked: that needs nodejs and npm."
 
-check-js: $(JS_READY) ## Format and types of the JavaScript; fails without npm
-	@npm run --silent check
+check-js: $(JS_READY) ## Format and types of the page; fails without npm
+	@cd page && npm run --silent check
 
-$(JS_READY): package.json package-lock.json
-	@command -v npm >/dev/null || { echo "The JavaScript cannot be checked without nodejs and npm."; exit 1; }
-	@npm ci --loglevel=error >/dev/null && touch $@
+$(JS_READY): page/package.json page/package-lock.json
+	@command -v npm >/dev/null || { echo "The page cannot be checked without nodejs and npm."; exit 1; }
+	@cd page && npm ci --ignore-scripts --loglevel=error >/dev/null && touch ../$@
 
 docs: $(READY) ## Renew the generated reference pages
 	@$(BIN)/python docs/generate_reference.py --measure
@@ -92,6 +92,6 @@ lock: ## Renew the versions and hashes in requirements/
 	  echo uv | $$LOCK - -o requirements/uv.txt
 
 clean: ## Remove what the other commands made
-	rm -rf .venv .uv node_modules .cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
+	rm -rf .venv .uv page/node_modules src/elib/panel/page .cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
 
 .PHONY: help setup demo test test-all steady check check-js docs licences site pictures bench dist lock clean

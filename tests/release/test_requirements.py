@@ -100,7 +100,7 @@ def test_each_committed_version_has_its_hashes(name: str) -> None:
 def test_the_committed_versions_name_no_address() -> None:
     for path in (ROOT / "requirements").iterdir():
         assert not re.search(r"://|^-", path.read_text(), re.MULTILINE), path
-    packages = json.loads((ROOT / "package-lock.json").read_text())["packages"]
+    packages = json.loads((ROOT / "page/package-lock.json").read_text())["packages"]
     assert not [name for name, package in packages.items() if "resolved" in package]
     assert "index" not in PROJECT["tool"]["uv"]
 
