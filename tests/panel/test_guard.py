@@ -93,7 +93,8 @@ async def test_a_page_comes_with_orders_to_the_browser(rig: Rig) -> None:
     assert int(answer.headers["content-length"]) == len(answer.body)
     assert answer.headers["content-security-policy"] == (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
-        f"connect-src 'self' ws://{rig.name}; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+        f"font-src 'self'; connect-src 'self' ws://{rig.name}; "
+        "base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
     )
     assert answer.headers["x-content-type-options"] == "nosniff"
     assert answer.headers["x-frame-options"] == "deny"

@@ -34,6 +34,14 @@ def check_web() -> None:
         ) from None
 
 
+def page_hint() -> str:
+    """Return the hint for a page that is not built: how to build it, or to install it again."""
+    checkout = PACKAGE.parents[1]
+    if (checkout / "page/build.mjs").exists():
+        return f"build it, in the folder {checkout}: make page"
+    return f"where npm's registry can be reached, install it again: {_installer()} {_what('web')}"
+
+
 def install(extra: str) -> str:
     """Return the hint for an extra whose packages are not installed: a command that can be pasted as it is."""
     return f"install the extra {extra}: {_installer()} {_what(extra)}"

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gzip
 import hashlib
 import logging
+import re
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from functools import partial
-from importlib.resources import files
+from dataclasses import dataclass
+from functools import cache, partial
 from typing import Protocol
 from urllib.parse import parse_qs
 
 from aiohttp import web
 
+from elib.base.errors import Unsupported
+from elib.base.extras import page_hint
+from elib.base.files import PACKAGE, PAGE
 from elib.panel.panel import Panel, check_standing
 from elib.panel.server.access import Access, is_same
 from elib.panel.server.conversation import CLOSING_TIME, close_all, web_socket
@@ -49,8 +54,15 @@ BYTES, BYTES_AT_ONCE = 64 * 1024.0, 256 * 1024.0
 """Bytes that one connection may send, per second for long and at once: a hand that drags sends a fifth of that."""
 
 KINDS = {
+    ".html": "text/html",
+    ".js": "text/javascript",
+    ".css": "text/css",
+    ".svg": "image/svg+xml",
+    ".txt": "text/plain",
     ".woff2": "font/woff2",
-    ".txt": "text/plain",".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+}
+HASHED = re.compile(r"-[A-Z0-9]{8}\.\w+")
+"""The end of a name that changes with the content of its file, as esbuild gives it."""
 HEADERS: Mapping[str, str] = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
@@ -59,10 +71,10 @@ HEADERS: Mapping[str, str] = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
 }
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
-    "connect-src 'self' ws://{host}; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+    "font-src 'self'; connect-src 'self' ws://{host}; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
 )
-"""Scripts, styles and pictures come from this server; no other site may show the page in a frame."""
+"""Scripts, styles, fonts and pictures come from this server; no other site may show the page in a frame."""
 NOTE = b"<!-- note -->"
 """Stands in the login page where it says why it is shown again."""
 
@@ -368,15 +380,19 @@ class Server:
             return self._login_page(200)
         if path not in self._files or path == "/login.html":
             return web.Response(status=404, text="There is no such page.")
-        body, tag = self._files[path]
+        file = self._files[path]
+        is_packed = file.packed is not None and _takes_gzip(request)
+        tag = f'"{file.digest}{"-gzip" * is_packed}"'
+        headers = {"Cache-Control": file.caching, "ETag": tag, "Vary": "Accept-Encoding"}
         if request.headers.get("If-None-Match") == tag:
-            return web.Response(status=304)
-        kind = KINDS[path[path.rindex(".") :]]
-        caching = {"Cache-Control": "no-cache", "ETag": tag}
-        return web.Response(body=body, content_type=kind, charset="utf-8", headers=caching)
+            return web.Response(status=304, headers=headers)
+        if is_packed:
+            headers["Content-Encoding"] = "gzip"
+        headers["Content-Type"] = file.kind
+        return web.Response(body=file.packed if is_packed else file.body, headers=headers)
 
     def _login_page(self, status: int, note: str = "") -> web.Response:
-        body = self._files["/login.html"][0].replace(NOTE, note.encode())
+        body = self._files["/login.html"].body.replace(NOTE, note.encode())
         return web.Response(status=status, body=body, content_type="text/html", charset="utf-8")
 
     async def _picture(self, request: web.Request) -> web.StreamResponse:
@@ -541,11 +557,53 @@ class _Connection(asyncio.Protocol):
             self._unread = None
 
 
-def _static_files() -> dict[str, tuple[bytes, str]]:
-    """Return every file that can be asked for with its tag, by its path; nothing else is ever read."""
+@dataclass(frozen=True, slots=True)
+class _File:
+    """A file of the page.
+
+    Attributes:
+        kind: Its content type.
+        caching: How long a browser may keep it.
+        body: What it holds.
+        packed: The same for browsers that take gzip; None if that saves nothing.
+        digest: Changes with the content.
+    """
+
+    kind: str
+    caching: str
+    body: bytes
+    packed: bytes | None
+    digest: str
+
+
+def _takes_gzip(request: web.Request) -> bool:
+    """Return whether a browser takes gzip: it names it, and not with a weight of 0."""
+    named = request.headers.get("Accept-Encoding", "").lower().replace(" ", "").split(",")
+    return any(re.fullmatch(r"gzip(;q=(?!0(\.0*)?$).*)?", each) for each in named)
+
+
+@cache
+def _static_files() -> Mapping[str, _File]:
+    """Return every file that can be asked for, by its path; nothing else is ever read.
+
+    They are compressed here and not when the page is built: not every build of zlib gives the same bytes.
+
+    Raises:
+        Unsupported: The page is not built.
+    """
+    folder = PACKAGE / PAGE
+    if not (folder / "index.html").exists():
+        raise Unsupported("the page in the browser is not built", hint=page_hint())
     found = {}
-    for file in files("elib.panel").joinpath("page").iterdir():
-        if file.name.endswith(tuple(KINDS)):
+    for file in folder.iterdir():
+        if (kind := KINDS.get(file.suffix)) is not None:
+            is_text, is_hashed = file.suffix != ".woff2", HASHED.search(file.name)
             body = file.read_bytes()
-            found[f"/{file.name}"] = body, f'"{hashlib.sha256(body).hexdigest()[:16]}"'
+            found[f"/{file.name}"] = _File(
+                f"{kind}; charset=utf-8" if is_text else kind,
+                "private, max-age=31536000, immutable" if is_hashed else "no-cache",
+                body,
+                gzip.compress(body, 6, mtime=0) if is_text else None,
+                hashlib.sha256(body).hexdigest()[:16],
+            )
     return found
