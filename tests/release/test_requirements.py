@@ -87,7 +87,7 @@ def test_the_demo_installs_the_versions_that_are_tested() -> None:
     }, RENEW
 
 
-@pytest.mark.parametrize("name", ["core.txt", "dev.txt", "uv.txt"])
+@pytest.mark.parametrize("name", ["core.txt", "dev.txt", "uv.txt", "node.txt"])
 def test_each_committed_version_has_its_hashes(name: str) -> None:
     lines = locked(name)
     assert lines
