@@ -1,7 +1,8 @@
 """Build the source archive and the wheel of the last commit into dist/, and check them; ``make dist`` runs it.
 
-Both hold what the commit holds, and are the same to the last byte each time. The wheel is installed into a fresh
-environment, alone and with each extra in turn, and a command that needs the extra is run there.
+Both hold what the commit holds and the page that is built from it, and are the same to the last byte each time. The
+wheel is installed into a fresh environment, alone and with each extra in turn, and a command that needs the extra is
+run there.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 DIST = ROOT / "dist"
+PAGE = "src/elib/panel/page"
 PATIENCE = 300.0
 """s that a command may take on a busy machine before it counts as hanging."""
 
@@ -32,12 +34,17 @@ def main() -> None:
         tracked = export(work / "commit")
         version, extras = read_project(work / "commit")
         source, wheel = build(work / "commit", work / "first", "sdist"), build(work / "commit", work / "first", "wheel")
+        built = work / "commit" / PAGE
+        if not built.exists():
+            sys.exit("The page was not built: that needs npm and its registry.")
+        page = {f"{PAGE}/{file.name}" for file in built.iterdir()}
+        shutil.rmtree(built)  # it is built a second time too
         is_same("a second source archive", build(work / "commit", work / "second", "sdist"), source)
         with tarfile.open(source) as archive:
             archive.extractall(work / "unpacked", filter="data")
         unpacked = work / "unpacked" / f"elib_epuck-{version}"
         is_same("the wheel of the source archive", build(unpacked, work / "third", "wheel"), wheel)
-        check_files(tracked, unpacked, wheel)
+        check_files(tracked | page, unpacked, wheel)
         print(f"{source.name}: {len(tracked)} files, {wheel.name}: version {version}; both the same when built again")
         for extra in ("", *extras):
             install(wheel, extra, work / "environment", version)
@@ -78,14 +85,14 @@ def is_same(what: str, built: Path, first: Path) -> None:
         sys.exit(f"{what} is not the same as {first.name}")
 
 
-def check_files(tracked: set[str], unpacked: Path, wheel: Path) -> None:
-    """Check that the archives hold the files of the commit, and nothing else."""
+def check_files(files: set[str], unpacked: Path, wheel: Path) -> None:
+    """Check that the archives hold the files of the commit and the page, and nothing else."""
     in_source = {path.relative_to(unpacked).as_posix() for path in unpacked.rglob("*") if path.is_file()}
     in_wheel = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    wanted = {name.removeprefix("src/") for name in tracked if name.startswith("src/")}
-    wanted |= {name.replace("docs/", "elib/", 1) for name in tracked if name.startswith("docs/guides/")}
+    wanted = {name.removeprefix("src/") for name in files if name.startswith("src/")}
+    wanted |= {name.replace("docs/", "elib/", 1) for name in files if name.startswith("docs/guides/")}
     for what, found, expected in (
-        ("the source archive", in_source, tracked | {"PKG-INFO"}),
+        ("the source archive", in_source, files | {"PKG-INFO"}),
         ("the wheel", in_wheel, wanted),
     ):
         if found != expected:

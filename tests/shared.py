@@ -20,6 +20,9 @@ from collections.abc import Awaitable, Callable, Coroutine, Iterator, Sequence
 from contextlib import AbstractAsyncContextManager, contextmanager
 from typing import Any, TypeVar
 
+import pytest
+
+from elib.base.files import PACKAGE, PAGE
 from elib.testing import simulated
 
 T = TypeVar("T")
@@ -30,6 +33,11 @@ LOOK = 0.01
 """s between two looks at what is waited for."""
 GREETING = b'\x0c\r\nWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 """What a robot sends when it starts."""
+
+needs_page = pytest.mark.skipif(
+    not (PACKAGE / PAGE / "index.html").exists(),
+    reason="the page is not built, for which npm's registry is needed: make page",
+)
 
 
 def now() -> float:

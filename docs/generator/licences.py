@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
+from typing import Any
 
 from generator.markdown import table
 
@@ -18,15 +20,29 @@ licence that each of them names. Versions are given where elib asks for the pack
 tested are in the folder `requirements`. Some packages, such as NumPy and Pillow, contain further libraries; their
 licences are installed with the package. The tools for developing elib are not listed: they are not installed with it.
 """
+PAGE_INTRODUCTION = """## The page in the browser
+
+The page is built from these packages of npm. The file `licences.txt` beside the built page holds the texts of the
+licences of all that is in it.
+"""
 WHY = {
+    "@codemirror/commands": "keys in programs that are shown",
+    "@codemirror/lang-python": "colours of Python in programs that are shown",
+    "@codemirror/language": "colours of programs that are shown",
+    "@codemirror/state": "programs that are shown",
+    "@codemirror/view": "programs that are shown",
+    "@fontsource-variable/inter": "the font",
+    "@preact/signals": "what the page shows follows what it knows",
     "aiohttp": "the server of the pages in the browser",
     "cmaes": "evolution by CMA-ES",
     "cyclopts": "the command line",
     "distributed": "workers on this computer and on others: Dask",
     "duckdb": "writes Parquet files",
+    "esbuild": "builds the page",
     "foxglove-sdk": "the server of Foxglove's protocol",
     "gymnasium": "environments for learning programs",
     "intelhex": "reads Intel HEX files",
+    "lucide": "icons",
     "matplotlib": "draws plots",
     "mcap": "reads and writes recordings",
     "mcp": "the Model Context Protocol of agents",
@@ -35,8 +51,11 @@ WHY = {
     "numpy": "arrays: pictures, worlds, tables",
     "pettingzoo": "environments with several agents",
     "pillow": "picture files",
+    "preact": "the elements of the page",
     "rich": "help pages and live lines in the terminal",
     "serialx": "serial ports",
+    "three": "worlds in three dimensions",
+    "uplot": "charts",
 }
 """What elib needs a package for that it asks for directly; a new one needs its line here."""
 ELSEWHERE = {"pywin32": "PSF"}
@@ -59,7 +78,26 @@ def page() -> str:
         if direct:
             rest = _with_needs(set(direct), packages) - in_core
             parts.append(f"## The extra {extra}\n\n{_table(rest, direct, packages, known)}")
+    parts.append(PAGE_INTRODUCTION + "\n" + _of_the_page())
     return "\n\n".join(part.strip() for part in parts)
+
+
+def _of_the_page() -> str:
+    """Return the table of what the page is built from; npm notes in its lock file what only tools need."""
+    lock: dict[str, dict[str, Any]] = json.loads((ROOT / "page/package-lock.json").read_text(encoding="utf-8"))[
+        "packages"
+    ]
+    used = {
+        path.removeprefix("node_modules/"): about
+        for path, about in lock.items()
+        if path and not about.keys() & {"dev", "optional"}
+    }
+    packages = {
+        name: ({user for user, about in used.items() if name in about.get("dependencies", ())}, "") for name in used
+    }
+    return _table(
+        set(used), lock[""]["dependencies"], packages, {name: about["license"] for name, about in used.items()}
+    )
 
 
 def _table(names: set[str], direct: dict[str, str], packages: Packages, known: dict[str, str]) -> str:

@@ -23,7 +23,9 @@ from elib.cli.classroom import LETTERS, Student, sheet
 from elib.cli.simulate import with_optional_link
 from elib.simulator.emulator.loopback import reachable
 from elib.simulator.emulator.server import Served
-from shared import wait_until
+from shared import needs_page, wait_until
+
+pytestmark = needs_page
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")

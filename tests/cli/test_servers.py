@@ -13,6 +13,9 @@ from elib_process import PATIENCE, Told, started
 
 from elib.base.extras import install
 from elib.cli.simulate import with_optional_link
+from shared import needs_page
+
+pytestmark = needs_page
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")

@@ -18,11 +18,12 @@ import pytest
 import pytest_asyncio
 from browser import browser, needs_browser
 
-from shared import PATIENCE
+from shared import PATIENCE, needs_page
 
 aiohttp = pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
 pytestmark = [
+    needs_page,
     pytest.mark.long,
     pytest.mark.asyncio(loop_scope="module"),
     pytest.mark.skipif(sys.platform != "linux", reason="it kills programs by signals"),

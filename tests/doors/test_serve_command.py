@@ -24,7 +24,9 @@ from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
 from lanes import short
-from shared import until
+from shared import needs_page, until
+
+pytestmark = needs_page
 
 
 async def drive_on(program: Program) -> None:

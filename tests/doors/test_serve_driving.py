@@ -13,6 +13,10 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 from local_network import LocalLoop
 from serve_rig import Program, Rig, serving
 
+from shared import needs_page
+
+pytestmark = needs_page
+
 # clock: simulated
 LOOP = LocalLoop
 STOPPED_WITHIN = 0.5

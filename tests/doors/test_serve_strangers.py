@@ -19,7 +19,9 @@ from elib.base.errors import ArgumentError
 from elib.doors.serve import door as doors
 from elib.doors.serve.door import ProgramDoor
 from elib.doors.serve.messages import NAMES
-from shared import PATIENCE, now, until
+from shared import PATIENCE, needs_page, now, until
+
+pytestmark = needs_page
 
 # clock: simulated
 LOOP = LocalLoop

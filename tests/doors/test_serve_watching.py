@@ -23,7 +23,9 @@ from serve_rig import Program, Rig, serving
 from elib.base.errors import LinkLost
 from elib.doors.serve.schema import schema
 from elib.panel.server.conversation import MAX_UNREAD
-from shared import PATIENCE, until
+from shared import PATIENCE, needs_page, until
+
+pytestmark = needs_page
 
 # clock: simulated
 LOOP = LocalLoop

@@ -15,10 +15,10 @@ import pytest
 import elib
 from elib.base.errors import ArgumentError, SimulationError, Unsupported
 from elib.link.transport import parse_url
-from shared import PATIENCE, wait_until
+from shared import PATIENCE, needs_page, wait_until
 
 pytest.importorskip("aiohttp")
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="it looks for processes by ps")
+pytestmark = [pytest.mark.skipif(sys.platform == "win32", reason="it looks for processes by ps"), needs_page]
 
 
 @pytest.fixture(autouse=True)

@@ -22,7 +22,7 @@ from elib.learn.envs import TaskEnv, TaskVectorEnv
 from elib.learn.sensors import channels_of
 from elib.simulator.physics import EpuckModel, Randomisation, Scene, SensorView, Task
 from elib.simulator.physics.records import SENSORS
-from shared import PATIENCE
+from shared import PATIENCE, needs_page
 
 GOAL = 0.3  # m from the left edge.
 
@@ -85,6 +85,7 @@ def some_actions(count: int, width: int = 2, seed: int = 5) -> np.ndarray:
 # -- Gymnasium's own checks --
 
 
+@needs_page
 def test_the_environment_passes_the_checks_of_gymnasium_in_all_render_modes(registered, monkeypatch) -> None:
     pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
     monkeypatch.setenv("ELIB_BROWSER", "no")

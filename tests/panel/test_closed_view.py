@@ -22,7 +22,9 @@ from elib.panel.server.messages import MESSAGES
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
-from shared import PATIENCE, until
+from shared import PATIENCE, needs_page, until
+
+pytestmark = needs_page
 
 TOKEN = "k7m2xq9p"
 HARMLESS = {"show", "drawn", "frame_drawn", "choose_world", "rays", "watch", "open_robot", "world"}

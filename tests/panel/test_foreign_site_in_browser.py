@@ -12,6 +12,10 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 from browser import browser, needs_browser
 from guard_rig import SOCKET, Rig, guarded
 
+from shared import needs_page
+
+pytestmark = needs_page
+
 EVIL = """<!doctype html><title>cats</title><script>
 window.found = {};
 const panel = "http://PANEL";

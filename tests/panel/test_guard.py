@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gzip
 import itertools
 import json
 import logging
@@ -12,7 +13,7 @@ import re
 import socket as sockets
 import struct
 from collections.abc import AsyncIterator, Iterator
-from importlib.resources import files
+from pathlib import Path
 from unittest import mock
 
 import pytest
@@ -26,15 +27,19 @@ from page_rig import opened
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from elib.base.extras import page_folder
 from elib.panel.server import access
 from elib.panel.server import http as server
 from elib.panel.server.conversation import CLOSING_TIME, HEARTBEAT, MAX_MESSAGE, MAX_UNREAD
 from elib.simulator.emulator.control_server import Bucket
-from shared import PATIENCE, now, until
+from shared import PATIENCE, needs_page, now, until
+
+pytestmark = needs_page
 
 # clock: simulated
 LOOP = LocalLoop
 TOKEN = "right-token"
+SOURCES = Path(__file__).parents[2] / "page"
 WITH_TOKEN = pytest.mark.parametrize("token", [TOKEN])
 
 
@@ -79,9 +84,16 @@ async def thrown_out(rig: Rig, *said: str | bytes) -> int:
     return caught.value.rcvd.code if caught.value.rcvd else 1006
 
 
+def script() -> str:
+    """Return the path of a script of the page."""
+    found = re.search(r'<script[^>]* src="/?([^"]+)"', (page_folder() / "index.html").read_text(encoding="utf-8"))
+    assert found is not None
+    return f"/{found[1]}"
+
+
 def shows_nothing(answer: Answer) -> bool:
     """Return whether an answer is a refusal, with nothing of the page in it."""
-    return answer.status >= 400 and b"app.js" not in answer.body and "set-cookie" not in answer.headers
+    return answer.status >= 400 and b"<script" not in answer.body and "set-cookie" not in answer.headers
 
 
 # -- requests --
@@ -104,13 +116,13 @@ async def test_a_page_comes_with_orders_to_the_browser(rig: Rig) -> None:
 
 
 def test_no_file_of_the_page_has_a_script_or_a_style_in_its_text() -> None:
-    for file in files("elib.panel").joinpath("static").iterdir():
+    for file in itertools.chain(*(SOURCES.joinpath(name).rglob("*.*") for name in ("src", "public"))):
         text = file.read_text(encoding="utf-8")
-        if file.name.endswith((".html", ".svg")):
+        if file.suffix in (".html", ".svg"):
             assert re.findall(r"<script(?![^>]* src=)[^>]*>", text) == [], file.name
             assert re.findall(r"(?i)\son\w+\s*=|\sstyle\s*=|<style|javascript:", text) == [], file.name
-        elif file.name.endswith(".js"):
-            unsafe = r"(inner|outer|Adjacent)HTML|document\.write|\beval\(|new Function|setAttribute\(.(on|style)"
+        elif file.suffix in (".ts", ".tsx"):
+            unsafe = r"(?i)(inner|outer|Adjacent)HTML|document\.write|\beval\(|new Function|setAttribute\(.(on|style)"
             assert re.findall(unsafe, text) == [], file.name
 
 
@@ -123,21 +135,49 @@ async def test_the_page_and_its_parts_come_from_here_and_name_no_other_place(rig
         assert answer.status == 200, path
         assert int(answer.headers["content-length"]) == len(answer.body)
         kinds = ("text/html", "text/css", "text/javascript", "image/svg+xml")
-        assert answer.headers["content-type"] in [f"{kind}; charset=utf-8" for kind in kinds]
-        named = re.findall(rb'(?:href|src)="([^"]+)"|(?:from|import) "\./([^"]+)"', answer.body)
-        names = {f"/{(one or other).decode()}" for one, other in named} if path.endswith((".js", "/")) else set()
+        assert answer.headers["content-type"] in ["font/woff2", *(f"{kind}; charset=utf-8" for kind in kinds)]
+        named = re.findall(
+            rb'(?:href|src)="/?([^"]+)"|(?:from|import) ?\(?"\./([^"]+)"|url\("?\./([^")]+)', answer.body
+        )
+        names = {f"/{b''.join(each).decode()}" for each in named} if path.endswith((".js", ".css", "/")) else set()
         waiting += sorted(names - seen - {*waiting})
-        assert set(re.findall(rb"https?://[^\"'` ]+", answer.body)) <= {b"http://www.w3.org/2000/svg"}, path
-    parts = ("world", "arena", "model", "details", "hand", "frames", "robotshape", "path", "app")
-    assert {"/base.css", "/world.css", "/icon.svg", *(f"/{name}.js" for name in parts)} <= seen
-    there = {f"/{file.name}" for file in files("elib.panel").joinpath("static").iterdir()}
-    assert seen <= there - {"/index.html", "/login.html"} | {"/"}
+        assert {url.split(b"/")[2] for url in re.findall(rb"https?://[^\"'` ]+", answer.body)} <= {b"www.w3.org"}, path
+    there = {f"/{file.name}" for file in page_folder().iterdir()}
+    assert seen == there - {"/index.html", "/login.html", "/licences.txt"} | {"/"}
 
 
 async def test_a_file_that_the_browser_has_is_not_sent_again(rig: Rig) -> None:
-    tag = (await rig.ask("/app.js")).headers["etag"]
-    answer = await rig.ask("/app.js", headers=[("If-None-Match", tag)])
+    tag = (await rig.ask(script())).headers["etag"]
+    answer = await rig.ask(script(), headers=[("If-None-Match", tag)])
     assert (answer.status, answer.body) == (304, b"")
+
+
+async def test_a_file_comes_compressed_to_a_browser_that_takes_gzip(rig: Rig) -> None:
+    plain = await rig.ask("/login.css")
+    assert plain.headers["vary"] == "accept-encoding"
+    for taken in ("gzip, deflate, br", "br, gzip;q=0.5", "GZIP"):
+        answer = await rig.ask("/login.css", headers=[("Accept-Encoding", taken)])
+        assert answer.headers["content-encoding"] == "gzip", taken
+        assert gzip.decompress(answer.body) == plain.body
+        assert answer.headers["etag"] != plain.headers["etag"]
+    for refused in ("", "br", "gzip;q=0, br", "gzip; q=0.0"):
+        answer = await rig.ask("/login.css", headers=[("Accept-Encoding", refused)])
+        assert answer.body == plain.body, refused
+
+
+async def test_a_file_whose_name_changes_with_its_content_is_kept_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = ("index.html", "main-ABCDEFGH.js", "inter-latin-ABCDEFGH.woff2", "login-page.css", "secrets.py")
+    for name in names:
+        tmp_path.joinpath(name).write_bytes(b"x")
+    monkeypatch.setattr(server, "page_folder", lambda: tmp_path)
+    monkeypatch.setattr(server, "_static_files", server._static_files.__wrapped__)  # without its cache
+    async with guarded() as rig:
+        answers = [await rig.ask(f"/{name}") for name in names]
+    kept = "private, max-age=31536000, immutable"
+    assert [answer.headers["cache-control"] for answer in answers] == ["no-cache", kept, kept, "no-cache", "no-store"]
+    assert [answer.status for answer in answers] == [200, 200, 200, 200, 404]
 
 
 async def test_the_panel_answers_to_its_own_names_also_at_the_end_of_a_tunnel(rig: Rig) -> None:
@@ -229,16 +269,16 @@ async def test_a_path_that_no_page_has_is_refused(rig: Rig) -> None:
         "/worlds/..%2f..%2f..%2f..%2fetc/passwd",
         "/worlds/..%5c..%5cwindows%5cwin.ini",
         "/worlds/%00.png",
-        "/app.js%00.map",
+        f"{script()}%00.map",
         "/worlds/..%2fserver.py",
         "/%0d%0aSet-Cookie:%20a=b",
         "/%1b[2J",
         "/\xff",
         "/..%2fserver.py",
-        "/static/app.js",
+        f"/page{script()}",
         "//etc/passwd",
-        "//app.js",
-        "/app.js/",
+        f"/{script()}",
+        f"{script()}/",
         "/login.html",
         "/worlds/..%2f..%2fphysics%2fworlds%2farena.png",
         "/worlds/arena.toml",
@@ -311,7 +351,7 @@ async def test_what_is_no_request_ends_the_connection(rig: Rig) -> None:
     for data in requests:
         answer = await rig.raw(data)
         assert answer == b"" or parse_status(answer) in (400, 403, 405), data[:100]
-        assert b"app.js" not in answer, data[:100]
+        assert b"<script" not in answer, data[:100]
         assert (await rig.ask()).status == 200, data[:100]
 
 
@@ -357,7 +397,7 @@ async def test_a_second_request_hidden_in_a_body_is_not_answered(rig: Rig) -> No
     head = f"POST /login HTTP/1.1\r\nHost: {rig.name}\r\nOrigin: http://{rig.name}\r\n"
     for way in (f"Content-Length: {len(hidden)}\r\n", "Transfer-Encoding: chunked\r\nContent-Length: 0\r\n"):
         answer = await rig.raw(f"{head}{way}Connection: close\r\n\r\n{hidden}".encode())
-        assert b"app.js" not in answer
+        assert b"<script" not in answer
 
 
 async def test_a_request_that_does_not_come_is_not_waited_for(rig: Rig) -> None:
@@ -455,7 +495,7 @@ async def test_no_other_sites_page_opens_a_socket(rig: Rig) -> None:
 
 
 async def test_a_socket_that_no_page_opens_is_refused(rig: Rig) -> None:
-    for path in ("/", "/ws/", "/ws/socket", "/ws/%2e%2e/ws", "//ws", "/WS", "/login", "/app.js"):
+    for path in ("/", "/ws/", "/ws/socket", "/ws/%2e%2e/ws", "//ws", "/WS", "/login", script()):
         with pytest.raises((InvalidStatus, ConnectionClosed)):
             async with rig.socket(path):
                 pass
@@ -745,7 +785,7 @@ async def log_in(rig: Rig, token: str, **headers: str) -> tuple[int, str]:
 
 @WITH_TOKEN
 async def test_who_has_shown_no_token_sees_nothing_but_the_question_for_it(rig: Rig) -> None:
-    for path in ("/", "/login", "/app.js", "/worlds/arena.png", f"/?token={TOKEN}", f"/login?token={TOKEN}"):
+    for path in ("/", "/login", script(), "/worlds/arena.png", f"/?token={TOKEN}", f"/login?token={TOKEN}"):
         answer = await rig.ask(path)
         assert answer.status == (200 if path.startswith("/login") else 401)
         assert b'name="token"' in answer.body

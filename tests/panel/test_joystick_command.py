@@ -32,7 +32,9 @@ from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.testing import simulated
 from lanes import short
-from shared import PATIENCE, until, wait_until
+from shared import PATIENCE, needs_page, until, wait_until
+
+pytestmark = needs_page
 
 DRIVING = Path(__file__).parent / "driving_panel.py"
 
@@ -88,7 +90,7 @@ def test_it_prints_where_it_is_and_ends_quietly(home: Path) -> None:
         status, page = fetch(url)
         assert status == 200
         assert "<title>elib</title>" in page
-        assert fetch(f"{url}app.js")[0] == 200
+        assert fetch(f"{url}icon.svg")[0] == 200
         assert run.end() == 0
         assert (run.out.rest(), run.err.rest()) == (url, "")
     assert not list(home.iterdir())

@@ -14,7 +14,9 @@ from page_rig import Page, opened
 
 from elib.learn.liveview import LiveView
 from elib.simulator.physics import Box, Scene, World
-from shared import until
+from shared import needs_page, until
+
+pytestmark = needs_page
 
 PERIOD = 0.05
 

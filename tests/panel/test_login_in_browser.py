@@ -9,7 +9,9 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 from browser import browser, needs_browser
 from guard_rig import guarded
 
-pytestmark = [needs_browser, pytest.mark.long]
+from shared import needs_page
+
+pytestmark = [needs_browser, pytest.mark.long, needs_page]
 IS_THERE = "document.readyState === 'complete' && !!document.querySelector('#token')"
 
 

@@ -24,7 +24,9 @@ from elib.panel.server import messages
 from elib.panel.server.conversation import MAX_WAITING
 from elib.panel.server.messages import MESSAGES, Message, decode
 from elib.panel.server.page import Page
-from shared import until
+from shared import needs_page, until
+
+pytestmark = needs_page
 
 # clock: simulated
 LOOP = LocalLoop

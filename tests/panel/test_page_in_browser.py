@@ -14,9 +14,9 @@ pytest.importorskip("websockets", reason="the extra web is not installed: pip in
 from panel_rig import TICK, Driver, far, needs_browser, panel, program
 
 from elib.records.reader import read_recording
-from shared import until
+from shared import needs_page, until
 
-pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module"), needs_page]
 
 CHIP = "document.querySelector('.play .chip').textContent"
 OVERVIEW = "Object.values(elib.overview.value)"

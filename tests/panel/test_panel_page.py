@@ -13,7 +13,9 @@ from guard_rig import guarded
 from local_network import LocalLoop
 from page_rig import opened
 
-from shared import until
+from shared import needs_page, until
+
+pytestmark = needs_page
 
 # clock: simulated
 LOOP = LocalLoop

@@ -11,9 +11,9 @@ pytest.importorskip("websockets", reason="the extra web is not installed: pip in
 
 from panel_rig import TICK, Driver, browser, needs_browser, panel
 
-from shared import until
+from shared import needs_page, until
 
-pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module"), needs_page]
 
 BOX = "(s => (b => [b.left, b.top, b.right, b.bottom])(document.querySelector(s).getBoundingClientRect()))"
 OPEN_PARTS = "[...document.querySelectorAll('.part')].filter(part => part.offsetParent).map(part => part.id)"

@@ -11,7 +11,9 @@ pytest.importorskip("websockets", reason="the extra web is not installed: pip in
 
 from panel_rig import Driver, browser, far, needs_browser, panel, virtual_robot
 
-pytestmark = needs_browser
+from shared import needs_page
+
+pytestmark = [needs_browser, needs_page]
 
 
 async def test_a_person_connects_a_robot_drives_it_and_stops_it(tmp_path: Path) -> None:

@@ -20,7 +20,9 @@ from elib.learn.progress import Best, Progress
 from elib.learn.studypage import REST, Life, Show, study_page
 from elib.simulator.physics import Controller, Pose, Scene
 from elib.simulator.physics.task import Task
-from shared import until
+from shared import needs_page, until
+
+pytestmark = needs_page
 
 STEP = 1 / 40
 

@@ -18,7 +18,9 @@ from elib.panel.server.http import view_of
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
-from shared import until
+from shared import needs_page, until
+
+pytestmark = needs_page
 
 
 @contextlib.asynccontextmanager

@@ -15,9 +15,9 @@ from world_page_rig import PAINT, ROOM, Rig, watched
 
 from elib.link.transport import open_transport
 from elib.simulator.worlds.files import load_file
-from shared import until
+from shared import needs_page, until
 
-pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module"), needs_page]
 
 SIZE = 1440, 900
 PART = "window.app.place.world"

@@ -17,7 +17,9 @@ from elib.link.transport import open_transport
 from elib.panel.server import world
 from elib.panel.server.world import AHEAD
 from elib.simulator.worlds.files import load_file
-from shared import PATIENCE, until
+from shared import PATIENCE, needs_page, until
+
+pytestmark = needs_page
 
 
 @pytest.fixture

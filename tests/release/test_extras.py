@@ -10,7 +10,9 @@ from typing import Any
 
 import pytest
 
-from elib.base.extras import install
+import elib
+from elib.base import extras
+from elib.base.extras import install, page_folder
 
 REQUIRES = ["numpy>=2.2", 'matplotlib>=3.10; extra == "plot"', 'aiohttp>=3.14; extra == "web"']
 REQUIRES += ["msgspec>=0.20; sys_platform != \"none\" and extra == 'web'"]
@@ -70,6 +72,19 @@ def test_from_a_source_tree_that_is_not_installed(monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(importlib.metadata, "distribution", missing)
     assert install("plot") == f'install the extra plot: pip install -e "{Path(__file__).parents[2]}[plot]"'
+
+
+@pytest.mark.parametrize("is_checkout", [True, False])
+def test_a_page_that_is_not_built_says_how_to_get_it(
+    is_checkout: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
+    if is_checkout:
+        tmp_path.joinpath("page").mkdir()
+    monkeypatch.setattr(extras, "PACKAGE", tmp_path / "src/elib")
+    with pytest.raises(elib.Unsupported, match="the page in the browser is not built") as caught:
+        page_folder()
+    way_out = f"build it, in the folder {tmp_path}: make page" if is_checkout else "install elib again where npm"
+    assert caught.value.hint.startswith(way_out)
 
 
 def test_the_pip_is_that_of_this_python(monkeypatch: pytest.MonkeyPatch, as_installed):

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from elib.base.errors import Unsupported
-from elib.base.files import PACKAGE
+from elib.base.files import PACKAGE, PAGE
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution
@@ -34,12 +34,21 @@ def check_web() -> None:
         ) from None
 
 
-def page_hint() -> str:
-    """Return the hint for a page that is not built: how to build it, or to install it again."""
-    checkout = PACKAGE.parents[1]
-    if (checkout / "page/build.mjs").exists():
-        return f"build it, in the folder {checkout}: make page"
-    return f"where npm's registry can be reached, install it again: {_installer()} {_what('web')}"
+def page_folder() -> Path:
+    """Return the folder of the page in the browser.
+
+    Raises:
+        Unsupported: The page is not built.
+    """
+    folder, checkout = PACKAGE / PAGE, PACKAGE.parents[1]
+    if (folder / "index.html").exists():
+        return folder
+    if (checkout / "page").exists():
+        raise Unsupported("the page in the browser is not built", hint=f"build it, in the folder {checkout}: make page")
+    raise Unsupported(
+        "the page in the browser is not built",
+        hint="install elib again where npm's registry can be reached, or from a wheel that has the page",
+    )
 
 
 def install(extra: str) -> str:

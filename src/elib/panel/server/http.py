@@ -16,9 +16,7 @@ from urllib.parse import parse_qs
 
 from aiohttp import web
 
-from elib.base.errors import Unsupported
-from elib.base.extras import page_hint
-from elib.base.files import PACKAGE, PAGE
+from elib.base.extras import page_folder
 from elib.panel.panel import Panel, check_standing
 from elib.panel.server.access import Access, is_same
 from elib.panel.server.conversation import CLOSING_TIME, close_all, web_socket
@@ -565,7 +563,7 @@ class _File:
         kind: Its content type.
         caching: How long a browser may keep it.
         body: What it holds.
-        packed: The same for browsers that take gzip; None if that saves nothing.
+        packed: The same for browsers that take gzip; None for a font, which is compressed.
         digest: Changes with the content.
     """
 
@@ -591,11 +589,8 @@ def _static_files() -> Mapping[str, _File]:
     Raises:
         Unsupported: The page is not built.
     """
-    folder = PACKAGE / PAGE
-    if not (folder / "index.html").exists():
-        raise Unsupported("the page in the browser is not built", hint=page_hint())
     found = {}
-    for file in folder.iterdir():
+    for file in page_folder().iterdir():
         if (kind := KINDS.get(file.suffix)) is not None:
             is_text, is_hashed = file.suffix != ".woff2", HASHED.search(file.name)
             body = file.read_bytes()
