@@ -1,5 +1,6 @@
 """The wheel holds all that elib reads when it runs, and says the version that elib says."""
 
+import os
 import subprocess
 import sys
 import zipfile
@@ -9,6 +10,8 @@ from pathlib import Path
 import pytest
 
 import elib
+from elib.base.files import PAGE
+from shared import needs_page
 
 pytest.importorskip("hatchling", reason="the build tool is not installed: make setup")
 ROOT = Path(__file__).parents[2]
@@ -18,7 +21,8 @@ ROOT = Path(__file__).parents[2]
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
     folder = tmp_path_factory.mktemp("wheel")
     command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True, timeout=120)
+    alone = os.environ | {"ELIB_NO_PAGE": "1"}  # with the page as it is
+    subprocess.run(command, cwd=ROOT, env=alone, check=True, capture_output=True, timeout=120)
     return zipfile.ZipFile(next(folder.glob("*.whl")))
 
 
@@ -32,8 +36,14 @@ def test_every_file_of_the_package_is_in_the_wheel(wheel: zipfile.ZipFile) -> No
         "elib/py.typed",
         "elib/simulator/worlds/arena.toml",
         "elib/simulator/faults/flaky-bluetooth.toml",
-        "elib/panel/static/index.html",
     }
+
+
+@needs_page
+def test_the_wheel_holds_the_built_page_and_nothing_that_it_is_built_from(wheel: zipfile.ZipFile) -> None:
+    names = set(wheel.namelist())
+    assert names >= {f"elib/{PAGE}/index.html", f"elib/{PAGE}/login.html"}
+    assert not [name for name in names if name.endswith((".ts", ".tsx", ".mjs")) or "node_modules" in name]
 
 
 def test_the_version_stands_in_one_place(wheel: zipfile.ZipFile) -> None:
