@@ -16,7 +16,7 @@ PACKAGE = Path(__file__).parents[1]
 """The folder of the package elib."""
 WORLDS, FAULTS, LABS = "simulator/worlds", "simulator/faults", "lab/labs"
 """Folders in it: the worlds, fault scripts and labs that come with elib."""
-PAGE = "panel/static"
+PAGE = "panel/page"
 """The folder of the page in the browser."""
 
 MAX_STATE = 1_000_000
