@@ -1,4 +1,4 @@
-"""Write the pages of docs/reference, the marked tables of other pages and the drawings, from the code they describe.
+"""Write the pages of docs/reference, the marked tables, the drawings and the types of the page, from the code.
 
 Run ``.venv/bin/python docs/generate_reference.py`` after a change that users see; ``--check`` writes nothing, names the
 pages that are out of date and exits with 1. The pages on measured robots need ``--measure`` too; ``make docs`` has it.
@@ -26,6 +26,7 @@ from generator import (
     learning,
     licences,
     link,
+    pagetypes,
     profiles,
     reality,
     recording,
@@ -116,6 +117,7 @@ def wanted() -> dict[Path, str]:
         found[DOCS / name] = text
     found |= {DOCS / "images" / name: draw() for name, draw in DRAWINGS.items()}
     found |= course.pictures()
+    found[DOCS.parent / "page/src/messages.ts"] = pagetypes.page()
     return found
 
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import math
 
+import msgspec
 import pytest
 from event_lines import lines_of
 
 import shared
 from elib.base.errors import ArgumentError, LinkClosed
 from elib.base.timebase import SimulatedLoop
-from elib.panel.behaviours import RunPhase, catalogue, runner_state, source_of
+from elib.panel.behaviours import BehaviourAbout, Play, RunPhase, catalogue, runner_state, source_of
 from elib.panel.slot import Phase, Slot
 from elib.testing.inside import transport_of
 
@@ -279,24 +279,24 @@ async def test_a_behaviour_that_fails_says_why_and_the_robot_stands(slot: Slot) 
 
 @SQUARE
 async def test_how_it_stands_is_json_and_only_news_come(slot: Slot) -> None:
-    assert runner_state(slot.runner)["phase"] == "idle"
+    assert runner_state(slot.runner).phase == "idle"
     slot.runner.start("go-and-turn", {"side": 0.02})
     await until(slot, RunPhase.ENDED)
     shown = runner_state(slot.runner)
-    assert json.loads(json.dumps(shown, allow_nan=False)) == shown
-    assert (shown["name"], shown["phase"], shown["phase_text"]) == ("go-and-turn", "ended", "came to its end")
-    assert len(shown["lines"]) == shown["count"] == 5  # type: ignore[arg-type]
-    assert runner_state(slot.runner, 5)["lines"] == []
-    assert len(runner_state(slot.runner, 4)["lines"]) == 1  # type: ignore[arg-type]
+    assert msgspec.json.decode(msgspec.json.encode(shown), type=Play) == shown
+    assert (shown.name, shown.phase, shown.phase_text) == ("go-and-turn", "ended", "came to its end")
+    assert len(shown.lines) == shown.count == 5
+    assert runner_state(slot.runner, 5).lines == []
+    assert len(runner_state(slot.runner, 4).lines) == 1
 
 
 def test_the_catalogue_has_every_behaviour_with_options_and_source() -> None:
-    there = {each["name"]: each for each in catalogue()}
-    assert there["aggregation"]["elsewhere"]
-    assert not there["avoid"]["elsewhere"]
-    (cruise,) = there["avoid"]["options"]  # type: ignore[misc, union-attr]
-    assert (cruise["name"], cruise["unit"], cruise["low"], cruise["default"]) == ("cruise", "rev/s", 0.05, 0.6)  # type: ignore[index, call-overload]
-    json.dumps(list(there.values()), allow_nan=False)
+    there = {each.name: each for each in catalogue()}
+    assert there["aggregation"].elsewhere
+    assert not there["avoid"].elsewhere
+    (cruise,) = there["avoid"].options
+    assert (cruise.name, cruise.unit, cruise.low, cruise.default) == ("cruise", "rev/s", 0.05, 0.6)
+    assert msgspec.json.decode(msgspec.json.encode(there), type=dict[str, BehaviourAbout]) == there
     assert "async def wander(" in source_of("avoid")
     with pytest.raises(ArgumentError, match="no behaviour"):
         source_of("/etc/passwd")

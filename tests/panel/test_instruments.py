@@ -8,8 +8,10 @@ import json
 import math
 from typing import Any
 
+import msgspec
 import pytest
 import pytest_asyncio
+from msgspec import Struct
 
 from elib.base.pose import Pose
 from elib.base.timebase import SimulatedLoop
@@ -33,9 +35,14 @@ async def slot(slot: Slot) -> Slot:
     return slot
 
 
+def told(what: Struct) -> Any:
+    """Return something as the page gets it."""
+    return json.loads(msgspec.json.encode(what))
+
+
 def seen(slot: Slot, cursor: Cursor | None = None) -> Any:
     """Return a tick as the page gets it."""
-    return json.loads(json.dumps(tick(slot, cursor), allow_nan=False))
+    return told(tick(slot, cursor))
 
 
 def test_a_charge_is_in_percent_and_yes_and_no_are_no_numbers() -> None:
@@ -69,7 +76,7 @@ async def test_before_the_first_reading_nothing_is_known_and_all_is_grey() -> No
 @pytest.mark.parametrize("firmware", PROFILES)
 async def test_readings_come_with_unit_and_age_and_absent_ones_with_the_reason(slot: Slot, firmware: str) -> None:
     absent = PROFILES[firmware].absent
-    about = json.loads(json.dumps(scheme(slot), allow_nan=False))
+    about = told(scheme(slot))
     assert about["firmware"] == firmware
     assert {each["name"] for each in about["instruments"] if each["absent"]} == set(SENSORS) & set(absent)
     readings = seen(slot)["readings"]
@@ -126,7 +133,7 @@ async def test_the_helm_and_the_lamps_are_shown_as_they_were_set(slot: Slot) -> 
         "may_move": True,
         "trouble": "",
     }
-    assert scheme(slot)["fastest"] == 1.0
+    assert scheme(slot).fastest == 1.0
     assert shown["lamps"] == {"ring": [0, 0, 0, 1, 0, 0, 0, 0], "body": 1, "front": 0, "rgb": None}
     assert shown["camera"] == {"width": 24, "height": 18, "zoom": 20, "mode": "COLOUR"}
 
@@ -136,7 +143,7 @@ async def test_an_epuck2_has_colours_and_is_a_little_faster(slot: Slot) -> None:
     await slot.command("set_rgb_led", 3, 0.5, 0, 1)
     shown = seen(slot)
     assert shown["lamps"]["rgb"] == [[0, 0, 0], [50, 0, 100], [0, 0, 0], [0, 0, 0]]
-    assert scheme(slot)["fastest"] == 1.1
+    assert scheme(slot).fastest == 1.1
 
 
 async def test_a_picture_is_sent_once_to_each_page(slot: Slot) -> None:
@@ -212,13 +219,13 @@ async def test_a_failure_is_shown_with_what_the_doctor_found() -> None:
 
 async def test_the_scheme_is_asked_for_again_after_each_connection() -> None:
     slot = Slot(SIM)
-    numbers = [scheme(slot)["scheme"]]
+    numbers = [scheme(slot).scheme]
     await slot.connect()
-    numbers.append(scheme(slot)["scheme"])
+    numbers.append(scheme(slot).scheme)
     await slot.disconnect()
-    numbers.append(scheme(slot)["scheme"])
+    numbers.append(scheme(slot).scheme)
     assert len(set(numbers)) == 3
-    assert scheme(slot)["firmware"] == ""
+    assert scheme(slot).firmware == ""
 
 
 async def test_what_a_typical_robot_reads_in_the_open_is_no_distance_and_a_wall_is_one() -> None:
@@ -237,7 +244,7 @@ async def test_what_a_typical_robot_reads_in_the_open_is_no_distance_and_a_wall_
 
 
 async def test_an_overview_is_small(slot: Slot) -> None:
-    text = json.dumps(summary(slot), allow_nan=False)
+    text = msgspec.json.encode(summary(slot))
     assert len(text) < 500
     assert json.loads(text)["phase"] == "connected"
     assert len(json.loads(text)["distances"]) == 8

@@ -191,7 +191,7 @@ async def test_the_url_of_a_world_adds_each_of_its_robots_in_one_world_and_is_re
         panel.connect(key)
     while any(panel.slot(key).phase is not Phase.CONNECTED for key in keys):  # noqa: ASYNC110  # in simulated time
         await asyncio.sleep(0.1)
-    assert [each["label"] for each in panel.labels()] == ["epuck-1", "epuck-2", "epuck-3"]
+    assert [each.label for each in panel.labels()] == ["epuck-1", "epuck-2", "epuck-3"]
     controls = [panel.slot(key).control for key in keys]
     assert [panel.slot(key).index for key in keys] == [0, 1, 2]
     assert len({id(control.simulation) for control in controls if control is not None}) == 1
@@ -209,7 +209,7 @@ async def test_no_two_robots_have_the_same_label(panel: Panel) -> None:
     for url in (SIM, SIM, "tcp://192.168.1.7:4000", "serial:///dev/rfcomm0"):
         panel.add(url)
     panel.add(SIM, "a" * MAX_NAME)
-    labels = [each["label"] for each in panel.labels()]
+    labels = [each.label for each in panel.labels()]
     assert labels[:4] == ["epuck-1 (square)", "epuck-1 (square) (2)", "192.168.1.7:4000", "rfcomm0"]
     assert labels[4].endswith("a…")
 
@@ -219,8 +219,8 @@ async def test_the_folder_offers_its_recordings_and_names_that_are_free(tmp_path
         (tmp_path / name).write_bytes(b"")
     panel = Panel(folder=tmp_path)
     files = panel.files()
-    assert {name for name, _, _ in files.pop("recordings")} == {"a.mcap", "run.mcap"}
-    assert files == {"log": "run-2.log", "recording": "run-2.mcap"}
+    assert {name for name, _, _ in files.recordings} == {"a.mcap", "run.mcap"}
+    assert (files.log, files.recording) == ("run-2.log", "run-2.mcap")
     assert panel.slot(panel.add_recording("a.mcap")).url == f"replay://{tmp_path}/a.mcap"
     for name in ("none.mcap", "../a.mcap", "a.txt"):
         with pytest.raises(ArgumentError):

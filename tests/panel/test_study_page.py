@@ -238,15 +238,15 @@ async def test_a_better_controller_waits_until_the_one_that_drives_was_seen(prog
     pass_generation(progress, 0.1)
     for _ in range(20):
         await asyncio.sleep(0)
-    assert show.state()["shown"] is None  # nobody looks, so nothing is computed
+    assert show.state().shown is None  # nobody looks, so nothing is computed
     show.panel.on_visit()
-    await until(lambda: show.state()["shown"] == 1)
+    await until(lambda: show.state().shown == 1)
     pass_generation(progress, 0.2)
     simulation = show._life.simulation  # type: ignore[union-attr]
     await until(lambda: simulation.catch_up() or simulation.time > 1)
-    assert show.state()["shown"] == 1
+    assert show.state().shown == 1
     monkeypatch.setattr("elib.learn.studypage.MIN_SHOWN_TIME", 1)
-    await until(lambda: show.state()["shown"] == 2)
+    await until(lambda: show.state().shown == 2)
     show.panel.on_empty()
     playing.cancel()
 

@@ -142,7 +142,7 @@ async def test_looking_on_shows_what_the_robot_reads_and_leaves_the_world_s_hash
     before = rig.control.world.hash("proximity")
     seen = rig.control.world.snapshot(beams=True)
     world.frame(seen, 1, rig.control.is_cut, rays=True)
-    shown = world.readings(rig.control, seen, 0)["proximity"]
+    shown = world.readings(rig.control, seen, 0).proximity
     assert rig.control.world.hash("proximity") == before
     assert shown == rig.control.world.proximity(0)
     assert all(shown), "a typical robot reads 0 nowhere"

@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Iterator, Sequence
 from dataclasses import replace
 
 from elib.learn.progress import Best, Progress
-from elib.panel.panel import Panel
+from elib.panel.panel import Generation, Panel, StudyAbout, StudyState
 from elib.panel.server.http import own_address, shown
 from elib.panel.server.inthread import in_thread
 from elib.simulator.emulator.control import Control
@@ -80,32 +80,26 @@ class Show:
         self._life: Life | None = None
         self._lives = 0
 
-    def about(self) -> dict[str, object]:
+    def about(self) -> StudyAbout:
         """Return what does not change."""
         task, progress = self._progress.task, self._progress
         settings = {name: str(value) for name, value in progress.settings.items()}
-        return {
-            "task": task.name,
-            "summary": task.summary,
-            "count": progress.generations,
-            "seconds": task.seconds,
-            "settings": settings,
-        }
+        return StudyAbout(task.name, task.summary, progress.generations, task.seconds, settings)
 
-    def generations(self, first: int) -> Sequence[Sequence[float]]:
+    def generations(self, first: int) -> Sequence[Generation]:
         """Return the fitness of each generation from *first* on."""
         return self._progress.done[first:]
 
-    def state(self) -> dict[str, object]:
+    def state(self) -> StudyState:
         """Return how far the study is."""
         progress = self._progress
-        return {
-            "bests": [(best.generation, best.fitness) for best in progress.bests],
-            "left": progress.seconds_left,
-            "outcome": progress.outcome,
-            "chosen": self._chosen,
-            "shown": None if self._shown is None else self._shown.generation,
-        }
+        return StudyState(
+            bests=[(best.generation, best.fitness) for best in progress.bests],
+            left=progress.seconds_left,
+            outcome=progress.outcome,
+            chosen=self._chosen,
+            shown=None if self._shown is None else self._shown.generation,
+        )
 
     def choose(self, number: int | None) -> None:
         """Let one of the best controllers drive at once; None for the newest at any time."""

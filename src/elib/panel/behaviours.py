@@ -15,7 +15,9 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Protocol, TypeAlias
+from typing import Annotated, Protocol
+
+from msgspec import Meta, Struct
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.behaviours import (
@@ -35,8 +37,6 @@ from elib.panel.drivelock import DriveLock
 from elib.panel.interlock import Bridge, Interlock, ProxiedRobot
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
-
-Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 
 KEPT = 500
 """Lines of a behaviour's own log that are kept."""
@@ -344,55 +344,81 @@ class BehaviourRunner:
             self._slot.note(event.text)
 
 
-def runner_state(runner: BehaviourRunner, seen: int = 0) -> dict[str, Json]:
-    """Return where a behaviour is in its life, as JSON for the page.
+class Play(Struct):
+    """How a behaviour stands: s that it has run, lines that it ever said, and those that the page does not have yet."""
 
-    ``{"name", "phase": "idle", "running", "paused", "ended", "stopped" or "failed", "phase_text", "state", "reason",
-    "error", "time": s, "count": lines that there ever were, "lines": [[s, "text"], ...]}``
+    name: str
+    phase: Annotated[str, Meta(extra_json_schema={"enum": [each.name.lower() for each in RunPhase]})]
+    phase_text: str
+    state: str
+    reason: str
+    error: str
+    time: float
+    count: int
+    lines: list[tuple[float, str]]
 
-    *seen* says how many lines the page has; only later ones are returned.
-    """
+
+def runner_state(runner: BehaviourRunner, seen: int = 0) -> Play:
+    """Return where a behaviour is in its life; *seen* says how many lines the page has."""
     new = min(len(runner.lines), max(0, runner.line_count - seen) if seen <= runner.line_count else KEPT)
-    lines: list[Json] = [[round(time, 3), text] for time, text in list(runner.lines)[len(runner.lines) - new :]]
-    return {
-        "name": runner.name,
-        "phase": runner.phase.name.lower(),
-        "phase_text": runner.phase.value,
-        "state": runner.state,
-        "reason": runner.reason,
-        "error": runner.error,
-        "time": round(runner.time, 3),
-        "count": runner.line_count,
-        "lines": lines,
-    }
+    return Play(
+        name=runner.name,
+        phase=runner.phase.name.lower(),
+        phase_text=runner.phase.value,
+        state=runner.state,
+        reason=runner.reason,
+        error=runner.error,
+        time=round(runner.time, 3),
+        count=runner.line_count,
+        lines=[(round(time, 3), text) for time, text in list(runner.lines)[len(runner.lines) - new :]],
+    )
 
 
-def catalogue() -> list[dict[str, Json]]:
-    """Return all behaviours, for the page to choose from: as JSON.
+class BehaviourOption(Struct):
+    """An option of a behaviour; a whole one takes only whole numbers."""
 
-    ``[{"name", "group", "summary", "world": the world it is made for, "elsewhere": why it cannot run here,
-    "options": [{"name", "unit", "low", "high", "default", "whole": only whole numbers, "rule"}]}]``
-    """
+    name: str
+    unit: str
+    low: float | None
+    high: float | None
+    default: float | str | None
+    whole: bool
+    rule: str
+
+
+class BehaviourAbout(Struct):
+    """A behaviour to choose: the world that it is made for, and why it cannot run here, if it cannot."""
+
+    name: str
+    group: str
+    summary: str
+    world: str
+    elsewhere: str
+    options: list[BehaviourOption]
+
+
+def catalogue() -> list[BehaviourAbout]:
+    """Return all behaviours, for the page to choose from."""
     return [
-        {
-            "name": each.name,
-            "group": each.group,
-            "summary": each.summary,
-            "world": each.world,
-            "elsewhere": ELSEWHERE.get(each.style, ""),
-            "options": [
-                {
-                    "name": option.name,
-                    "unit": option.quantity.unit,
-                    "low": option.quantity.low,
-                    "high": option.quantity.high,
-                    "default": option.default if isinstance(option.default, int | float | str) else None,
-                    "whole": not option.quantity.scale,
-                    "rule": option.quantity.rule,
-                }
+        BehaviourAbout(
+            name=each.name,
+            group=each.group,
+            summary=each.summary,
+            world=each.world,
+            elsewhere=ELSEWHERE.get(each.style, ""),
+            options=[
+                BehaviourOption(
+                    name=option.name,
+                    unit=option.quantity.unit,
+                    low=option.quantity.low,
+                    high=option.quantity.high,
+                    default=option.default if isinstance(option.default, int | float | str) else None,
+                    whole=not option.quantity.scale,
+                    rule=option.quantity.rule,
+                )
                 for option in each.options
             ],
-        }
+        )
         for each in sorted(behaviours().values(), key=lambda each: (GROUPS.get(each.group, -1), each.name))
     ]
 

@@ -5,20 +5,23 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from elib.link.session import Disconnected, Ended, Greeted, Reconnected, ResetNoticed, Resynced, TraceEvent
 
 KEPT = 500
 """Lines of the event log."""
+MAX_TEXT = 2000
+"""Characters of a line."""
 CHATTER = 1.0
 """s in which one line stands for all speeds that were set: a stick sets ten a second."""
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
-    """A line of the event log: s on the panel's clock, a kind as the page filters by, and what happened."""
+class Line(Struct, frozen=True, rename={"is_bad": "bad"}):
+    """A line of the event log: its number, s on the panel's clock, a kind as the page filters by, and what happened."""
 
+    number: int
     time: float
     kind: str
     text: str
@@ -41,7 +44,8 @@ class EventLog:
 
     def note(self, kind: str, text: str, *, is_bad: bool = False) -> None:
         """Add a line."""
-        self.lines.append(Line(self._loop.time(), kind, text, is_bad))
+        text = text if len(text) <= MAX_TEXT else text[:MAX_TEXT] + " …"
+        self.lines.append(Line(self.count, round(self._loop.time(), 6), kind, text, is_bad))
         self.count += 1
 
     def see(self, time: float, event: TraceEvent) -> None:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import cast
+
+from msgspec import Struct
 
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Profile
 from elib.robot.snapshot import SENSORS
 
 
-@dataclass(frozen=True, slots=True)
-class Instrument:
+class Instrument(Struct, frozen=True):
     """One reading, as a person sees it.
 
     Attributes:
@@ -23,6 +23,7 @@ class Instrument:
         low: Value of an empty gauge, or None where there is no natural one.
         high: Value of a full gauge, or None.
         physical_unit: Unit of :func:`physical`; empty where the readings have no such values.
+        absent: Why the firmware does not have the reading; empty if it has.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Instrument:
     low: float | None = None
     high: float | None = None
     physical_unit: str = ""
+    absent: str = ""
 
 
 def words(instrument: Instrument, reading: object) -> tuple[tuple[str, str, str], ...]:
@@ -69,16 +71,17 @@ _KNOWN: dict[str, tuple[Instrument, ...]] = {}
 
 def _instrument(name: str, profile: Profile | None) -> Instrument:
     kind = v.READING_TYPES[name]
+    absent = "" if profile is None else profile.absent.get(name, "")
     title = next(info.words for info in v.describe(v.Sensors) if info.name == name)
     title = "Tilt" if kind is v.Attitude else title[:1].upper() + title[1:]
     if kind is v.Battery:
-        return Instrument(name, title, ("raw", "voltage", "charge"), ("counts", "V", "%"))
+        return Instrument(name, title, ("raw", "voltage", "charge"), ("counts", "V", "%"), absent=absent)
     fields = v.describe(kind, v.Role.NUMBER)
     labels = tuple(label for info in fields for label in (map(v.in_words, info.names) if info.names else (info.words,)))
     units = tuple(info.unit for info in fields for _ in info.names or (info.name,))
     low, high = _range(name, fields[0], profile)
     converted = v.physical_of(kind)
-    return Instrument(name, title, labels, units, low, high, "" if converted is None else converted.unit)
+    return Instrument(name, title, labels, units, low, high, "" if converted is None else converted.unit, absent)
 
 
 def _range(name: str, info: v.FieldInfo, profile: Profile | None) -> tuple[float | None, float | None]:

@@ -11,6 +11,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol
 
+from msgspec import Struct
+
 from elib.base.errors import ArgumentError, ElibError, LinkLost
 from elib.link.transport import robots_of
 from elib.link.transport.url import parse_url
@@ -32,16 +34,67 @@ PARTING = 3.0
 """s that a robot may take to confirm its last stop when the panel ends."""
 
 
+class Listed(Struct, frozen=True):
+    """A robot of the panel: its key, its name as a tab shows it, and its URL."""
+
+    key: str
+    label: str
+    url: str
+
+
+class FileList(Struct):
+    """The recordings of the folder, the newest first, and free names for a new log and recording.
+
+    A recording is its name, when it was last written (s, as Unix counts), and its bytes.
+    """
+
+    recordings: list[tuple[str, float, int]]
+    log: str
+    recording: str
+
+
+Generation = tuple[float, float, float, float, float]
+"""Fitness of a generation: best, upper quarter, mean, lower quarter, lowest."""
+
+
+class StudyAbout(Struct):
+    """A study: its task, how many generations it is to have, and s that a robot has."""
+
+    task: str
+    summary: str
+    count: int
+    seconds: float
+    settings: dict[str, str]
+
+
+class StudyState(Struct):
+    """How far a study is.
+
+    Attributes:
+        bests: The best controllers so far: the generation, counted from 1, and the fitness of each.
+        left: s until its end, if it goes on as it did.
+        outcome: How it ended; empty while it goes on.
+        chosen: Which of the best is to drive; None for the newest at any time.
+        shown: The generation of the one that drives; None if none does.
+    """
+
+    bests: list[tuple[int, float]]
+    left: float
+    outcome: str
+    chosen: int | None
+    shown: int | None
+
+
 class Study(Protocol):
     """A study whose evolution the pages show; what they show in the world is one of its controllers."""
 
-    def about(self) -> dict[str, object]:
-        """Return what does not change, for ``static/study.js``."""
+    def about(self) -> StudyAbout:
+        """Return what does not change."""
 
-    def generations(self, first: int) -> Sequence[Sequence[float]]:
+    def generations(self, first: int) -> Sequence[Generation]:
         """Return the fitness of each generation from *first* on, counted from 0."""
 
-    def state(self) -> dict[str, object]:
+    def state(self) -> StudyState:
         """Return how far it is."""
 
     def choose(self, number: int | None) -> None:
@@ -193,8 +246,8 @@ class Panel:
         if await slot.connect() and slot.is_connected:
             self.recents.add(asked or slot.url)
 
-    def labels(self) -> list[dict[str, str]]:
-        """Return key, label and URL of every robot, in order; no label stands twice."""
+    def labels(self) -> list[Listed]:
+        """Return every robot, in order; no label stands twice."""
         found: list[str] = []
         for slot in self._slots.values():
             name = short(slot.url) if slot.name == slot.url else slot.name
@@ -202,21 +255,15 @@ class Panel:
             same = sum(each == name or each.startswith(f"{name} (") for each in found)
             found.append(f"{name} ({same + 1})" if same else name)
         slots = zip(self._slots.items(), found, strict=True)
-        return [{"key": key, "label": label, "url": slot.url} for (key, slot), label in slots]
+        return [Listed(key, label, slot.url) for (key, slot), label in slots]
 
-    def files(self) -> dict[str, object]:
-        """Return the recordings of the folder, the newest first, and free names for a new log and recording.
-
-        A recording is its name, when it was last written (s, as Unix counts), and its bytes.
-        """
+    def files(self) -> FileList:
+        """Return what the folder has."""
         found = [
             (path.name, (stat := path.stat()).st_mtime, stat.st_size) for path in self.folder.path.glob(f"*{RECORDING}")
         ]
-        return {
-            "recordings": sorted(found, key=lambda each: -each[1])[:MAX_FILES],
-            "log": self.folder.free("run", LOG),
-            "recording": self.folder.free("run", RECORDING),
-        }
+        recordings = sorted(found, key=lambda each: -each[1])[:MAX_FILES]
+        return FileList(recordings, self.folder.free("run", LOG), self.folder.free("run", RECORDING))
 
     def stop_all(self) -> None:
         """Stop every robot, past all that waits."""

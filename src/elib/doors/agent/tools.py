@@ -80,8 +80,8 @@ class Tools:
             "boolean",
             default=True,
         )
-        names = {each["name"]: each for each in catalogue() if not each["elsewhere"]}
-        behaviours = "; ".join(f"{name}: {each['summary']}" for name, each in names.items())
+        names = {each.name: each for each in catalogue() if not each.elsewhere}
+        behaviours = "; ".join(f"{name}: {each.summary}" for name, each in names.items())
         metre = f"The fence is {fence:g} m."
         return [
             Tool("robots", "List the robots", "List the robots and their state. Free.", self.robots, {}, True, True),

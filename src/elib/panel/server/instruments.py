@@ -1,38 +1,201 @@
-"""What the panel tells a page of a robot: every number with its name, unit and age, as plain data.
+"""What the panel tells a page of a robot: every number with its name, unit and age.
 
-A page gets :func:`scheme` whenever :attr:`Slot.edition` is new to it, and :func:`tick` ten times a second.
-``static/hub.js`` describes their fields: Scheme, Tick and Summary. Both are JSON without nan and infinity; a value that
-is not known is null. Text in them comes from outside (names of robots, comments in logs, errors): a page must show it
-as text, never as HTML.
+A page gets a :class:`Scheme` whenever :attr:`Slot.edition` is new to it, and a :class:`Tick` ten times a second. What
+is not known is null. Text in them comes from outside (names of robots, comments in logs, errors): a page must show
+it as text, never as HTML.
 """
 
 from __future__ import annotations
 
-import base64
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import islice
-from typing import TypeAlias, TypeVar
+from typing import Annotated, Literal, TypeVar
+
+from msgspec import Meta, Struct
 
 from elib.base.body import STEPS_PER_REVOLUTION, WHEEL_CIRCUMFERENCE
-from elib.base.errors import ElibError
 from elib.link.protocol import values as v
 from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.protocol.quantities import CameraMode
 from elib.panel.events import Line
-from elib.panel.gauges import instruments, numbers, physical
+from elib.panel.gauges import Instrument, instruments, numbers, physical
+from elib.panel.server.conversation import Trouble
 from elib.panel.slot import Phase, Slot
 from elib.robot.snapshot import IMAGE
 
-Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 T = TypeVar("T")
 
 MAX_POINTS = 500
 """Points of the trail, and lines of the event log, in one tick: a tick stays small, however much a page has missed."""
-MAX_TEXT = 2000
-"""Characters of one line of the event log."""
+
+Pose = tuple[float, float, float]
+"""Place and heading, m and rad."""
+PhaseName = Annotated[str, Meta(extra_json_schema={"enum": [each.name.lower() for each in Phase]})]
+
+
+class Scheme(Struct):
+    """What seldom changes of a robot: rev/s of its fastest wheel, m around a wheel, the LED that the firmware keeps."""
+
+    scheme: int
+    firmware: str
+    fastest: float
+    circumference: float
+    status_led: int | None
+    instruments: tuple[Instrument, ...]
+
+
+class DiagnosedStep(Struct):
+    """What the doctor found in one step, and what to do."""
+
+    name: str
+    state: Literal["ok", "warning", "failed", "skipped"]
+    detail: str
+    fix: str
+
+
+class Doctor(Struct):
+    """What the doctor found."""
+
+    steps: list[DiagnosedStep]
+
+
+class Drive(Struct):
+    """Who drives, how fast (rev/s), how fast it may be at most, and whether the robot may move."""
+
+    driver: str
+    left: float | None
+    right: float | None
+    limit: float
+    may_move: bool
+    trouble: str
+
+
+class Reading(Struct):
+    """The numbers of a reading as its instrument names them, and the same in a physical unit if it has one."""
+
+    values: list[float | bool | None] | None = None
+    physical: list[float | None] | None = None
+    age: float | None = None
+    stale: bool = True
+
+
+class Lamps(Struct):
+    """Which LEDs are on; the colours, in %, of an e-puck2."""
+
+    ring: list[int]
+    body: int
+    front: int
+    rgb: list[list[int]] | None
+
+
+class CameraSettings(Struct):
+    """How the camera is set."""
+
+    width: int
+    height: int
+    zoom: int
+    mode: str
+
+
+class Picture(Struct):
+    """The newest picture; its pixels only if the page does not have them yet."""
+
+    width: int
+    height: int
+    mode: Annotated[str, Meta(extra_json_schema={"enum": ["GREY", "COLOUR"]})]
+    age: float | None
+    stale: bool
+    pixels: bytes | None
+
+
+class Trail(Struct):
+    """Points where the robot was, m: those that are new to the page, or the whole trail."""
+
+    whole: bool
+    points: list[tuple[float, float]]
+
+
+class Lines(Struct):
+    """Lines of the event log: those that are new to the page, or all."""
+
+    whole: bool
+    lines: list[Line]
+
+
+class LinkStats(Struct):
+    """Statistics of the link, s and counts, and the share of lost and refused commands."""
+
+    median: float | None
+    p99: float | None
+    count: int
+    lost: int
+    refused: int
+    unsent: int
+    resyncs: int
+    resets: int
+    loss: float | None
+    age: float | None
+    waiting: int
+
+
+class Playing(Struct):
+    """How far a recording was played, s."""
+
+    at: float
+    length: float
+    paused: bool
+
+
+class RecorderState(Struct):
+    """The recording that is written."""
+
+    path: str
+    bytes: int
+    messages: int
+
+
+class Tick(Struct):
+    """What changes ten times a second; distances are those to a white wall, m, and null where nothing is seen."""
+
+    time: float
+    phase: PhaseName
+    phase_text: str
+    error: Trouble | None
+    doctor: Doctor | None
+    drive: Drive
+    readings: dict[str, Reading]
+    lamps: Lamps
+    camera: CameraSettings | None
+    picture: Picture | None
+    distances: list[float | None]
+    pose: Pose | None
+    trail: Trail
+    lines: Lines
+    link: LinkStats | None
+    log: str | None
+    recorder: RecorderState | None
+    playback: Playing | None
+    live: float | None
+
+
+class Summary(Struct):
+    """The part of a tick that an overview of many robots draws."""
+
+    url: str
+    phase: PhaseName
+    phase_text: str
+    error: str | None
+    may_move: bool
+    driver: str
+    behaviour: str
+    pose: Pose | None
+    distances: list[float | None]
+    battery: float | None
+    stale: bool
+    median: float | None
 
 
 @dataclass(slots=True)
@@ -50,23 +213,20 @@ class Cursor:
     picture: float = math.nan
 
 
-def scheme(slot: Slot) -> dict[str, Json]:
+def scheme(slot: Slot) -> Scheme:
     """Return what a page must know once."""
     profile = FIRMWARES.get(slot.firmware)
-    return {
-        "scheme": slot.edition,
-        "firmware": slot.firmware,
-        "fastest": slot.drive.fastest,
-        "circumference": WHEEL_CIRCUMFERENCE,
-        "status_led": None if profile is None else profile.status_led,
-        "instruments": [
-            asdict(each) | {"absent": "" if profile is None else profile.absent.get(each.name, "")}
-            for each in instruments(profile)
-        ],
-    }
+    return Scheme(
+        scheme=slot.edition,
+        firmware=slot.firmware,
+        fastest=slot.drive.fastest,
+        circumference=WHEEL_CIRCUMFERENCE,
+        status_led=None if profile is None else profile.status_led,
+        instruments=instruments(profile),
+    )
 
 
-def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
+def tick(slot: Slot, cursor: Cursor | None = None) -> Tick:
     """Return what changes ten times a second.
 
     Args:
@@ -76,61 +236,59 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> dict[str, Json]:
     cursor = Cursor() if cursor is None else cursor
     drive = slot.drive
     left, right = _wheels(slot)
-    return {
-        "time": _finite(slot.now, 3),
-        "phase": slot.phase.name.lower(),
-        "phase_text": slot.phase.value,
-        "error": _error(slot.error),
-        "doctor": _doctor(slot),
-        "drive": {
-            "driver": drive.driver,
-            "left": _finite(left),
-            "right": _finite(right),
-            "limit": _finite(drive.limit),
-            "may_move": drive.may_move,
-            "trouble": drive.trouble,
-        },
-        "readings": _readings(slot),
-        "lamps": _lamps(slot),
-        "camera": _camera(slot),
-        "picture": _picture(slot, cursor),
-        "distances": _distances(slot),
-        "pose": _pose(slot),
-        "trail": _trail(slot, cursor),
-        "lines": _lines(slot, cursor),
-        "link": _link(slot),
-        "log": slot.records.armed_log or (None if slot.records.log is None else slot.records.log.target),
-        "recorder": _recorder(slot),
-        "playback": _playback(slot),
-        "live": slot.watcher.pictures,
-    }
+    return Tick(
+        time=round(slot.now, 3),
+        phase=slot.phase.name.lower(),
+        phase_text=slot.phase.value,
+        error=None if slot.error is None else Trouble.of(slot.error),
+        doctor=_doctor(slot),
+        drive=Drive(
+            driver=drive.driver,
+            left=_finite(left),
+            right=_finite(right),
+            limit=round(drive.limit, 5),
+            may_move=drive.may_move,
+            trouble=drive.trouble,
+        ),
+        readings=_readings(slot),
+        lamps=_lamps(slot),
+        camera=_camera(slot),
+        picture=_picture(slot, cursor),
+        distances=_distances(slot),
+        pose=_pose(slot),
+        trail=_trail(slot, cursor),
+        lines=_lines(slot, cursor),
+        link=_link(slot),
+        log=slot.records.armed_log or (None if slot.records.log is None else slot.records.log.target),
+        recorder=_recorder(slot),
+        playback=_playback(slot),
+        live=slot.watcher.pictures,
+    )
 
 
-def summary(slot: Slot) -> dict[str, Json]:
+def summary(slot: Slot) -> Summary:
     """Return the part of a tick that an overview of many robots draws, a few hundred bytes."""
     battery = slot.readings.get("battery")
     statistics = slot.statistics
-    return {
-        "url": slot.url,
-        "phase": slot.phase.name.lower(),
-        "phase_text": slot.phase.value,
-        "error": None if slot.error is None else slot.error.message,
-        "may_move": slot.drive.may_move,
-        "driver": slot.drive.driver,
-        "behaviour": slot.runner.name if slot.runner.is_active else "",
-        "pose": _pose(slot),
-        "distances": _distances(slot),
-        "battery": battery.fraction if isinstance(battery, v.Battery) else None,
-        "stale": slot.is_stale("proximity"),
-        "median": None if statistics is None else _finite(statistics.median),
-    }
+    return Summary(
+        url=slot.url,
+        phase=slot.phase.name.lower(),
+        phase_text=slot.phase.value,
+        error=None if slot.error is None else slot.error.message,
+        may_move=slot.drive.may_move,
+        driver=slot.drive.driver,
+        behaviour=slot.runner.name if slot.runner.is_active else "",
+        pose=_pose(slot),
+        distances=_distances(slot),
+        battery=battery.fraction if isinstance(battery, v.Battery) else None,
+        stale=slot.is_stale("proximity"),
+        median=None if statistics is None else _finite(statistics.median),
+    )
 
 
 def _finite(value: float | None, digits: int = 5) -> float | None:
-    """Return *value* rounded, as JSON can hold it: null for a value that is not known."""
-    if value is None or isinstance(value, int):
-        return value
-    return round(value, digits) if math.isfinite(value) else None
+    """Return *value* rounded, and None for one that is not known."""
+    return round(value, digits) if value is not None and math.isfinite(value) else None
 
 
 def _small(value: float | None) -> float | None:
@@ -140,48 +298,37 @@ def _small(value: float | None) -> float | None:
     return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
-def _readings(slot: Slot) -> dict[str, Json]:
-    profile = FIRMWARES.get(slot.firmware)
-    absent: Mapping[str, str] = {} if profile is None else profile.absent
-    found: dict[str, Json] = {}
-    for each in instruments(profile):
-        if each.name in absent:
-            continue
+def _readings(slot: Slot) -> dict[str, Reading]:
+    found: dict[str, Reading] = {}
+    for each in instruments(FIRMWARES.get(slot.firmware)):
         reading = slot.readings.get(each.name)
-        if not isinstance(reading, v.Reading):
-            found[each.name] = {"values": None, "physical": None, "age": None, "stale": True}
+        if each.absent:
             continue
-        found[each.name] = {
-            "values": [_small(number) for number in numbers(reading)],
-            "physical": [_small(number) for number in physical(reading)] if each.physical_unit else None,
-            "age": _finite(slot.watcher.age(each.name), 3),
-            "stale": slot.is_stale(each.name),
-        }
+        found[each.name] = Reading()
+        if isinstance(reading, v.Reading):
+            found[each.name] = Reading(
+                values=[_small(number) for number in numbers(reading)],
+                physical=[_small(number) for number in physical(reading)] if each.physical_unit else None,
+                age=_finite(slot.watcher.age(each.name), 3),
+                stale=slot.is_stale(each.name),
+            )
     return found
 
 
-def _distances(slot: Slot) -> list[Json]:
-    """Return how far the infrared sensors see, m; null where nothing is."""
+def _distances(slot: Slot) -> list[float | None]:
+    """Return how far the infrared sensors see, m; None where nothing is."""
     return [_finite(metres, 4) for metres in slot.watcher.distances]
 
 
-def _pose(slot: Slot) -> Json:
+def _pose(slot: Slot) -> Pose | None:
     pose = slot.watcher.trail[-1] if slot.watcher.trail else None
-    return None if pose is None else [_finite(pose.x), _finite(pose.y), _finite(pose.heading)]
+    return None if pose is None else (round(pose.x, 5), round(pose.y, 5), round(pose.heading, 5))
 
 
-def _error(error: ElibError | None) -> Json:
-    return None if error is None else {"message": error.message, "hint": error.hint or ""}
-
-
-def _doctor(slot: Slot) -> Json:
+def _doctor(slot: Slot) -> Doctor | None:
     if slot.diagnosis is None:
         return None
-    steps: list[Json] = [
-        {"name": step.name, "state": step.state, "detail": step.detail, "fix": step.fix}
-        for step in slot.diagnosis.steps
-    ]
-    return {"steps": steps}
+    return Doctor([DiagnosedStep(step.name, step.state, step.detail, step.fix) for step in slot.diagnosis.steps])
 
 
 def _wheels(slot: Slot) -> tuple[float, float]:
@@ -194,38 +341,38 @@ def _wheels(slot: Slot) -> tuple[float, float]:
     return left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION
 
 
-def _lamps(slot: Slot) -> Json:
+def _lamps(slot: Slot) -> Lamps:
     context = slot.context
     if context is None:
-        return {"ring": [0] * 8, "body": 0, "front": 0, "rgb": None}
+        return Lamps([0] * 8, 0, 0, None)
     lamps, rgb = context.last_set.lamps, context.last_set.rgb
     has_rgb = "set_rgb_led" not in context.profile.absent
-    colours: list[Json] = [list(rgb[3 * index : 3 * index + 3]) for index in range(4)]
-    return {"ring": list(lamps[:8]), "body": lamps[8], "front": lamps[9], "rgb": colours if has_rgb else None}
+    colours = [list(rgb[3 * index : 3 * index + 3]) for index in range(4)]
+    return Lamps(list(lamps[:8]), lamps[8], lamps[9], colours if has_rgb else None)
 
 
-def _camera(slot: Slot) -> Json:
+def _camera(slot: Slot) -> CameraSettings | None:
     camera = None if slot.context is None else slot.context.last_set.camera
     if camera is None:
         return None
     mode = CameraMode(camera.mode).name if camera.mode in set(CameraMode) else str(camera.mode)
-    return {"width": camera.width, "height": camera.height, "zoom": camera.zoom, "mode": mode}
+    return CameraSettings(camera.width, camera.height, camera.zoom, mode)
 
 
-def _picture(slot: Slot, cursor: Cursor) -> Json:
+def _picture(slot: Slot, cursor: Cursor) -> Picture | None:
     image = slot.readings.get(IMAGE)
     if not isinstance(image, Image) or image.mode == CameraMode.YUV:
         return None
     is_new = image.time != cursor.picture
     cursor.picture = image.time
-    return {
-        "width": image.width,
-        "height": image.height,
-        "mode": image.mode.name,
-        "age": _finite(slot.watcher.age(IMAGE), 3),
-        "stale": slot.is_stale(IMAGE),
-        "pixels": base64.b64encode(image.pixels.tobytes()).decode("ascii") if is_new else None,
-    }
+    return Picture(
+        width=image.width,
+        height=image.height,
+        mode=image.mode.name,
+        age=_finite(slot.watcher.age(IMAGE), 3),
+        stale=slot.is_stale(IMAGE),
+        pixels=image.pixels.tobytes() if is_new else None,
+    )
 
 
 def _behind(kept: Sequence[T], count: int, seen: int) -> tuple[bool, list[T], int]:
@@ -243,56 +390,47 @@ def _behind(kept: Sequence[T], count: int, seen: int) -> tuple[bool, list[T], in
     return is_whole, list(islice(kept, begin - first, end - first)) if end > begin else [], end
 
 
-def _trail(slot: Slot, cursor: Cursor) -> Json:
+def _trail(slot: Slot, cursor: Cursor) -> Trail:
     if cursor.trail < slot.watcher.trail_began:
         cursor.trail = 0
     is_whole, poses, cursor.trail = _behind(slot.watcher.trail, slot.watcher.trail_count, cursor.trail)
-    points: list[Json] = [[round(pose.x, 4), round(pose.y, 4)] for pose in poses]
-    return {"whole": is_whole, "points": points}
+    return Trail(is_whole, [(round(pose.x, 4), round(pose.y, 4)) for pose in poses])
 
 
-def _lines(slot: Slot, cursor: Cursor) -> Json:
+def _lines(slot: Slot, cursor: Cursor) -> Lines:
     is_whole, lines, cursor.lines = _behind(slot.log.lines, slot.log.count, cursor.lines)
-    number = cursor.lines - len(lines)
-    shown: list[Json] = [_line(line, number + index) for index, line in enumerate(lines)]
-    return {"whole": is_whole, "lines": shown}
+    return Lines(is_whole, lines)
 
 
-def _line(line: Line, number: int) -> Json:
-    text = line.text if len(line.text) <= MAX_TEXT else line.text[:MAX_TEXT] + " …"
-    return {"number": number, "time": _finite(line.time, 3), "kind": line.kind, "text": text, "bad": line.is_bad}
-
-
-def _link(slot: Slot) -> Json:
+def _link(slot: Slot) -> LinkStats | None:
     health = slot.statistics
     if health is None:
         return None
     sent = health.count + health.lost + health.refused
-    return {
-        "median": _finite(health.median),
-        "p99": _finite(health.p99),
-        "count": health.count,
-        "lost": health.lost,
-        "refused": health.refused,
-        "unsent": health.unsent,
-        "resyncs": health.resyncs,
-        "resets": health.resets,
-        "loss": _finite(health.lost / sent) if sent else None,
-        "age": _finite(health.age, 3) if slot.phase in (Phase.CONNECTED, Phase.GAP) else None,
-        "waiting": slot.robot.session.waiting,
-    }
+    return LinkStats(
+        median=_finite(health.median),
+        p99=_finite(health.p99),
+        count=health.count,
+        lost=health.lost,
+        refused=health.refused,
+        unsent=health.unsent,
+        resyncs=health.resyncs,
+        resets=health.resets,
+        loss=_finite(health.lost / sent) if sent else None,
+        age=_finite(health.age, 3) if slot.phase in (Phase.CONNECTED, Phase.GAP) else None,
+        waiting=slot.robot.session.waiting,
+    )
 
 
-def _playback(slot: Slot) -> Json:
+def _playback(slot: Slot) -> Playing | None:
     if not slot.is_playing:
         return None
-    playback = slot.playback
-    return {"at": _finite(playback.at, 2), "length": _finite(playback.length, 2), "paused": playback.is_paused}
+    return Playing(round(slot.playback.at, 2), round(slot.playback.length, 2), slot.playback.is_paused)
 
 
-def _recorder(slot: Slot) -> Json:
+def _recorder(slot: Slot) -> RecorderState | None:
     recorder = slot.records.recorder
     if recorder is None:
         armed = slot.records.armed_recording
-        return {"path": armed, "bytes": 0, "messages": 0} if armed else None
-    return {"path": str(recorder.path), "bytes": recorder.size, "messages": recorder.messages}
+        return RecorderState(armed, 0, 0) if armed else None
+    return RecorderState(str(recorder.path), recorder.size, recorder.messages)

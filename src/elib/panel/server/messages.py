@@ -7,9 +7,10 @@ these classes, and that is the check: a missing, unknown or wrong field is refus
 from __future__ import annotations
 
 import asyncio
-from typing import TYPE_CHECKING, Annotated, Any, Union
+from collections.abc import Awaitable
+from typing import Annotated, Any, Literal, Union
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 from msgspec.json import Decoder
 
 from elib.base.errors import ArgumentError
@@ -17,13 +18,13 @@ from elib.base.files import write_file
 from elib.link.protocol.quantities import CameraMode
 from elib.panel import console
 from elib.panel.behaviours import source_of
-from elib.panel.server.conversation import Decoded, Message, Result, decoded
+from elib.panel.panel import FileList
+from elib.panel.server.conversation import Answer, Decoded, Error, Failure, Message, Told, decoded
+from elib.panel.server.page import Hello, Page, Update
+from elib.panel.server.world import Change, NewScene, Readings
 from elib.simulator.emulator.control_server import answer
 from elib.simulator.worlds.writer import written_scene
 from elib.tools import discovery
-
-if TYPE_CHECKING:
-    from elib.panel.server.page import Page
 
 Key = Annotated[str, Meta(max_length=12)]
 """A robot of the panel, by its key."""
@@ -31,8 +32,6 @@ Keys = Annotated[list[Key], Meta(min_length=1, max_length=64)]
 Name = Annotated[str, Meta(max_length=80)]
 Text = Annotated[str, Meta(max_length=500)]
 Share = Annotated[float, Meta(ge=-1, le=1)]
-
-MODES = {"GREY": CameraMode.GREY, "COLOUR": CameraMode.COLOUR}
 
 
 def _snake(name: str) -> str:
@@ -82,17 +81,14 @@ class FrameDrawn(PageMessage):
 class Find(PageMessage):
     """Look for robots on this computer's ports, and for virtual ones that run here."""
 
-    async def carry_out(self, page: Page) -> list[dict[str, object]]:
-        return [
-            {"url": each.url, "text": each.description, "firmware": each.firmware or "", "reason": each.reason}
-            for each in await discovery.find()
-        ]
+    async def carry_out(self, page: Page) -> list[discovery.Found]:
+        return await discovery.find()
 
 
 class Recents(PageMessage):
     """Name the robots that were used before, the newest first."""
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> list[str]:
         return page.panel.recents.urls
 
 
@@ -101,7 +97,7 @@ class Forget(PageMessage):
 
     url: Text
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> list[str]:
         page.panel.recents.remove(self.url)
         return page.panel.recents.urls
 
@@ -114,7 +110,7 @@ class Add(PageMessage):
 
     url: Text
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> list[str]:
         keys = page.panel.add_all(self.url)
         for key in keys:
             page.panel.connect(key)
@@ -130,8 +126,8 @@ class AboutRobot(PageMessage):
 class Remove(AboutRobot):
     """Disconnect a robot and take it out of the panel."""
 
-    def carry_out(self, page: Page) -> Result:
-        return asyncio.shield(page.panel.remove(self.robot))  # also when the page is closed meanwhile
+    async def carry_out(self, page: Page) -> None:
+        await asyncio.shield(page.panel.remove(self.robot))  # also when the page is closed meanwhile
 
 
 class Connect(AboutRobot):
@@ -144,7 +140,7 @@ class Connect(AboutRobot):
 class Disconnect(AboutRobot):
     """Stop a robot and close its link."""
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> Awaitable[None]:
         return page.panel.slot(self.robot).disconnect()
 
 
@@ -157,14 +153,14 @@ class Steer(AboutRobot):
     left: Share
     right: Share
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> bool:
         return page.panel.slot(self.robot).drive.steer(page.key, self.left, self.right)
 
 
 class Beat(AboutRobot):
     """Say that the page is still there, and drives."""
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> bool:
         return page.panel.slot(self.robot).drive.beat(page.key)
 
 
@@ -223,8 +219,15 @@ class Console(AboutRobot):
 
     line: Text
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> Awaitable[console.ConsoleAnswer]:
         return console.answer(page.panel.slot(self.robot), self.line, page.key)
+
+
+class Completions(Struct):
+    """What a line may become, and what it means."""
+
+    choices: list[str]
+    help: str
 
 
 class Complete(AboutRobot):
@@ -232,20 +235,20 @@ class Complete(AboutRobot):
 
     line: Text
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> Completions:
         firmware = page.panel.slot(self.robot).firmware
         choices = console.complete(self.line, firmware) if self.line.strip() else []
         try:
             words = console.help_line(self.line, firmware) if self.line.strip() else ""
         except ArgumentError:
             words = ""
-        return {"choices": choices, "help": words}
+        return Completions(choices, words)
 
 
 class Blink(AboutRobot):
     """Let all LEDs of a robot blink for a moment, so that a person finds it."""
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> Awaitable[None]:
         return page.panel.slot(self.robot).blink()
 
 
@@ -258,17 +261,15 @@ class SetCamera(AboutRobot):
     width: Annotated[int, Meta(ge=1, le=640)]
     height: Annotated[int, Meta(ge=1, le=640)]
     zoom: Annotated[int, Meta(ge=1, le=64)]
-    mode: Name
+    mode: Literal["GREY", "COLOUR"]
 
     async def carry_out(self, page: Page) -> None:
-        if self.mode not in MODES:
-            raise ArgumentError(f"mode is {self.mode!r}; it must be GREY or COLOUR")
         slot = page.panel.slot(self.robot)
-        await slot.set_camera(self.width, self.height, self.zoom, MODES[self.mode])
+        await slot.set_camera(self.width, self.height, self.zoom, CameraMode[self.mode])
         await slot.take_picture()
 
 
-class Picture(AboutRobot):
+class TakePicture(AboutRobot, tag="picture"):
     """Take one picture."""
 
     async def carry_out(self, page: Page) -> None:
@@ -334,7 +335,7 @@ class Source(PageMessage):
 
     name: Name
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> str:
         return source_of(self.name)
 
 
@@ -344,7 +345,7 @@ class Source(PageMessage):
 class Files(PageMessage):
     """Ask which logs and recordings the folder has, and for free names of new ones."""
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> FileList:
         return page.panel.files()
 
 
@@ -385,7 +386,7 @@ class OpenRecording(PageMessage):
 
     name: Name
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> list[str]:
         key = page.panel.add_recording(self.name)
         page.panel.connect(key)
         return [key]
@@ -470,16 +471,23 @@ class OpenRobot(PageMessage):
         raise ArgumentError("this robot is not one of the panel", hint="add it by its URL")
 
 
+class SavedWorld(Struct):
+    """The file of a world, and the URL that opens it."""
+
+    name: str
+    url: str
+
+
 class SaveWorld(PageMessage):
     """Save the world that the page shows, as it is now, as a world file of the folder."""
 
     name: Name
     about: Text = ""
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> SavedWorld:
         path = page.panel.folder.world(self.name)
         write_file(path, written_scene(page.control.scene(), self.about).encode())
-        return {"name": path.name, "url": f"sim://{path}"}
+        return SavedWorld(path.name, f"sim://{path}")
 
 
 class World(PageMessage):
@@ -489,7 +497,7 @@ class World(PageMessage):
 
     message: dict[str, Any]
 
-    def carry_out(self, page: Page) -> Result:
+    def carry_out(self, page: Page) -> dict[str, Any]:
         if page.panel.is_closed and self.message.get("do") == "set_speed":
             raise ArgumentError("this world keeps its speed: the computer that simulates it has others to simulate too")
         return answer(page.control, self.message)
@@ -501,6 +509,9 @@ def _concrete(kind: type[PageMessage]) -> list[type[PageMessage]]:
 
 MESSAGES: tuple[type[PageMessage], ...] = tuple(kind for kind in _concrete(PageMessage) if "carry_out" in vars(kind))
 """All of them."""
+
+TOLD: tuple[type[Told], ...] = (Hello, Update, NewScene, Change, Readings, Answer, Failure, Error)
+"""What a page is told."""
 
 _DECODER: Decoder[PageMessage] = Decoder(Union[MESSAGES])  # noqa: UP007  # a tuple of types has no |
 

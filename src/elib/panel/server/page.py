@@ -5,25 +5,26 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 from aiohttp import WSCloseCode, web
+from msgspec import UNSET, Struct, UnsetType
 
 from elib.base.body import SENSOR_DIRECTIONS
 from elib.base.errors import ArgumentError
-from elib.panel.behaviours import catalogue, runner_state
-from elib.panel.server.conversation import Caller, Decoded, Message
-from elib.panel.server.instruments import Cursor, scheme, summary, tick
-from elib.panel.server.pictures import world_list
+from elib.panel.behaviours import BehaviourAbout, Play, catalogue, runner_state
+from elib.panel.panel import Generation, Listed, Panel, Study, StudyAbout, StudyState
+from elib.panel.server.conversation import Caller, Decoded, Message, Told
+from elib.panel.server.instruments import Cursor, Scheme, Summary, Tick, scheme, summary, tick
+from elib.panel.server.pictures import WorldInfo, world_list
 from elib.panel.server.world import WorldUpdates
 from elib.simulator.drawing.robot import LED_ANGLES
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.control_server import time_factor
 
 if TYPE_CHECKING:
-    from elib.panel.panel import Panel, Study
     from elib.panel.slot import Slot
 
 PERIOD = 0.1
@@ -34,10 +35,58 @@ AHEAD = 3
 """Updates on their way to a page that has not drawn them yet, at most: a slow page gets fewer."""
 OVERVIEW, START = "overview", "start"
 
-Json = dict[str, object]
-
-
 log = logging.getLogger("elib.panel")
+
+
+class Ring(Struct):
+    """Where on the robot the infrared sensors look and the LEDs sit, rad from straight ahead, positive to the left."""
+
+    sensors: Sequence[float]
+    leds: Sequence[float]
+
+
+class Hello(Told, tag="hello"):
+    """What a page is told once: its name at the drive locks, and the folder of files, empty if it may not know it."""
+
+    page: str
+    place: str
+    folder: str
+    worlds: list[WorldInfo]
+    behaviours: list[BehaviourAbout]
+    ring: Ring
+    simulation: bool
+    study: StudyAbout | None
+
+
+class RobotNews(Struct):
+    """What is new of the robot that the page shows."""
+
+    tick: Tick
+    behaviour: Play
+    scheme: Scheme | UnsetType = UNSET
+
+
+class StudyNews(StudyState):
+    """How far the study is, with the generations from the first on that the page does not know yet."""
+
+    first: int
+    generations: Sequence[Generation]
+
+
+class Update(Told, tag="update"):
+    """What has changed since the last update; a page says ``drawn`` with its number.
+
+    Attributes:
+        worlds: A robot of each world, by its key, and the name of the world.
+    """
+
+    number: int
+    place: str
+    robots: list[Listed] | UnsetType = UNSET
+    robot: RobotNews | UnsetType = UNSET
+    overview: dict[str, Summary] | UnsetType = UNSET
+    worlds: list[tuple[str, str]] | UnsetType = UNSET
+    study: StudyNews | UnsetType = UNSET
 
 
 class Page(Caller):
@@ -84,7 +133,7 @@ class Page(Caller):
         self._listed: object = None
         self._behaviour_lines = 0
         self._generations = 0
-        self._study: Json = {}
+        self._study: StudyState | None = None
         self._number = self._drawn = 0
         self.world_updates = WorldUpdates(self)
         slots = list(panel.slots)
@@ -159,44 +208,43 @@ class Page(Caller):
             due = max(due + period, self._loop.time())
             await asyncio.sleep(due - self._loop.time())
 
-    def _hello(self) -> Json:
+    def _hello(self) -> Hello:
         panel = self.panel
-        return {
-            "type": "hello",
-            "page": self.key,
-            "place": self.place,
-            "folder": "" if panel.is_shared else str(panel.folder.path),
-            "worlds": world_list(),
-            "behaviours": catalogue(),
-            "ring": {"sensors": SENSOR_DIRECTIONS, "leds": [math.radians(angle) for angle in LED_ANGLES]},
-            "simulation": panel.is_of_world,
-            "study": None if panel.study is None else panel.study.about(),
-        }
+        return Hello(
+            page=self.key,
+            place=self.place,
+            folder="" if panel.is_shared else str(panel.folder.path),
+            worlds=world_list(),
+            behaviours=catalogue(),
+            ring=Ring(SENSOR_DIRECTIONS, [math.radians(angle) for angle in LED_ANGLES]),
+            simulation=panel.is_of_world,
+            study=None if panel.study is None else panel.study.about(),
+        )
 
-    def _update(self) -> Json:
+    def _update(self) -> Update:
         """Return what has changed since the last update."""
         self._join()
         if self.place not in (OVERVIEW, START, *self.panel.slots):
             self.show(OVERVIEW if self.panel.slots else START)
         self._number += 1
-        update: Json = {"type": "update", "number": self._number, "place": self.place}
+        update = Update(self._number, self.place)
         listed = self.panel.labels()
         if listed != self._listed:
             self._listed = listed
-            update["robots"] = listed
+            update.robots = listed
         if self.place in self.panel.slots:
-            update["robot"] = self._robot(self.panel.slots[self.place])
+            update.robot = self._robot(self.panel.slots[self.place])
         elif self.place == OVERVIEW and self._number % OVERVIEW_EVERY == 1:
-            update["overview"] = {key: summary(slot) for key, slot in self.panel.slots.items()}
-            update["worlds"] = self._worlds()
+            update.overview = {key: summary(slot) for key, slot in self.panel.slots.items()}
+            update.worlds = self._worlds()
         if self.panel.study is not None:
             self._tell_study(self.panel.study, update)
         return update
 
-    def _tell_study(self, study: Study, update: Json) -> None:
+    def _tell_study(self, study: Study, update: Update) -> None:
         first, state = self._generations, study.state()
         if (generations := study.generations(first)) or state != self._study:
-            update["study"] = {"first": first, "generations": generations, **state}
+            update.study = StudyNews(**msgspec.structs.asdict(state), first=first, generations=generations)
             self._generations, self._study = first + len(generations), state
 
     def _worlds(self) -> list[tuple[str, str]]:
@@ -207,13 +255,12 @@ class Page(Caller):
                 found.setdefault(id(control.simulation), (key, control.world.scene.name))
         return list(found.values())
 
-    def _robot(self, slot: Slot) -> Json:
+    def _robot(self, slot: Slot) -> RobotNews:
         slot.look(self.key)
-        told: Json = {"tick": tick(slot, self._cursor)}
+        told = RobotNews(tick(slot, self._cursor), runner_state(slot.runner, self._behaviour_lines))
         if self._scheme != (self.place, slot.edition):
             self._scheme = self.place, slot.edition
-            told["scheme"] = scheme(slot)
-        told["behaviour"] = runner_state(slot.runner, self._behaviour_lines)
+            told.scheme = scheme(slot)
         self._behaviour_lines = slot.runner.line_count
         return told
 
@@ -224,7 +271,7 @@ class Page(Caller):
             slot.join(self.key)
         self._joined = there
 
-    async def _send(self, message: Json) -> None:
+    async def _send(self, message: Told) -> None:
         await self.send(msgspec.json.encode(message))
 
     # -- the end --

@@ -5,9 +5,21 @@ from __future__ import annotations
 import asyncio
 from functools import cache
 
+from msgspec import Struct
+
 from elib.simulator.drawing.png import png_of
 from elib.simulator.physics import World
 from elib.simulator.worlds.files import gallery, load_file
+
+
+class WorldInfo(Struct):
+    """A world that comes with elib: a sentence about it, number of robots, and their firmwares."""
+
+    name: str
+    about: str
+    robots: int
+    firmware: str
+
 
 SIZE = 320
 """Pixels of the longer side."""
@@ -24,12 +36,12 @@ def _draw(name: str) -> bytes:
 
 
 @cache
-def world_list() -> list[dict[str, object]]:
-    """Return the worlds that come with elib: name, a sentence about it, number of robots, and their firmwares."""
+def world_list() -> list[WorldInfo]:
+    """Return the worlds that come with elib."""
     found = []
     for name in gallery():
         file = load_file(name)
         firmwares = sorted({each for each in file.scene.firmware if each})
         robots = max(1, len(file.scene.starts))  # a whole world takes long to build
-        found.append({"name": name, "about": file.about, "robots": robots, "firmware": ", ".join(firmwares)})
+        found.append(WorldInfo(name, file.about, robots, ", ".join(firmwares)))
     return found

@@ -15,18 +15,21 @@ import asyncio
 import base64
 import struct
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import lru_cache
 from io import BytesIO
 from typing import Protocol, TypeVar
 
 import msgspec
+from msgspec import UNSET, Struct, UnsetType
 
+from elib.panel.server.conversation import Told
+from elib.simulator import physics
 from elib.simulator.drawing.floor import floor_picture
-from elib.simulator.emulator.control import Control
-from elib.simulator.emulator.control_server import time_factor, told
+from elib.simulator.emulator.control import Control, LinkState
+from elib.simulator.emulator.control_server import time_factor
 from elib.simulator.emulator.simulation import Simulation
-from elib.simulator.physics import Box, Colour, Cylinder, Lamps, RobotView, Snapshot
+from elib.simulator.physics import Colour, Light, RobotView, Snapshot, Sound
 from elib.simulator.physics.fittings import FLOOR_COLOUR
 from elib.simulator.physics.floor import packed
 
@@ -42,8 +45,116 @@ AHEAD = 2
 EVERY = 3
 """Frames from one look at a robot's readings to the next: more could not be read."""
 
-Json = dict[str, object]
 _Thing = TypeVar("_Thing")
+Walls = list[tuple[float, float, float, float, str]]
+"""x1, y1, x2, y2 and the colour of each."""
+
+
+class Box(Struct):
+    """A box: m, rad, and whether it gives way to a robot."""
+
+    name: str
+    x: float
+    y: float
+    angle: float
+    width: float
+    depth: float
+    colour: str
+    pushable: bool
+
+
+class Cylinder(Struct):
+    """A cylinder: m, and whether it gives way to a robot."""
+
+    name: str
+    x: float
+    y: float
+    radius: float
+    colour: str
+    pushable: bool
+
+
+class Floor(Struct):
+    """The painted floor, if there is a picture of it; without a colour, it is bare linoleum."""
+
+    colour: str | None
+    picture: bool
+    width: float
+    depth: float
+
+
+class Clock(Struct):
+    """The clock of a world: how often faster than the wall clock, and why its speed cannot be changed, if it cannot."""
+
+    paused: bool
+    speed: float
+    fixed: str
+
+
+class Scene(Struct):
+    """What the page has to know once of a world: m, and counts of the room's light.
+
+    Attributes:
+        radius: Of a robot, m.
+        own: The index of the page's own robot; None where it shows all.
+        floor_png: The painted floor, as the address of a picture.
+    """
+
+    world: str
+    width: float
+    depth: float
+    walls: Walls
+    floor: Floor
+    robots: int
+    radius: float
+    boxes: list[Box]
+    cylinders: list[Cylinder]
+    lights: tuple[Light, ...]
+    sounds: tuple[Sound, ...]
+    ambient: float
+    clock: Clock
+    names: tuple[str, ...]
+    own: int | None
+    floor_png: str | None
+
+
+class NewScene(Told, tag="scene"):
+    """The world that the page shows from now on, or that it shows none."""
+
+    scene: Scene | None
+
+
+class Change(Told, tag="change"):
+    """What stands elsewhere or shines otherwise than before, each with its index; or all of a kind."""
+
+    walls: Walls | UnsetType = UNSET
+    all_boxes: list[Box] | UnsetType = UNSET
+    boxes: list[tuple[int, float, float, float]] | UnsetType = UNSET
+    cylinders: list[tuple[int, float, float]] | UnsetType = UNSET
+    lights: list[tuple[int, Light]] | UnsetType = UNSET
+    sounds: list[tuple[int, Sound]] | UnsetType = UNSET
+    ambient: float | UnsetType = UNSET
+    clock: Clock | UnsetType = UNSET
+
+
+class LinkFaults(Struct):
+    """Faults of a link: delay of answers and its standard deviation, s, and the probability of a loss."""
+
+    latency: float
+    jitter: float
+    loss: float
+
+
+class Readings(Told, tag="readings"):
+    """What one robot of the world perceives and how it is connected; the last three only if a program has opened it."""
+
+    robot: int
+    proximity: list[int]
+    encoders: tuple[int, int]
+    link: LinkState
+    base: LinkFaults | UnsetType = UNSET
+    selector: int | UnsetType = UNSET
+    button: bool | UnsetType | None = UNSET
 
 
 class Viewer(Protocol):
@@ -80,7 +191,7 @@ class WorldUpdates:
         self._page = page
         self._place: tuple[Simulation, int | None] | None = None  # the world that is shown, and the page's own robot
         self._seen: Snapshot | None = None
-        self._said: Json = {}
+        self._said: tuple[float, Clock] | None = None
         self._number = self._drawn = 0
 
     def drawn(self, number: int) -> None:
@@ -102,7 +213,7 @@ class WorldUpdates:
         if place != self._place:
             self._place, self._seen, self._drawn = place, None, self._number
             if control is None:
-                await self._tell({"type": "scene", "scene": None})
+                await self._tell(NewScene(None))
         if control is None or self._number - self._drawn >= AHEAD:
             return
         self._number += 1
@@ -116,19 +227,19 @@ class WorldUpdates:
 
     async def _tell_changes(self, control: Control, snapshot: Snapshot) -> None:
         seen, self._seen = self._seen, snapshot
-        said, self._said = self._said, settings(control)
-        if seen is None:
-            floor = _floor_png(snapshot) if snapshot.floor.columns else None
-            about = {**scene(snapshot), **self._said}
-            about |= {"names": list(control.names), "own": self._page.own, "floor_png": floor}
-            await self._tell({"type": "scene", "scene": about})
+        said, self._said = self._said, (control.ambient, clock(control))
+        if seen is None or said is None:
+            await self._tell(NewScene(scene(control, snapshot, self._page.own)))
             return
-        found = change(seen, snapshot) or {}
-        found |= {key: value for key, value in self._said.items() if value != said[key]}
-        if found:
-            await self._tell({"type": "change"} | found)
+        found = change(seen, snapshot)
+        if said[0] != self._said[0]:
+            found.ambient = self._said[0]
+        if said[1] != self._said[1]:
+            found.clock = self._said[1]
+        if found != Change():
+            await self._tell(found)
 
-    async def _tell(self, message: Json) -> None:
+    async def _tell(self, message: Told) -> None:
         await self._page.send(msgspec.json.encode(message))
 
 
@@ -139,37 +250,36 @@ def _floor_png(snapshot: Snapshot) -> str:
     return f"data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}"
 
 
-def settings(control: Control) -> Json:
-    """Return what a hand can set in a world as a whole: the room's light, and its clock."""
-    clock = control.simulation.clock
-    return {
-        "ambient": control.ambient,
-        "clock": {"paused": clock.is_paused, "speed": clock.rate * time_factor(), "fixed": clock.refusal},
-    }
+def clock(control: Control) -> Clock:
+    """Return how fast a world goes."""
+    found = control.simulation.clock
+    return Clock(found.is_paused, found.rate * time_factor(), found.refusal)
 
 
-def scene(snapshot: Snapshot) -> Json:
-    """Return what the page has to know once."""
-    floor, plain = snapshot.floor, packed(FLOOR_COLOUR)
-    return {
-        "world": snapshot.name,
-        "width": snapshot.width,
-        "depth": snapshot.depth,
-        "walls": _walls(snapshot),
-        "floor": {
-            # The colour of bare linoleum is left to the page, which has a light and a dark one.
-            "colour": None if floor.colour == plain else f"#{floor.colour:06x}",
-            "picture": bool(floor.columns),
-            "width": floor.columns / floor.scale if floor.columns else 0.0,
-            "depth": floor.rows / floor.scale if floor.columns else 0.0,
-        },
-        "robots": len(snapshot.robots),
-        "radius": max((robot.radius for robot in snapshot.robots), default=0.0),
-        "boxes": [_box(box) for box in snapshot.boxes],
-        "cylinders": [_post(post) for post in snapshot.cylinders],
-        "lights": [asdict(light) for light in snapshot.lights],
-        "sounds": [asdict(sound) for sound in snapshot.sounds],
-    }
+def scene(control: Control, snapshot: Snapshot, own: int | None) -> Scene:
+    """Return what the page has to know once; *own* is the index of its own robot."""
+    floor = snapshot.floor
+    scale = 1 / floor.scale if floor.columns else 0.0
+    # The colour of bare linoleum is left to the page, which has a light and a dark one.
+    colour = None if floor.colour == packed(FLOOR_COLOUR) else f"#{floor.colour:06x}"
+    return Scene(
+        world=snapshot.name,
+        width=snapshot.width,
+        depth=snapshot.depth,
+        walls=_walls(snapshot),
+        floor=Floor(colour, bool(floor.columns), floor.columns * scale, floor.rows * scale),
+        robots=len(snapshot.robots),
+        radius=max((robot.radius for robot in snapshot.robots), default=0.0),
+        boxes=[_box(box) for box in snapshot.boxes],
+        cylinders=[_post(post) for post in snapshot.cylinders],
+        lights=snapshot.lights,
+        sounds=snapshot.sounds,
+        ambient=control.ambient,
+        clock=clock(control),
+        names=tuple(control.names),
+        own=own,
+        floor_png=_floor_png(snapshot) if floor.columns else None,
+    )
 
 
 def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, rays: bool) -> bytes:
@@ -195,25 +305,25 @@ def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, ray
     return b"".join(parts)
 
 
-def change(old: Snapshot, new: Snapshot) -> Json | None:
-    """Return what stands elsewhere or shines otherwise than before, or None if nothing does.
+def change(old: Snapshot, new: Snapshot) -> Change:
+    """Return what stands elsewhere or shines otherwise than before.
 
     ``boxes`` has those that moved, ``all_boxes`` and ``walls`` have all of them after one was added or removed.
     """
-    found: Json = {}
+    found = Change()
     if old.walls != new.walls:
-        found["walls"] = _walls(new)
+        found.walls = _walls(new)
     if len(old.boxes) != len(new.boxes):
-        found["all_boxes"] = [_box(box) for box in new.boxes]
+        found.all_boxes = [_box(box) for box in new.boxes]
         old = replace(old, boxes=new.boxes)
-    _note(found, "boxes", _moved(old.boxes, new.boxes), lambda box: [box.x, box.y, box.angle])
-    _note(found, "cylinders", _moved(old.cylinders, new.cylinders), lambda post: [post.x, post.y])
-    _note(found, "lights", _moved(old.lights, new.lights), lambda light: [asdict(light)])
-    _note(found, "sounds", _moved(old.sounds, new.sounds), lambda sound: [asdict(sound)])
-    return found or None
+    found.boxes = [(at, box.x, box.y, box.angle) for at, box in _moved(old.boxes, new.boxes)] or UNSET
+    found.cylinders = [(at, post.x, post.y) for at, post in _moved(old.cylinders, new.cylinders)] or UNSET
+    found.lights = _moved(old.lights, new.lights) or UNSET
+    found.sounds = _moved(old.sounds, new.sounds) or UNSET
+    return found
 
 
-def readings(control: Control, snapshot: Snapshot, robot: int) -> Json:
+def readings(control: Control, snapshot: Snapshot, robot: int) -> Readings:
     """Return what one robot perceives and how it is connected.
 
     The infrared readings are those of the beams: a reading the robot is told counts into the world's hash, and a page
@@ -225,47 +335,26 @@ def readings(control: Control, snapshot: Snapshot, robot: int) -> Json:
         robot: Which one.
     """
     virtual = control.simulation.robots.get(robot)
-    found: Json = {
-        "type": "readings",
-        "robot": robot,
-        "proximity": [beam.reading for beam in snapshot.robots[robot].beams],
-        "encoders": list(control.world.encoders(robot)),
-        "link": told(control.link(robot)),
-    }
+    proximity = [beam.reading for beam in snapshot.robots[robot].beams]
+    found = Readings(robot, proximity, control.world.encoders(robot), control.link(robot))
     if virtual is not None:
         own, hardware = virtual.settings, control.hardware(robot)
-        found["base"] = {"latency": own.latency, "jitter": own.jitter, "loss": own.loss}
-        found["selector"] = hardware.selector()
-        found["button"] = hardware.button_is_pressed() if control.has_button(robot) else None
+        found.base = LinkFaults(own.latency, own.jitter, own.loss)
+        found.selector = hardware.selector()
+        found.button = hardware.button_is_pressed() if control.has_button(robot) else None
     return found
 
 
-def _walls(snapshot: Snapshot) -> list[list[object]]:
-    return [[wall.x1, wall.y1, wall.x2, wall.y2, str(wall.colour)] for wall in snapshot.walls]
+def _walls(snapshot: Snapshot) -> Walls:
+    return [(wall.x1, wall.y1, wall.x2, wall.y2, str(wall.colour)) for wall in snapshot.walls]
 
 
-def _box(box: Box) -> Json:
-    return {
-        "name": box.name,
-        "x": box.x,
-        "y": box.y,
-        "angle": box.angle,
-        "width": box.width,
-        "depth": box.depth,
-        "colour": str(box.colour),
-        "pushable": box.is_pushable,
-    }
+def _box(box: physics.Box) -> Box:
+    return Box(box.name, box.x, box.y, box.angle, box.width, box.depth, str(box.colour), box.is_pushable)
 
 
-def _post(post: Cylinder) -> Json:
-    return {
-        "name": post.name,
-        "x": post.x,
-        "y": post.y,
-        "radius": post.radius,
-        "colour": str(post.colour),
-        "pushable": post.is_pushable,
-    }
+def _post(post: physics.Cylinder) -> Cylinder:
+    return Cylinder(post.name, post.x, post.y, post.radius, str(post.colour), post.is_pushable)
 
 
 def _floats(values: list[float]) -> bytes:
@@ -278,7 +367,7 @@ def _bits(robot: RobotView) -> int:
 
 
 @lru_cache(256)
-def _ring(lamps: Lamps) -> bytes:
+def _ring(lamps: physics.Lamps) -> bytes:
     return bytes(part for colour in lamps.ring for part in Colour(*colour))
 
 
@@ -287,8 +376,3 @@ def _moved(old: Sequence[_Thing], new: Sequence[_Thing]) -> list[tuple[int, _Thi
         return []
     pairs = enumerate(zip(old, new, strict=True))
     return [(index, after) for index, (before, after) in pairs if before is not after and before != after]
-
-
-def _note(found: Json, key: str, moved: list[tuple[int, _Thing]], numbers: Callable[[_Thing], list[object]]) -> None:
-    if moved:
-        found[key] = [[index, *numbers(thing)] for index, thing in moved]

@@ -6,7 +6,7 @@ import { hub } from "./hub.js";
 /** @import { App, Hello } from "./app.js" */
 /** @import { Known } from "./hub.js" */
 
-/** @typedef {{ url: string, text: string, firmware: string, reason: string }} Found a link that may lead to a robot */
+/** @typedef {{ url: string, description: string, firmware: string | null, reason: string }} Found a link that may lead to a robot */
 
 /** @type {[url: string, text: string][]} */
 const EXAMPLES = [
@@ -70,7 +70,7 @@ export class StartPlace {
     const found = answer.ok ? answer.result : [];
     const there = found.filter((each) => each.firmware),
       silent = found.filter((each) => !each.firmware);
-    this.found.replaceChildren(...there.map(({ url, firmware, text }) => this.choice(url, `${firmware}, ${text}`)));
+    this.found.replaceChildren(...there.map(({ url, firmware, description }) => this.choice(url, `${firmware}, ${description}`)));
     if (!there.length)
       this.found.append(
         hint("No robot answered. Is it switched on and paired?"),

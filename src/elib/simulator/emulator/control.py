@@ -12,6 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, TypeVar
 
+from msgspec import Struct
+
 from elib.base.errors import ArgumentError, LinkError, SimulationError
 from elib.base.rules import Delay, Number, Probability, Rule, Whole, rule_of
 from elib.link.protocol.profiles import profile_named
@@ -78,8 +80,7 @@ def order(method: T) -> T:
     return method
 
 
-@dataclass(frozen=True, slots=True)
-class LinkState:
+class LinkState(Struct, frozen=True, rename={"is_connected": "connected", "is_cut": "cut"}):
     """How a robot is connected.
 
     Attributes:

@@ -18,10 +18,12 @@ import json
 from collections.abc import AsyncIterator, Mapping
 from types import MappingProxyType
 
+import msgspec
+
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import parse_json
 from elib.base.rules import REQUIRED, Field, fields_of, nearest, shown
-from elib.simulator.emulator.control import ORDERS, Control, LinkState
+from elib.simulator.emulator.control import ORDERS, Control
 from elib.simulator.emulator.loopback import bind, named
 
 MAX_MESSAGE = 4096
@@ -123,7 +125,7 @@ def state(control: Control) -> dict[str, object]:
                 "heading": robot.pose.heading,
                 "touching": robot.touching,
             }
-            | told(control.link(name))
+            | msgspec.to_builtins(control.link(name))
         )
     return {
         "world": snapshot.name,
@@ -145,18 +147,6 @@ def state(control: Control) -> dict[str, object]:
             {"name": sound.name, "x": sound.x, "y": sound.y, "volume": sound.volume, "frequency": sound.frequency}
             for sound in snapshot.sounds
         ],
-    }
-
-
-def told(link: LinkState) -> dict[str, object]:
-    """Return how a robot is connected as JSON values: s, and probabilities from 0 to 1."""
-    return {
-        "connected": link.is_connected,
-        "cut": link.is_cut,
-        "latency": link.latency,
-        "jitter": link.jitter,
-        "loss": link.loss,
-        "script": list(link.script),
     }
 
 
