@@ -206,7 +206,7 @@ export type NewScene = {
 export type Change = {
   type: "change";
   channel: number;
-  walls?: [number, number, number, number, string][];
+  walls?: [number, number, number, number, string, number][];
   all_boxes?: Box[];
   boxes?: [number, number, number, number][];
   cylinders?: [number, number, number][];
@@ -348,7 +348,7 @@ export type Scene = {
   world: string;
   width: number;
   depth: number;
-  walls: [number, number, number, number, string][];
+  walls: [number, number, number, number, string, number][];
   floor: Floor;
   robots: number;
   radius: number;
@@ -371,6 +371,7 @@ export type Box = {
   angle: number;
   width: number;
   depth: number;
+  height: number;
   colour: string;
   pushable: boolean;
 };
@@ -497,6 +498,7 @@ export type Cylinder = {
   x: number;
   y: number;
   radius: number;
+  height: number;
   colour: string;
   pushable: boolean;
 };

@@ -1,5 +1,275 @@
+// A virtual world, live: its picture, the tools over it, and beside it what is known of what is selected.
+import { signal, useSignal } from "@preact/signals";
+import {
+  BrickWall,
+  Eye,
+  LocateFixed,
+  Map as FromAbove,
+  Maximize,
+  Minus,
+  PackagePlus,
+  PanelRight,
+  Pause,
+  Play,
+  Plus,
+  Radar,
+  Rotate3d,
+  Route,
+  Save,
+  StepForward,
+  Trash2,
+  X,
+  type IconNode,
+} from "lucide";
+import { useEffect, useRef } from "preact/hooks";
+import { Button } from "../look/Button";
+import { confirmed } from "../look/Dialog";
+import { Icon } from "../look/Icon";
+import { ask, can, hello, tell, toast } from "../store";
+import { Details } from "./Details";
+import { Flat } from "./Flat";
+import { Hand } from "./Hand";
+import { Orders } from "./orders";
 import type { World as Model } from "./scene";
+import type { Mode, Stage } from "./Stage";
+import "./world.css";
 
-export function World({ world }: { world: Model }) {
-  return <p class="hint">{world.scene.value?.world}</p>;
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10];
+const STEP = 0.1; // s
+const KEYS =
+  "N P select, arrows move, [ ] turn, + − 0 zoom, V changes the camera, B box, M wall, Delete deletes, Escape selects nothing";
+const MODES: [Mode, string, IconNode][] = [
+  ["above", "from above", FromAbove],
+  ["orbit", "in three dimensions", Rotate3d],
+  ["eye", "through the robot's camera", Eye],
+];
+
+// They outlive a page of a robot.
+const hasRays = signal(false);
+const hasDetails = signal(false);
+const mode = signal<Mode>("above");
+
+type Switch = { icon: IconNode; label: string; title?: string; isOn: boolean; act: (isOn: boolean) => void };
+
+function Toggle({ icon, label, title, isOn, act }: Switch) {
+  return (
+    <label class="toggle" title={title ?? label}>
+      <input type="checkbox" aria-label={label} checked={isOn} onChange={(event) => act(event.currentTarget.checked)} />
+      <Icon of={icon} />
+    </label>
+  );
+}
+
+export function World({ world, open }: { world: Model; open?: (robot: number) => void }) {
+  const canvas = useRef<HTMLCanvasElement>(null),
+    stage = useSignal<Stage | null>(null),
+    hand = useSignal<Hand | null>(null),
+    orders = useRef<Orders>(null);
+  orders.current ??= new Orders(world);
+  const openRobot = open ?? ((index: number) => index !== world.scene.value?.own && ask("open_robot", { index }));
+  useEffect(() => {
+    let isGone = false;
+    const { leds = [], sensors = [] } = hello.value?.ring ?? {};
+    import("./View")
+      .then(({ View }) => new View(canvas.current!, world, leds, sensors))
+      .catch(() => new Flat(canvas.current!, world, leds)) // there is no WebGL
+      .then((made) => {
+        if (isGone) return made.close();
+        if (!(made instanceof Flat)) made.mode.value = mode.value;
+        stage.value = made;
+        hand.value = new Hand(made, orders.current!, () => can().edit && world.isLive.value, openRobot);
+      });
+    return () => {
+      isGone = true;
+      stage.value?.close();
+      hand.value?.close();
+    };
+  }, [world]);
+  useEffect(() => tell("rays", { on: hasRays.value }), [hasRays.value]);
+  const selected = world.selected.value,
+    watched = selected?.kind === "robot" ? selected.index : null;
+  useEffect(() => {
+    tell("watch", { index: watched });
+    if (watched !== null && stage.value?.followed.value !== null) stage.value?.follow(watched);
+    return () => tell("watch", { index: null });
+  }, [watched]);
+  const isFocused = useSignal(false),
+    isOwn = watched !== null && watched === world.scene.value?.own,
+    moved = isFocused.value && !isOwn ? (selected?.name ?? "the view") : "";
+  // Tell the pad what the arrow keys move while the world has the focus; nothing is the robot of this page.
+  useEffect(() => void window.dispatchEvent(new CustomEvent("elib-arrows", { detail: moved })), [moved]);
+  return (
+    <section class="world" aria-label={`world ${world.scene.value?.world ?? ""}`}>
+      <Tools world={world} stage={stage.value} orders={orders.current} />
+      <div class="world-view">
+        <canvas
+          ref={canvas}
+          tabIndex={0}
+          role="application"
+          title={KEYS}
+          aria-label={`world: ${KEYS}`}
+          onFocus={() => (isFocused.value = true)}
+          onBlur={() => (isFocused.value = false)}
+        />
+        <div class="world-zoom">
+          <Button icon={Plus} label="zoom in" act={() => stage.value?.zoomBy(1.4)} />
+          <Button icon={Minus} label="zoom out" act={() => stage.value?.zoomBy(0.7)} />
+          <Button icon={Maximize} label="Fit" act={() => stage.value?.showAll()} />
+        </div>
+        <p class="world-said" role="status">
+          {orders.current.said.value}
+        </p>
+        {hasDetails.value && (
+          <aside class="world-detail" id="world-detail" aria-label="what is selected">
+            <Button weight="quiet" icon={X} label="close the details" act={() => (hasDetails.value = false)} />
+            <Details key={selected?.key} world={world} orders={orders.current} turn={(by) => hand.value?.turn(by)} />
+          </aside>
+        )}
+      </div>
+    </section>
+  );
+}
+
+function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; orders: Orders }) {
+  const { edit, speed, save } = can(),
+    live = world.isLive.value,
+    selected = world.selected.value,
+    { paused } = world.clock.value;
+  return (
+    <div class="world-tools" inert={!live}>
+      {stage && !(stage instanceof Flat) && (
+        <div class="group" role="radiogroup" aria-label="camera">
+          {MODES.map(([name, label, icon]) => (
+            <label class="toggle" title={label} key={name}>
+              <input
+                type="radio"
+                name="camera"
+                aria-label={label}
+                checked={stage.mode.value === name}
+                onChange={() => (stage.mode.value = mode.value = name)}
+              />
+              <Icon of={icon} />
+            </label>
+          ))}
+        </div>
+      )}
+      {stage && (
+        <div class="group">
+          <Toggle
+            icon={LocateFixed}
+            label="Follow"
+            title="Keep the selected robot in the middle"
+            isOn={stage.followed.value !== null}
+            act={(isOn) => stage.follow(isOn ? stage.chosen : null)}
+          />
+          <Toggle
+            icon={Radar}
+            label="Rays"
+            title="Show what the infrared sensors see"
+            isOn={hasRays.value}
+            act={(isOn) => (hasRays.value = isOn)}
+          />
+          <Toggle
+            icon={Route}
+            label="Trails"
+            title="Show where the robots have been"
+            isOn={stage.hasTrails.value}
+            act={(isOn) => (stage.hasTrails.value = isOn)}
+          />
+        </div>
+      )}
+      <div class="group">
+        {speed && (
+          <>
+            <Button
+              weight="quiet"
+              icon={paused ? Play : Pause}
+              label={paused ? "Continue world" : "Pause world"}
+              title="Pause: the world stands still, and the robots' firmware with it. Programs outside get no answers meanwhile."
+              act={() => orders.send({ do: paused ? "resume" : "pause" })}
+            />
+            <Button
+              weight="quiet"
+              icon={StepForward}
+              label="Step"
+              title={`Go on by ${STEP} s; only while paused`}
+              disabled={!paused}
+              act={() => orders.send({ do: "step", seconds: STEP })}
+            />
+            <Speed world={world} orders={orders} />
+          </>
+        )}
+        <Time world={world} />
+      </div>
+      <span class="fill" />
+      <div class="group">
+        {edit && stage && (
+          <>
+            <Button weight="quiet" icon={PackagePlus} label="Add a box" act={() => orders.add("box", stage.middle)} />
+            <Button weight="quiet" icon={BrickWall} label="Add a wall" act={() => orders.add("wall", stage.middle)} />
+            <Button
+              weight="quiet"
+              icon={Trash2}
+              label="Delete"
+              title="Take the selected box or wall away"
+              disabled={selected?.kind !== "box" && selected?.kind !== "wall"}
+              act={() => orders.remove()}
+            />
+          </>
+        )}
+        {save && <Button weight="quiet" icon={Save} label="Save …" act={() => keep(world)} />}
+        <Button
+          weight="quiet"
+          icon={PanelRight}
+          label="Details"
+          aria-expanded={hasDetails.value}
+          aria-controls="world-detail"
+          act={() => (hasDetails.value = !hasDetails.value)}
+        />
+      </div>
+    </div>
+  );
+}
+
+function Speed({ world, orders }: { world: Model; orders: Orders }) {
+  const { speed, fixed } = world.clock.value,
+    speeds = SPEEDS.includes(speed) ? SPEEDS : [...SPEEDS, speed];
+  return (
+    <select
+      aria-label="speed of the world"
+      value={String(speed)}
+      disabled={fixed !== ""}
+      title={fixed ? `The speed cannot be changed: ${fixed}` : "Programs keep their own time"}
+      onChange={(event) => orders.send({ do: "set_speed", speed: Number(event.currentTarget.value) })}
+    >
+      {speeds.map((each) => (
+        <option key={each} value={String(each)}>{`× ${each}`}</option>
+      ))}
+    </select>
+  );
+}
+
+function Time({ world }: { world: Model }) {
+  const time = world.frame.value?.time ?? 0,
+    { paused, speed } = world.clock.value,
+    { ratio } = world,
+    isSlow = ratio !== null && !paused && ratio < 0.85 * speed,
+    note = paused ? " paused" : isSlow ? ` only × ${ratio.toFixed(1)}` : "";
+  return <output class="time">{world.isLive.value ? `${time.toFixed(1)} s${note}` : "disconnected"}</output>;
+}
+
+async function keep(world: Model) {
+  let name = `${world.scene.value?.world}-2`;
+  const body = (
+    <>
+      <p>Everything is saved where it stands now, robots too.</p>
+      <label class="field">
+        Name
+        <input value={name} maxLength={70} required onInput={(event) => (name = event.currentTarget.value)} />
+      </label>
+    </>
+  );
+  if (!(await confirmed("Save this world", "Save", body))) return;
+  const saved = await ask("save_world", { name });
+  if (saved) toast(`Saved as ${saved.name}. Open it again as ${saved.url}`);
 }

@@ -1,12 +1,353 @@
-// Stand-in until the world's author delivers.
-import { signal } from "@preact/signals";
-import type { Change, NewScene, Readings, Scene } from "../messages";
+// What the page knows of a virtual world: the scene as it was sent, its changes, and its frames. It knows no DOM.
+import { batch, signal } from "@preact/signals";
+import type { Box, Change, Clock, Cylinder, Light, NewScene, Readings, Scene, Sound, Walls } from "../messages";
+
+const HEADER = 24; // bytes of a frame before its poses
+const RAYS = 1; // the flag of a frame that has them
+export const TOUCHING = 1,
+  BODY = 2,
+  FRONT = 4,
+  CUT = 8; // the bits of a robot in a frame
+export const ROBOT_HEIGHT = 0.05; // m
+
+const TRAIL_STEP = 0.004; // m between two points of a trail
+const TRAIL_POINTS = 500; // of one robot: its last two metres or more
+const ALL_POINTS = 20_000; // of all robots
+const LIFTED = 0.15; // m between two frames: it was put elsewhere, and did not drive there
+const SMOOTH = 0.1; // s of the robot's time over which speeds are smoothed
+const MAX_LISTED = 500; // things of a kind in the list
+
+export type Kind = "robot" | "cylinder" | "box" | "wall" | "light" | "sound";
+export type Place = { kind: Kind; index: number };
+/** What can be selected and moved. */
+export type Thing = Place & { key: string; name: string };
+export type Pose = [x: number, y: number, angle: number];
+export type Wall = { x1: number; y1: number; x2: number; y2: number; colour: string; height: number; name?: string };
+export type Things = { wall: Wall[]; box: Box[]; cylinder: Cylinder[]; light: Light[]; sound: Sound[] };
+/** What the world is asked to do: an order of its control. */
+export type Order = { do: string; [key: string]: unknown };
+export type Frame = ReturnType<typeof decode>;
+
+const TITLES: Record<Kind, string> = {
+  robot: "robot",
+  cylinder: "post",
+  box: "box",
+  wall: "wall",
+  light: "lamp",
+  sound: "sound",
+};
+const KINDS = Object.keys(TITLES) as Kind[];
+const UNDER_POINTER: Kind[] = ["robot", "light", "sound", "cylinder", "box", "wall"]; // what is small first
+const NOTHING: Things = { wall: [], box: [], cylinder: [], light: [], sound: [] };
+
+const LOOKS = ["poses", "bits", "ring", "rays"] as const; // what is seen of a frame
+
+const isEqual = (one: ArrayLike<number> | null, other: ArrayLike<number> | null) =>
+  one?.length === other?.length && (!one || Array.prototype.every.call(one, (each, k) => each === other![k]));
+
+const wallsOf = (walls: Walls): Wall[] =>
+  walls.map(([x1, y1, x2, y2, colour, height]) => ({ x1, y1, x2, y2, colour, height }));
+
+/** An angle in whole degrees, 0 to 359. */
+export function degrees(angle: number) {
+  const whole = Math.round((angle * 180) / Math.PI) % 360;
+  return whole < 0 ? whole + 360 : whole + 0; // no minus before nothing
+}
+
+/** Take a frame apart: one number after the other, in the order of the robots, as server/world.py writes it. */
+export function decode(buffer: ArrayBuffer) {
+  const head = new DataView(buffer),
+    count = head.getUint32(16, true),
+    hasRays = (head.getUint32(4, true) & RAYS) !== 0;
+  const raysAt = HEADER + 12 * count,
+    bitsAt = raysAt + (hasRays ? 160 * count : 0);
+  return {
+    number: head.getUint32(0, true),
+    time: head.getFloat64(8, true),
+    count,
+    poses: new Float32Array(buffer, HEADER, 3 * count),
+    rays: hasRays ? new Float32Array(buffer, raysAt, 40 * count) : null,
+    bits: new Uint8Array(buffer, bitsAt, count),
+    ring: new Uint8Array(buffer, bitsAt + count, 24 * count),
+  };
+}
+
+/** Poses between two messages: on their way from where they were shown when the newest came to where that puts them. */
+class Glide {
+  private from: Float32Array = new Float32Array(0);
+  private to: Float32Array = new Float32Array(0);
+  private shown = new Float32Array(0);
+  private since = 0;
+  private span = 0;
+
+  aim(to: Float32Array, now: number, span: number) {
+    this.from = to.length === this.to.length ? this.at(now).slice() : to;
+    this.to = to;
+    this.shown = new Float32Array(to.length);
+    this.since = now;
+    this.span = this.from.some((each, k) => Math.abs(each - to[k]) > 1e-5) ? span : 0;
+  }
+
+  isMoving(now: number) {
+    return now < this.since + this.span;
+  }
+
+  at(now: number) {
+    if (!this.isMoving(now)) return this.to;
+    const { from, to, shown } = this,
+      rest = 1 - (now - this.since) / this.span;
+    for (let k = 0; k < to.length; k += 3) {
+      const [dx, dy] = [from[k] - to[k], from[k + 1] - to[k + 1]],
+        part = Math.hypot(dx, dy) < LIFTED ? rest : 0,
+        turned = from[k + 2] - to[k + 2];
+      shown[k] = to[k] + part * dx;
+      shown[k + 1] = to[k + 1] + part * dy;
+      shown[k + 2] = to[k + 2] + part * Math.atan2(Math.sin(turned), Math.cos(turned));
+    }
+    return shown;
+  }
+}
 
 export class World {
   readonly scene = signal<Scene | null>(null);
+  readonly isLive = signal(false); // the scene is one of now, and not what was seen last
+  readonly things = signal(NOTHING); // another object whenever anything in it has changed
+  readonly ambient = signal(0);
+  readonly clock = signal<Clock>({ paused: false, speed: 1, fixed: "" });
+  readonly frame = signal<Frame | null>(null);
+  readonly looks = signal<Frame | null>(null); // the last frame that looks otherwise than the one before it
   readonly readings = signal<Readings | null>(null);
+  readonly selected = signal<Thing | null>(null);
+  trails: [x: number, y: number][][] = [];
+  speeds = new Float32Array(0); // m/s and rad/s of each robot
+  private glides = { robot: new Glide(), box: new Glide(), cylinder: new Glide() };
+  private beats: [here: number, simulated: number][] = []; // of the last two seconds
+  private span = 0.04; // s between two frames
+  private added = ""; // the key of a thing that will be selected as soon as it is here
+
+  /** Take what the server tells; a scene of null leaves the last one as it was. */
   take(message: NewScene | Change | Readings) {
-    if (message.type === "scene") this.scene.value = message.scene;
+    if (message.type === "readings") this.readings.value = message;
+    else if (message.type === "change") this.change(message);
+    else if (message.scene) this.enter(message.scene);
+    else this.isLive.value = false;
   }
-  takeFrame(_: ArrayBuffer) {}
+
+  enter(scene: Scene) {
+    const { walls, boxes: box, cylinders: cylinder, lights: light, sounds: sound } = scene;
+    this.trails = Array.from({ length: scene.robots }, () => []);
+    this.speeds = new Float32Array(2 * scene.robots);
+    this.beats = [];
+    batch(() => {
+      this.frame.value = this.looks.value = this.readings.value = null;
+      this.things.value = { wall: wallsOf(walls), box, cylinder, light, sound };
+      this.ambient.value = scene.ambient;
+      this.clock.value = scene.clock;
+      this.scene.value = scene;
+      this.isLive.value = true;
+      this.select(scene.own === null ? null : this.thing("robot", scene.own));
+    });
+    this.aim();
+  }
+
+  private change(change: Change) {
+    if (!this.scene.value) return;
+    const things = { ...this.things.value };
+    if (change.all_boxes) things.box = change.all_boxes;
+    if (change.walls) things.wall = wallsOf(change.walls);
+    for (const [k, x, y, angle] of change.boxes ?? []) Object.assign(things.box[k], { x, y, angle });
+    for (const [k, x, y] of change.cylinders ?? []) Object.assign(things.cylinder[k], { x, y });
+    for (const [k, light] of change.lights ?? []) things.light[k] = light;
+    for (const [k, sound] of change.sounds ?? []) things.sound[k] = sound;
+    batch(() => {
+      this.things.value = things;
+      this.ambient.value = change.ambient ?? this.ambient.value;
+      if (change.clock) [this.clock.value, this.beats] = [change.clock, []];
+      if (change.walls || change.all_boxes) {
+        this.select(this.find(this.added) ?? this.find(this.selected.value?.key ?? ""));
+        this.added = "";
+      }
+    });
+    this.aim();
+  }
+
+  private aim() {
+    const { box, cylinder } = this.things.value,
+      now = performance.now() / 1000;
+    this.glides.box.aim(new Float32Array(box.flatMap(({ x, y, angle }) => [x, y, angle])), now, this.span);
+    this.glides.cylinder.aim(new Float32Array(cylinder.flatMap(({ x, y }) => [x, y, 0])), now, this.span);
+  }
+
+  takeFrame(buffer: ArrayBuffer) {
+    const frame = decode(buffer);
+    if (frame.count === this.scene.value?.robots) this.show(frame);
+  }
+
+  /** Show a frame, from wherever it comes. */
+  show(frame: Frame) {
+    const old = this.frame.value,
+      now = performance.now() / 1000,
+      last = this.beats.at(-1);
+    if (last) this.span += 0.1 * (Math.min(0.25, Math.max(0.01, now - last[0])) - this.span);
+    if (old && frame.time > old.time) this.measure(old, frame);
+    this.trails.forEach((trail, k) => this.follow(trail, frame.poses[3 * k], frame.poses[3 * k + 1]));
+    this.beats.push([now, frame.time]);
+    while (this.beats.length > 2 && now - this.beats[0][0] > 2) this.beats.shift();
+    const isSame = old && LOOKS.every((part) => isEqual(old[part], frame[part]));
+    batch(() => {
+      this.frame.value = frame;
+      if (!isSame) {
+        this.glides.robot.aim(frame.poses, now, this.span);
+        this.looks.value = frame;
+      }
+    });
+  }
+
+  /** How fast each robot moves, from two frames, smoothed: however far they are apart, one that stands shows so soon. */
+  private measure(old: Frame, { count, poses, time }: Frame) {
+    const span = time - old.time,
+      share = 1 - Math.exp(-span / SMOOTH);
+    for (let k = 0; k < count; k++) {
+      const [x, y, heading] = poses.subarray(3 * k),
+        [oldX, oldY, oldHeading] = old.poses.subarray(3 * k);
+      const along = ((x - oldX) * Math.cos(heading) + (y - oldY) * Math.sin(heading)) / span,
+        turned = heading - oldHeading;
+      this.speeds[2 * k] += share * (along - this.speeds[2 * k]);
+      this.speeds[2 * k + 1] +=
+        share * (Math.atan2(Math.sin(turned), Math.cos(turned)) / span - this.speeds[2 * k + 1]);
+    }
+  }
+
+  private follow(trail: [number, number][], x: number, y: number) {
+    const last = trail.at(-1),
+      moved = last ? Math.hypot(x - last[0], y - last[1]) : 1;
+    if (moved < TRAIL_STEP) return;
+    if (last && moved > LIFTED) trail.length = 0; // or the page had slept: no line through the air
+    trail.push([x, y]);
+    if (trail.length > Math.min(TRAIL_POINTS, ALL_POINTS / this.trails.length)) trail.shift();
+  }
+
+  /** Simulated seconds in one of the wall clock; null before it can be told. */
+  get ratio() {
+    const first = this.beats[0],
+      last = this.beats.at(-1);
+    return last && last[0] - first[0] > 1 ? (last[1] - first[1]) / (last[0] - first[0]) : null;
+  }
+
+  // -- things --
+
+  select(thing: Thing | null) {
+    if (thing?.key !== this.selected.value?.key) this.readings.value = null;
+    this.selected.value = thing;
+  }
+
+  /** Select a thing that was just added: now, or as soon as it is here. */
+  selectAdded(key: string) {
+    const thing = this.find(key);
+    if (thing) this.select(thing);
+    else this.added = key;
+  }
+
+  count(kind: Kind) {
+    return kind === "robot" ? (this.scene.value?.robots ?? 0) : this.things.value[kind].length;
+  }
+
+  /** Everything that can be selected. */
+  all() {
+    return KINDS.flatMap((kind) =>
+      Array.from({ length: Math.min(MAX_LISTED, this.count(kind)) }, (_, index) => this.thing(kind, index)),
+    );
+  }
+
+  thing(kind: Kind, index: number): Thing {
+    const own = kind === "robot" ? this.scene.value?.names[index] : this.things.value[kind][index]?.name;
+    return { kind, index, key: `${kind}:${index}`, name: own || `${TITLES[kind]} ${index + 1}` };
+  }
+
+  /** The thing of a key such as "robot:0"; null if there is none. */
+  find(key: string) {
+    const kind = KINDS.find((each) => key.startsWith(`${each}:`)),
+      index = Number(key.split(":")[1]);
+    return kind && index < this.count(kind) ? this.thing(kind, index) : null;
+  }
+
+  /** Whether anything is still on its way to where the last message put it. */
+  isMoving(now: number) {
+    return Object.values(this.glides).some((each) => each.isMoving(now));
+  }
+
+  /** Where all things of a kind are shown at a moment: x, y and angle of one after the other. */
+  shown(kind: "robot" | "box" | "cylinder", now: number) {
+    return this.glides[kind].at(now);
+  }
+
+  /** Where a thing is and how it is turned. */
+  pose({ kind, index }: Place): Pose {
+    if (kind === "robot") {
+      const [x, y, heading] = this.frame.value?.poses.subarray(3 * index) ?? [0, 0, 0];
+      return [x, y, heading];
+    }
+    const what = this.things.value[kind][index];
+    if (!what) return [0, 0, 0]; // it was just removed
+    if ("x1" in what)
+      return [(what.x1 + what.x2) / 2, (what.y1 + what.y2) / 2, Math.atan2(what.y2 - what.y1, what.x2 - what.x1)];
+    return [what.x, what.y, "angle" in what ? what.angle : 0];
+  }
+
+  /** The radius of the circle around a thing, m. */
+  reach({ kind, index }: Place) {
+    if (kind === "robot") return this.scene.value?.radius ?? 0;
+    const what = this.things.value[kind][index];
+    if (!what) return 0;
+    if ("x1" in what) return Math.hypot(what.x2 - what.x1, what.y2 - what.y1) / 2;
+    if ("radius" in what) return what.radius;
+    return "depth" in what ? Math.hypot(what.width, what.depth) / 2 : 0;
+  }
+
+  /** How high the top of a thing is, m. */
+  height({ kind, index }: Place) {
+    const what = kind === "robot" ? null : this.things.value[kind][index];
+    return kind === "robot" ? ROBOT_HEIGHT : what && "height" in what ? what.height : 0;
+  }
+
+  /** The thing at a place, robots first; null if there is none. *finger*: its radius, m; *above*: m over the floor. */
+  at(x: number, y: number, finger: number, above = 0) {
+    for (const kind of UNDER_POINTER) {
+      let best: number | null = null,
+        nearest = Infinity;
+      for (let index = 0; index < this.count(kind); index++) {
+        const thing = { kind, index },
+          [left, low, angle] = this.pose(thing),
+          far = Math.hypot(x - left, y - low);
+        if (far >= nearest || far > Math.max(this.reach(thing), finger) || above > this.height(thing)) continue;
+        if (this.isOn(thing, x - left, y - low, angle, finger)) [best, nearest] = [index, far];
+      }
+      if (best !== null) return this.thing(kind, best);
+    }
+    return null;
+  }
+
+  /** Whether a place, from the middle of a box or a wall, lies on it; what is round is not asked. */
+  private isOn(thing: Place, right: number, up: number, angle: number, finger: number) {
+    const { kind, index } = thing;
+    if (kind !== "box" && kind !== "wall") return true;
+    const along = Math.abs(right * Math.cos(angle) + up * Math.sin(angle)),
+      across = Math.abs(up * Math.cos(angle) - right * Math.sin(angle));
+    if (kind === "wall") return along <= this.reach(thing) + finger && across <= finger;
+    const { width, depth } = this.things.value.box[index];
+    return along <= width / 2 && across <= depth / 2;
+  }
+
+  /** The order that puts a thing elsewhere; without an angle it stays turned as it is. */
+  move(thing: Place, x: number, y: number, angle?: number): Order {
+    const { kind, index } = thing;
+    if (kind === "robot") return { do: "move_robot", robot: index, x, y, heading: angle };
+    if (kind === "box") return { do: "move_box", box: index, x, y, angle };
+    if (kind === "cylinder") return { do: "move_cylinder", cylinder: index, x, y };
+    if (kind !== "wall") return { do: `set_${kind}`, [kind]: index, x, y };
+    const half = this.reach(thing),
+      turned = angle ?? this.pose(thing)[2],
+      [dx, dy] = [half * Math.cos(turned), half * Math.sin(turned)];
+    return { do: "move_wall", wall: index, x1: x - dx, y1: y - dy, x2: x + dx, y2: y + dy };
+  }
 }

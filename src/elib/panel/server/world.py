@@ -46,8 +46,8 @@ EVERY = 3
 """Frames from one look at a robot's readings to the next: more could not be read."""
 
 _Thing = TypeVar("_Thing")
-Walls = list[tuple[float, float, float, float, str]]
-"""x1, y1, x2, y2 and the colour of each."""
+Walls = list[tuple[float, float, float, float, str, float]]
+"""x1, y1, x2, y2, the colour and the height of each."""
 
 
 class Box(Struct):
@@ -59,6 +59,7 @@ class Box(Struct):
     angle: float
     width: float
     depth: float
+    height: float
     colour: str
     pushable: bool
 
@@ -70,6 +71,7 @@ class Cylinder(Struct):
     x: float
     y: float
     radius: float
+    height: float
     colour: str
     pushable: bool
 
@@ -346,15 +348,15 @@ def readings(control: Control, snapshot: Snapshot, robot: int) -> Readings:
 
 
 def _walls(snapshot: Snapshot) -> Walls:
-    return [(wall.x1, wall.y1, wall.x2, wall.y2, str(wall.colour)) for wall in snapshot.walls]
+    return [(wall.x1, wall.y1, wall.x2, wall.y2, str(wall.colour), wall.height) for wall in snapshot.walls]
 
 
 def _box(box: physics.Box) -> Box:
-    return Box(box.name, box.x, box.y, box.angle, box.width, box.depth, str(box.colour), box.is_pushable)
+    return Box(box.name, box.x, box.y, box.angle, box.width, box.depth, box.height, str(box.colour), box.is_pushable)
 
 
 def _post(post: physics.Cylinder) -> Cylinder:
-    return Cylinder(post.name, post.x, post.y, post.radius, str(post.colour), post.is_pushable)
+    return Cylinder(post.name, post.x, post.y, post.radius, post.height, str(post.colour), post.is_pushable)
 
 
 def _floats(values: list[float]) -> bytes:

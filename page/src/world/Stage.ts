@@ -1,0 +1,452 @@
+// A canvas that shows a world: where one looks from, when it is drawn, and what is written over the picture. How the
+// picture itself is made is left to View (three dimensions) and Flat (two).
+import { effect, signal } from "@preact/signals";
+import { CUT, type Place, type World } from "./scene";
+
+export type Mode = "above" | "orbit" | "eye";
+type Three = [x: number, y: number, z: number];
+/** Where one looks from: the place, three directions, the focal length, and the pixel that one looks at. */
+export type Lens = { at: Three; right: Three; up: Three; back: Three; focal: number; cx: number; cy: number };
+
+const MARGIN = { left: 36, right: 10, top: 10, bottom: 26 }; // pixels around a map, for its scale
+const CLOSEST = 40; // times as large as the whole arena
+export const CLOSE = 3; // times: the zoom for following a robot
+const LEAN = (52 * Math.PI) / 180; // from straight above, at first and as far as it goes
+const STEEPEST = (84 * Math.PI) / 180;
+const NARROW = (1 * Math.PI) / 180; // fields of view: from above nearly without perspective
+const WIDE = (32 * Math.PI) / 180;
+const EASE = 0.09; // s for two thirds of the way from one place to another
+const BUDGET = 12; // ms in which canvases are drawn before the page gets its turn
+const SMALL = 320; // pixels: a canvas without scale, handle and long names
+// The lens of a robot's camera: ahead of the axle and above the floor, m, and what its chip sees of 640 x 480 pixels.
+const AHEAD = 0.03,
+  ABOVE = 0.028,
+  FIELD = [2 * Math.tan((47 * Math.PI) / 360), 1.5 * Math.tan((47 * Math.PI) / 360)];
+const STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200]; // m
+
+const between = (value: number, low: number, high: number) => Math.max(low, Math.min(high, value));
+const dot = (a: Three, b: Three) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const isStill = matchMedia("(prefers-reduced-motion: reduce)");
+
+/** A round number of metres that is at least so many pixels long. */
+export const stepOf = (scale: number, least: number) => STEPS.find((step) => step * scale >= least) ?? 500;
+
+// All canvases of the page share one loop: what does not fit into a frame comes first in the next.
+const due = new Set<Stage>();
+let isWaiting = false;
+
+function wait() {
+  if (!isWaiting && due.size) requestAnimationFrame(drawDue);
+  isWaiting ||= due.size > 0;
+}
+
+function drawDue(time: number) {
+  isWaiting = false;
+  for (const stage of [...due]) {
+    if (performance.now() - time > BUDGET && stage.drawn) break;
+    due.delete(stage);
+    stage.draw();
+  }
+  wait();
+}
+
+export abstract class Stage {
+  readonly mode = signal<Mode>("above");
+  readonly followed = signal<number | null>(null); // the robot that stays in the middle
+  readonly hasTrails = signal(true);
+  readonly pen: CanvasRenderingContext2D;
+  width = 0;
+  height = 0; // pixels of the page
+  density = 1;
+  zoom = 1; // 1 shows the whole arena
+  middle: [x: number, y: number] = [0, 0]; // of what is in view, m
+  turn = 0.4; // rad: from where one looks, in three dimensions
+  lean = LEAN;
+  scale = 1; // pixels for 1 m in the middle
+  lens: Lens = { at: [0, 0, 1], right: [1, 0, 0], up: [0, 1, 0], back: [0, 0, 1], focal: 1, cx: 0, cy: 0 };
+  drawn = 0; // how often
+  private slant = 0; // 0 straight from above, 1 in three dimensions
+  private last = 0; // when it was drawn, s
+  private goesOn = false; // the next picture follows at once
+  private isSeen = true;
+  private inks = new Map<string, string>();
+  private ends: (() => void)[] = [];
+
+  constructor(
+    readonly canvas: HTMLCanvasElement,
+    readonly world: World,
+    readonly leds: number[], // the angles of a robot's ring, rad
+  ) {
+    this.pen = canvas.getContext("2d", { alpha: false })!;
+    const resized = new ResizeObserver(() => this.fit()),
+      seen = new IntersectionObserver(([entry]) => ((this.isSeen = entry.isIntersecting), this.invalidate())),
+      themed = new MutationObserver(() => this.redress());
+    resized.observe(canvas);
+    seen.observe(canvas);
+    themed.observe(document.documentElement, { attributeFilter: ["data-theme", "class"] });
+    this.ends = [
+      () => [resized, seen, themed].forEach((each) => each.disconnect()),
+      effect(() => {
+        if (world.scene.value) this.showAll();
+      }),
+      effect(() => {
+        void [world.looks.value, world.things.value, world.selected.value, world.ambient.value];
+        void [this.mode.value, this.followed.value, this.hasTrails.value];
+        this.invalidate();
+      }),
+    ];
+  }
+
+  close() {
+    due.delete(this);
+    this.isSeen = false;
+    this.ends.forEach((end) => end());
+  }
+
+  /** Have it drawn with the next frame of the screen. */
+  invalidate() {
+    if (!this.isSeen) return;
+    due.add(this);
+    wait();
+  }
+
+  private fit() {
+    const { clientWidth, clientHeight } = this.canvas;
+    if (!clientWidth || !clientHeight) return;
+    this.density = Math.min(2, window.devicePixelRatio || 1);
+    [this.width, this.height] = [clientWidth, clientHeight];
+    this.canvas.width = Math.round(clientWidth * this.density);
+    this.canvas.height = Math.round(clientHeight * this.density);
+    this.draw(); // at once, for a canvas of another size is empty
+  }
+
+  /** Take the colours of the page anew. */
+  protected redress() {
+    this.inks.clear();
+    this.invalidate();
+  }
+
+  /** A colour of the page, by its name in the style sheets. */
+  ink(name: string) {
+    const known = this.inks.get(name);
+    if (known) return known;
+    this.canvas.style.color = `var(--${name})`;
+    const found = getComputedStyle(this.canvas).color;
+    this.inks.set(name, found);
+    return found;
+  }
+
+  hue = (robot: number) => this.ink(`hue-${(robot % 8) + 1}`);
+
+  get isSmall() {
+    return this.width < SMALL;
+  }
+
+  // -- the camera --
+
+  /** The robot through whose camera one looks, and that is followed first. */
+  get chosen() {
+    const selected = this.world.selected.value;
+    return selected?.kind === "robot" ? selected.index : (this.world.scene.value?.own ?? 0);
+  }
+
+  showAll() {
+    this.followed.value = null;
+    this.zoom = 1;
+    this.invalidate();
+  }
+
+  follow(robot: number | null) {
+    this.followed.value = robot;
+    if (robot !== null) this.zoom = Math.max(CLOSE, this.zoom);
+    this.invalidate();
+  }
+
+  /** Zoom, so that the place under a point of the canvas stays there. */
+  zoomBy(factor: number, left = this.lens.cx, top = this.lens.cy) {
+    const [x, y] = this.toFloor(left, top);
+    this.zoom = between(this.zoom * factor, 1, CLOSEST);
+    this.place(this.last);
+    const [newX, newY] = this.toFloor(left, top);
+    this.shift(x - newX, y - newY);
+  }
+
+  /** Move what is in view by so many pixels, as if the floor was pulled. */
+  panBy(right: number, down: number) {
+    const { cx, cy } = this.lens,
+      [x, y] = this.toFloor(cx, cy),
+      [newX, newY] = this.toFloor(cx + right, cy + down);
+    this.shift(x - newX, y - newY);
+  }
+
+  /** Go around what is in the middle. */
+  orbitBy(right: number, down: number) {
+    this.turn -= right * 0.008;
+    this.lean = between(this.lean - down * 0.008, 0, STEEPEST);
+    this.invalidate();
+  }
+
+  private shift(x: number, y: number) {
+    this.middle = [this.middle[0] + x, this.middle[1] + y];
+    this.place(this.last);
+    this.invalidate();
+  }
+
+  /** Put the camera where mode, zoom and middle say; return whether it is still on its way. */
+  private place(now: number) {
+    const { scene, frame } = this.world,
+      mode = this.mode.value;
+    if (!scene.value) return false;
+    const { width, depth } = scene.value,
+      poses = this.world.shown("robot", now),
+      follows = this.followed.value !== null && frame.value;
+    if (mode === "eye" && frame.value) return this.look(...(poses.subarray(3 * this.chosen) as unknown as Three));
+    const step = isStill.matches ? 1 : 1 - Math.exp(-Math.min(0.1, now - this.last) / EASE),
+      wanted = mode === "above" ? 0 : 1;
+    this.slant += step * (wanted - this.slant);
+    if (Math.abs(wanted - this.slant) < 0.003) this.slant = wanted;
+    this.middle = follows
+      ? [poses[3 * this.followed.value!], poses[3 * this.followed.value! + 1]]
+      : this.zoom > 1
+        ? [between(this.middle[0], 0, width), between(this.middle[1], 0, depth)]
+        : [width / 2, depth / 2];
+    const margin = this.isSmall ? { left: 4, right: 4, top: 4, bottom: 4 } : MARGIN,
+      room = [this.width - margin.left - margin.right, this.height - margin.top - margin.bottom],
+      [cx, cy] = [margin.left + room[0] / 2, margin.top + room[1] / 2];
+    // As large as the whole arena fits in, seen from here: tried, and made better by what sticks out.
+    const [lean, turn] = [this.slant * this.lean, this.slant * this.turn],
+      fov = NARROW + this.slant * (WIDE - NARROW);
+    let fitting = Math.min(room[0] / width, room[1] / depth),
+      drop = 0; // pixels by which the arena then hangs below the middle
+    for (let turns = this.slant ? 4 : 0; turns > 0; turns--) {
+      this.lens = lensAt([width / 2, depth / 2], lean, turn, this.height / 2 / Math.tan(fov / 2), fitting, cx, cy);
+      const corners = [0, width].flatMap((x) => [0, depth].flatMap((y) => [0, 0.1].map((z) => this.toPixel(x, y, z)))),
+        tops = corners.map(([, top]) => top),
+        reach = Math.max(...corners.map(([left]) => Math.abs(left - cx))),
+        [high, low] = [Math.min(...tops), Math.max(...tops)];
+      fitting *= Math.min(room[0] / 2 / reach, room[1] / (low - high));
+      drop = (high + low) / 2 - cy;
+    }
+    this.scale = this.zoom * fitting;
+    const focal = this.height / 2 / Math.tan(fov / 2);
+    this.lens = lensAt(this.middle, lean, turn, focal, this.scale, cx, cy - (follows ? 0 : drop / this.zoom));
+    return this.slant !== wanted;
+  }
+
+  /** Look through the camera of a robot: its whole picture fits on the canvas, and around it there is more to see. */
+  private look(x: number, y: number, heading: number) {
+    const [cosine, sine] = [Math.cos(heading), Math.sin(heading)],
+      focal = Math.min((this.width - 16) / FIELD[0], (this.height - 16) / FIELD[1]);
+    this.lens = {
+      at: [x + AHEAD * cosine, y + AHEAD * sine, ABOVE],
+      right: [sine, -cosine, 0],
+      up: [0, 0, 1],
+      back: [-cosine, -sine, 0],
+      focal,
+      cx: this.width / 2,
+      cy: this.height / 2,
+    };
+    this.scale = focal / 0.3;
+    return false;
+  }
+
+  /** Where on the canvas a place is, pixels, and how many of them there 1 m has; none behind the camera. */
+  toPixel(x: number, y: number, z = 0): Three {
+    const { at, right, up, back, focal, cx, cy } = this.lens,
+      from: Three = [x - at[0], y - at[1], z - at[2]],
+      far = -dot(from, back);
+    if (far < 1e-3) return [NaN, NaN, 0];
+    return [cx + (focal * dot(from, right)) / far, cy - (focal * dot(from, up)) / far, focal / far];
+  }
+
+  /** The place under a point of the canvas, at a height above the floor; far away where one looks over it. */
+  toFloor(left: number, top: number, z = 0): [x: number, y: number] {
+    const { at, right, up, back, focal, cx, cy } = this.lens,
+      ray = at.map((_, k) => right[k] * (left - cx) + up[k] * (cy - top) - back[k] * focal),
+      along = ray[2] < -1e-6 ? (z - at[2]) / ray[2] : 1e3;
+    return [at[0] + along * ray[0], at[1] + along * ray[1]];
+  }
+
+  // -- drawing --
+
+  draw() {
+    const now = performance.now() / 1000,
+      { pen, width, height } = this;
+    if (!width || !this.canvas.clientWidth) return;
+    const isOnWay = this.place(now);
+    this.drawn++;
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    if (this.world.scene.value) this.paint(now, this.goesOn ? now - this.last : 0);
+    else {
+      pen.fillStyle = this.ink("room");
+      pen.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    }
+    this.last = now;
+    pen.setTransform(this.density, 0, 0, this.density, 0, 0);
+    pen.lineCap = pen.lineJoin = "round";
+    if (this.world.frame.value) this.write(now);
+    if (this.mode.value === "eye") {
+      const [across, down] = FIELD.map((each) => each * this.lens.focal);
+      pen.fillStyle = "rgba(8, 12, 18, 0.55)";
+      pen.beginPath();
+      pen.rect(0, 0, width, height);
+      pen.rect((width - across) / 2, (height - down) / 2, across, down);
+      pen.fill("evenodd");
+    }
+    this.goesOn = isOnWay || this.world.isMoving(now);
+    if (this.goesOn) this.invalidate();
+  }
+
+  /** Draw the picture, in the pixels of the canvas. *passed*: s since the last one, 0 if there was a rest. */
+  protected abstract paint(now: number, passed: number): void;
+
+  private write(now: number) {
+    const mode = this.mode.value,
+      { bits, count } = this.world.frame.value!,
+      { radius, names } = this.world.scene.value!,
+      poses = this.world.shown("robot", now),
+      { pen } = this;
+    if (mode === "above" && !this.isSmall) this.writeScale();
+    this.mark();
+    for (let k = 0; k < count; k++) {
+      if (mode === "eye" && k === this.chosen) continue;
+      const [x, y] = poses.subarray(3 * k),
+        [left, top, scale] = this.toPixel(x, y, mode === "above" ? 0 : 0.06),
+        size = radius * scale;
+      if (!(scale > 0)) continue;
+      if (bits[k] & CUT) this.badge(left + 0.75 * size, top - 0.75 * size, Math.max(6, 0.32 * size));
+      if (size < 7) continue;
+      pen.font = `600 ${between(0.45 * size, 11, 14)}px ${getComputedStyle(this.canvas).fontFamily}`;
+      pen.textAlign = "center";
+      const name = count > 8 || this.isSmall ? `${k + 1}` : names[k],
+        half = pen.measureText(name).width / 2,
+        isBelow = mode === "above" && top + size + 22 < this.height - (this.isSmall ? 0 : MARGIN.bottom),
+        at = between(left, half + 4, Math.max(half + 4, this.width - half - 4));
+      pen.textBaseline = isBelow ? "top" : "bottom";
+      const gap = this.world.selected.value?.key === `robot:${k}` ? 9 : 4;
+      this.text(name, at, isBelow ? top + size + gap : top - (mode === "above" ? size + gap : gap), this.hue(k));
+    }
+  }
+
+  private text(text: string, left: number, top: number, colour: string) {
+    this.pen.lineWidth = 3;
+    this.pen.strokeStyle = this.ink("floor");
+    this.pen.strokeText(text, left, top);
+    this.pen.fillStyle = colour;
+    this.pen.fillText(text, left, top);
+  }
+
+  /** A link that is cut. */
+  private badge(x: number, y: number, size: number) {
+    const { pen } = this,
+      arm = 0.42 * size;
+    pen.beginPath();
+    pen.arc(x, y, size, 0, 7);
+    pen.fillStyle = this.ink("stop");
+    pen.fill();
+    pen.beginPath();
+    for (const side of [-arm, arm]) {
+      pen.moveTo(x - arm, y - side);
+      pen.lineTo(x + arm, y + side);
+    }
+    pen.strokeStyle = this.ink("on-stop");
+    pen.lineWidth = Math.max(1.5, 0.22 * size);
+    pen.stroke();
+  }
+
+  /** Where the handle is that turns what is selected, pixels; null if there is none. */
+  handle(): [left: number, top: number] | null {
+    const thing = this.world.selected.value;
+    if (!thing || !["robot", "box", "wall"].includes(thing.kind) || this.isSmall || this.mode.value === "eye")
+      return null;
+    const [x, y, angle] = this.shownPose(thing),
+      far = this.world.reach(thing) + 26 / this.scale,
+      [left, top] = this.toPixel(x + far * Math.cos(angle), y + far * Math.sin(angle));
+    return [left, top];
+  }
+
+  private shownPose(thing: Place) {
+    const { kind, index } = thing;
+    if (kind !== "robot" && kind !== "box" && kind !== "cylinder") return this.world.pose(thing);
+    return [...this.world.shown(kind, performance.now() / 1000).subarray(3 * index, 3 * index + 3)];
+  }
+
+  /** Mark what is selected: a ring around it on the floor, and a handle that turns it. */
+  private mark() {
+    const thing = this.world.selected.value,
+      { pen } = this;
+    if (!thing || (this.mode.value === "eye" && thing.kind === "robot")) return;
+    const [x, y] = this.shownPose(thing),
+      far = Math.max(this.world.reach(thing) + 5 / this.scale, 11 / this.scale);
+    pen.beginPath();
+    for (let k = 0; k <= 48; k++) {
+      const [left, top] = this.toPixel(x + far * Math.cos((k * Math.PI) / 24), y + far * Math.sin((k * Math.PI) / 24));
+      pen.lineTo(left, top);
+    }
+    pen.strokeStyle = this.ink("accent");
+    pen.lineWidth = 2.5;
+    pen.stroke();
+    const handle = this.handle();
+    if (!handle) return;
+    pen.beginPath();
+    pen.arc(...handle, 6, 0, 7);
+    pen.fillStyle = this.ink("card");
+    pen.fill();
+    pen.stroke();
+  }
+
+  /** The metres along the edges of the map. */
+  private writeScale() {
+    const { pen } = this,
+      { width, depth } = this.world.scene.value!,
+      step = stepOf(this.scale, 64),
+      [x0, y0] = this.toPixel(0, 0),
+      low = Math.min(y0 + 8, this.height - 18),
+      high = Math.max(x0 - 8, 28);
+    pen.font = `12px ${getComputedStyle(this.canvas).fontFamily}`;
+    pen.textAlign = "center";
+    pen.textBaseline = "top";
+    const last = Math.floor(width / step + 1e-9);
+    const write = (text: string, left: number, top: number) => {
+      if (this.zoom > 1) return this.text(text, left, top, this.ink("faint")); // it stands on the floor
+      pen.fillStyle = this.ink("faint");
+      pen.fillText(text, left, top);
+    };
+    for (let k = 0; k <= last; k++) {
+      const left = x0 + k * step * this.scale,
+        text = `${Number((k * step).toFixed(2))}${k === last ? " m" : ""}`;
+      if (left > 0 && left < this.width) write(text, Math.min(left, this.width - 20), low);
+    }
+    pen.textAlign = "right";
+    pen.textBaseline = "middle";
+    for (let k = 0; k <= Math.floor(depth / step + 1e-9); k++) {
+      const top = y0 - k * step * this.scale;
+      if (top > 0 && top < low - 8) write(`${Number((k * step).toFixed(2))}`, high, top);
+    }
+  }
+}
+
+/** Look at a place of the floor, leaning from straight above, so that 1 m there has *scale* pixels. */
+function lensAt(
+  [x, y]: [number, number],
+  lean: number,
+  turn: number,
+  focal: number,
+  scale: number,
+  cx: number,
+  cy: number,
+) {
+  const [sine, cosine] = [Math.sin(turn), Math.cos(turn)],
+    [low, high] = [Math.sin(lean), Math.cos(lean)],
+    far = focal / scale,
+    lens: Lens = {
+      at: [x + far * low * sine, y - far * low * cosine, far * high],
+      right: [cosine, sine, 0],
+      up: [-high * sine, high * cosine, low],
+      back: [low * sine, -low * cosine, high],
+      focal,
+      cx,
+      cy,
+    };
+  return lens;
+}

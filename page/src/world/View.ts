@@ -1,0 +1,528 @@
+// The world in three dimensions. All canvases of a page share one renderer and copy its picture: a browser gives few.
+import {
+  AdditiveBlending,
+  BoxGeometry,
+  BufferAttribute,
+  BufferGeometry,
+  Camera,
+  CanvasTexture,
+  Color,
+  CylinderGeometry,
+  DirectionalLight,
+  DoubleSide,
+  DynamicDrawUsage,
+  HemisphereLight,
+  InstancedMesh,
+  LineBasicMaterial,
+  LineSegments,
+  type Material,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  PCFShadowMap,
+  PlaneGeometry,
+  PointLight,
+  Points,
+  PointsMaterial,
+  RingGeometry,
+  Scene,
+  SphereGeometry,
+  SRGBColorSpace,
+  TextureLoader,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { epuck, LED_HEIGHT } from "./epuck";
+import { BODY, FRONT, TOUCHING, type World } from "./scene";
+import { Stage } from "./Stage";
+
+const LEVELS = [
+  // how well it is drawn: pixels for one of the canvas, and the side of the shadow map; the first is for what stands still
+  [1, 2048],
+  [1, 1024],
+  [0.75, 512],
+  [0.6, 0],
+] as const;
+const SLOW = 1 / 27; // s for a picture, beyond which it is drawn less well
+const PATIENCE = 20; // pictures until that is judged
+const STILL = 250; // ms without a change after which it is drawn as well as can be
+const SHINING = 4; // lamps that light up what stands around them; more would take long
+const WALL = 0.006; // m: how thick a wall is shown
+const DARK = 4095, // counts of a light sensor without any light, and in a room as it usually is
+  ROOM = 3790;
+const HALO = 0.034; // m across the shine of an LED
+
+const glass = { transparent: true, opacity: 0.5 };
+const materials = {
+  matte: new MeshLambertMaterial(),
+  painted: new MeshLambertMaterial({ vertexColors: true }),
+  body: new MeshLambertMaterial({ ...glass, opacity: 0.55 }),
+  ring: new MeshLambertMaterial({ ...glass, opacity: 0.62, side: DoubleSide, depthWrite: false }),
+  lit: new MeshBasicMaterial(),
+  flat: new MeshBasicMaterial({ transparent: true, opacity: 0.5, depthWrite: false }),
+  ribbon: new MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false, side: DoubleSide }),
+  halo: new PointsMaterial({ vertexColors: true, transparent: true, depthWrite: false }),
+  pool: new MeshBasicMaterial({ transparent: true, depthWrite: false, blending: AdditiveBlending }),
+};
+const box = new BoxGeometry(1, 1, 1).translate(0, 0, 0.5);
+const shapes = {
+  box,
+  post: new CylinderGeometry(1, 1, 1, 40).rotateX(Math.PI / 2).translate(0, 0, 0.5),
+  ball: new SphereGeometry(1, 28, 18).translate(0, 0, 1),
+  dot: new SphereGeometry(1, 10, 8),
+  side: new PlaneGeometry(1, 1).rotateX(Math.PI / 2).translate(0, 0, 0.5),
+  sheet: new PlaneGeometry(2, 2),
+  hoop: new RingGeometry(0.9, 1, 40),
+};
+let robot: ReturnType<typeof epuck> | null = null;
+let renderer: WebGLRenderer | null = null;
+let level = 0; // an index of LEVELS
+let pace = 0; // s for a picture, smoothed
+let judged = 0; // pictures that went into it
+
+/** The renderer, which is at least as large as that; an error where the browser has no WebGL. */
+function rendererOf(width: number, height: number) {
+  if (!renderer) {
+    const canvas = document.createElement("canvas"),
+      probe = document.createElement("canvas").getContext("webgl2"),
+      names = probe?.getExtension("WEBGL_debug_renderer_info"),
+      isSoftware = /swiftshader|llvmpipe|softpipe|basic render/i.test(
+        names ? probe!.getParameter(names.UNMASKED_RENDERER_WEBGL) : "",
+      );
+    probe?.getExtension("WEBGL_lose_context")?.loseContext();
+    renderer = new WebGLRenderer({ canvas, antialias: !isSoftware, powerPreference: "high-performance" });
+    renderer.shadowMap.type = PCFShadowMap;
+    renderer.setScissorTest(true);
+    level = isSoftware ? 1 : 0;
+    const dot = document.createElement("canvas"),
+      pen = dot.getContext("2d")!;
+    dot.width = dot.height = 64;
+    const shine = pen.createRadialGradient(32, 32, 0, 32, 32, 32);
+    for (const [at, alpha] of [
+      [0, 1],
+      [0.25, 0.55],
+      [0.55, 0.16],
+      [1, 0],
+    ])
+      // prettier-ignore
+      shine.addColorStop(at, `rgba(255, 255, 255, ${alpha})`);
+    pen.fillStyle = shine;
+    pen.fillRect(0, 0, 64, 64);
+    materials.halo.map = materials.pool.map = new CanvasTexture(dot);
+  }
+  const { width: across, height: down } = renderer.domElement;
+  if (width > across || height > down) renderer.setSize(Math.max(width, across), Math.max(height, down), false);
+  return renderer;
+}
+
+/** Many things of one shape, drawn at once. */
+class Batch extends InstancedMesh {
+  /** Put one of them somewhere, turned and as large as that. */
+  put(k: number, x: number, y: number, z: number, angle = 0, across = 1, along = across, up = across) {
+    const [c, s] = [Math.cos(angle), Math.sin(angle)];
+    // prettier-ignore
+    this.instanceMatrix.array.set([c * across, s * across, 0, 0, -s * along, c * along, 0, 0, 0, 0, up, 0, x, y, z, 1], 16 * k);
+    this.instanceMatrix.needsUpdate = true;
+  }
+
+  paint(k: number, colour: Color) {
+    this.setColorAt(k, colour);
+    this.instanceColor!.needsUpdate = true;
+  }
+}
+
+/** Strips that lie flat: trails and rays. */
+class Ribbon extends Mesh {
+  private points = new Float32Array(0);
+  private colours = new Float32Array(0);
+  private strips = 0;
+
+  constructor(private z: number) {
+    super(new BufferGeometry(), materials.ribbon);
+    this.frustumCulled = false;
+  }
+
+  begin(strips: number) {
+    this.strips = 0;
+    if (this.points.length >= 12 * strips) return;
+    const room = 2 * strips;
+    [this.points, this.colours] = [new Float32Array(12 * room), new Float32Array(16 * room)];
+    this.geometry.dispose();
+    this.geometry = new BufferGeometry();
+    this.geometry.setAttribute("position", new BufferAttribute(this.points, 3).setUsage(DynamicDrawUsage));
+    this.geometry.setAttribute("color", new BufferAttribute(this.colours, 4).setUsage(DynamicDrawUsage));
+    const corners = Uint32Array.from({ length: 6 * room }, (_, k) => 4 * Math.floor(k / 6) + [0, 1, 2, 2, 1, 3][k % 6]);
+    this.geometry.setIndex(new BufferAttribute(corners, 1));
+  }
+
+  strip(
+    x1: number,
+    y1: number,
+    x2: number,
+    y2: number,
+    from: number,
+    to: number,
+    { r, g, b }: Color,
+    a1: number,
+    a2: number,
+  ) {
+    const far = Math.hypot(x2 - x1, y2 - y1) || 1,
+      [u, v] = [(y1 - y2) / far / 2, (x2 - x1) / far / 2],
+      { z } = this;
+    // prettier-ignore
+    this.points.set([x1 + u * from, y1 + v * from, z, x1 - u * from, y1 - v * from, z, x2 + u * to, y2 + v * to, z, x2 - u * to, y2 - v * to, z], 12 * this.strips);
+    this.colours.set([r, g, b, a1, r, g, b, a1, r, g, b, a2, r, g, b, a2], 16 * this.strips++);
+  }
+
+  end() {
+    this.geometry.setDrawRange(0, 6 * this.strips);
+    for (const each of Object.values(this.geometry.attributes)) each.needsUpdate = true;
+  }
+}
+
+export class View extends Stage {
+  private readonly room = new Scene();
+  private readonly camera = new Camera();
+  private readonly sun = new DirectionalLight();
+  private readonly sky = new HemisphereLight();
+  private readonly batches = new Map<string, Batch>();
+  private readonly trails = new Ribbon(0.0015);
+  private readonly rays = new Ribbon(0.031);
+  private halos = new Points(new BufferGeometry(), materials.halo);
+  private floor: Mesh<PlaneGeometry, MeshLambertMaterial> | null = null;
+  private built: unknown[] = [];
+  private later = 0; // the timer that draws it well
+
+  constructor(canvas: HTMLCanvasElement, world: World, leds: number[], sensors: number[]) {
+    super(canvas, world, leds);
+    rendererOf(1, 1);
+    robot ??= epuck(sensors);
+    this.camera.matrixAutoUpdate = false;
+    this.halos.frustumCulled = false;
+  }
+
+  override close() {
+    super.close();
+    clearTimeout(this.later);
+    this.clear();
+  }
+
+  protected override redress() {
+    this.built = [];
+    super.redress();
+  }
+
+  private colour = (name: string) => new Color(this.ink(name));
+
+  /** So many of a shape, in this room. */
+  private batch(name: string, count: number, shape: BufferGeometry, material: Material, casts = true) {
+    let made = this.batches.get(name);
+    if (!made || made.instanceMatrix.count < count) {
+      if (made) {
+        made.dispose();
+        this.room.remove(made);
+      }
+      made = new Batch(shape, material, Math.max(count, 1));
+      made.frustumCulled = false;
+      made.castShadow = casts;
+      made.receiveShadow = material === materials.matte;
+      this.batches.set(name, made);
+      this.room.add(made);
+    }
+    made.count = count;
+    return made;
+  }
+
+  private clear() {
+    for (const each of this.batches.values()) each.dispose();
+    this.batches.clear();
+    this.floor?.material.map?.dispose();
+    this.floor?.material.dispose();
+    this.room.clear();
+  }
+
+  /** Build what belongs to the room itself. */
+  private enter() {
+    const { width, depth, floor, floor_png } = this.world.scene.value!;
+    this.clear();
+    this.room.background = this.colour("room");
+    const size = Math.hypot(width, depth),
+      { sun, sky } = this;
+    sun.position.set(width / 2 - 0.55 * size, depth / 2 - 0.4 * size, 1.3 * size);
+    sun.target.position.set(width / 2, depth / 2, 0);
+    Object.assign(sun.shadow.camera, { left: -0.6 * size, right: 0.6 * size, top: 0.6 * size, bottom: -0.6 * size });
+    Object.assign(sun.shadow.camera, { near: 0.3 * size, far: 2.5 * size });
+    sun.shadow.camera.updateProjectionMatrix();
+    sun.shadow.radius = 3;
+    sun.shadow.intensity = 0.8;
+    sun.shadow.normalBias = 0.004;
+    sun.color = this.colour("sun");
+    sky.color = this.colour("sky");
+    sky.groundColor = this.colour("bounce");
+    const ground = new MeshLambertMaterial({ color: floor.colour ?? this.ink("floor") });
+    this.floor = new Mesh(new PlaneGeometry(width, depth), ground);
+    this.floor.position.set(width / 2, depth / 2, 0);
+    this.floor.receiveShadow = true;
+    if (floor_png) {
+      ground.color.set("#ffffff");
+      ground.map = new TextureLoader().load(floor_png, () => this.invalidate());
+      ground.map.colorSpace = SRGBColorSpace;
+      ground.map.anisotropy = 8;
+      ground.map.repeat.set(width / floor.width, depth / floor.depth);
+    } else {
+      const lines: Vector3[] = [];
+      for (let x = 0.1; x < width - 1e-6; x += 0.1)
+        lines.push(new Vector3(x, 0, 0.0005), new Vector3(x, depth, 0.0005));
+      for (let y = 0.1; y < depth - 1e-6; y += 0.1)
+        lines.push(new Vector3(0, y, 0.0005), new Vector3(width, y, 0.0005));
+      const ink = new LineBasicMaterial({
+        color: this.ink("grid"),
+        opacity: floor.colour ? 0.3 : 1,
+        transparent: true,
+      });
+      this.room.add(new LineSegments(new BufferGeometry().setFromPoints(lines), ink));
+    }
+    // Those of the four walls that are nearer than the floor are seen through: they have only an inner side.
+    const sides = this.batch("sides", 4, shapes.side, materials.matte, false),
+      rims = this.batch("rims", 4, box, materials.matte, false),
+      edge = this.colour("wall");
+    const around = [[width / 2, 0, Math.PI, width], [width, depth / 2, -Math.PI / 2, depth], [width / 2, depth, 0, width], [0, depth / 2, Math.PI / 2, depth]]; // prettier-ignore
+    around.forEach(([x, y, angle, long], k) => {
+      const [out, up] = [-Math.sin(angle) * 0.0045, Math.cos(angle) * 0.0045];
+      sides.put(k, x, y, 0, angle, long, 1, 0.1);
+      sides.paint(k, this.colour("panel"));
+      rims.put(k, x + out, y + up, -0.002, angle, long + 0.017, 0.008, 0.004);
+      rims.paint(k, edge);
+    });
+    const lamps = this.world.things.value.light.slice(0, SHINING).map(() => new PointLight("#ffcf70"));
+    this.room.add(sun, sun.target, sky, this.floor, this.trails, this.rays, this.halos, ...lamps);
+  }
+
+  /** Put all things where they are; called when they have changed, or move. */
+  private place3(now: number) {
+    const { wall, box: boxes, cylinder, light, sound } = this.world.things.value,
+      walls = this.batch("walls", wall.length, box, materials.matte),
+      blocks = this.batch("boxes", boxes.length, box, materials.matte),
+      posts = this.batch("posts", cylinder.length, shapes.post, materials.matte),
+      balls = this.batch("balls", cylinder.length, shapes.ball, materials.matte);
+    wall.forEach(({ x1, y1, x2, y2, height, colour }, k) => {
+      const long = Math.hypot(x2 - x1, y2 - y1) + WALL;
+      walls.put(k, (x1 + x2) / 2, (y1 + y2) / 2, 0, Math.atan2(y2 - y1, x2 - x1), long, WALL, height);
+      walls.paint(k, new Color(colour));
+    });
+    const boxPoses = this.world.shown("box", now),
+      postPoses = this.world.shown("cylinder", now);
+    boxes.forEach(({ width, depth, height, colour }, k) => {
+      blocks.put(k, boxPoses[3 * k], boxPoses[3 * k + 1], 0, boxPoses[3 * k + 2], width, depth, height);
+      blocks.paint(k, new Color(colour));
+    });
+    cylinder.forEach(({ radius, height, colour, pushable }, k) => {
+      // What gives way and is as wide as it is high is a ball.
+      const isBall = pushable && Math.abs(height - 2 * radius) < 0.2 * radius;
+      (isBall ? balls : posts).put(
+        k,
+        postPoses[3 * k],
+        postPoses[3 * k + 1],
+        0,
+        0,
+        radius,
+        radius,
+        isBall ? radius : height,
+      );
+      (isBall ? posts : balls).put(k, 0, 0, -9, 0, 0);
+      (isBall ? balls : posts).paint(k, new Color(colour));
+    });
+    const bulbs = this.batch("bulbs", light.length, shapes.dot, materials.lit, false),
+      stems = this.batch("stems", light.length, shapes.post, materials.matte),
+      pools = this.batch("pools", light.length, shapes.sheet, materials.pool, false),
+      speakers = this.batch("speakers", sound.length, shapes.post, materials.matte),
+      waves = this.batch("waves", 3 * sound.length, shapes.hoop, materials.flat, false),
+      shining = this.room.children.filter((each): each is PointLight => each instanceof PointLight);
+    light.forEach(({ x, y, height, intensity }, k) => {
+      bulbs.put(k, x, y, height, 0, 0.013);
+      bulbs.paint(k, new Color(intensity ? "#ffe39a" : "#8a8f98"));
+      stems.put(k, x, y, 0, 0, 0.0025, 0.0025, height);
+      stems.paint(k, this.colour("wall"));
+      pools.put(k, x, y, 0.001, 0, Math.min(intensity, 3)); // half of it, in metres, is where it has fallen to 1/e
+      pools.paint(k, this.colour("pool"));
+      shining[k]?.position.set(x, y, height + 0.02);
+      if (shining[k]) shining[k].intensity = 0.12 * intensity;
+    });
+    sound.forEach(({ x, y, volume }, k) => {
+      speakers.put(k, x, y, 0, 0, 0.012, 0.012, 0.03);
+      speakers.paint(k, this.colour("noise"));
+      for (let ring = 0; ring < 3; ring++) {
+        const isOn = volume > 0 && ring <= Math.min(2, volume / 1000);
+        waves.put(3 * k + ring, x, y, 0.001, 0, isOn ? 0.022 + 0.014 * ring : 0);
+        waves.paint(3 * k + ring, this.colour("noise"));
+      }
+    });
+  }
+
+  private placeRobots(now: number) {
+    const { radius } = this.world.scene.value!,
+      frame = this.world.frame.value!,
+      { count, bits, ring } = frame,
+      poses = this.world.shown("robot", now),
+      size = radius / 0.037,
+      parts = [
+        this.batch("solid", count, robot!.solid, materials.painted, false),
+        this.batch("body", count, robot!.body, materials.body),
+        this.batch("ring", count, robot!.ring, materials.ring, false),
+        this.batch("arrow", count, robot!.arrow, materials.lit, false),
+      ],
+      leds = this.batch("leds", 9 * count, shapes.dot, materials.lit, false);
+    const [clear, green, pale, touching, nose] = ["#d6e8da", "#7dff73", "#eef5ef", "#e2402e", "#fafaf6"].map(
+        (each) => new Color(each),
+      ),
+      colour = new Color();
+    const spots: number[] = [],
+      shine: number[] = [];
+    for (let k = 0; k < count; k++) {
+      const [x, y, heading] = poses.subarray(3 * k),
+        scale = this.mode.value === "eye" && k === this.chosen ? 0 : size,
+        [c, s] = [scale * Math.cos(heading), scale * Math.sin(heading)];
+      for (const part of parts) part.put(k, x, y, 0, heading, scale);
+      parts[1].paint(k, bits[k] & BODY ? green : clear);
+      parts[2].paint(k, bits[k] & TOUCHING ? touching : pale);
+      parts[3].paint(k, nose);
+      if (bits[k] & BODY && scale) {
+        spots.push(x, y, 0.02);
+        shine.push(0.3, 1, 0.28, 0.5);
+      }
+      for (let led = 0; led < 9; led++) {
+        const isFront = led === 8,
+          turn = this.leds[led] ?? 0,
+          [ahead, left] = isFront ? [0.033, -0.0125] : [0.0342 * Math.cos(turn), 0.0342 * Math.sin(turn)],
+          z = (isFront ? 0.0285 : LED_HEIGHT) * size,
+          at = [x + c * ahead - s * left, y + s * ahead + c * left] as const,
+          [r, g, b] = isFront ? (bits[k] & FRONT ? [255, 140, 40] : [0, 0, 0]) : ring.subarray(24 * k + 3 * led),
+          isLit = r + g + b > 0;
+        leds.put(9 * k + led, ...at, z, 0, scale && (isLit ? 0.0034 : isFront ? 0 : 0.0019));
+        leds.paint(
+          9 * k + led,
+          isLit ? colour.setRGB(r / 255, g / 255, b / 255, SRGBColorSpace).lerp(nose, 0.25) : colour.set("#9fb59a"),
+        );
+        if (!isLit || !scale) continue;
+        spots.push(...at, z);
+        shine.push(r / 255, g / 255, b / 255, 0.85);
+      }
+    }
+    this.halos.geometry.dispose();
+    this.halos.geometry = new BufferGeometry();
+    this.halos.geometry.setAttribute("position", new BufferAttribute(new Float32Array(spots), 3));
+    this.halos.geometry.setAttribute("color", new BufferAttribute(new Float32Array(shine), 4));
+    this.halos.visible = spots.length > 0;
+  }
+
+  private drawRibbons() {
+    const { trails, rays } = this,
+      paths = this.hasTrails.value ? this.world.trails : [],
+      found = this.world.frame.value?.rays ?? new Float32Array(0),
+      [far, near] = [this.colour("ray-far"), this.colour("ray")];
+    trails.begin(paths.reduce((sum, { length }) => sum + length, 0));
+    paths.forEach((path, robot) => {
+      const hue = new Color(this.hue(robot)),
+        fade = (k: number) => 0.12 + (0.7 * k) / path.length;
+      for (let k = 1; k < path.length; k++)
+        trails.strip(...path[k - 1], ...path[k], 0.004, 0.004, hue, fade(k - 1), fade(k));
+    });
+    trails.end();
+    rays.begin(found.length / 5);
+    for (let k = 0; k < found.length; k += 5) {
+      const [x1, y1, x2, y2, strength] = found.subarray(k),
+        lit = Math.min(1, 4 * strength), // a quarter of full scale is very near already
+        meets = lit > 0.02;
+      rays.strip(
+        x1,
+        y1,
+        x2,
+        y2,
+        0.002,
+        meets ? 0.005 + 0.004 * lit : 0.006,
+        far.clone().lerp(near, lit),
+        meets ? 0.95 : 0.35,
+        meets ? 0.75 : 0,
+      );
+    }
+    rays.end();
+  }
+
+  protected paint(now: number, passed: number) {
+    const { scene, things, frame, ambient } = this.world,
+      { lens, canvas, camera, sun } = this;
+    const isNew = this.built[0] !== scene.value || this.built[2] !== things.value.light.length;
+    if (isNew) this.enter();
+    if (isNew || this.built[1] !== things.value || this.world.isMoving(now)) this.place3(now);
+    this.built = [scene.value, things.value, things.value.light.length];
+    if (frame.value) this.placeRobots(now);
+    this.drawRibbons();
+    const light = Math.min(1.2, (DARK - ambient.value) / (DARK - ROOM)),
+      bright = Number(getComputedStyle(canvas).getPropertyValue("--daylight")) * (0.35 + 0.65 * light);
+    sun.intensity = 1.75 * bright;
+    this.sky.intensity = 1.9 * bright;
+
+    // How well: as the last pictures took long or not, and as well as can be if it stands still.
+    if (passed > 0) {
+      pace += (passed - pace) / Math.min(++judged, PATIENCE);
+      if (judged > PATIENCE && pace > SLOW && level < LEVELS.length - 1) [level, judged] = [level + 1, 0];
+    }
+    clearTimeout(this.later);
+    const isStill = this.isStill;
+    if (level && !isStill) this.later = setTimeout(() => this.drawStill(), STILL);
+    const [share, shadows] = LEVELS[isStill ? 0 : level],
+      ratio = share * (isStill && level && this.density < 2 ? 2 : 1),
+      [width, height] = [Math.round(canvas.width * ratio), Math.round(canvas.height * ratio)],
+      mapSize = this.isSmall ? Math.min(512, shadows) : shadows,
+      drawing = rendererOf(width, height);
+    drawing.shadowMap.enabled = true;
+    sun.castShadow = mapSize > 0;
+    if (mapSize && sun.shadow.mapSize.x !== mapSize) {
+      sun.shadow.mapSize.set(mapSize, mapSize);
+      sun.shadow.map?.dispose();
+      sun.shadow.map = null;
+    }
+    camera.matrix
+      .makeBasis(new Vector3(...lens.right), new Vector3(...lens.up), new Vector3(...lens.back))
+      .setPosition(...lens.at);
+    camera.matrixWorldNeedsUpdate = true;
+    const size = Math.hypot(scene.value!.width, scene.value!.depth),
+      far = this.mode.value === "eye" ? 0 : lens.focal / this.scale,
+      close = Math.max(0.01, far - 2 * size),
+      plane = close / lens.focal;
+    camera.projectionMatrix.makePerspective(
+      -lens.cx * plane,
+      (this.width - lens.cx) * plane,
+      lens.cy * plane,
+      (lens.cy - this.height) * plane,
+      close,
+      far + 2 * size,
+    );
+    camera.projectionMatrixInverse.copy(camera.projectionMatrix).invert();
+    // Points are as large as the renderer's whole picture and a field of view of 90 degrees would have them.
+    materials.halo.size = (HALO * lens.focal * ratio * this.density * 2) / drawing.domElement.height;
+    drawing.setViewport(0, 0, width, height);
+    drawing.setScissor(0, 0, width, height);
+    drawing.render(this.room, camera);
+    this.pen.imageSmoothingQuality = "high";
+    this.pen.drawImage(
+      drawing.domElement,
+      0,
+      drawing.domElement.height - height,
+      width,
+      height,
+      0,
+      0,
+      canvas.width,
+      canvas.height,
+    );
+  }
+
+  private isStill = false;
+
+  private drawStill() {
+    this.isStill = true;
+    this.draw();
+    this.isStill = false;
+  }
+}
