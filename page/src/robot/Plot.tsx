@@ -17,9 +17,9 @@ export const WHEELS = {
   ...{ name: "~wheels", title: "Wheels, as commanded", labels: ["left", "right"], units: ["rev/s", "rev/s"] },
   ...NO_RANGE,
 };
-export const ROUND_TRIP = { name: "~latency", title: "Round trip", labels: ["median"], units: ["s"], ...NO_RANGE };
+export const ROUND_TRIP = { name: "~latency", title: "Round trip", labels: ["median"], units: ["ms"], ...NO_RANGE };
 
-const LEAST: Record<string, number> = { counts: 20, "rev/s": 0.1, g: 0.1, s: 0.005, T: 1e-6 }; // a scale's, by unit
+const LEAST: Record<string, number> = { counts: 20, "rev/s": 0.1, g: 0.1, ms: 5, T: 1e-6 }; // a scale's, by unit
 const GAP = 1; // s without news after which a curve is interrupted
 const STEPS = [1, 2, 5, 10, 20, 30, 60, 120]; // s between two lines
 const NONE: number[] = [];
@@ -30,7 +30,7 @@ const CURVES = ["curve-0", "curve-1", "curve-2", "curve-3", "curve-4", "curve-5"
 const ink = computed(() => (isDark(), inks("line", "faint", ...CURVES)));
 
 const valuesOf = ({ name }: Choice, { values, wheels, latency }: Moment) =>
-  name === WHEELS.name ? wheels : name === ROUND_TRIP.name ? [latency] : values[name];
+  name === WHEELS.name ? wheels : name === ROUND_TRIP.name ? [latency === null ? null : 1000 * latency] : values[name];
 
 /** The unit of all values; empty if they have several. */
 export const unitOf = ({ units }: Choice) => (units.every((each) => each === units[0]) ? (units[0] ?? "") : "");

@@ -7,7 +7,7 @@ import { number } from "../look/text";
 import { go } from "../route";
 import { can, listed, type Robot } from "../store";
 
-const SLOW = 0.3; // s to an answer that a person feels while driving
+export const SLOW = 0.3; // s to an answer that a person feels while driving
 
 export const isOff = (robot: Robot) => ["disconnected", "failed"].includes(robot.tick.value?.phase ?? "connecting");
 
