@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import re
+from dataclasses import astuple
 from importlib.resources import files
+from pathlib import Path
 
 import pytest
+
+from elib.panel.server.pictures import DARK, LIGHT
+from elib.simulator.physics import Colour
+from elib.simulator.physics.floor import packed
 
 STYLE = files("elib.panel").joinpath("static", "base.css").read_text(encoding="utf-8")
 TEXT = [("ink", "page"), ("ink", "card"), ("faint", "page"), ("faint", "card"), ("accent", "card"), ("bad", "card")]
@@ -48,3 +54,12 @@ def test_text_can_be_read_and_controls_can_be_seen(name: str) -> None:
 
 def test_black_on_white_has_the_greatest_contrast() -> None:
     assert contrast((0, 0, 0), (255, 255, 255)) == pytest.approx(21)
+
+
+@pytest.mark.parametrize("is_dark", [False, True])
+def test_the_pictures_of_the_worlds_have_the_colours_of_the_worlds_on_the_page(is_dark: bool) -> None:
+    tokens = (Path(__file__).parents[2] / "page" / "src" / "look" / "tokens.css").read_text(encoding="utf-8")
+    for name, colour in zip(("room", "floor", "grid", "wall"), astuple(DARK if is_dark else LIGHT), strict=True):
+        pair = re.search(rf"--{name}: light-dark\(#(\w+), #(\w+)\)", tokens)
+        assert pair is not None
+        assert f"{packed(Colour(*colour)):06x}" == pair[1 + is_dark], name

@@ -394,7 +394,7 @@ class Server:
         return web.Response(status=status, body=body, content_type="text/html", charset="utf-8")
 
     async def _picture(self, request: web.Request) -> web.StreamResponse:
-        body = await world_picture(request.match_info["name"])
+        body = await world_picture(request.match_info["name"], is_dark=request.query_string == "dark")
         if body is None:
             return web.Response(status=404, text="There is no such world.")
         return web.Response(body=body, content_type="image/png", headers={"Cache-Control": "max-age=3600"})

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import io
 from functools import cache
 
 from msgspec import Struct
 
-from elib.simulator.drawing.png import png_of
-from elib.simulator.physics import World
+from elib.simulator.drawing.png import render
+from elib.simulator.drawing.top import Tones, top_view
+from elib.simulator.physics import Colour, World
 from elib.simulator.worlds.files import gallery, load_file
 
 
@@ -21,18 +23,24 @@ class WorldInfo(Struct):
     firmware: str
 
 
-SIZE = 320
+SIZE = 480
 """Pixels of the longer side."""
+LIGHT = Tones(Colour(223, 228, 234), Colour(251, 250, 245), Colour(231, 229, 220), Colour(74, 82, 97))
+DARK = Tones(Colour(17, 21, 27), Colour(42, 49, 59), Colour(52, 61, 74), Colour(140, 151, 168))
+"""What tokens.css of the page names room, floor, grid and wall."""
 
 
-async def world_picture(name: str) -> bytes | None:
+async def world_picture(name: str, *, is_dark: bool) -> bytes | None:
     """Return the picture of a world as PNG; None if there is no such world."""
-    return await asyncio.to_thread(_draw, name) if name in gallery() else None
+    return await asyncio.to_thread(_draw, name, DARK if is_dark else LIGHT) if name in gallery() else None
 
 
 @cache
-def _draw(name: str) -> bytes:
-    return png_of(World(load_file(name).scene).snapshot(), caption="", size=SIZE)
+def _draw(name: str, tones: Tones) -> bytes:
+    out = io.BytesIO()
+    drawing = top_view(World(load_file(name).scene).snapshot(), (), "", SIZE, tones=tones)
+    render(drawing).save(out, "PNG", optimize=True)
+    return out.getvalue()
 
 
 @cache

@@ -45,6 +45,26 @@ SIZE = Whole(200, 8000, "pixels")  # of the longer side
 
 
 @dataclass(frozen=True, slots=True)
+class Tones:
+    """The colours around the things of a drawing.
+
+    Attributes:
+        paper: Beside the arena.
+        floor: Of bare linoleum.
+        grid: Of the lines on it.
+        edge: Of walls, outlines and words.
+    """
+
+    paper: Colour = PAPER
+    floor: Colour = FLOOR
+    grid: Colour = GRID
+    edge: Colour = EDGE
+
+
+ON_PAPER = Tones()
+
+
+@dataclass(frozen=True, slots=True)
 class Zone:
     """A part of the floor with a name.
 
@@ -66,7 +86,12 @@ class Zone:
 
 
 def top_view(
-    snapshot: Snapshot, trails: Sequence[Trail], caption: str | None, size: int, zones: Sequence[Zone] = ()
+    snapshot: Snapshot,
+    trails: Sequence[Trail],
+    caption: str | None,
+    size: int,
+    zones: Sequence[Zone] = (),
+    tones: Tones = ON_PAPER,
 ) -> Drawing:
     """Return the drawing of *snapshot* from above.
 
@@ -76,12 +101,13 @@ def top_view(
         caption: Line below the picture; None makes one from the snapshot.
         size: Pixels of the arena's longer side, 200..8000.
         zones: Parts of the floor to be marked.
+        tones: Its colours.
 
     Raises:
         ArgumentError: *size* is out of its range.
     """
     SIZE.require(size, "size")
-    frame = _Frame(snapshot, size)
+    frame = _Frame(snapshot, size, tones)
     shapes = [
         *_floor(snapshot, frame),
         *(shape for zone in zones for shape in _zone(zone, frame)),
@@ -96,7 +122,7 @@ def top_view(
         *_edge(snapshot, frame),
         *_footer(snapshot, trails, caption, frame),
     ]
-    return Drawing(frame.width, frame.height, PAPER, tuple(shapes))
+    return Drawing(frame.width, frame.height, tones.paper, tuple(shapes))
 
 
 def hue(robot: int) -> Colour:
@@ -107,7 +133,8 @@ def hue(robot: int) -> Colour:
 class _Frame:
     """Where things of the world lie in the image."""
 
-    def __init__(self, snapshot: Snapshot, size: int) -> None:
+    def __init__(self, snapshot: Snapshot, size: int, tones: Tones) -> None:
+        self.tones = tones
         self.scale = size / max(snapshot.width, snapshot.depth)
         self.margin = round(size * 0.045)
         self.text = max(11.0, size * 0.0175)
@@ -118,7 +145,8 @@ class _Frame:
         self.height = round(self.bottom + self.margin * 0.7 + 2.2 * self.text)
         self.line = size / 900  # The unit of line widths: 1 at the usual size.
         colour = snapshot.floor.colour
-        self.bare = FLOOR if colour == packed(FLOOR_COLOUR) else Colour(*colour.to_bytes(3, "big"))
+        self.bare = tones.floor if colour == packed(FLOOR_COLOUR) else Colour(*colour.to_bytes(3, "big"))
+        self.edge = tones.edge if self.bare == tones.floor else EDGE
         self.is_dark = sum(self.bare) < 3 * 128
 
     def at(self, x: float, y: float) -> Point:
@@ -136,7 +164,8 @@ def _floor(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
     yield from glow_shapes(snapshot.lights, frame.at, frame.scale, bare)
     if snapshot.lights:
         yield from _margins(snapshot, frame)
-    grid = GRID if bare == FLOOR else blend(bare, EDGE, 0.1)
+    tones = frame.tones
+    grid = tones.grid if bare == tones.floor else blend(bare, frame.edge, 0.1)
     step = GRID_STEP if max(width, depth) <= 3 else 1.0
     for k in range(1, math.ceil(width / step)):
         yield Stroke((frame.at(k * step, 0), frame.at(k * step, depth)), grid, frame.line)
@@ -169,7 +198,7 @@ def _margins(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
         (0, 0, left, frame.height),
         (right, 0, frame.width, frame.height),
     ):
-        yield Polygon(((x1, y1), (x2, y1), (x2, y2), (x1, y2)), PAPER)
+        yield Polygon(((x1, y1), (x2, y1), (x2, y2), (x1, y2)), frame.tones.paper)
 
 
 def _shadows(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
@@ -188,18 +217,20 @@ def _shadows(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
 
 def _obstacles(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
     for box in snapshot.boxes:
-        outline = blend(box.colour, EDGE, 0.45)
+        outline = blend(box.colour, frame.edge, 0.45)
         yield Polygon(_corners(box, frame, 0.0), box.colour, outline, 2 * frame.line)
         yield from push_shapes(box, frame.at, 2 * frame.line)
     for post in snapshot.cylinders:
         centre, radius = frame.at(post.x, post.y), post.radius * frame.scale
-        yield Circle(centre, radius, post.colour, blend(post.colour, EDGE, 0.45), 2 * frame.line)
+        yield Circle(centre, radius, post.colour, blend(post.colour, frame.edge, 0.45), 2 * frame.line)
         if not post.is_pushable:
             yield Circle(centre, 0.62 * radius, blend(post.colour, FLOOR, 0.22))
         yield from push_shapes(post, frame.at, 2 * frame.line)
     for wall in snapshot.walls:
         yield Stroke(
-            (frame.at(wall.x1, wall.y1), frame.at(wall.x2, wall.y2)), blend(wall.colour, EDGE, 0.75), 5 * frame.line
+            (frame.at(wall.x1, wall.y1), frame.at(wall.x2, wall.y2)),
+            blend(wall.colour, frame.edge, 0.75),
+            5 * frame.line,
         )
 
 
@@ -216,7 +247,7 @@ def _edge(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
         (x + (half if x > frame.margin + 1 else -half), y + (half if y > frame.margin + 1 else -half))
         for x, y in corners
     )
-    yield Stroke((*outer, outer[0]), EDGE, 2 * half)
+    yield Stroke((*outer, outer[0]), frame.tones.edge, 2 * half)
 
 
 def _trail(trail: Trail, colour: Colour, frame: _Frame) -> Iterator[Shape]:
@@ -264,14 +295,14 @@ def _footer(snapshot: Snapshot, trails: Sequence[Trail], caption: str | None, fr
     base = frame.bottom + frame.margin * 0.55 + 1.15 * frame.text
     if caption is None:
         caption = _caption(snapshot, trails)
-    yield Text((frame.margin, base), caption, frame.text, INK)
+    yield Text((frame.margin, base), caption, frame.text, frame.tones.edge)
     length = max(nice for nice in NICE_LENGTHS if nice <= max(snapshot.width / 4, NICE_LENGTHS[0]))
     start = frame.right - length * frame.scale
     y = base - 0.35 * frame.text
     tick = 0.35 * frame.text
-    yield Stroke(((start, y), (frame.right, y)), INK, 1.8 * frame.line)
+    yield Stroke(((start, y), (frame.right, y)), frame.tones.edge, 1.8 * frame.line)
     for x in (start, frame.right):
-        yield Stroke(((x, y - tick), (x, y + tick)), INK, 1.8 * frame.line)
+        yield Stroke(((x, y - tick), (x, y + tick)), frame.tones.edge, 1.8 * frame.line)
     label = f"{length * 100:g} cm" if length < 1 else f"{length:g} m"
     yield Text((start - 0.6 * frame.text, base), label, frame.text, FAINT_INK, "end")
 
