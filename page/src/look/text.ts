@@ -31,3 +31,6 @@ export function save(blob: Blob, name: string) {
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
+
+/** The name of a world or behaviour as a title: "Red boxes". */
+export const title = (name: string) => name.charAt(0).toUpperCase() + name.slice(1).replaceAll("-", " ");
