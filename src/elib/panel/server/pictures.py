@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import io
+from dataclasses import replace
 from functools import cache
 
 from msgspec import Struct
@@ -25,6 +26,8 @@ class WorldInfo(Struct):
 
 SIZE = 480
 """Pixels of the longer side."""
+SCALE_BAR = 24
+"""Pixels at the bottom of a drawing with a bar that could not be read so small."""
 LIGHT = Tones(Colour(223, 228, 234), Colour(251, 250, 245), Colour(231, 229, 220), Colour(74, 82, 97))
 DARK = Tones(Colour(17, 21, 27), Colour(42, 49, 59), Colour(52, 61, 74), Colour(140, 151, 168))
 """What tokens.css of the page names room, floor, grid and wall."""
@@ -39,7 +42,7 @@ async def world_picture(name: str, *, is_dark: bool) -> bytes | None:
 def _draw(name: str, tones: Tones) -> bytes:
     out = io.BytesIO()
     drawing = top_view(World(load_file(name).scene).snapshot(), (), "", SIZE, tones=tones)
-    render(drawing).save(out, "PNG", optimize=True)
+    render(replace(drawing, height=drawing.height - SCALE_BAR)).save(out, "PNG", optimize=True)
     return out.getvalue()
 
 
