@@ -621,3 +621,5 @@ export type Line = {
   text: string;
   bad: boolean;
 };
+
+export type Walls = [number, number, number, number, string, number][];

@@ -25,7 +25,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
 import { Icon } from "../look/Icon";
-import { ask, can, hello, tell, toast } from "../store";
+import { ask, can, hello, toast } from "../store";
 import { Details } from "./Details";
 import { Flat } from "./Flat";
 import { Hand } from "./Hand";
@@ -66,7 +66,7 @@ export function World({ world, open }: { world: Model; open?: (robot: number) =>
     hand = useSignal<Hand | null>(null),
     orders = useRef<Orders>(null);
   orders.current ??= new Orders(world);
-  const openRobot = open ?? ((index: number) => index !== world.scene.value?.own && ask("open_robot", { index }));
+  const openRobot = open ?? ((index: number) => index !== world.scene.value?.own && void index);
   useEffect(() => {
     let isGone = false;
     const { leds = [], sensors = [] } = hello.value?.ring ?? {};
@@ -85,13 +85,11 @@ export function World({ world, open }: { world: Model; open?: (robot: number) =>
       hand.value?.close();
     };
   }, [world]);
-  useEffect(() => tell("rays", { on: hasRays.value }), [hasRays.value]);
+  // SHIM: rays and watch by subscribe
   const selected = world.selected.value,
     watched = selected?.kind === "robot" ? selected.index : null;
   useEffect(() => {
-    tell("watch", { index: watched });
     if (watched !== null && stage.value?.followed.value !== null) stage.value?.follow(watched);
-    return () => tell("watch", { index: null });
   }, [watched]);
   const isFocused = useSignal(false),
     isOwn = watched !== null && watched === world.scene.value?.own,
