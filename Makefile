@@ -66,7 +66,7 @@ check: $(READY) $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, form
 	@$(BIN)/python docs/generate_reference.py --check
 	@$(BIN)/python docs/check_words.py
 	@$(BIN)/python tests/check_waiting.py
-	@command -v npm >/dev/null || echo "The JavaScript was not checked: that needs nodejs and npm."
+	@command -v npm >/dev/null || echo "The page was not checked: that needs nodejs and npm."
 
 check-js: $(JS_READY) ## Format and types of the page; fails without npm
 	@cd page && npm run --silent check
