@@ -1,5 +1,6 @@
 // The frame of the page: the robots on top, STOP always in the same place, and below them what the address says.
 import { Moon, Plus, Sun, X } from "lucide";
+import { useEffect, useRef } from "preact/hooks";
 import { Dialog } from "./look/Dialog";
 import { Button } from "./look/Button";
 import { Icon } from "./look/Icon";
@@ -23,8 +24,12 @@ function Tab({
   title: string;
   children: preact.ComponentChildren;
 }) {
+  const link = useRef<HTMLAnchorElement>(null);
+  useEffect(() => {
+    if (isOpen) link.current?.scrollIntoView({ block: "nearest", inline: "center" }); // of twenty robots, some are out of sight
+  }, [isOpen]);
   return (
-    <a class="place" href={to} title={title} aria-current={isOpen ? "page" : undefined}>
+    <a ref={link} class="place" href={to} title={title} aria-current={isOpen ? "page" : undefined}>
       {children}
     </a>
   );

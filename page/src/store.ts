@@ -221,5 +221,6 @@ function shim({ what, of, rays }: Subscription) {
   const say = (message: object) => socket.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
   if (what === "robot" || what === "overview") say({ do: "show", place: of || "overview" });
   if (what === "world") say({ do: "rays", on: Boolean(rays) });
+  if (what === "world" && of) say({ do: "choose_world", robot: of });
   if (what === "readings") say({ do: "watch", index: of === undefined ? null : Number(of) });
 }

@@ -1,0 +1,140 @@
+// The study that the page belongs to: the fitness of its generations, how far it is, and which controller drives.
+import { signal, useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import { inks } from "../look/canvas";
+import { age, number, title } from "../look/text";
+import { isDark } from "../look/theme";
+import type { StudyAbout, StudyNews } from "../messages";
+import { ask, study, subscribe } from "../store";
+import "./Study.css";
+
+const LEAST = 10; // generations that the axis has room for
+const MOST = 2000; // points of a curve: no screen shows more
+const COMPILING = "The code is compiled first. The first time, this takes a minute or more.";
+const CURVES = ["best", "mean", "middle half", "lowest"];
+
+type Generation = StudyNews["generations"][number]; // best, upper quarter, mean, lower quarter, lowest
+
+// Kept while the page is open: the server tells each generation once.
+const generations = signal<Generation[]>([]);
+study.subscribe((news) => {
+  if (!news || news.first > generations.peek().length) return; // of an earlier connection
+  if (news.first < generations.peek().length || news.generations.length)
+    generations.value = generations.peek().slice(0, news.first).concat(news.generations);
+});
+
+/** Best, mean and the band of the middle half over the generations; `point` is told which one the mouse points at. */
+function Fitness({ count, point }: { count: number; point: (generation: number | null) => void }) {
+  const box = useRef<HTMLDivElement>(null),
+    plot = useRef<uPlot | null>(null);
+  const done = generations.value,
+    dark = isDark();
+  useEffect(() => {
+    const { ray, trail, faint, grid } = inks("ray", "trail", "faint", "grid"),
+      axis = { stroke: faint, grid: { stroke: grid, width: 1 }, ticks: { show: false }, labelSize: 16 },
+      size = () => ({ width: box.current!.clientWidth, height: box.current!.clientHeight }),
+      edge = { stroke: "transparent", points: { show: false } };
+    const made = new uPlot(
+      {
+        ...size(),
+        legend: { show: false },
+        cursor: { y: false, drag: { x: false } },
+        scales: { x: { time: false, range: (_, __, last) => [1, Math.max(Math.min(LEAST, count), last, 2)] } },
+        axes: [
+          { ...axis, label: "generation", size: 24, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000] },
+          { ...axis, label: "fitness", size: 44 },
+        ],
+        series: [{}, { stroke: ray, width: 2 }, { stroke: trail, width: 2 }, edge, edge],
+        bands: [{ series: [3, 4], fill: `color-mix(in srgb, ${trail} 22%, transparent)` }],
+        hooks: { setCursor: [({ cursor, data }) => point(cursor.idx == null ? null : data[0][cursor.idx])] },
+      },
+      [[], [], [], [], []],
+      box.current!,
+    );
+    plot.current = made;
+    const watch = new ResizeObserver(() => made.setSize(size()));
+    watch.observe(box.current!);
+    return () => {
+      watch.disconnect();
+      made.destroy();
+    };
+  }, [dark, count]);
+  useEffect(() => {
+    const every = Math.ceil(done.length / MOST) || 1,
+      drawn = done.map((each, k) => [k + 1, each[0], each[2], each[1], each[3]]).filter((_, k) => k % every === 0);
+    plot.current?.setData([0, 1, 2, 3, 4].map((row) => drawn.map((each) => each[row])) as uPlot.AlignedData);
+  }, [done, dark, count]);
+  const text = `fitness of ${done.length} generations; the newest values stand below`;
+  return <div ref={box} class="fitness" role="img" aria-label={text} />;
+}
+
+export function Study({ about }: { about: StudyAbout }) {
+  const pointed = useSignal<number | null>(null);
+  useEffect(() => subscribe({ what: "study", rate: 10 }), []);
+  const news = study.value,
+    done = generations.value,
+    { bests = [], outcome = "" } = news ?? {},
+    best = bests.at(-1),
+    which = Math.min(pointed.value ?? done.length, done.length),
+    told = done[which - 1]?.map((value) => number(value, 3)),
+    values = told ? [told[0], told[2], `${told[3]} to ${told[1]}`, told[4]] : [];
+  return (
+    <section class="card stack study" aria-label="study">
+      <h2>Study: {title(about.task)}</h2>
+      <p>{about.summary}</p>
+      <p class="how-far">
+        {outcome ||
+          `${done.length} of ${about.count} generations · ${done.length ? `${age(news?.left ?? 0)} left` : "the first one is being tried out …"}`}
+      </p>
+      <progress max={about.count} value={done.length} aria-label="generations done" />
+      <p>
+        {best ? `Best${outcome ? "" : " so far"}: ${number(best[1], 3)}, of generation ${best[0]}` : news && COMPILING}
+      </p>
+      <Fitness count={about.count} point={(generation) => (pointed.value = generation)} />
+      <div class="legend row wrap small">
+        <b>{which > 0 && `Generation ${which}`}</b>
+        {CURVES.map((name, k) => (
+          <span key={name} data-curve={k}>
+            {name} <b>{values[k]}</b>
+          </span>
+        ))}
+      </div>
+      <label class="field">
+        Who drives
+        <select
+          value={String(news?.chosen ?? "")}
+          onChange={({ currentTarget: { value } }) =>
+            ask("choose_controller", { number: value === "" ? null : Number(value) })
+          }
+        >
+          <option value="">Always the best so far</option>
+          {bests
+            .map(([generation, fitness], k) => (
+              <option key={k} value={String(k)}>
+                Generation {generation}: {number(fitness, 3)}
+              </option>
+            ))
+            .reverse()}
+        </select>
+      </label>
+      {news?.shown && (
+        <p class="hint">
+          The best of generation {news.shown} drives, {about.seconds} s in each world.
+        </p>
+      )}
+      <details>
+        <summary>Settings</summary>
+        <dl>
+          {Object.entries(about.settings).map(([name, value]) => (
+            <div key={name} class="row">
+              <dt class="hint">{name}</dt>
+              <dd>{value}</dd>
+            </div>
+          ))}
+        </dl>
+      </details>
+    </section>
+  );
+}
