@@ -12,6 +12,8 @@ import "./Study.css";
 
 const LEAST = 10; // generations that the axis has room for
 const MOST = 2000; // points of a curve: no screen shows more
+const FEW = 12; // of which each is drawn as a point
+const FONT = '12px "Inter Variable"';
 const COMPILING = "The code is compiled first. The first time, this takes a minute or more.";
 const CURVES = ["best", "mean", "middle half", "lowest"];
 
@@ -33,8 +35,16 @@ function Fitness({ count, point }: { count: number; point: (generation: number |
     dark = isDark();
   useEffect(() => {
     const { ray, trail, faint, grid } = inks("ray", "trail", "faint", "grid"),
-      axis = { stroke: faint, grid: { stroke: grid, width: 1 }, ticks: { show: false }, labelSize: 16 },
+      axis = {
+        stroke: faint,
+        grid: { stroke: grid, width: 1 },
+        ticks: { show: false },
+        labelSize: 16,
+        font: FONT,
+        labelFont: FONT,
+      },
       size = () => ({ width: box.current!.clientWidth, height: box.current!.clientHeight }),
+      points = { show: (plot: uPlot) => plot.data[0].length < FEW },
       edge = { stroke: "transparent", points: { show: false } };
     const made = new uPlot(
       {
@@ -46,7 +56,7 @@ function Fitness({ count, point }: { count: number; point: (generation: number |
           { ...axis, label: "generation", size: 24, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000] },
           { ...axis, label: "fitness", size: 44 },
         ],
-        series: [{}, { stroke: ray, width: 2 }, { stroke: trail, width: 2 }, edge, edge],
+        series: [{}, { stroke: ray, width: 2, points }, { stroke: trail, width: 2, points }, edge, edge],
         bands: [{ series: [3, 4], fill: `color-mix(in srgb, ${trail} 22%, transparent)` }],
         hooks: { setCursor: [({ cursor, data }) => point(cursor.idx == null ? null : data[0][cursor.idx])] },
       },
