@@ -178,6 +178,7 @@ export type Hello = {
   folder: string;
   worlds: WorldInfo[];
   behaviours: BehaviourAbout[];
+  kinds: Record<string, string>;
   ring: Ring;
   addresses: Address[];
   study: StudyAbout | null;

@@ -13,6 +13,7 @@ from guard_rig import guarded
 from local_network import LocalLoop
 from page_rig import opened
 
+from elib.records.timeline import KINDS
 from shared import needs_page, until
 
 pytestmark = needs_page
@@ -64,3 +65,10 @@ async def test_what_a_page_sent_while_the_program_ends_is_not_carried_out() -> N
         assert (await page.ask("find"))["error"]["kind"] == "LinkClosed"
         assert len(rig.panel.slots) == 1
         assert not rig.panel.slot(key).drive.driver
+
+
+async def test_a_page_is_told_a_title_for_lines_of_each_kind_also_those_of_a_recorder() -> None:
+    async with guarded(urls=["sim://"]) as rig, opened(rig.url) as page:
+        kinds = {*KINDS, "panel"}  # those of recordings, and the panel's own
+        assert kinds <= page.hello["kinds"].keys()
+        assert all(page.hello["kinds"].values())

@@ -10,6 +10,16 @@ from msgspec import Struct
 
 from elib.link.session import Disconnected, Ended, Greeted, Reconnected, ResetNoticed, Resynced, TraceEvent
 
+KINDS = {
+    "call": "Commands",
+    "link": "Connection",
+    "robot": "Robot",
+    "state": "Behaviours",
+    "note": "Notes",
+    "recorder": "Recorder",
+    "panel": "This page",
+}
+"""The kinds of lines, each with a title for a person: those of a recording, and those that the panel adds."""
 KEPT = 500
 """Lines of the event log."""
 MAX_TEXT = 2000
@@ -19,7 +29,7 @@ CHATTER = 1.0
 
 
 class Line(Struct, frozen=True, rename={"is_bad": "bad"}):
-    """A line of the event log: its number, s on the panel's clock, a kind as the page filters by, and what happened."""
+    """A line of the event log: its number, s on the panel's clock, a kind of :data:`KINDS`, and what happened."""
 
     number: int
     time: float

@@ -15,6 +15,7 @@ from msgspec import UNSET, Struct, UnsetType
 from elib.base.body import SENSOR_DIRECTIONS
 from elib.base.errors import ArgumentError
 from elib.panel.behaviours import BehaviourAbout, Play, catalogue, runner_state
+from elib.panel.events import KINDS
 from elib.panel.panel import Generation, Listed, Panel, Study, StudyAbout, StudyState
 from elib.panel.server.conversation import Caller, Decoded, Message, Told
 from elib.panel.server.instruments import Cursor, Scheme, Summary, Tick, scheme, summary, tick
@@ -53,6 +54,7 @@ class Hello(Told, tag="hello"):
     folder: str
     worlds: list[WorldInfo]
     behaviours: list[BehaviourAbout]
+    kinds: dict[str, str]
     ring: Ring
     simulation: bool
     study: StudyAbout | None
@@ -216,6 +218,7 @@ class Page(Caller):
             folder="" if panel.is_shared else str(panel.folder.path),
             worlds=world_list(),
             behaviours=catalogue(),
+            kinds=KINDS,
             ring=Ring(SENSOR_DIRECTIONS, [math.radians(angle) for angle in LED_ANGLES]),
             simulation=panel.is_of_world,
             study=None if panel.study is None else panel.study.about(),
