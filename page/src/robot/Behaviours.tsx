@@ -5,10 +5,10 @@ import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Code } from "../look/Code";
 import { number } from "../look/text";
-import type { BehaviourOption, Play as State } from "../messages";
+import type { BehaviourAbout, Play as State } from "../messages";
 import { ask, can, hello, listed, type Robot } from "../store";
 import { kept } from "./kept";
-import "./lists.css";
+import { Lines } from "./Lines";
 
 const COLOURS: Partial<Record<State["phase"], string>> = { running: "connected", paused: "gap", failed: "failed" };
 
@@ -21,11 +21,11 @@ const stateOf = kept(() => ({
 /** How the behaviour stands, and what it said. */
 function Doing({ play, isSource }: { play: State; isSource: boolean }) {
   const { name, phase, phase_text, state, reason, error, time, lines } = play,
-    log = useRef<HTMLDivElement>(null);
-  useEffect(() => log.current?.scrollTo(0, log.current.scrollHeight), [lines]);
-  const doing = ["running", "paused"].includes(phase)
-    ? [state && `state: ${state}`, reason, `${number(time, 1)} s`]
-    : [name && `ran ${number(time, 1)} s`, state && `last state: ${state}`];
+    isActive = phase === "running" || phase === "paused",
+    passed = `${number(time, 1)} s`;
+  const doing = isActive
+    ? [state && `state: ${state}`, reason, passed]
+    : [name && `ran ${passed}`, state && `last state: ${state}`];
   return (
     <>
       <div class="row wrap play">
@@ -34,79 +34,78 @@ function Doing({ play, isSource }: { play: State; isSource: boolean }) {
         </p>
         <span class="hint">{doing.filter(Boolean).join(" · ")}</span>
       </div>
-      {error && (
-        <p class="alarm" role="alert">
-          {error}
-        </p>
-      )}
+      <p class="alarm" role="alert" hidden={!error}>
+        {error}
+      </p>
       {!isSource && lines.length > 0 && (
-        <div class="lines" ref={log} tabIndex={0} role="log" aria-label="what the behaviour says" data-keys="">
+        <Lines label="what the behaviour says" news={lines}>
           {lines.map(([seconds, text]) => (
-            <p class="event">
-              <time>{number(seconds, 1)} s</time>
-              <span class="fill">{text}</span>
+            <p>
+              <time>{number(seconds, 1)} s</time> {text}
             </p>
           ))}
-        </div>
+        </Lines>
       )}
     </>
   );
 }
 
 function Source({ name }: { name: string }) {
-  const text = useSignal<string | null>(null);
-  useEffect(() => {
-    let isShown = true;
-    text.value = null;
-    void ask("source", { name }).then((found) => isShown && (text.value = found ?? ""));
-    return () => {
-      isShown = false;
-    };
-  }, [name]);
-  return text.value === null ? <p class="hint">Loading …</p> : <Code text={text.value} label={`source of ${name}`} />;
+  const text = useSignal("");
+  useEffect(() => void ask("source", { name }).then((found) => (text.value = found ?? "")), []);
+  return <Code text={text.value} label={`source text of ${name}`} />;
 }
 
-function Option({ of, value, set }: { of: BehaviourOption; value: string; set: (text: string) => void }) {
-  const { name, unit, low, high, whole, rule } = of;
-  const field = {
-    placeholder: rule,
-    value,
-    onInput: ({ currentTarget }: { currentTarget: HTMLInputElement }) => set(currentTarget.value),
-  };
-  return (
-    <label class="field" title={rule}>
-      {unit ? `${name}, ${unit}` : name}
-      {typeof of.default === "string" ? (
-        <input type="text" {...field} />
-      ) : (
-        <input type="number" min={low ?? undefined} max={high ?? undefined} step={whole ? 1 : "any"} {...field} />
-      )}
-    </label>
-  );
+/** The options of a behaviour as a form, with what a person typed or what the behaviour would take by itself. */
+function Options({
+  chosen,
+  typed,
+  set,
+}: {
+  chosen: BehaviourAbout;
+  typed: string[];
+  set: (k: number, text: string) => void;
+}) {
+  return chosen.options.map(({ name, unit, low, high, whole, rule, default: value }, k) => {
+    const field = { placeholder: rule, value: typed[k] },
+      input = ({ currentTarget }: { currentTarget: HTMLInputElement }) => set(k, currentTarget.value),
+      range = { min: low ?? undefined, max: high ?? undefined, step: whole ? 1 : "any" };
+    return (
+      <label key={name} class="field" title={rule}>
+        {unit ? `${name}, ${unit}` : name}
+        {typeof value === "string" ? (
+          <input type="text" {...field} onInput={input} />
+        ) : (
+          <input type="number" {...field} {...range} onInput={input} />
+        )}
+      </label>
+    );
+  });
 }
 
 export function Behaviours({ robot }: { robot: Robot }) {
   const { name, typed, isSource } = stateOf(robot),
     form = useRef<HTMLDivElement>(null),
-    play = robot.play.value,
     known = hello.value?.behaviours ?? [],
-    groups = [...new Set(known.map(({ group }) => group))],
-    chosen = known.find((each) => each.name === name.value) ?? known[0];
+    chosen = known.find((each) => each.name === name.value) ?? known[0],
+    play = robot.play.value;
   if (!chosen || !play) return null;
-  const isActive = play.phase === "running" || play.phase === "paused",
-    isFree = !chosen.elsewhere && robot.tick.value?.phase === "connected";
-  const valueOf = (option: BehaviourOption) =>
-    typed.value[`${chosen.name} ${option.name}`] ?? `${option.default ?? ""}`;
+  const { options, summary, world, elsewhere } = chosen,
+    keyOf = (k: number) => `${chosen.name} ${options[k].name}`,
+    texts = options.map((option, k) => typed.value[keyOf(k)] ?? String(option.default ?? ""));
   const start = (robots: string[]) => {
     if (![...(form.current?.querySelectorAll("input") ?? [])].every((field) => field.reportValidity())) return;
-    const set = chosen.options.filter((option) => valueOf(option) !== "");
-    const options = set.map((option) => {
-      const value = valueOf(option);
-      return [option.name, typeof option.default === "string" ? value : Number(value)];
-    });
-    return ask("behave", { robots, name: chosen.name, options: Object.fromEntries(options) });
+    const values = options.map((option, k) => [
+      option.name,
+      typeof option.default === "string" ? texts[k] : Number(texts[k]),
+    ]);
+    const set = values.filter((_, k) => texts[k] !== "");
+    return ask("behave", { robots, name: chosen.name, options: Object.fromEntries(set) });
   };
-  const one = { robots: [robot.key] };
+  const one = { robots: [robot.key] },
+    all = listed.value.map(({ key }) => key),
+    isPaused = play.phase === "paused",
+    isReady = !elsewhere && robot.tick.value?.phase === "connected";
   return (
     <div class="stack grows behaviours">
       <div class="row">
@@ -114,15 +113,11 @@ export function Behaviours({ robot }: { robot: Robot }) {
           class="fill"
           aria-label="Behaviour"
           value={chosen.name}
-          onChange={(event) => (name.value = event.currentTarget.value)}
+          onChange={({ currentTarget }) => (name.value = currentTarget.value)}
         >
-          {groups.map((group) => (
-            <optgroup key={group} label={group}>
-              {known
-                .filter((each) => each.group === group)
-                .map((each) => (
-                  <option key={each.name}>{each.name}</option>
-                ))}
+          {[...new Set(known.map(({ group }) => group))].map((group) => (
+            <optgroup label={group}>
+              {known.map((each) => each.group === group && <option>{each.name}</option>)}
             </optgroup>
           ))}
         </select>
@@ -136,48 +131,42 @@ export function Behaviours({ robot }: { robot: Robot }) {
         </Button>
       </div>
       {isSource.value ? (
-        <Source name={chosen.name} />
+        <Source key={chosen.name} name={chosen.name} />
       ) : (
         <>
-          <p class={chosen.elsewhere ? "warn" : "hint"}>
-            {chosen.elsewhere
-              ? `It cannot run here: ${chosen.elsewhere}.`
-              : `${chosen.summary}${chosen.world && ` At home in sim://${chosen.world}.`}`}
-          </p>
-          <div class="options" ref={form}>
-            {chosen.options.map((option) => (
-              <Option
-                key={`${chosen.name} ${option.name}`}
-                of={option}
-                value={valueOf(option)}
-                set={(text) => (typed.value = { ...typed.value, [`${chosen.name} ${option.name}`]: text })}
-              />
-            ))}
+          {elsewhere && <p class="warn">{`It cannot run here: ${elsewhere}.`}</p>}
+          <p class="hint">{`${summary}${world && ` At home in sim://${world}.`}`}</p>
+          <div class="options" ref={form} key={chosen.name}>
+            <Options
+              chosen={chosen}
+              typed={texts}
+              set={(k, text) => (typed.value = { ...typed.value, [keyOf(k)]: text })}
+            />
           </div>
         </>
       )}
       {can().drive && (
         <div class="row wrap">
-          {isActive ? (
+          {isPaused || play.phase === "running" ? (
             <>
               <Button
                 weight="primary"
-                icon={play.phase === "paused" ? Play : Pause}
-                act={() => ask(play.phase === "paused" ? "resume_behaviour" : "pause_behaviour", one)}
+                icon={isPaused ? Play : Pause}
+                act={() => ask(isPaused ? "resume_behaviour" : "pause_behaviour", one)}
               >
-                {play.phase === "paused" ? "Continue behaviour" : "Pause behaviour"}
+                {isPaused ? "Continue behaviour" : "Pause behaviour"}
               </Button>
               <Button icon={Square} act={() => ask("end_behaviour", one)}>
                 End behaviour
               </Button>
             </>
           ) : (
-            <Button weight="primary" icon={Play} disabled={!isFree} act={() => start([robot.key])}>
+            <Button weight="primary" icon={Play} disabled={!isReady} act={() => start(one.robots)}>
               Start
             </Button>
           )}
-          {listed.value.length > 1 && (
-            <Button disabled={Boolean(chosen.elsewhere)} act={() => start(listed.value.map(({ key }) => key))}>
+          {all.length > 1 && (
+            <Button disabled={Boolean(elsewhere)} act={() => start(all)}>
               Start for all robots
             </Button>
           )}

@@ -1,68 +1,51 @@
 // What has happened, newest first, filtered by kind and text. Lines that repeat themselves soon are one that counts.
 import { signal } from "@preact/signals";
-import { useMemo } from "preact/hooks";
 import { Eraser } from "lucide";
+import { useMemo } from "preact/hooks";
 import { Button } from "../look/Button";
 import type { Line } from "../messages";
 import { hello, type Robot } from "../store";
-import { kept } from "./kept";
-import "./lists.css";
+import { kept, toggled } from "./kept";
+import { Lines } from "./Lines";
 
 const SOON = 10; // s
 const LONG = /-?\d+\.\d{4,}/g; // a number with more digits than a person reads
 const ARGUMENTS = /\(.*\)(?=: )/; // of a command
 
 const stateOf = kept(() => ({
-  text: signal(""),
-  hidden: signal<string[]>([]),
+  wanted: signal(""),
+  hidden: signal<string[]>([]), // kinds
   cleared: signal(0), // the number of the last line that was cleared
 }));
 
-/** Lines that say the same, but for the numbers of a command. */
+/** Lines that say the same but for the arguments of a command, the newest first. */
 type Group = { about: string; lines: Line[] };
 
-/** Group lines, oldest first; a group stands where its newest line does. */
 function grouped(lines: Line[]) {
-  const groups = new Map<string, Group>(),
-    old: Group[] = [];
+  const groups: Group[] = [],
+    newest = new Map<string, Group>();
   for (const line of lines) {
     const about = line.kind === "call" ? line.text.replace(ARGUMENTS, "") : line.text,
       key = `${line.kind} ${line.bad} ${about}`,
-      group = groups.get(key);
-    groups.delete(key);
-    const isSoon = group && line.time - group.lines[group.lines.length - 1].time < SOON;
-    if (group && !isSoon) old.push(group);
-    if (isSoon) group.lines.push(line);
-    groups.set(key, isSoon ? group : { about, lines: [line] });
+      group = newest.get(key);
+    if (group && line.time - group.lines[0].time < SOON) group.lines.unshift(line);
+    else newest.set(key, groups[groups.push({ about, lines: [line] }) - 1]);
   }
-  const newest = ({ lines }: Group) => lines[lines.length - 1].number;
-  return [...old, ...groups.values()].sort((one, other) => newest(other) - newest(one));
+  return groups.sort((one, other) => other.lines[0].number - one.lines[0].number);
 }
 
 const short = (text: string) => text.replace(LONG, (digits) => String(+Number(digits).toFixed(3)));
 
 export function Events({ robot }: { robot: Robot }) {
-  const { text, hidden, cleared } = stateOf(robot),
-    kinds = hello.value?.kinds ?? {},
+  const { wanted, hidden, cleared } = stateOf(robot),
+    titles = hello.value?.kinds ?? {},
     lines = robot.lines.value,
-    // Only a kind that a person can show again may be hidden.
-    offered = Object.keys(kinds).filter((kind) => lines.some((line) => line.kind === kind)),
-    began = useMemo(() => Date.now() - 1000 * (robot.tick.peek()?.time ?? 0), [lines]);
-  const groups = useMemo(() => {
-    const wanted = text.value.toLowerCase();
-    return grouped(
-      lines.filter(
-        (line) =>
-          line.number > cleared.value && !hidden.value.includes(line.kind) && line.text.toLowerCase().includes(wanted),
-      ),
-    );
-  }, [lines, text.value, hidden.value, cleared.value]);
-  const toggle = (kind: string) =>
-    (hidden.value = hidden.value.includes(kind)
-      ? hidden.value.filter((each) => each !== kind)
-      : [...hidden.value, kind]);
-  const clock = ({ time }: Line) => <time>{new Date(began + 1000 * time).toTimeString().slice(0, 8)}</time>;
-  const last = lines.at(-1)?.number ?? 0;
+    last = lines.at(-1)?.number ?? 0;
+  const began = useMemo(() => Date.now() - 1000 * (robot.tick.peek()?.time ?? 0), [lines]),
+    clock = ({ time }: Line) => <time>{new Date(began + 1000 * time).toTimeString().slice(0, 8)}</time>;
+  const isShown = ({ number, kind, text }: Line) =>
+    number > cleared.value && !hidden.value.includes(kind) && text.toLowerCase().includes(wanted.value.toLowerCase());
+  const groups = grouped(lines.filter(isShown));
   return (
     <div class="stack grows events">
       <div class="row">
@@ -72,53 +55,49 @@ export function Events({ robot }: { robot: Robot }) {
           placeholder="Filter"
           maxLength={100}
           aria-label="text that lines must hold"
-          value={text.value}
-          onInput={(event) => (text.value = event.currentTarget.value)}
+          value={wanted.value}
+          onInput={({ currentTarget }) => (wanted.value = currentTarget.value)}
         />
         <Button weight="quiet" icon={Eraser} act={() => (cleared.value = last)}>
           Clear
         </Button>
       </div>
       <div class="row wrap kinds">
-        {offered.map((kind) => (
-          <label key={kind} class="check small">
-            <input type="checkbox" checked={!hidden.value.includes(kind)} onChange={() => toggle(kind)} />
-            {kinds[kind]}
-          </label>
-        ))}
+        {Object.entries(titles).map(
+          ([kind, title]) =>
+            lines.some((line) => line.kind === kind) && (
+              <label class="check small">
+                <input
+                  type="checkbox"
+                  checked={!hidden.value.includes(kind)}
+                  onChange={() => (hidden.value = toggled(hidden.value, kind))}
+                />
+                {title}
+              </label>
+            ),
+        )}
       </div>
-      <div class="lines" tabIndex={0} role="log" aria-label="events" data-keys="">
+      <Lines label="events">
         {groups.length === 0 && <p class="hint">{last > cleared.value ? "No line matches." : "Nothing yet."}</p>}
-        {groups.map(({ about, lines: [first, ...more] }) => {
-          const head = (
-            <>
-              {clock(more.at(-1) ?? first)}
+        {groups.map(({ about, lines: [newest, ...old] }) => (
+          <details key={(old.at(-1) ?? newest).number} class={newest.bad ? "bad" : ""}>
+            <summary tabIndex={old.length ? 0 : -1}>
+              {clock(newest)}
               <span class="fill">
-                {short(more.length ? about : first.text)}
-                {more.length > 0 && <b class="count"> × {more.length + 1}</b>}
+                {short(old.length ? about : newest.text)}
+                {old.length > 0 && <b>{` × ${old.length + 1}`}</b>}
               </span>
-              <span class="kind">{kinds[first.kind] ?? first.kind}</span>
-            </>
-          );
-          const kind = `event ${first.bad ? "bad" : ""}`;
-          if (!more.length)
-            return (
-              <p key={first.number} class={kind}>
-                {head}
-              </p>
-            );
-          return (
-            <details key={first.number} class={kind}>
-              <summary>{head}</summary>
-              {[first, ...more].reverse().map((line) => (
-                <p key={line.number}>
+              <span class="hint">{titles[newest.kind] ?? newest.kind}</span>
+            </summary>
+            {old.length > 0 &&
+              [newest, ...old].map((line) => (
+                <p>
                   {clock(line)} {short(line.text)}
                 </p>
               ))}
-            </details>
-          );
-        })}
-      </div>
+          </details>
+        ))}
+      </Lines>
     </div>
   );
 }

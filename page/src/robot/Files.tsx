@@ -9,55 +9,48 @@ import { address, go } from "../route";
 import { ask, hello, type Robot } from "../store";
 import "./lists.css";
 
-type Props = { robot: Robot; kind: "log" | "recording"; free: string; look: () => Promise<void> };
+const ABOUT = {
+  log: "One line for each call: what was asked, how it ended, and when.",
+  recording: "Everything: each byte, each reading, each event. It can be played here, repeated and compared.",
+};
 
-/** What is written: its name, and since when. */
-function Writing({ robot, kind, free, look }: Props) {
-  const { log = null, recorder = null, phase } = robot.tick.value ?? {},
-    typed = useSignal<string | null>(null); // null: the free name that the program proposes
-  const isLog = kind === "log",
-    isOn = (isLog ? log : recorder) !== null,
-    name = typed.value ?? free,
-    size = !isLog && recorder ? `: ${bytes(recorder.bytes)}` : "";
+type Props = { robot: Robot; kind: "log" | "recording"; free?: string; look: () => Promise<void> };
+
+function Writing({ robot, kind, free = "", look }: Props) {
+  const { log = null, recorder = null, phase = "failed" } = robot.tick.value ?? {},
+    isOn = (kind === "log" ? log : recorder) !== null,
+    typed = useSignal<string | null>(null), // null: the free name that the program proposes
+    name = typed.value ?? free;
   const turn = async () => {
-    if (isOn) await robot.ask(isLog ? "stop_log" : "stop_recording", {});
-    else await robot.ask(isLog ? "start_log" : "start_recording", { name });
-    if (isOn) typed.value = null;
+    if (!isOn) await robot.ask(`start_${kind}`, { name });
+    else if ((await robot.ask(`stop_${kind}`, {})) !== undefined) typed.value = null;
     await look();
   };
+  const size = kind === "recording" && recorder ? `: ${bytes(recorder.bytes)}` : "",
+    begins = "It begins when the robot is connected.",
+    state = ["connected", "gap"].includes(phase) ? `The file is being written${size}.` : begins;
   return (
-    <section class="stack" aria-label={isLog ? "Log" : "Recording"}>
-      <h3>{isLog ? "Log" : "Recording"}</h3>
-      <p class="hint">
-        {isLog
-          ? "One line for each call: what was asked, how it ended, and when."
-          : "Everything: each byte, each reading, each event. It can be played here, repeated and compared."}
-      </p>
+    <section aria-label={kind}>
+      <h3>{kind === "log" ? "Log" : "Recording"}</h3>
+      <p class="hint">{ABOUT[kind]}</p>
       <div class="row">
         <input
-          type="text"
-          class="fill"
-          maxLength={80}
-          spellcheck={false}
+          {...({ type: "text", class: "fill", maxLength: 80, spellcheck: false } as const)}
           aria-label={`file of the ${kind}`}
           disabled={isOn}
           value={name}
-          onInput={(event) => (typed.value = event.currentTarget.value)}
+          onInput={({ currentTarget }) => (typed.value = currentTarget.value)}
         />
         <Button act={turn}>{isOn ? "Stop" : "Start"}</Button>
       </div>
-      <p class="small" role="status">
-        {isOn &&
-          (phase === "connected" || phase === "gap"
-            ? `The file is being written${size}.`
-            : "It begins when the robot is connected.")}
-      </p>
+      <p role="status">{isOn && state}</p>
     </section>
   );
 }
 
 export function Files({ robot }: { robot: Robot }) {
   const found = useSignal<FileList | null>(null),
+    { log, recording, recordings } = found.value ?? {},
     folder = hello.value?.folder;
   /** Look into the folder: which recordings it has, and which names are free. */
   const look = async () => {
@@ -68,29 +61,25 @@ export function Files({ robot }: { robot: Robot }) {
     const keys = await ask("open_recording", { name });
     if (keys) go(address(keys[0]));
   };
-  const { log = "", recording = "", recordings } = found.value ?? {};
+  const day = (time: number) => new Date(1000 * time).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
   return (
     <div class="stack files">
-      <Writing robot={robot} kind="log" free={log} look={look} />
-      <Writing robot={robot} kind="recording" free={recording} look={look} />
-      <section class="stack" aria-label="recordings">
+      <Writing {...{ robot, look }} kind="log" free={log} />
+      <Writing {...{ robot, look }} kind="recording" free={recording} />
+      <section aria-label="recordings">
         <div class="row">
           <h3 class="fill">Play a recording</h3>
           <Button weight="quiet" icon={RotateCw} label="Look again" act={look} />
         </div>
         {recordings?.length === 0 && <p class="hint">There is no recording in the folder yet.</p>}
-        <ul>
-          {recordings?.map(([name, time, size]) => (
-            <li key={name}>
-              <Button weight="quiet" icon={Play} act={() => play(name)}>
-                {name}
-              </Button>
-              <p class="small">
-                {new Date(1000 * time).toLocaleString([], { dateStyle: "medium", timeStyle: "short" })}, {bytes(size)}
-              </p>
-            </li>
-          ))}
-        </ul>
+        {recordings?.map(([name, time, size]) => (
+          <div key={name} class="recording">
+            <Button weight="quiet" icon={Play} act={() => play(name)}>
+              {name}
+            </Button>
+            <p class="small">{`${day(time)}, ${bytes(size)}`}</p>
+          </div>
+        ))}
       </section>
       <p class="hint">{`Files are written to the folder that the program was started in${folder && `: ${folder}`}.`}</p>
     </div>

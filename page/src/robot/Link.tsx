@@ -10,58 +10,48 @@ import { SLOW } from "./Status";
 import "./lists.css";
 
 const SPAN = 60; // s of the chart
-const ROWS: [title: string, text: (link: LinkStats) => string][] = [
-  ["Time to an answer, usually", ({ median }) => milliseconds(median)],
-  ["Time to an answer, 99 of 100", ({ p99 }) => milliseconds(p99)],
-  ["Commands without an answer", ({ loss, lost }) => (loss === null ? "?" : `${lost} (${number(100 * loss, 1)} %)`)],
-  ["Last answer", (link) => (link.age === null ? "?" : `${age(link.age)} ago`)],
-  ["Answers received", ({ count }) => String(count)],
-  ["Commands that wait", ({ waiting }) => String(waiting)],
-  ["Commands that the robot did not know", ({ refused }) => String(refused)],
-  ["Commands given up before they were sent", ({ unsent }) => String(unsent)],
-  ["Order of answers restored", ({ resyncs }) => `${resyncs} times`],
-  ["Restarts of the robot", ({ resets }) => String(resets)],
+
+const rows = (link: LinkStats): [title: string, text: string | number][] => [
+  ["Time to an answer, usually", milliseconds(link.median)],
+  ["Time to an answer, 99 of 100", milliseconds(link.p99)],
+  ["Commands without an answer", link.loss === null ? "?" : `${link.lost} (${number(100 * link.loss, 1)} %)`],
+  ["Last answer", link.age === null ? "?" : `${age(link.age)} ago`],
+  ["Answers received", link.count],
+  ["Commands that wait", link.waiting],
+  ["Commands that the robot did not know", link.refused],
+  ["Commands given up before they were sent", link.unsent],
+  ["Order of answers restored", `${link.resyncs} times`],
+  ["Restarts of the robot", link.resets],
 ];
 
 /** How good a link is, in a sentence. */
-function Verdict({ link }: { link: LinkStats }) {
-  const { median, loss, lost } = link;
-  if (median === null) return <p>No answer has come yet.</p>;
-  const isGood = median < SLOW && (loss ?? 0) < 0.01;
-  return (
-    <p class={`row ${isGood ? "good" : "warn"}`}>
-      <Icon of={isGood ? CircleCheck : TriangleAlert} />
-      {`The link is ${isGood ? "good" : "poor"}: answers take ${milliseconds(median)}, ` +
-        `${lost ? `${lost} were lost` : "nothing lost"}.`}
-    </p>
-  );
+function verdict({ median, loss, lost }: LinkStats) {
+  if (median === null) return [Unplug, "", "No answer has come yet."] as const;
+  const isGood = median < SLOW && (loss ?? 0) < 0.01,
+    text = `answers take ${milliseconds(median)}, ${lost ? `${lost} were lost` : "nothing lost"}.`;
+  return isGood
+    ? ([CircleCheck, "good", `The link is good: ${text}`] as const)
+    : ([TriangleAlert, "warn", `The link is poor: ${text}`] as const);
 }
 
 export function Link({ robot }: { robot: Robot }) {
-  const tick = robot.tick.value,
-    link = tick?.link,
-    isOn = tick?.phase === "connected",
-    data = useMemo(() => columns(ROUND_TRIP, robot.history, SPAN), [tick]);
+  const { link = null, phase } = robot.tick.value ?? {},
+    isOn = phase === "connected",
+    [icon, kind, text] = link && isOn ? verdict(link) : [Unplug, "", "Not connected."],
+    data = useMemo(() => columns(ROUND_TRIP, robot.history, SPAN), [robot.tick.value]);
   return (
-    <div class={`stack link ${isOn ? "" : "stale"}`}>
-      {link && isOn ? (
-        <Verdict link={link} />
-      ) : (
-        <p class="row">
-          <Icon of={Unplug} />
-          Not connected.
-        </p>
-      )}
+    <div class={`stack grows link ${isOn ? "" : "stale"}`}>
+      <p class={`row ${kind}`}>
+        <Icon of={icon} /> {text}
+      </p>
       <h3>Time to an answer</h3>
       <Plot what={ROUND_TRIP} data={data} span={SPAN} />
       <dl>
-        <dt>Firmware</dt>
-        <dd>{robot.scheme.value?.firmware || "?"}</dd>
-        {ROWS.map(([title, text]) => (
-          <>
-            <dt>{title}</dt>
-            <dd>{link ? text(link) : "?"}</dd>
-          </>
+        {[["Firmware", robot.scheme.value?.firmware || "?"], ...(link ? rows(link) : [])].map(([title, value]) => (
+          <div class="row">
+            <dt class="fill">{title}</dt>
+            <dd>{value}</dd>
+          </div>
         ))}
       </dl>
     </div>

@@ -8,54 +8,46 @@ import { number } from "../look/text";
 import { isDark } from "../look/theme";
 import type { Instrument } from "../messages";
 import type { Moment } from "../store";
+import "./charts.css";
 
-export type Choice = Omit<Instrument, "absent">;
-export type Columns = { times: number[]; values: (number | null)[][] };
+/** What can be shown; its unit is empty if its values have several. */
+export type Choice = Omit<Instrument, "absent" | "physical_unit"> & { unit: string };
+type Columns = { times: number[]; values: (number | null)[][] };
 
-const NO_RANGE = { low: null, high: null, physical_unit: "" };
-export const WHEELS = {
-  ...{ name: "~wheels", title: "Wheels, as commanded", labels: ["left", "right"], units: ["rev/s", "rev/s"] },
-  ...NO_RANGE,
+const own = (name: string, title: string, labels: string[], unit: string): Choice => {
+  return { name, title, labels, unit, units: labels.map(() => unit), low: null, high: null };
 };
-export const ROUND_TRIP = { name: "~latency", title: "Round trip", labels: ["median"], units: ["ms"], ...NO_RANGE };
+export const WHEELS = own("~wheels", "Wheels, as commanded", ["left", "right"], "rev/s");
+export const ROUND_TRIP = own("~latency", "Round trip", ["median"], "ms");
 
 const LEAST: Record<string, number> = { counts: 20, "rev/s": 0.1, g: 0.1, ms: 5, T: 1e-6 }; // a scale's, by unit
 const GAP = 1; // s without news after which a curve is interrupted
-const STEPS = [1, 2, 5, 10, 20, 30, 60, 120]; // s between two lines
-const NONE: number[] = [];
-const FONT = "12px Inter Variable, sans-serif";
+const SECONDS = [1, 2, 5, 10, 20, 30, 60, 120]; // between two lines
 
 const uPlot = signal<typeof UPlot | null>(null);
-const CURVES = ["curve-0", "curve-1", "curve-2", "curve-3", "curve-4", "curve-5", "curve-6", "curve-7"];
-const ink = computed(() => (isDark(), inks("line", "faint", ...CURVES)));
+const CURVES = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => `curve-${k}`);
+const ink = computed(() => (isDark(), inks("card", "line", "faint", ...CURVES)));
 
-const valuesOf = ({ name }: Choice, { values, wheels, latency }: Moment) =>
-  name === WHEELS.name ? wheels : name === ROUND_TRIP.name ? [latency === null ? null : 1000 * latency] : values[name];
-
-/** The unit of all values; empty if they have several. */
-export const unitOf = ({ units }: Choice) => (units.every((each) => each === units[0]) ? (units[0] ?? "") : "");
+function valuesOf({ name }: Choice, { values, wheels, latency }: Moment) {
+  if (name === ROUND_TRIP.name) return [latency && 1000 * latency];
+  return name === WHEELS.name ? wheels : values[name];
+}
 
 /** The newest *span* seconds: a column of times, which end at 0, and one for each value. */
 export function columns(what: Choice, history: Moment[], span: number): Columns {
   const last = history.at(-1)?.time ?? 0,
-    times: number[] = [],
-    values: Columns["values"] = what.labels.map(() => []);
-  const add = (time: number, found?: (number | null)[]) => {
-    times.push(time - last);
-    values.forEach((column, k) => column.push(found?.[k] ?? null));
+    found: Columns = { times: [], values: what.labels.map(() => []) };
+  const add = (time: number, values?: (number | null)[]) => {
+    found.times.push(time - last);
+    found.values.forEach((column, k) => column.push(values?.[k] ?? null));
   };
   let before = Infinity;
-  for (const moment of history.slice(
-    Math.max(
-      0,
-      history.findIndex(({ time }) => time >= last - span),
-    ),
-  )) {
+  for (const moment of history.slice(history.findIndex(({ time }) => time >= last - span))) {
     if (moment.time - before > GAP) add(moment.time - 0.001);
     add(moment.time, valuesOf(what, moment));
     before = moment.time;
   }
-  return { times, values };
+  return found;
 }
 
 type Props = {
@@ -70,82 +62,72 @@ type Props = {
 
 /** Curves; give another key with another *what*. */
 export function Plot(props: Props) {
-  const { what, data, span, isFitted, hidden = NONE } = props;
+  const { what, data, span, isFitted, hidden } = props;
   const box = useRef<HTMLDivElement>(null),
     plot = useRef<UPlot>(null),
     now = useRef(props);
   now.current = props;
   useEffect(() => {
     if (!uPlot.value) return void import("uplot").then((loaded) => (uPlot.value = loaded.default));
-    const made = (plot.current = new uPlot.value(options(what, now, box.current!), [[]], box.current!));
-    const watch = new ResizeObserver(() =>
-      made.setSize({ width: box.current!.clientWidth, height: box.current!.clientHeight }),
-    );
-    watch.observe(box.current!);
+    const place = box.current!,
+      size = () => ({ width: place.clientWidth, height: place.clientHeight }),
+      made = new uPlot.value({ ...size(), ...options(what, now) }, [[]], place),
+      watch = new ResizeObserver(() => made.setSize(size()));
+    plot.current = made;
+    watch.observe(place);
     return () => (watch.disconnect(), made.destroy());
   }, [uPlot.value]);
   useEffect(() => {
-    const { current } = plot;
-    current?.batch(() => {
-      what.labels.forEach((_, k) => current.setSeries(k + 1, { show: !hidden.includes(k) }));
-      current.setData([data.times, ...data.values]);
-    });
+    what.labels.forEach((_, k) => plot.current?.setSeries(k + 1, { show: !hidden?.includes(k) }));
+    plot.current?.setData([data.times, ...data.values]);
   }, [uPlot.value, data, span, isFitted, hidden, isDark()]);
   return <div class="plot" ref={box} role="img" aria-label={`chart of ${what.title}`} />;
 }
 
-function options(what: Choice, now: { current: Props }, { clientWidth, clientHeight }: Element): UPlot.Options {
-  const grid = { stroke: () => ink.value.line, width: 1 },
-    axis = { stroke: () => ink.value.faint, font: FONT, grid, ticks: { show: false }, gap: 6 };
-  let grown: [low: number, high: number] | null = null;
+function options(what: Choice, now: { current: Props }): Omit<UPlot.Options, "width" | "height"> {
+  const line = { stroke: () => ink.value.line, width: 1 },
+    font = "12px Inter Variable, sans-serif",
+    axis = { stroke: () => ink.value.faint, font, labelFont: font, grid: line, ticks: { show: false }, gap: 6 };
+  let seen: [low: number, high: number] | null = null;
   /** The instrument's own ends, unless a person wants what is shown enlarged; otherwise what has been seen so far. */
   const range = (low: number | null, high: number | null): [number, number] => {
     const isFixed = !now.current.isFitted;
-    if (isFixed && !what.physical_unit && what.low !== null && what.high !== null) return [what.low, what.high];
-    const ends = [low, high, ...(isFixed && grown ? grown : [])].filter((each) => each !== null),
-      least = LEAST[what.units[0]] ?? 0.1;
-    const [bottom, top] = ends.length ? [Math.min(...ends), Math.max(...ends)] : [0, least];
-    if (isFixed && ends.length) grown = [bottom, top]; // it grows, and never shrinks under the eyes
+    if (isFixed && what.low !== null && what.high !== null) return [what.low, what.high];
+    const least = LEAST[what.unit] ?? 0.1,
+      ends = [low, high, ...((isFixed && seen) || [])].filter((each) => each !== null),
+      [bottom, top] = ends.length ? [Math.min(...ends), Math.max(...ends)] : [0, least];
+    if (isFixed && ends.length) seen = [bottom, top]; // it grows, and never shrinks under the eyes
     const room = Math.max(least - (top - bottom), 0.08 * (top - bottom)) / 2;
     return [bottom - room, top + room];
   };
+  const digits = (step: number) => Math.max(0, -Math.floor(Math.log10(step)));
+  const ago = (seconds: number) => (seconds ? `${number(seconds)} s` : "now");
   return {
-    width: clientWidth,
-    height: clientHeight,
     legend: { show: false },
-    cursor: { y: false, drag: { x: false, y: false }, sync: { key: "charts" } },
-    hooks: { setCursor: [({ cursor }) => now.current.point?.(cursor.idx ?? null)] },
+    cursor: { y: false, drag: { x: false }, sync: { key: "charts" } },
+    hooks: {
+      setCursor: [({ cursor }) => now.current.point?.(cursor.idx ?? null)],
+      drawClear: [
+        ({ ctx }) => {
+          ctx.fillStyle = ink.value.card; // otherwise a picture that is saved would be transparent
+          ctx.fillRect(0, 0, ctx.canvas.width, ctx.canvas.height);
+        },
+      ],
+    },
     scales: {
       x: { time: false, range: () => [-now.current.span, 0] },
       y: { range: (_, low, high) => range(low, high) },
     },
     axes: [
+      { ...axis, size: 24, space: 56, incrs: SECONDS, values: (_, all) => all.map(ago) },
       {
-        ...axis,
-        size: 24,
-        space: 56,
-        incrs: STEPS,
-        values: (_, seconds) => seconds.map((each) => (each ? `${number(each)} s` : "now")),
-      },
-      {
-        ...axis,
-        size: 46,
-        space: 24,
-        label: unitOf(what),
-        labelSize: 18,
-        labelFont: FONT,
-        values: (_, values, __, ___, step) =>
-          values.map((each) => number(each, Math.max(0, -Math.floor(Math.log10(step))))),
+        ...{ ...axis, size: 46, space: 24, label: what.unit, labelSize: 18 },
+        values: (_, all, __, ___, step) => all.map((each) => number(each, digits(step))),
       },
     ],
     series: [
       {},
-      ...what.labels.map((label, k) => ({
-        label,
-        stroke: () => ink.value[CURVES[k % CURVES.length]],
-        width: 2,
-        points: { show: false },
-      })),
+      ...what.labels.map((_, k) => ({ stroke: () => ink.value[CURVES[k % 8]], width: 2, points: { show: false } })),
     ],
   };
 }
