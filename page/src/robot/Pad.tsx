@@ -60,41 +60,27 @@ function Stick({ hands, echo, help }: { hands: Hands; echo: Wheels; help: string
 
 function Sliders({ hands, isOff }: { hands: Hands; isOff: boolean }) {
   const stays = useSignal(false);
-  const set = (wheel: number, share: number) => {
-    const wheels: Wheels = [...hands.sliders.value];
-    wheels[wheel] = share;
-    hands.slide(wheels);
-  };
+  const set = (wheel: number, share: number) =>
+    hands.slide(wheel ? [hands.sliders.value[0], share] : [share, hands.sliders.value[1]]);
   return (
     <>
       {SIDES.map((side, wheel) => {
-        const spring = () => !stays.value && set(wheel, 0);
+        const spring = () => stays.value || set(wheel, 0);
+        const slide = {
+          value: 100 * hands.sliders.value[wheel],
+          onInput: ({ currentTarget }: InputEvent) =>
+            set(wheel, Number((currentTarget as HTMLInputElement).value) / 100),
+          ...{ onPointerUp: spring, onPointerCancel: spring, onBlur: spring },
+        };
         return (
-          <label class="wheel" key={side}>
-            {side} wheel
-            <input
-              type="range"
-              min={-100}
-              max={100}
-              step={5}
-              value={100 * hands.sliders.value[wheel]}
-              aria-label={`${side} wheel, percent of the limit`}
-              disabled={isOff}
-              onInput={(event) => set(wheel, event.currentTarget.valueAsNumber / 100)}
-              onPointerUp={spring}
-              onPointerCancel={spring}
-              onBlur={spring}
-            />
+          <label class="field" key={side}>
+            {side} wheel, percent of the limit
+            <input type="range" min={-100} max={100} step={5} disabled={isOff} {...slide} />
           </label>
         );
       })}
       <label class="check">
-        <input
-          type="checkbox"
-          checked={stays.value}
-          disabled={isOff}
-          onInput={(event) => (stays.value = event.currentTarget.checked)}
-        />
+        <input type="checkbox" disabled={isOff} onInput={() => (stays.value = !stays.value)} />
         Sliders stay where I put them
       </label>
     </>
@@ -107,7 +93,10 @@ function Limit({ robot, limit, isOff }: { robot: Robot; limit: number; isOff: bo
     { fastest = 1, circumference = 0 } = robot.scheme.value ?? {};
   return (
     <label class="limit">
-      Speed limit <output>{Math.round(100 * share)} %</output>
+      <span class="hint" title={`${number(share * fastest, 2)} rev/s`}>
+        Speed limit
+      </span>
+      <output title={`${Math.round(100 * share)} %`}>{number(100 * share * fastest * circumference, 1)} cm/s</output>
       <input
         type="range"
         min={5}
@@ -117,14 +106,11 @@ function Limit({ robot, limit, isOff }: { robot: Robot; limit: number; isOff: bo
         aria-label="speed limit, percent of the fastest"
         title="It holds for the pad, the keys and the gamepad. Behaviours drive as fast as they want."
         disabled={isOff}
-        onInput={(event) => {
-          asked.value = { share: event.currentTarget.valueAsNumber / 100, at: performance.now() };
+        onInput={({ currentTarget }) => {
+          asked.value = { share: currentTarget.valueAsNumber / 100, at: performance.now() };
           robot.tell("limit", { share: asked.value.share });
         }}
       />
-      <small>
-        {number(100 * share * fastest * circumference, 1)} cm/s, {number(share * fastest, 2)} rev/s
-      </small>
     </label>
   );
 }
@@ -164,36 +150,29 @@ export function Pad({ robot }: { robot: Robot }) {
   return (
     <div class="drive" data-off={isOff ? "yes" : "no"}>
       <Stick hands={hands} echo={[speeds[0] / scale, speeds[1] / scale]} help={help} />
-      <div class="beside">
-        <div class="who">
-          <p class="driver" role="status">
-            {whoDrives(tick, isMine, play?.phase === "running" ? play.name : "")}
+      <div class="who row">
+        <p class="driver fill" role="status">
+          {whoDrives(tick, isMine, play?.phase === "running" ? play.name : "")}
+        </p>
+        <Popup icon={SlidersHorizontal} label="more to drive with">
+          <Sliders hands={hands} isOff={isOff} />
+          <p class="hint" id={help}>
+            {arrowsMove.value
+              ? `Arrow keys move ${arrowsMove.value} now. W\u00a0A\u00a0S\u00a0D drive.`
+              : "Arrow keys or a gamepad drive it, too."}
           </p>
-          <Popup icon={SlidersHorizontal} label="more to drive with">
-            <Sliders hands={hands} isOff={isOff} />
-            <p class="hint" id={help}>
-              {arrowsMove.value
-                ? `Arrow keys move ${arrowsMove.value} now. W\u00a0A\u00a0S\u00a0D drive.`
-                : "Arrow keys or a gamepad drive it, too."}
-            </p>
-            {hands.gamepad.value && <p class="hint">{hands.gamepad.value}</p>}
-          </Popup>
-        </div>
+          <p class="hint">{hands.gamepad}</p>
+        </Popup>
+      </div>
+      <div class="beside stack">
         {drive.driver && !isMine && !isOff && <Button act={() => takeOver(robot)}>Take over …</Button>}
-        <span class="fill" />
-        <dl class="speeds">
+        <p class="speeds">
           {SIDES.map((side, wheel) => (
-            <div key={side} title={`${side} wheel: ${number(speeds[wheel], 2)} rev/s`}>
-              <dt>{side}</dt>
-              <svg viewBox="-50 0 100 6" preserveAspectRatio="none" aria-hidden="true">
-                <path d="M-50,3H50" />
-                <path class="bar" d={`M0,3H${((50 * speeds[wheel]) / fastest).toFixed(1)}`} />
-                <path class="zero" d="M0,0V6" />
-              </svg>
-              <dd>{number(100 * speeds[wheel] * circumference, 1)} cm/s</dd>
-            </div>
+            <span key={side} title={`${number(speeds[wheel], 2)} rev/s`}>
+              <span class="hint">{side}</span> {number(100 * speeds[wheel] * circumference, 1)} cm/s
+            </span>
           ))}
-        </dl>
+        </p>
         <Limit robot={robot} limit={drive.limit} isOff={isOff} />
       </div>
     </div>
