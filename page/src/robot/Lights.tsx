@@ -1,5 +1,91 @@
+// What a click makes a robot show and play: lights, the colours of the e-puck2, and sounds.
+import { Square, Volume2 } from "lucide";
+import { Button } from "../look/Button";
 import type { Robot } from "../store";
+import { Body } from "./Body";
+
+const ALL_LEDS = 8; // the number that means all of them
+const STOP_SOUND = 0;
+const COLOURED = [1, 3, 5, 7]; // LEDs of the e-puck2
+// SHIM, until the server tells it.
+const SOUNDS = [
+  ["Ha", "Spa", "Wow", "Yow", "Long wow"],
+  ["Mario", "Underworld", "Star Wars", "High tone", "Very high tone"],
+];
+
+const hex = (shares: number[]) =>
+  `#${shares
+    .map((share) =>
+      Math.round(2.55 * share)
+        .toString(16)
+        .padStart(2, "0"),
+    )
+    .join("")}`;
+const shares = (colour: string) =>
+  [1, 3, 5].map((at) => Math.round((100 * parseInt(colour.slice(at, at + 2), 16)) / 255) / 100);
 
 export function Lights({ robot }: { robot: Robot }) {
-  return <p class="hint">Lights of {robot.key}</p>;
+  const { phase, lamps } = robot.tick.value ?? {};
+  if (!lamps) return null;
+  const disabled = phase !== "connected",
+    command = (name: string, ...values: number[]) => robot.ask("command", { name, arguments: values }),
+    keeper = robot.scheme.value?.status_led;
+  const toggle = (text: string, name: string, isOn: boolean) => (
+    <Button aria-pressed={isOn} disabled={disabled} act={() => command(name, Number(!isOn))}>
+      {text}
+    </Button>
+  );
+  return (
+    <div class="lights stack">
+      <Body robot={robot} />
+      <h3>Lights</h3>
+      <div class="row wrap" role="group" aria-label="lights">
+        <Button disabled={disabled} aria-label="all ring LEDs on" act={() => command("set_led", ALL_LEDS, 1)}>
+          All on
+        </Button>
+        <Button disabled={disabled} aria-label="all ring LEDs off" act={() => command("set_led", ALL_LEDS, 0)}>
+          All off
+        </Button>
+        {toggle("Body", "set_body_led", Boolean(lamps.body))}
+        {toggle("Front", "set_front_led", Boolean(lamps.front))}
+        <Button disabled={disabled} title="All LEDs blink for a moment" act={() => robot.ask("blink", {})}>
+          Find it: blink
+        </Button>
+      </div>
+      {lamps.rgb && (
+        <>
+          <h3>Colours</h3>
+          <div class="row wrap" role="group" aria-label="colours">
+            {COLOURED.filter((led) => led !== keeper).map((led) => {
+              const colour = lamps.rgb![(led - 1) / 2];
+              return (
+                <label class="check" key={led}>
+                  LED {led} {colour.some(Boolean) ? "" : "off"}
+                  <input
+                    type="color"
+                    key={hex(colour)} // what is being chosen stays, until the robot has another
+                    defaultValue={hex(colour)}
+                    disabled={disabled}
+                    aria-label={`colour of LED${led}`}
+                    onChange={({ currentTarget }) => command("set_rgb_led", led, ...shares(currentTarget.value))}
+                  />
+                </label>
+              );
+            })}
+          </div>
+        </>
+      )}
+      <h3>Sounds</h3>
+      <div class="row wrap" role="group" aria-label="sounds">
+        {SOUNDS[lamps.rgb ? 1 : 0].map((name, k) => (
+          <Button key={k} icon={Volume2} disabled={disabled} act={() => command("play_sound", k + 1)}>
+            {name}
+          </Button>
+        ))}
+        <Button weight="quiet" icon={Square} disabled={disabled} act={() => command("play_sound", STOP_SOUND)}>
+          Stop sound
+        </Button>
+      </div>
+    </div>
+  );
 }
