@@ -1,4 +1,8 @@
 // Which keys belong to the control that has the focus. All others drive, or stop.
+import { signal } from "@preact/signals";
+
+/** What the arrow keys move in the world; while they do, only the letters drive. */
+export const arrowsMove = signal("");
 
 const TAKES_KEYS = "textarea, select, [contenteditable=true], [data-keys], [role=listbox], dialog";
 const TAKES_ARROWS = "input[type=range], input[type=radio], [role=tab]";

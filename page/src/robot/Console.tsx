@@ -5,6 +5,7 @@ import { useRef } from "preact/hooks";
 import { Icon } from "../look/Icon";
 import type { Completions } from "../messages";
 import type { Robot } from "../store";
+import { noteTyped } from "./hands";
 import { kept } from "./kept";
 import { Lines } from "./Lines";
 
@@ -62,6 +63,7 @@ export function Console({ robot }: { robot: Robot }) {
     const say = (...each: Said) => (said.value = [...said.value, each].slice(-KEPT));
     state.at = past.push(text);
     say("sent", text);
+    noteTyped();
     const work = robot.ask("console", { line: text });
     fill("");
     const answer = await work;

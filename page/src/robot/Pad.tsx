@@ -4,11 +4,12 @@ import { SlidersHorizontal } from "lucide";
 import { useEffect, useId, useMemo } from "preact/hooks";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
+import { arrowsMove } from "../look/keys";
 import { Popup } from "../look/Popup";
 import { number } from "../look/text";
 import type { Tick } from "../messages";
 import { can, hello, type Robot } from "../store";
-import { arrowsMove, Hands, mayDrive, type Wheels } from "./hands";
+import { Hands, mayDrive, type Wheels } from "./hands";
 import "./Pad.css";
 
 const REACH = 78; // of the knob's middle in the drawing, whose edge is at 105

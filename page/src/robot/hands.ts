@@ -27,9 +27,6 @@ const KEYS: Record<string, Stick> = {
   KeyD: [1, 0],
 };
 
-/** What the arrow keys move in the world; while they do, only the letters drive. */
-export const arrowsMove = signal("");
-
 let open: Hands | null = null;
 
 /** A command was typed that may move the robot: this page is then the one that drives it. */

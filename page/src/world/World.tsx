@@ -25,6 +25,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
 import { Icon } from "../look/Icon";
+import { arrowsMove } from "../look/keys";
 import { ask, can, hello, toast } from "../store";
 import { Details } from "./Details";
 import { Flat } from "./Flat";
@@ -95,7 +96,7 @@ export function World({ world, open }: { world: Model; open?: (robot: number) =>
     isOwn = watched !== null && watched === world.scene.value?.own,
     moved = isFocused.value && !isOwn ? (selected?.name ?? "the view") : "";
   // Tell the pad what the arrow keys move while the world has the focus; nothing is the robot of this page.
-  useEffect(() => void window.dispatchEvent(new CustomEvent("elib-arrows", { detail: moved })), [moved]);
+  useEffect(() => void (arrowsMove.value = moved), [moved]);
   return (
     <section class="world" aria-label={`world ${world.scene.value?.world ?? ""}`}>
       <Tools world={world} stage={stage.value} orders={orders.current} />
