@@ -70,6 +70,7 @@ export abstract class Stage {
   private goesOn = false; // the next picture follows at once
   private isSeen = true;
   private inks = new Map<string, string>();
+  private texts = new Map<string, HTMLCanvasElement>();
   private ends: (() => void)[] = [];
 
   constructor(
@@ -77,7 +78,7 @@ export abstract class Stage {
     readonly world: World,
     readonly leds: number[], // the angles of a robot's ring, rad
   ) {
-    this.pen = canvas.getContext("2d", { alpha: false })!;
+    this.pen = canvas.getContext("2d")!;
     const resized = new ResizeObserver(() => this.fit()),
       seen = new IntersectionObserver(([entry]) => ((this.isSeen = entry.isIntersecting), this.invalidate())),
       themed = new MutationObserver(() => this.redress());
@@ -123,6 +124,7 @@ export abstract class Stage {
   /** Take the colours of the page anew. */
   protected redress() {
     this.inks.clear();
+    this.texts.clear();
     this.invalidate();
   }
 
@@ -276,11 +278,8 @@ export abstract class Stage {
     const isOnWay = this.place(now);
     this.drawn++;
     pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     if (this.world.scene.value) this.paint(now, this.goesOn ? now - this.last : 0);
-    else {
-      pen.fillStyle = this.ink("room");
-      pen.fillRect(0, 0, this.canvas.width, this.canvas.height);
-    }
     this.last = now;
     pen.setTransform(this.density, 0, 0, this.density, 0, 0);
     pen.lineCap = pen.lineJoin = "round";
@@ -316,24 +315,35 @@ export abstract class Stage {
       if (!(scale > 0)) continue;
       if (bits[k] & CUT) this.badge(left + 0.75 * size, top - 0.75 * size, Math.max(6, 0.32 * size));
       if (size < 7) continue;
-      pen.font = `600 ${between(0.45 * size, 11, 14)}px ${getComputedStyle(this.canvas).fontFamily}`;
-      pen.textAlign = "center";
       const name = count > 8 || this.isSmall ? `${k + 1}` : names[k],
-        half = pen.measureText(name).width / 2,
         isBelow = mode === "above" && top + size + 22 < this.height - (this.isSmall ? 0 : MARGIN.bottom),
-        at = between(left, half + 4, Math.max(half + 4, this.width - half - 4));
-      pen.textBaseline = isBelow ? "top" : "bottom";
-      const gap = this.world.selected.value?.key === `robot:${k}` ? 9 : 4;
-      this.text(name, at, isBelow ? top + size + gap : top - (mode === "above" ? size + gap : gap), this.hue(k));
+        gap = mode !== "above" ? 0 : size + (this.world.selected.value?.key === `robot:${k}` ? 6 : 0),
+        letters = Math.round(between(0.45 * size, 11, 14));
+      this.text(name, left, isBelow ? top + gap : top - gap, this.hue(k), letters, isBelow);
     }
   }
 
-  private text(text: string, left: number, top: number, colour: string) {
-    this.pen.lineWidth = 3;
-    this.pen.strokeStyle = this.ink("floor");
-    this.pen.strokeText(text, left, top);
-    this.pen.fillStyle = colour;
-    this.pen.fillText(text, left, top);
+  /** Write a text that can be read on every floor: it is kept as a picture, for letters take long to draw. */
+  private text(text: string, left: number, top: number, colour: string, size: number, isBelow: boolean) {
+    const key = `${text} ${colour} ${size}`;
+    let made = this.texts.get(key);
+    if (!made) {
+      made = document.createElement("canvas");
+      const pen = made.getContext("2d")!,
+        font = `600 ${size}px ${getComputedStyle(this.canvas).fontFamily}`;
+      pen.font = font;
+      made.width = Math.ceil((pen.measureText(text).width + 6) * this.density);
+      made.height = Math.ceil((size + 8) * this.density);
+      pen.scale(this.density, this.density);
+      Object.assign(pen, { font, textBaseline: "top", lineJoin: "round", lineWidth: 3 });
+      Object.assign(pen, { strokeStyle: this.ink("floor"), fillStyle: colour });
+      pen.strokeText(text, 3, 4);
+      pen.fillText(text, 3, 4);
+      this.texts.set(key, made);
+    }
+    const [across, down] = [made.width / this.density, made.height / this.density];
+    const at = between(left - across / 2, 0, Math.max(0, this.width - across));
+    this.pen.drawImage(made, at, isBelow ? top : top - down, across, down);
   }
 
   /** A link that is cut. */
@@ -403,23 +413,21 @@ export abstract class Stage {
       [x0, y0] = this.toPixel(0, 0),
       low = Math.min(y0 + 8, this.height - 18),
       high = Math.max(x0 - 8, 28);
-    pen.font = `12px ${getComputedStyle(this.canvas).fontFamily}`;
-    pen.textAlign = "center";
-    pen.textBaseline = "top";
-    const last = Math.floor(width / step + 1e-9);
+    const { font } = getComputedStyle(this.canvas);
+    Object.assign(pen, { font, fillStyle: this.ink("faint"), textAlign: "center", textBaseline: "top" });
+    Object.assign(pen, { strokeStyle: this.ink("room"), lineWidth: this.zoom > 1 ? 3 : 0.01 }); // it may stand on the floor
     const write = (text: string, left: number, top: number) => {
-      if (this.zoom > 1) return this.text(text, left, top, this.ink("faint")); // it stands on the floor
-      pen.fillStyle = this.ink("faint");
+      pen.strokeText(text, left, top);
       pen.fillText(text, left, top);
     };
+    const last = Math.floor(width / step + 1e-9);
     for (let k = 0; k <= last; k++) {
       const left = x0 + k * step * this.scale,
         text = `${Number((k * step).toFixed(2))}${k === last ? " m" : ""}`;
       if (left > 0 && left < this.width) write(text, Math.min(left, this.width - 20), low);
     }
-    pen.textAlign = "right";
-    pen.textBaseline = "middle";
-    for (let k = 0; k <= Math.floor(depth / step + 1e-9); k++) {
+    Object.assign(pen, { textAlign: "right", textBaseline: "middle" });
+    for (let k = 0; k <= depth / step + 1e-9; k++) {
       const top = y0 - k * step * this.scale;
       if (top > 0 && top < low - 8) write(`${Number((k * step).toFixed(2))}`, high, top);
     }

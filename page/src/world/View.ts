@@ -1,37 +1,6 @@
-// The world in three dimensions. All canvases of a page share one renderer and copy its picture: a browser gives few.
-import {
-  AdditiveBlending,
-  BoxGeometry,
-  BufferAttribute,
-  BufferGeometry,
-  Camera,
-  CanvasTexture,
-  Color,
-  CylinderGeometry,
-  DirectionalLight,
-  DoubleSide,
-  DynamicDrawUsage,
-  HemisphereLight,
-  InstancedMesh,
-  LineBasicMaterial,
-  LineSegments,
-  type Material,
-  Mesh,
-  MeshBasicMaterial,
-  MeshLambertMaterial,
-  PCFShadowMap,
-  PlaneGeometry,
-  PointLight,
-  Points,
-  PointsMaterial,
-  RingGeometry,
-  Scene,
-  SphereGeometry,
-  SRGBColorSpace,
-  TextureLoader,
-  Vector3,
-  WebGLRenderer,
-} from "three";
+// The world in three dimensions. All views of a page share one renderer, which hands each its picture: a browser gives
+// few of them. What is written over the picture has a canvas of its own, because copying pictures takes long.
+import * as three from "three";
 import { epuck, LED_HEIGHT } from "./epuck";
 import { BODY, FRONT, TOUCHING, type World } from "./scene";
 import { Stage } from "./Stage";
@@ -54,46 +23,50 @@ const HALO = 0.034; // m across the shine of an LED
 
 const glass = { transparent: true, opacity: 0.5 };
 const materials = {
-  matte: new MeshLambertMaterial(),
-  painted: new MeshLambertMaterial({ vertexColors: true }),
-  body: new MeshLambertMaterial({ ...glass, opacity: 0.55 }),
-  ring: new MeshLambertMaterial({ ...glass, opacity: 0.62, side: DoubleSide, depthWrite: false }),
-  lit: new MeshBasicMaterial(),
-  flat: new MeshBasicMaterial({ transparent: true, opacity: 0.5, depthWrite: false }),
-  ribbon: new MeshBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false, side: DoubleSide }),
-  halo: new PointsMaterial({ vertexColors: true, transparent: true, depthWrite: false }),
-  pool: new MeshBasicMaterial({ transparent: true, depthWrite: false, blending: AdditiveBlending }),
+  matte: new three.MeshLambertMaterial(),
+  painted: new three.MeshLambertMaterial({ vertexColors: true }),
+  body: new three.MeshLambertMaterial({ ...glass, opacity: 0.55 }),
+  ring: new three.MeshLambertMaterial({ ...glass, opacity: 0.62, side: three.DoubleSide, depthWrite: false }),
+  lit: new three.MeshBasicMaterial(),
+  flat: new three.MeshBasicMaterial({ transparent: true, opacity: 0.5, depthWrite: false }),
+  ribbon: new three.MeshBasicMaterial({
+    vertexColors: true,
+    transparent: true,
+    depthWrite: false,
+    side: three.DoubleSide,
+  }),
+  halo: new three.PointsMaterial({ vertexColors: true, transparent: true, depthWrite: false }),
+  pool: new three.MeshBasicMaterial({ transparent: true, depthWrite: false, blending: three.AdditiveBlending }),
 };
-const box = new BoxGeometry(1, 1, 1).translate(0, 0, 0.5);
+const box = new three.BoxGeometry(1, 1, 1).translate(0, 0, 0.5);
 const shapes = {
   box,
-  post: new CylinderGeometry(1, 1, 1, 40).rotateX(Math.PI / 2).translate(0, 0, 0.5),
-  ball: new SphereGeometry(1, 28, 18).translate(0, 0, 1),
-  dot: new SphereGeometry(1, 10, 8),
-  side: new PlaneGeometry(1, 1).rotateX(Math.PI / 2).translate(0, 0, 0.5),
-  sheet: new PlaneGeometry(2, 2),
-  hoop: new RingGeometry(0.9, 1, 40),
+  post: new three.CylinderGeometry(1, 1, 1, 40).rotateX(Math.PI / 2).translate(0, 0, 0.5),
+  ball: new three.SphereGeometry(1, 28, 18).translate(0, 0, 1),
+  dot: new three.SphereGeometry(1, 10, 8),
+  side: new three.PlaneGeometry(1, 1).rotateX(Math.PI / 2).translate(0, 0, 0.5),
+  sheet: new three.PlaneGeometry(2, 2),
+  hoop: new three.RingGeometry(0.9, 1, 40),
 };
 let robot: ReturnType<typeof epuck> | null = null;
-let renderer: WebGLRenderer | null = null;
+const drawn = new OffscreenCanvas(1, 1);
+let renderer: three.WebGLRenderer | null = null;
 let level = 0; // an index of LEVELS
 let pace = 0; // s for a picture, smoothed
 let judged = 0; // pictures that went into it
 
-/** The renderer, which is at least as large as that; an error where the browser has no WebGL. */
+/** The renderer, for pictures of that size; an error where the browser has no WebGL. */
 function rendererOf(width: number, height: number) {
   if (!renderer) {
-    const canvas = document.createElement("canvas"),
-      probe = document.createElement("canvas").getContext("webgl2"),
+    const probe = document.createElement("canvas").getContext("webgl2"),
       names = probe?.getExtension("WEBGL_debug_renderer_info"),
       isSoftware = /swiftshader|llvmpipe|softpipe|basic render/i.test(
         names ? probe!.getParameter(names.UNMASKED_RENDERER_WEBGL) : "",
       );
     probe?.getExtension("WEBGL_lose_context")?.loseContext();
-    renderer = new WebGLRenderer({ canvas, antialias: !isSoftware, powerPreference: "high-performance" });
-    renderer.shadowMap.type = PCFShadowMap;
-    renderer.setScissorTest(true);
-    level = isSoftware ? 1 : 0;
+    renderer = new three.WebGLRenderer({ canvas: drawn, antialias: !isSoftware, powerPreference: "high-performance" });
+    renderer.shadowMap.type = three.PCFShadowMap;
+    level = isSoftware ? 2 : 0;
     const dot = document.createElement("canvas"),
       pen = dot.getContext("2d")!;
     dot.width = dot.height = 64;
@@ -108,15 +81,14 @@ function rendererOf(width: number, height: number) {
       shine.addColorStop(at, `rgba(255, 255, 255, ${alpha})`);
     pen.fillStyle = shine;
     pen.fillRect(0, 0, 64, 64);
-    materials.halo.map = materials.pool.map = new CanvasTexture(dot);
+    materials.halo.map = materials.pool.map = new three.CanvasTexture(dot);
   }
-  const { width: across, height: down } = renderer.domElement;
-  if (width > across || height > down) renderer.setSize(Math.max(width, across), Math.max(height, down), false);
+  if (width !== drawn.width || height !== drawn.height) renderer.setSize(width, height, false);
   return renderer;
 }
 
 /** Many things of one shape, drawn at once. */
-class Batch extends InstancedMesh {
+class Batch extends three.InstancedMesh {
   /** Put one of them somewhere, turned and as large as that. */
   put(k: number, x: number, y: number, z: number, angle = 0, across = 1, along = across, up = across) {
     const [c, s] = [Math.cos(angle), Math.sin(angle)];
@@ -125,20 +97,20 @@ class Batch extends InstancedMesh {
     this.instanceMatrix.needsUpdate = true;
   }
 
-  paint(k: number, colour: Color) {
+  paint(k: number, colour: three.Color) {
     this.setColorAt(k, colour);
     this.instanceColor!.needsUpdate = true;
   }
 }
 
 /** Strips that lie flat: trails and rays. */
-class Ribbon extends Mesh {
+class Ribbon extends three.Mesh {
   private points = new Float32Array(0);
   private colours = new Float32Array(0);
   private strips = 0;
 
   constructor(private z: number) {
-    super(new BufferGeometry(), materials.ribbon);
+    super(new three.BufferGeometry(), materials.ribbon);
     this.frustumCulled = false;
   }
 
@@ -148,11 +120,11 @@ class Ribbon extends Mesh {
     const room = 2 * strips;
     [this.points, this.colours] = [new Float32Array(12 * room), new Float32Array(16 * room)];
     this.geometry.dispose();
-    this.geometry = new BufferGeometry();
-    this.geometry.setAttribute("position", new BufferAttribute(this.points, 3).setUsage(DynamicDrawUsage));
-    this.geometry.setAttribute("color", new BufferAttribute(this.colours, 4).setUsage(DynamicDrawUsage));
+    this.geometry = new three.BufferGeometry();
+    this.geometry.setAttribute("position", new three.BufferAttribute(this.points, 3).setUsage(three.DynamicDrawUsage));
+    this.geometry.setAttribute("color", new three.BufferAttribute(this.colours, 4).setUsage(three.DynamicDrawUsage));
     const corners = Uint32Array.from({ length: 6 * room }, (_, k) => 4 * Math.floor(k / 6) + [0, 1, 2, 2, 1, 3][k % 6]);
-    this.geometry.setIndex(new BufferAttribute(corners, 1));
+    this.geometry.setIndex(new three.BufferAttribute(corners, 1));
   }
 
   strip(
@@ -162,7 +134,7 @@ class Ribbon extends Mesh {
     y2: number,
     from: number,
     to: number,
-    { r, g, b }: Color,
+    { r, g, b }: three.Color,
     a1: number,
     a2: number,
   ) {
@@ -181,15 +153,16 @@ class Ribbon extends Mesh {
 }
 
 export class View extends Stage {
-  private readonly room = new Scene();
-  private readonly camera = new Camera();
-  private readonly sun = new DirectionalLight();
-  private readonly sky = new HemisphereLight();
+  private readonly room = new three.Scene();
+  private readonly camera = new three.Camera();
+  private readonly sun = new three.DirectionalLight();
+  private readonly picture = document.createElement("canvas");
+  private readonly sky = new three.HemisphereLight();
   private readonly batches = new Map<string, Batch>();
   private readonly trails = new Ribbon(0.0015);
   private readonly rays = new Ribbon(0.031);
-  private halos = new Points(new BufferGeometry(), materials.halo);
-  private floor: Mesh<PlaneGeometry, MeshLambertMaterial> | null = null;
+  private halos = new three.Points(new three.BufferGeometry(), materials.halo);
+  private floor: three.Mesh<three.PlaneGeometry, three.MeshLambertMaterial> | null = null;
   private built: unknown[] = [];
   private later = 0; // the timer that draws it well
 
@@ -197,6 +170,8 @@ export class View extends Stage {
     super(canvas, world, leds);
     rendererOf(1, 1);
     robot ??= epuck(sensors);
+    this.picture.className = "world-picture";
+    canvas.before(this.picture);
     this.camera.matrixAutoUpdate = false;
     this.halos.frustumCulled = false;
   }
@@ -204,6 +179,7 @@ export class View extends Stage {
   override close() {
     super.close();
     clearTimeout(this.later);
+    this.picture.remove();
     this.clear();
   }
 
@@ -212,10 +188,10 @@ export class View extends Stage {
     super.redress();
   }
 
-  private colour = (name: string) => new Color(this.ink(name));
+  private colour = (name: string) => new three.Color(this.ink(name));
 
   /** So many of a shape, in this room. */
-  private batch(name: string, count: number, shape: BufferGeometry, material: Material, casts = true) {
+  private batch(name: string, count: number, shape: three.BufferGeometry, material: three.Material, casts = true) {
     let made = this.batches.get(name);
     if (!made || made.instanceMatrix.count < count) {
       if (made) {
@@ -259,28 +235,28 @@ export class View extends Stage {
     sun.color = this.colour("sun");
     sky.color = this.colour("sky");
     sky.groundColor = this.colour("bounce");
-    const ground = new MeshLambertMaterial({ color: floor.colour ?? this.ink("floor") });
-    this.floor = new Mesh(new PlaneGeometry(width, depth), ground);
+    const ground = new three.MeshLambertMaterial({ color: floor.colour ?? this.ink("floor") });
+    this.floor = new three.Mesh(new three.PlaneGeometry(width, depth), ground);
     this.floor.position.set(width / 2, depth / 2, 0);
     this.floor.receiveShadow = true;
     if (floor_png) {
       ground.color.set("#ffffff");
-      ground.map = new TextureLoader().load(floor_png, () => this.invalidate());
-      ground.map.colorSpace = SRGBColorSpace;
+      ground.map = new three.TextureLoader().load(floor_png, () => this.invalidate());
+      ground.map.colorSpace = three.SRGBColorSpace;
       ground.map.anisotropy = 8;
       ground.map.repeat.set(width / floor.width, depth / floor.depth);
     } else {
-      const lines: Vector3[] = [];
+      const lines: three.Vector3[] = [];
       for (let x = 0.1; x < width - 1e-6; x += 0.1)
-        lines.push(new Vector3(x, 0, 0.0005), new Vector3(x, depth, 0.0005));
+        lines.push(new three.Vector3(x, 0, 0.0005), new three.Vector3(x, depth, 0.0005));
       for (let y = 0.1; y < depth - 1e-6; y += 0.1)
-        lines.push(new Vector3(0, y, 0.0005), new Vector3(width, y, 0.0005));
-      const ink = new LineBasicMaterial({
+        lines.push(new three.Vector3(0, y, 0.0005), new three.Vector3(width, y, 0.0005));
+      const ink = new three.LineBasicMaterial({
         color: this.ink("grid"),
         opacity: floor.colour ? 0.3 : 1,
         transparent: true,
       });
-      this.room.add(new LineSegments(new BufferGeometry().setFromPoints(lines), ink));
+      this.room.add(new three.LineSegments(new three.BufferGeometry().setFromPoints(lines), ink));
     }
     // Those of the four walls that are nearer than the floor are seen through: they have only an inner side.
     const sides = this.batch("sides", 4, shapes.side, materials.matte, false),
@@ -294,7 +270,7 @@ export class View extends Stage {
       rims.put(k, x + out, y + up, -0.002, angle, long + 0.017, 0.008, 0.004);
       rims.paint(k, edge);
     });
-    const lamps = this.world.things.value.light.slice(0, SHINING).map(() => new PointLight("#ffcf70"));
+    const lamps = this.world.things.value.light.slice(0, SHINING).map(() => new three.PointLight("#ffcf70"));
     this.room.add(sun, sun.target, sky, this.floor, this.trails, this.rays, this.halos, ...lamps);
   }
 
@@ -308,13 +284,13 @@ export class View extends Stage {
     wall.forEach(({ x1, y1, x2, y2, height, colour }, k) => {
       const long = Math.hypot(x2 - x1, y2 - y1) + WALL;
       walls.put(k, (x1 + x2) / 2, (y1 + y2) / 2, 0, Math.atan2(y2 - y1, x2 - x1), long, WALL, height);
-      walls.paint(k, new Color(colour));
+      walls.paint(k, new three.Color(colour));
     });
     const boxPoses = this.world.shown("box", now),
       postPoses = this.world.shown("cylinder", now);
     boxes.forEach(({ width, depth, height, colour }, k) => {
       blocks.put(k, boxPoses[3 * k], boxPoses[3 * k + 1], 0, boxPoses[3 * k + 2], width, depth, height);
-      blocks.paint(k, new Color(colour));
+      blocks.paint(k, new three.Color(colour));
     });
     cylinder.forEach(({ radius, height, colour, pushable }, k) => {
       // What gives way and is as wide as it is high is a ball.
@@ -330,17 +306,17 @@ export class View extends Stage {
         isBall ? radius : height,
       );
       (isBall ? posts : balls).put(k, 0, 0, -9, 0, 0);
-      (isBall ? balls : posts).paint(k, new Color(colour));
+      (isBall ? balls : posts).paint(k, new three.Color(colour));
     });
     const bulbs = this.batch("bulbs", light.length, shapes.dot, materials.lit, false),
       stems = this.batch("stems", light.length, shapes.post, materials.matte),
       pools = this.batch("pools", light.length, shapes.sheet, materials.pool, false),
       speakers = this.batch("speakers", sound.length, shapes.post, materials.matte),
       waves = this.batch("waves", 3 * sound.length, shapes.hoop, materials.flat, false),
-      shining = this.room.children.filter((each): each is PointLight => each instanceof PointLight);
+      shining = this.room.children.filter((each): each is three.PointLight => each instanceof three.PointLight);
     light.forEach(({ x, y, height, intensity }, k) => {
       bulbs.put(k, x, y, height, 0, 0.013);
-      bulbs.paint(k, new Color(intensity ? "#ffe39a" : "#8a8f98"));
+      bulbs.paint(k, new three.Color(intensity ? "#ffe39a" : "#8a8f98"));
       stems.put(k, x, y, 0, 0, 0.0025, 0.0025, height);
       stems.paint(k, this.colour("wall"));
       pools.put(k, x, y, 0.001, 0, Math.min(intensity, 3)); // half of it, in metres, is where it has fallen to 1/e
@@ -373,9 +349,9 @@ export class View extends Stage {
       ],
       leds = this.batch("leds", 9 * count, shapes.dot, materials.lit, false);
     const [clear, green, pale, touching, nose] = ["#d6e8da", "#7dff73", "#eef5ef", "#e2402e", "#fafaf6"].map(
-        (each) => new Color(each),
+        (each) => new three.Color(each),
       ),
-      colour = new Color();
+      colour = new three.Color();
     const spots: number[] = [],
       shine: number[] = [];
     for (let k = 0; k < count; k++) {
@@ -401,7 +377,9 @@ export class View extends Stage {
         leds.put(9 * k + led, ...at, z, 0, scale && (isLit ? 0.0034 : isFront ? 0 : 0.0019));
         leds.paint(
           9 * k + led,
-          isLit ? colour.setRGB(r / 255, g / 255, b / 255, SRGBColorSpace).lerp(nose, 0.25) : colour.set("#9fb59a"),
+          isLit
+            ? colour.setRGB(r / 255, g / 255, b / 255, three.SRGBColorSpace).lerp(nose, 0.25)
+            : colour.set("#9fb59a"),
         );
         if (!isLit || !scale) continue;
         spots.push(...at, z);
@@ -409,9 +387,9 @@ export class View extends Stage {
       }
     }
     this.halos.geometry.dispose();
-    this.halos.geometry = new BufferGeometry();
-    this.halos.geometry.setAttribute("position", new BufferAttribute(new Float32Array(spots), 3));
-    this.halos.geometry.setAttribute("color", new BufferAttribute(new Float32Array(shine), 4));
+    this.halos.geometry = new three.BufferGeometry();
+    this.halos.geometry.setAttribute("position", new three.BufferAttribute(new Float32Array(spots), 3));
+    this.halos.geometry.setAttribute("color", new three.BufferAttribute(new Float32Array(shine), 4));
     this.halos.visible = spots.length > 0;
   }
 
@@ -422,7 +400,7 @@ export class View extends Stage {
       [far, near] = [this.colour("ray-far"), this.colour("ray")];
     trails.begin(paths.reduce((sum, { length }) => sum + length, 0));
     paths.forEach((path, robot) => {
-      const hue = new Color(this.hue(robot)),
+      const hue = new three.Color(this.hue(robot)),
         fade = (k: number) => 0.12 + (0.7 * k) / path.length;
       for (let k = 1; k < path.length; k++)
         trails.strip(...path[k - 1], ...path[k], 0.004, 0.004, hue, fade(k - 1), fade(k));
@@ -483,7 +461,7 @@ export class View extends Stage {
       sun.shadow.map = null;
     }
     camera.matrix
-      .makeBasis(new Vector3(...lens.right), new Vector3(...lens.up), new Vector3(...lens.back))
+      .makeBasis(new three.Vector3(...lens.right), new three.Vector3(...lens.up), new three.Vector3(...lens.back))
       .setPosition(...lens.at);
     camera.matrixWorldNeedsUpdate = true;
     const size = Math.hypot(scene.value!.width, scene.value!.depth),
@@ -499,23 +477,10 @@ export class View extends Stage {
       far + 2 * size,
     );
     camera.projectionMatrixInverse.copy(camera.projectionMatrix).invert();
-    // Points are as large as the renderer's whole picture and a field of view of 90 degrees would have them.
-    materials.halo.size = (HALO * lens.focal * ratio * this.density * 2) / drawing.domElement.height;
-    drawing.setViewport(0, 0, width, height);
-    drawing.setScissor(0, 0, width, height);
+    // three.Points are as large as the renderer's whole picture and a field of view of 90 degrees would have them.
+    materials.halo.size = (HALO * lens.focal * ratio * this.density * 2) / height;
     drawing.render(this.room, camera);
-    this.pen.imageSmoothingQuality = "high";
-    this.pen.drawImage(
-      drawing.domElement,
-      0,
-      drawing.domElement.height - height,
-      width,
-      height,
-      0,
-      0,
-      canvas.width,
-      canvas.height,
-    );
+    this.picture.getContext("bitmaprenderer")!.transferFromImageBitmap(drawn.transferToImageBitmap());
   }
 
   private isStill = false;

@@ -77,7 +77,7 @@ export function World({ world, open }: { world: Model; open?: (robot: number) =>
       .then((made) => {
         if (isGone) return made.close();
         if (!(made instanceof Flat)) made.mode.value = mode.value;
-        stage.value = made;
+        stage.value = Object.assign(canvas.current!, { stage: made }).stage; // for tests, and under the bonnet
         hand.value = new Hand(made, orders.current!, () => can().edit && world.isLive.value, openRobot);
       });
     return () => {
