@@ -17,11 +17,13 @@ function Tab({
   to,
   isOpen,
   title,
+  label,
   children,
 }: {
   to: string;
   isOpen: boolean;
   title: string;
+  label?: string;
   children: preact.ComponentChildren;
 }) {
   const link = useRef<HTMLAnchorElement>(null);
@@ -29,7 +31,7 @@ function Tab({
     if (isOpen) link.current?.scrollIntoView({ block: "nearest", inline: "center" }); // of twenty robots, some are out of sight
   }, [isOpen]);
   return (
-    <a ref={link} class="place" href={to} title={title} aria-current={isOpen ? "page" : undefined}>
+    <a ref={link} class="place" href={to} title={title} aria-label={label} aria-current={isOpen ? "page" : undefined}>
       {children}
     </a>
   );
@@ -55,7 +57,7 @@ function Header() {
           </Tab>
         ))}
         {can().connect && (
-          <Tab to="#/start" isOpen={kind === "start"} title="another robot">
+          <Tab to="#/start" isOpen={kind === "start"} title="another robot" label="another robot">
             <Icon of={Plus} size={16} />
             <span>Robot</span>
           </Tab>

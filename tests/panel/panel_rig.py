@@ -165,7 +165,8 @@ class Driver:
     async def enter(self, url: str) -> None:
         """Type a robot's URL on the start page."""
         await self.tab.until("!!document.querySelector('.start form input')")
-        await self.tab.run("document.querySelector('form input').focus()")
+        await self.tab.run("document.querySelector('.start details:has(form)').open = true")
+        await self.tab.run("document.querySelector('.start form input').focus()")
         await self.tab.type(url)
         await self.key("Enter", "Enter")
 
@@ -177,7 +178,7 @@ class Driver:
     async def connect_all(self, url: str, robots: int) -> None:
         """Enter the URL of several robots, and wait until the overview shows them connected."""
         await self.enter(url)
-        connected = "document.querySelectorAll('.robot-cards .chip[data-phase=connected]')"
+        connected = "document.querySelectorAll('.robot-card [data-phase=connected]')"
         await self.tab.until(f"{connected}.length === {robots}")
 
     async def remove(self) -> None:
@@ -194,7 +195,7 @@ class Driver:
 
     async def press(self, text: str) -> None:
         """Click the button or the tab that says so."""
-        buttons = "[...document.querySelectorAll('button, [role=tab]')]"
+        buttons = "[...document.querySelectorAll('button, a')]"
         # What cannot be pressed yet is waited for, as a person would.
         found = f"{buttons}.find(b => b.textContent.trim() === {text!r} && b.offsetParent && !b.disabled)"
         await self.tab.until(f"!!{found}")

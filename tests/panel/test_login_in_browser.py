@@ -27,12 +27,11 @@ async def test_the_token_opens_the_page_and_a_wrong_one_says_so() -> None:
             if word == "wrong-token":
                 await tab.until("document.querySelector('.note')?.textContent === 'That is not the token.'")
                 await tab.until(IS_THERE)
-        await tab.until("!!window.elib && !!document.querySelector('#stop')")
-        await tab.until("!document.querySelector('.loading')")
+        await tab.until("!!document.querySelector('.start')")
         assert len(rig.pages) == 1
         assert await tab.run("document.cookie") == ""
         assert "right-token" not in await tab.run("location.href")
         assert {request.split("/")[2] for request in tab.requests if not request.startswith("data:")} == {rig.name}
         again = await open_page(rig.url)
-        await again.until("!!document.querySelector('#stop')")
+        await again.until("!!document.querySelector('.start')")
         assert [text for text in [*tab.complaints, *again.complaints] if "401" not in text and "403" not in text] == []

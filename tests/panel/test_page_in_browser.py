@@ -102,17 +102,17 @@ async def test_the_start_page_offers_robots_that_were_found_and_worlds_with_a_de
     async with program(folder, "simulate", "--tcp", "0") as served:
         url = served.split()[-1]
         await visitor.press("Look again")
-        there = f"[...document.querySelectorAll('.choices .choice')].find(each => each.textContent.startsWith({url!r}))"
+        there = f"[...document.querySelectorAll('.first .choice')].find(each => each.textContent.startsWith({url!r}))"
         await visitor.tab.until(f"!!{there}")
         await visitor.tab.run(f"{there}.click()")
         await visitor.tab.until(f"{TICK}?.phase === 'connected'")
         await visitor.press("Disconnect")
     await visitor.click("[aria-label='another robot']")
-    await visitor.tab.until("document.querySelector('.world-card img')?.naturalWidth > 100")
-    card = "document.querySelector('.world-card[aria-label=arena]')"
-    assert "1 robot" in str(await visitor.tab.run(f"{card}.textContent"))
+    await visitor.tab.until("document.querySelector('.worlds img')?.naturalWidth > 100")
+    card = "document.querySelector('.worlds [aria-label=arena]')"
+    assert "Arena" in str(await visitor.tab.run(f"{card}.textContent"))
     assert len(str(await visitor.tab.run(f"{card}.querySelector('p').textContent"))) > 20
-    await visitor.click(".world-card[aria-label=arena] .plain")  # its first demo
+    await visitor.click(".worlds [aria-label=arena] button:nth-of-type(2)")  # its first demo
     await visitor.tab.until(
         f"[...elib.robots.values()].at(-1)?.play.value?.phase === 'running' && {TICK}.drive.may_move"
     )
@@ -147,8 +147,7 @@ async def test_a_page_says_that_the_program_has_ended_and_connects_again_when_it
         await tab.until(START)
         assert await tab.run(silent) != "yes"
     await tab.until(f"{silent} === 'yes'")
-    said = await tab.run("getComputedStyle(document.querySelector('main'), '::before').content")
-    assert "The program does not answer." in str(said)
+    assert "The program does not answer." in str(await tab.run("document.querySelector('[role=alert]').textContent"))
     async with panel(tmp_path, "sim://arena", port=port):
         await tab.until(f"{silent} === 'no' && {TICK}?.phase === 'connected'")
     await tab.close()
@@ -435,28 +434,28 @@ async def test_an_overview_of_twenty_robots_starts_blinks_opens_and_stops_them(v
         await visitor.tab.run(
             f"(b => [b.left, b.width, b.height])(document.querySelector({each!r}).getBoundingClientRect())"
         )
-        for each in (".part-world", ".robot-cards")
+        for each in (".stage", ".cards")
     ]
     assert world[0] < cards[0]  # type: ignore[index]
     assert world[1] > 700  # type: ignore[index]
-    tabs, right = "document.querySelector('.tabs')", "getBoundingClientRect().right"
+    tabs, right = "document.querySelector('.bar nav')", "getBoundingClientRect().right"
     assert await visitor.tab.run(f"{tabs}.scrollWidth > {tabs}.clientWidth"), "they scroll"
     assert await visitor.tab.run(f"{tabs}.lastElementChild.{right} <= {tabs}.{right}"), "another robot is in reach"
     await visitor.click("[aria-label='let epuck-3 blink']")
     lit = "[...Array(20).keys()].filter(k => frame.ring.subarray(24 * k, 24 * k + 24).some(Boolean))"
-    await visitor.tab.until(f"(frame => {lit}.join() === '2')(app.place.world.model.frame)")
-    await visitor.tab.until("!document.querySelector('.robot-cards [aria-busy]')")
+    await visitor.tab.until(f"(frame => {lit}.join() === '2')(elib.worldOf().frame.value)")
+    await visitor.tab.until("!document.querySelector('.cards [aria-busy]')")
     await visitor.press("Start for all")
     await visitor.tab.until(f"{OVERVIEW}.every(robot => robot.behaviour === 'avoid' && robot.may_move)")
     await visitor.key(" ", "Space")
     await visitor.tab.until(f"{OVERVIEW}.every(robot => robot.behaviour === '' && !robot.may_move)")
     poses = f"JSON.stringify({OVERVIEW}.map(robot => robot.pose))"
-    await visitor.tab.run("elib.heard = 0, elib.listen('overview', () => elib.heard++), 0")
+    await visitor.tab.run("window.heard = 0, elib.overview.subscribe(() => window.heard++), 0")
 
     async def stand() -> bool:
         before = await visitor.tab.run(poses)
-        await visitor.tab.until("elib.heard > 3")
-        await visitor.tab.run("elib.heard = 0")
+        await visitor.tab.until("window.heard > 3")
+        await visitor.tab.run("window.heard = 0")
         return await visitor.tab.run(poses) == before
 
     await until(stand)

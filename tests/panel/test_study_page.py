@@ -257,7 +257,9 @@ async def test_a_better_controller_waits_until_the_one_that_drives_was_seen(prog
 def has_drawn(red: int, green: int, blue: int) -> str:
     """Return JavaScript that says whether the chart has a line of a colour: here that of the best individuals."""
     return f"""(() => {{
-        const {{ canvas }} = app.place.study, copy = new OffscreenCanvas(canvas.width, canvas.height);
+        const canvas = document.querySelector(".fitness canvas");
+        if (!canvas) return false;
+        const copy = new OffscreenCanvas(canvas.width, canvas.height);
         const pen = copy.getContext("2d", {{ willReadFrequently: true }});
         pen.drawImage(canvas, 0, 0);
         const {{ data }} = pen.getImageData(0, 0, canvas.width, canvas.height);
@@ -277,23 +279,23 @@ async def test_a_browser_draws_the_curve_and_lets_a_person_choose_who_drives(pro
         pass_generation(progress, 0.2, 0.4)
         await tab.until("document.querySelector('.study .how-far').textContent.startsWith('2 of 4 generations')")
         text = "document.querySelector('.study').textContent"
-        for words in ("Drive on.", "Best so far: 0.400, of generation 2", "Generation 2best0.400mean0.300"):
+        for words in ("Drive on.", "Best so far: 0.400, of generation 2", "Generation 2best 0.400mean 0.300"):
             assert await tab.run(f"{text}.includes('{words}')"), await tab.run(text)
-        await tab.until("app.place.world.model.frame?.number > 2")
-        await tab.until(has_drawn(24, 90, 157))
+        await tab.until("elib.worldOf().frame.value?.number > 2")
+        await tab.until(has_drawn(217, 72, 15))
         await tab.size(1200, 800, dark=True)
-        await tab.until(has_drawn(111, 177, 240))
+        await tab.until(has_drawn(255, 157, 92))
         await tab.run(
             "(() => { const list = document.querySelector('.study select'); list.value = '0';"
-            " list.dispatchEvent(new Event('change')); })()"
+            " list.dispatchEvent(new Event('change', { bubbles: true })); })()"
         )
         await tab.until(f"{text}.includes('The best of generation 1 drives')")
         left, top, width = await tab.run(  # type: ignore[misc]
-            "(() => { const box = document.querySelector('.study canvas').getBoundingClientRect();"
+            "(() => { const box = document.querySelector('.fitness .u-over').getBoundingClientRect();"
             " return [box.left, box.top, box.width]; })()"
         )
-        await tab.mouse("mouseMoved", left + 60, top + 60)
-        await tab.until(f"{text}.includes('Generation 1best0.200')")
+        await tab.mouse("mouseMoved", left + 4, top + 60)
+        await tab.until(f"{text}.includes('Generation 1best 0.200')")
         await tab.mouse("mouseMoved", left + width / 2, top + 600)
         progress.end("All generations are done.")
         await tab.until(f"{text}.includes('All generations are done.')")

@@ -95,22 +95,22 @@ export function All() {
       {isWorld && (
         <section class="stage" aria-label="world">
           <World world={worldOf()} open={open} />
-          {worlds.length > 1 && (
-            <select
-              aria-label="world that is shown"
-              value={shown}
-              onChange={({ currentTarget }) => (chosen.value = currentTarget.value)}
-            >
-              {worlds.map(([key, name]) => (
-                <option key={key} value={key}>
-                  {title(name)}, with {listed.value.find((each) => each.key === key)?.label}
-                </option>
-              ))}
-            </select>
-          )}
         </section>
       )}
       <div class="beside">
+        {worlds.length > 1 && (
+          <select
+            aria-label="world that is shown"
+            value={shown}
+            onChange={({ currentTarget }) => (chosen.value = currentTarget.value)}
+          >
+            {worlds.map(([key, name]) => (
+              <option key={key} value={key}>
+                {title(name)}, with {listed.value.find((each) => each.key === key)?.label}
+              </option>
+            ))}
+          </select>
+        )}
         {study && <Study />}
         {listed.value.length > 0 && <AllRobots />}
         {!listed.value.length && addresses.length > 0 && <Reach addresses={addresses} />}
