@@ -37,7 +37,9 @@ async def visitor(address, open_page) -> AsyncIterator[Driver]:
     await person.tab.size(1440, 900)
     await person.tab.until(START)
     yield person
-    await person.tab.run("Promise.all(elib.listed.value.map(({ key }) => elib.ask('remove', { robot: key }))).then(() => 0)")
+    await person.tab.run(
+        "Promise.all(elib.listed.value.map(({ key }) => elib.ask('remove', { robot: key }))).then(() => 0)"
+    )
     await person.tab.until(f"{START} && elib.listed.value.length === 0")
     await person.tab.close()
     assert person.tab.complaints == []
