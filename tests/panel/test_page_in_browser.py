@@ -13,6 +13,7 @@ pytest.importorskip("websockets", reason="the extra web is not installed: pip in
 
 from panel_rig import TICK, Driver, far, needs_browser, panel, program
 
+import elib
 from elib.records.reader import read_recording
 from shared import needs_page, until
 
@@ -37,9 +38,8 @@ async def visitor(address, open_page) -> AsyncIterator[Driver]:
     await person.tab.size(1440, 900)
     await person.tab.until(START)
     yield person
-    await person.tab.run(
-        "Promise.all(elib.listed.value.map(({ key }) => elib.ask('remove', { robot: key }))).then(() => 0)"
-    )
+    everyone = "elib.listed.value.map(({ key }) => elib.ask('remove', { robot: key }))"
+    await person.tab.run(f"Promise.all({everyone}).then(() => 0)")
     await person.tab.until(f"{START} && elib.listed.value.length === 0")
     await person.tab.close()
     assert person.tab.complaints == []
@@ -231,27 +231,26 @@ async def test_every_control_has_a_name_and_nothing_is_wider_than_the_screen(dri
 
 
 async def test_a_chart_can_be_paused_before_anything_was_drawn(visitor):
-    page = (
-        "(async () => { const { Part } = await import('./charts.js');"
-        " const box = document.createElement('div'), part = new Part(box); [...part.charts][0].hold();"
-        " return [...box.querySelectorAll('button')].map((button) => button.textContent); })()"
-    )
-    assert "Pause chart" in await visitor.tab.run(page)  # type: ignore[operator]
+    await visitor.enter("tcp://127.0.0.1:9")
+    await visitor.press("Charts")
+    await visitor.press("Pause charts")
+    await visitor.press("Continue charts")
+    await visitor.tab.until("!!document.querySelector('.chart canvas')")
 
 
 async def test_a_chart_stands_while_it_is_paused_shows_a_longer_time_and_is_saved(driver):
     await driver.press("Charts")
     await driver.tab.until("!!document.querySelector('.chart canvas')")
     drawn = "document.querySelector('.chart canvas').toDataURL()"
-    await driver.press("Pause chart")
+    await driver.press("Pause charts")
     before = await driver.tab.run(drawn)
     ticks = await driver.tab.run(f"{TICK}.time")
     await driver.tab.until(f"{TICK}.time > {ticks} + 0.5")
     assert await driver.tab.run(drawn) == before
-    await driver.press("Continue chart")
+    await driver.press("Continue charts")
     await driver.tab.until(f"{drawn} !== {before!r}")
     await driver.click("[aria-label='show a longer time']")
-    await driver.tab.until("document.querySelector('.chart output').textContent === '1 min'")
+    await driver.tab.until("document.querySelector('.charts output').textContent === '1 min'")
     await driver.tab.run(SAVING)
     await driver.press("CSV")
     await driver.tab.until("window.saved?.download === 'proximity.csv'")
@@ -278,24 +277,26 @@ async def test_a_picture_is_saved_larger_and_as_png(driver):
 
 
 async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_also_when_armed_before(driver, folder):
-    log, recording = ".files .tile:nth-of-type(1)", ".files .tile:nth-of-type(2)"
+    log, recording = "section[aria-label=log]", "section[aria-label=recording]"
     await driver.press("Disconnect")
     await driver.press("Files")
     await type_into(driver, f"{log} input", "drive")
-    await driver.click(f"{log} .primary")
+    await driver.click(f"{log} button")
     await driver.tab.until(f"{TICK}.log !== null")
     await driver.press("Connect")
     await driver.tab.until(f"{TICK}.phase === 'connected'")
     await type_into(driver, f"{recording} input", "drive")
-    await driver.click(f"{recording} .primary")
+    await driver.click(f"{recording} button")
     await driver.tab.until(f"{TICK}.recorder?.messages > 0")
-    await driver.tab.until("document.querySelector('.status .writing').textContent === 'writing a log, recording'")
-    await driver.press("Robot")
-    await driver.press("All on")
+    said = "document.querySelector('.status').textContent"
+    await driver.tab.until(f"{said}.includes('writing a log') && {said}.includes('recording')")
+    await driver.press("Console")
+    await type_into(driver, "[aria-label=command]", "set_led 0 on")
+    await driver.key("Enter", "Enter")
     await driver.tab.until(f"{TICK}.lamps.ring[0] === 1")
     await driver.press("Files")
     for row in (log, recording):
-        await driver.click(f"{row} .primary")
+        await driver.click(f"{row} button")
     await driver.tab.until(f"{TICK}.log === null && {TICK}.recorder === null")
     assert "set_led" in (folder / "drive.log").read_text()
     calls = [entry.data["command"] for entry in read_recording(folder / "drive.mcap").entries("/calls")]
@@ -304,21 +305,48 @@ async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_al
     await driver.press("drive.mcap")
     await driver.tab.until(f"{TICK}?.phase === 'playing' && {TICK}.playback.length > 0")
     # A recording has nothing to stop: STOP is for the robots.
-    await driver.tab.until("document.getElementById('stop').textContent.includes('STOP ALL') && !app.stopped")
-    await driver.press("Pause recording")
+    await driver.tab.until("document.getElementById('stop').textContent.includes('STOP ALL')")
+    await driver.click("[aria-label='Pause recording']")
     await driver.tab.until(f"{TICK}.playback.paused")
     line = "document.querySelector('.playback input')"
     await driver.tab.until(f"Number({line}.max) > 0")
-    await driver.tab.run(f"{line}.value = {line}.max / 2, {line}.dispatchEvent(new Event('change')), 0")
+    events = f"['input', 'change'].forEach(name => {line}.dispatchEvent(new Event(name)))"
+    await driver.tab.run(f"{line}.value = {line}.max / 2, {events}, 0")
     await driver.tab.until(f"Math.abs({TICK}.playback.at - {TICK}.playback.length / 2) < 0.1")
-    await driver.press("Go on")
+    await driver.click("[aria-label='Go on']")
     await driver.tab.until(f"{TICK}.playback.at > 0.6 * {TICK}.playback.length")
+
+
+async def test_what_a_recorder_noted_stands_among_the_events_of_its_recording(driver, folder):
+    async with elib.open("sim://") as recorded:
+        with recorded.record(folder / "noted.mcap") as recorder:
+            recorder.note("three readings were not written", kind="recorder")
+    await driver.press("Files")
+    await driver.press("noted.mcap")
+    await driver.press("Events")
+    said = "[...document.querySelectorAll('.events summary')].map(each => each.textContent)"
+    await driver.tab.until(f"{said}.some(each => each.endsWith('three readings were not writtenRecorder'))")
+
+
+async def test_events_that_repeat_themselves_are_one_line_that_counts_and_opens(driver):
+    await driver.press("Events")
+    for led in range(3):
+        lit = f"{{ robot: elib.place.value.robot, name: 'set_led', arguments: [{led}, 1] }}"
+        await driver.tab.run(f"elib.ask('command', {lit})")
+    line = "[...document.querySelectorAll('.events summary')].find(each => each.textContent.includes('set_led: ok'))"
+    await driver.tab.until(f"{line}?.textContent.includes('set_led: ok × 3')")
+    await driver.tab.run(f"{line}.click()")
+    await driver.tab.until(f"{line}.parentElement.innerText.includes('set_led(2, 1): ok')")
+    await type_into(driver, ".events input[type=search]", "set_led(1")
+    await driver.tab.until("document.querySelectorAll('.events summary').length === 1")
+    await driver.press("Clear")
+    await driver.tab.until("document.querySelector('.events .lines').textContent === 'Nothing yet.'")
 
 
 async def test_a_file_name_cannot_lead_out_of_the_folder(driver, folder):
     await driver.press("Files")
-    await type_into(driver, ".files .tile input", "../out")
-    await driver.click(".files .tile .primary")
+    await type_into(driver, "[aria-label='file of the log']", "../out")
+    await driver.click("section[aria-label=log] button")
     await driver.tab.until("document.querySelector('.toast')?.textContent.includes('is not a name for a file')")
     assert not (folder.parent / "out.log").exists()
 
@@ -327,7 +355,7 @@ async def test_a_robot_can_be_stopped_while_the_page_asks_something(driver, robo
     await driver.press("Behaviours")
     await driver.press("Start")
     await robot.until_it_moves(0.03)
-    await driver.tab.run("document.querySelector(\".status [title^='The robot itself']\").click()")
+    await driver.tab.run("document.querySelector(\"[aria-label='Remove from this page']\").click()")
     await driver.click("dialog button.stop")
     await robot.until_it_stands()
     assert await driver.tab.run("!!document.querySelector('dialog[open]')"), "the question is still there"
@@ -354,8 +382,12 @@ async def test_a_behaviour_drives_until_it_is_ended_and_space_never_sets_a_robot
     await driver.press("Behaviours")
     await driver.press("Start")
     await robot.until_it_moves(0.03)
-    await driver.click(".source summary")
-    await driver.tab.until("document.querySelector('.source code').textContent.includes('async def')")
+    await driver.press("Source text")
+    code = "document.querySelector('.code').shadowRoot.querySelector('.cm-content')"
+    await driver.tab.until(f"!!{code}?.textContent.includes('import Epuck')")
+    seen = f"[{code}, {code}.querySelector('span')].map(each => getComputedStyle(each).color)"
+    text, word = await driver.tab.run(seen)  # type: ignore[misc]
+    assert text != word, "the policy of the page lets it have its colours"
     await driver.press("Pause behaviour")
     await robot.until_it_stands()
     await driver.press("Continue behaviour")

@@ -74,6 +74,7 @@ export function Plot(props: Props) {
       made = new uPlot.value({ ...size(), ...options(what, now) }, [[]], place),
       watch = new ResizeObserver(() => made.setSize(size()));
     plot.current = made;
+    made.ctx.canvas.ariaHidden = "true"; // what it shows is said by the box
     watch.observe(place);
     return () => (watch.disconnect(), made.destroy());
   }, [uPlot.value]);
