@@ -279,6 +279,7 @@ async def test_a_picture_is_saved_larger_and_as_png(driver):
 async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_also_when_armed_before(driver, folder):
     log, recording = "section[aria-label=log]", "section[aria-label=recording]"
     await driver.press("Disconnect")
+    await driver.tab.until(f"{TICK}.phase === 'disconnected'")
     await driver.press("Files")
     await type_into(driver, f"{log} input", "drive")
     await driver.click(f"{log} button")
@@ -383,7 +384,7 @@ async def test_a_behaviour_drives_until_it_is_ended_and_space_never_sets_a_robot
     await driver.press("Start")
     await robot.until_it_moves(0.03)
     await driver.press("Source text")
-    code = "document.querySelector('.code').shadowRoot.querySelector('.cm-content')"
+    code = "document.querySelector('.code')?.shadowRoot?.querySelector('.cm-content')"
     await driver.tab.until(f"!!{code}?.textContent.includes('import Epuck')")
     seen = f"[{code}, {code}.querySelector('span')].map(each => getComputedStyle(each).color)"
     text, word = await driver.tab.run(seen)  # type: ignore[misc]
