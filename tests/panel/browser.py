@@ -31,7 +31,8 @@ needs_firefox = pytest.mark.skipif(FIREFOX is None, reason="no Firefox: apt-get 
 CHROMIUM_FLAGS = [
     "--headless=new",
     "--no-sandbox",  # it refuses to run as root otherwise
-    "--disable-gpu",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",  # WebGL without a graphics card; the page is our own
     "--disable-dev-shm-usage",
     "--disable-background-networking",
     "--disable-component-update",
