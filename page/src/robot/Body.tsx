@@ -66,7 +66,7 @@ function Lamp({ robot, name, kind, command, isOn, colour, x, y, size }: LampProp
   return (
     <g
       role="switch"
-      tabIndex={0}
+      tabindex={0} // in SVG, names of attributes have one case
       aria-label={name}
       aria-checked={isOn}
       aria-busy={isBusy.value || undefined}
