@@ -59,20 +59,20 @@ def anything(dice: random.Random, depth: int = 0) -> object:
 
 def message(dice: random.Random) -> str:
     """Return a random message: most are of the page, some of them for robots that are not there, some are nonsense."""
-    kind = dice.choice(MESSAGES)
-    while kind.__struct_config__.tag in SKIPPED:
-        kind = dice.choice(MESSAGES)
+    what = dice.choice([name for name in MESSAGES if name not in SKIPPED])
+    kind = MESSAGES[what]
     usual: dict[str, object] = {
         "robot": dice.choice("123456"),
         "robots": ["1", "2"],
-        "place": dice.choice(["1", "5", "overview", "start"]),
+        "what": dice.choice(["robot", "overview", "world", "readings"]),
+        "of": dice.choice(["", "0", "1", "5"]),
+        "channel": dice.randrange(3),
         "left": dice.uniform(-1, 1),
         "right": dice.uniform(-1, 1),
         "number": dice.randrange(10**6),
         "name": dice.choice(["avoid", "bull", "set_speed", "set_led", "version", "run.log"]),
         "line": dice.choice(["version", "set_speed 0.3 0.3", "set_led 1", "nonsense"]),
         "arguments": dice.choice([[], [1, 1], [0.5, 0.5]]),
-        "message": {"do": dice.choice(["state", "cut", "mend"]), "robot": 0},
         "mode": "GREY",
         "width": 40,
         "height": 40,
@@ -80,8 +80,6 @@ def message(dice: random.Random) -> str:
         "seconds": dice.choice([None, 1.0]),
         "share": dice.random(),
         "on": dice.random() < 0.5,
-        "index": dice.choice([None, 0, 1]),
-        "text": "a note",
         "url": "sim://",
         "options": {},
     }
@@ -90,7 +88,7 @@ def message(dice: random.Random) -> str:
         about["id"] = dice.randrange(10**6)
     if dice.random() < 0.1:
         about[dice.choice([*about, "id", "more"])] = anything(dice)
-    text = json.dumps({"do": kind.__struct_config__.tag} | about)
+    text = json.dumps({"do": what} | about)
     return text[: dice.randrange(len(text))] if dice.random() < 0.01 else text
 
 
@@ -172,12 +170,10 @@ async def draw(socket: ClientConnection) -> None:
     with contextlib.suppress(ConnectionClosed):
         async for text in socket:
             if isinstance(text, bytes):
-                number, kind = int.from_bytes(text[:4], "little"), "frame_drawn"
+                number, channel = (int.from_bytes(text[at : at + 4], "little") for at in (0, 20))
+                await socket.send(json.dumps({"do": "frame_drawn", "number": number, "channel": channel}))
             elif (found := json.loads(text))["type"] == "update":
-                number, kind = found["number"], "drawn"
-            else:
-                continue
-            await socket.send(json.dumps({"do": kind, "number": number}))
+                await socket.send(json.dumps({"do": "drawn", "number": found["number"]}))
 
 
 async def visit(place: str, count: int) -> None:
@@ -185,8 +181,8 @@ async def visit(place: str, count: int) -> None:
     for number in range(count):
         async with page(place) as socket:
             drawing = asyncio.create_task(draw(socket))
-            for what in ("overview", "1"):
-                await socket.send(json.dumps({"do": "show", "place": what}))
+            for what, of in (("overview", ""), ("robot", "1"), ("world", "1")):
+                await socket.send(json.dumps({"do": "subscribe", "what": what, "of": of}))
                 await asyncio.sleep(0.15)
             if number % 3 == 0:
                 socket.transport.abort()
@@ -223,8 +219,8 @@ async def tidy(place: str) -> None:
     """End what was begun for robots and goes on without a page: logs, recordings, cut links."""
     async with page(place) as socket:
         for robot in "15":
-            await socket.send(json.dumps({"do": "show", "place": robot}))
-            await socket.send(json.dumps({"do": "world", "message": {"do": "mend", "robot": 0}}))
+            await socket.send(json.dumps({"do": "subscribe", "what": "world", "of": robot}))
+            await socket.send(json.dumps({"do": "mend", "robot": 0}))
         for robot in "12345":
             for what in ("stop_log", "stop_recording"):
                 await socket.send(json.dumps({"do": what, "robot": robot}))

@@ -33,6 +33,7 @@ WHY = {
     "@codemirror/view": "programs that are shown",
     "@fontsource-variable/inter": "the font",
     "@preact/signals": "what the page shows follows what it knows",
+    "@lezer/highlight": "colours of programs that are shown",
     "aiohttp": "the server of the pages in the browser",
     "cmaes": "evolution by CMA-ES",
     "cyclopts": "the command line",

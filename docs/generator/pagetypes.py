@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Awaitable, Mapping
-from typing import get_args, get_origin, get_type_hints
+from collections.abc import Mapping
 
-from msgspec import NODEFAULT, Struct
+from msgspec import NODEFAULT
 from msgspec import inspect as types
 
 from elib.base.plaintext import summary
 from elib.panel.server.conversation import Answer, Failure
 from elib.panel.server.messages import MESSAGES, TOLD
+from elib.panel.server.world import BODY, CUT, FRONT, HEADER, RAYS, TOUCHING
 
 PLAIN: Mapping[type[types.Type], str] = {
     types.IntType: "number",
@@ -72,11 +72,6 @@ class Types:
             found.append(f"{field.encode_name}{mark}: {self.of(field.type)}")
         return found
 
-    def result(self, message: type[Struct]) -> str:
-        """Return the type of the result of a request."""
-        kind = get_type_hints(message.carry_out)["return"]  # type: ignore[attr-defined]
-        return self.of(types.type_info(get_args(kind)[0] if get_origin(kind) is Awaitable else kind))
-
     def declared(self, cls: type) -> str:
         """Return the declaration of a class."""
         return f"\n{_comment(cls)}export type {cls.__name__} = {_object(self.fields(cls), '')};\n"
@@ -86,17 +81,21 @@ def page() -> str:
     """Return the module."""
     found = Types()
     told = [cls for cls in TOLD if cls not in (Answer, Failure)]
-    asked = {str(cls.__struct_config__.tag): cls for cls in MESSAGES}
     body = ["\n/** What the page may ask for: the fields of each request. */\nexport type Asked = {\n"]
-    for name, cls in asked.items():
+    for name, cls in MESSAGES.items():
         fields = [field for field in found.fields(cls, is_asked=True)[1:] if not field.startswith("id?")]
         body.append(f"{_comment(cls, '  ')}  {name}: {_object(fields, '  ')};\n")
     body.append("};\n\n/** What each request is answered with. */\nexport type Answered = {\n")
-    body += [f"  {name}: {found.result(cls)};\n" for name, cls in asked.items()]
-    body.append("};\n\n/** What the page is told without having asked. */\n")
+    body += [f"  {name}: {found.of(types.type_info(cls.answers))};\n" for name, cls in MESSAGES.items()]
+    body.append("};\n")
+    frame = {"header": HEADER.size, "rays": RAYS, "touching": TOUCHING, "body": BODY, "front": FRONT, "cut": CUT}
+    body.append("\n/** A frame: bytes of its header, the flag that it has rays, and the bits of a robot. */\n")
+    numbers = ", ".join(f"{name}: {value}" for name, value in frame.items())
+    body.append(f"export const FRAME = {{ {numbers} }};\n")
+    body.append("\n/** What the page is told without having asked. */\n")
     body.append(f"export type Told = {' | '.join(cls.__name__ for cls in told)};\n")
-    for cls in TOLD:
-        found.of(types.type_info(cls))
+    for each in TOLD:
+        found.of(types.type_info(each))
     written: set[str] = set()
     while new := [cls for name, cls in found.named.items() if name not in written]:
         written |= {cls.__name__ for cls in new}

@@ -12,8 +12,8 @@ from typing import Any
 from websockets.asyncio.client import ClientConnection, connect
 
 from elib.doors.robots import connected
-from elib.doors.serve.answers import TOLD
-from elib.doors.serve.client import MAX_WATCHES, PROTOCOL
+from elib.doors.serve.answers import PROTOCOL, TOLD
+from elib.doors.serve.client import MAX_WATCHES
 from elib.doors.serve.door import MAX_PROGRAMS, PATH, ProgramDoor
 from elib.doors.serve.door import MESSAGES as RATE
 from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES
@@ -81,7 +81,7 @@ def page() -> str:
     """Return the page."""
     parts = schema()["$defs"]
     found = [INTRODUCTION, session(), "## Messages of the door"]
-    found += [message(kind, parts) for kind in DOOR_MESSAGES]
+    found += [message(kind, parts) for kind in DOOR_MESSAGES.values()]
     found.append(
         "## Commands of the robot\n\nThey are the [commands](commands.md) of elib under the same names, where their"
         " ranges on each firmware are explained. A firmware that does not have one answers with `Unsupported`."

@@ -1,20 +1,20 @@
-// What the page may ask for and what it is told, from the classes of src/elib/panel. Generated; do not edit. Renew it:
+// What the page may ask for and what it is told, by the classes of elib.panel. Do not edit; renew it with:
 // .venv/bin/python docs/generate_reference.py
 
 /** What the page may ask for: the fields of each request. */
 export type Asked = {
-  /** Be told of something again and again; a rate of 0 ends it. */
+  /** Be told so many times a second of a robot or a world by its key, or of a robot of that world by its index there. */
   subscribe: {
-    what: "robot" | "overview" | "world" | "readings" | "study";
+    what: "overview" | "readings" | "robot" | "study" | "world";
     of?: string;
     rate?: number;
-    rays?: boolean;
     channel?: number;
+    rays?: boolean;
   };
-  /** The page has drawn an update. */
+  /** Say that the page has drawn an update. */
   drawn: { number: number };
-  /** The page has drawn a frame of the world. */
-  frame_drawn: { number: number };
+  /** Say that the page has drawn a frame of a world. */
+  frame_drawn: { number: number; channel?: number };
   /** Look for robots on this computer's ports, and for virtual ones that run here. */
   find: Record<string, never>;
   /** Name the robots that were used before, the newest first. */
@@ -39,6 +39,8 @@ export type Asked = {
   take_over: { robot: string };
   /** Set the fastest wheel, as a share of what the robot can do. */
   limit: { robot: string; share: number };
+  /** Stop one robot, or all of them. */
+  stop: { robot?: string };
   /** Send one command of the table. */
   command: { robot: string; name: string; arguments?: (number | string)[] };
   /** Send a line that a person typed. */
@@ -53,22 +55,8 @@ export type Asked = {
   picture: { robot: string };
   /** Take a picture every so many seconds; null takes no more. */
   live: { robot: string; seconds: number | null };
-  /** Write a log; if the robot is not connected yet, from the moment it is. */
-  start_log: { robot: string; name: string };
-  /** Write the log no more. */
-  stop_log: { robot: string };
-  /** Record everything; if the robot is not connected yet, from the moment it is. */
-  start_recording: { robot: string; name: string };
-  /** Record no more. */
-  stop_recording: { robot: string };
-  /** Go on with a recording from another moment of it. */
-  seek: { robot: string; seconds: number };
-  /** Hold a recording, or let it go on. */
-  pause_playback: { robot: string; on: boolean };
-  /** Stop one robot, or all of them. */
-  stop: { robot?: string };
   /** Start a behaviour on some robots. */
-  behave: { robots: string[]; name: string; options?: Record<string, boolean | number | string> };
+  behave: { robots: string[]; name: string; options?: Record<string, boolean | number | string> | null };
   /** Let the behaviour of some robots wait. */
   pause_behaviour: { robots: string[] };
   /** Let the behaviour of some robots go on. */
@@ -79,14 +67,97 @@ export type Asked = {
   source: { name: string };
   /** Ask which logs and recordings the folder has, and for free names of new ones. */
   files: Record<string, never>;
+  /** Write a log; if the robot is not connected yet, from the moment it is. */
+  start_log: { robot: string; name: string };
+  /** Write the log no more. */
+  stop_log: { robot: string };
+  /** Record everything; if the robot is not connected yet, from the moment it is. */
+  start_recording: { robot: string; name: string };
+  /** Record no more. */
+  stop_recording: { robot: string };
   /** Play a recording of the folder as a robot of the panel. */
   open_recording: { name: string };
+  /** Go on with a recording from another moment of it. */
+  seek: { robot: string; seconds: number };
+  /** Hold a recording, or let it go on. */
+  pause_playback: { robot: string; on: boolean };
   /** Let one of the best controllers of the study drive in the world; null for the newest at any time. */
   choose_controller: { number: number | null };
-  /** Save the world that the page shows, as it is now, as a world file of the folder. */
-  save_world: { name: string; about?: string };
-  /** Control the world that the page shows: a message of the control server. */
-  world: { message: Record<string, unknown> };
+  /** Save the world of a channel, as it is now, as a world file of the folder. */
+  save_world: { name: string; about?: string; channel?: number };
+  /** Lift a robot and put it down elsewhere; its wheels go on turning. */
+  move_robot: { robot: number | string; x: number; y: number; heading?: number | null; channel?: number };
+  /** Put a box down elsewhere. */
+  move_box: { box: number | string; x: number; y: number; angle?: number | null; channel?: number };
+  /** Put a cylinder down elsewhere. */
+  move_cylinder: { cylinder: number | string; x: number; y: number; channel?: number };
+  /** Put another box into the world, and return its index. */
+  add_box: {
+    x: number;
+    y: number;
+    angle?: number;
+    width?: number;
+    depth?: number;
+    pushable?: boolean;
+    colour?: string;
+    channel?: number;
+  };
+  /** Take a box out of the world; those counted behind it move up. */
+  remove_box: { box: number | string; channel?: number };
+  /** Put another wall into the world, and return its index. */
+  add_wall: { x1: number; y1: number; x2: number; y2: number; colour?: string; channel?: number };
+  /** Put the ends of a wall elsewhere; arguments as of add_wall. */
+  move_wall: { wall: number | string; x1: number; y1: number; x2: number; y2: number; channel?: number };
+  /** Take a wall out of the world; those counted behind it move up. */
+  remove_wall: { wall: number | string; channel?: number };
+  /** Change a lamp; an argument that is None changes nothing. */
+  set_light: {
+    light: number | string;
+    intensity?: number | null;
+    x?: number | null;
+    y?: number | null;
+    height?: number | null;
+    channel?: number;
+  };
+  /** Change a source of sound; an argument that is None changes nothing. */
+  set_sound: {
+    sound: number | string;
+    volume?: number | null;
+    frequency?: number | null;
+    x?: number | null;
+    y?: number | null;
+    channel?: number;
+  };
+  /** Set what the infrared sensors read in the room's light. */
+  set_ambient: { ambient: number; channel?: number };
+  /** Turn the rotary switch of a robot. Its firmware reads it when it is asked, and when it starts. */
+  turn_selector: { robot: number | string; position: number; channel?: number };
+  /** Press a key of an infrared remote control that points at a robot. */
+  press_remote: { robot: number | string; key: number; address?: number; channel?: number };
+  /** Hold the user button of an e-puck2 down, or release it. */
+  press_button: { robot: number | string; pressed?: boolean; channel?: number };
+  /** Switch a robot off and on. It stops, and its program loses a connection over Wi-Fi. */
+  restart: { robot: number | string; channel?: number };
+  /** Let the world stand still, with the robots' firmwares and links. */
+  pause: { channel?: number };
+  /** End a pause. */
+  resume: { channel?: number };
+  /** Let a paused world go on by some time. */
+  step: { seconds?: number | null; channel?: number };
+  /** Let the world run faster or slower; programs keep their own time. */
+  set_speed: { speed: number; channel?: number };
+  /** Make a robot's link worse, in addition to its settings and its fault script. */
+  set_faults: {
+    robot: number | string;
+    latency?: number | null;
+    jitter?: number | null;
+    loss?: number | null;
+    channel?: number;
+  };
+  /** Cut a robot's link: its program loses it, and no program can open it until mend. */
+  cut: { robot: number | string; channel?: number };
+  /** Let programs open a robot again. What a fault script cut stays cut as long as the script says. */
+  mend: { robot: number | string; channel?: number };
 };
 
 /** What each request is answered with. */
@@ -106,6 +177,7 @@ export type Answered = {
   leave: null;
   take_over: null;
   limit: null;
+  stop: null;
   command: string;
   console: ConsoleAnswer;
   complete: Completions;
@@ -113,27 +185,50 @@ export type Answered = {
   set_camera: null;
   picture: null;
   live: null;
-  start_log: null;
-  stop_log: null;
-  start_recording: null;
-  stop_recording: null;
-  seek: null;
-  pause_playback: null;
-  stop: null;
   behave: null;
   pause_behaviour: null;
   resume_behaviour: null;
   end_behaviour: null;
   source: string;
   files: FileList;
+  start_log: null;
+  stop_log: null;
+  start_recording: null;
+  stop_recording: null;
   open_recording: string[];
+  seek: null;
+  pause_playback: null;
   choose_controller: null;
   save_world: SavedWorld;
-  world: Record<string, unknown>;
+  move_robot: null;
+  move_box: null;
+  move_cylinder: null;
+  add_box: number;
+  remove_box: null;
+  add_wall: number;
+  move_wall: null;
+  remove_wall: null;
+  set_light: null;
+  set_sound: null;
+  set_ambient: null;
+  turn_selector: null;
+  press_remote: null;
+  press_button: null;
+  restart: null;
+  pause: null;
+  resume: null;
+  step: null;
+  set_speed: null;
+  set_faults: null;
+  cut: null;
+  mend: null;
 };
 
+/** A frame: bytes of its header, the flag that it has rays, and the bits of a robot. */
+export const FRAME = { header: 24, rays: 1, touching: 1, body: 2, front: 4, cut: 8 };
+
 /** What the page is told without having asked. */
-export type Told = Hello | Update | NewScene | Change | Readings | Answer | Failure | Error;
+export type Told = Hello | Update | NewScene | Change | Readings | Error;
 
 /** A link that may lead to a robot. */
 export type Found = {
@@ -170,7 +265,7 @@ export type SavedWorld = {
   url: string;
 };
 
-/** What a page is told once: its name at the drive locks, and the folder of files, empty if it may not know it. */
+/** What a page is told once. */
 export type Hello = {
   type: "hello";
   page: string;
@@ -178,13 +273,14 @@ export type Hello = {
   folder: string;
   worlds: WorldInfo[];
   behaviours: BehaviourAbout[];
+  robots: Reachable[];
+  study: StudyAbout | null;
   kinds: Record<string, string>;
   ring: Ring;
-  addresses: Address[];
-  study: StudyAbout | null;
+  body: Body;
 };
 
-/** What has changed since the last update; a page says ``drawn`` with its number. */
+/** What has changed; a page says ``drawn`` with its number. */
 export type Update = {
   type: "update";
   number: number;
@@ -196,7 +292,7 @@ export type Update = {
   study?: StudyNews;
 };
 
-/** The world that the page shows from now on, or that it shows none. */
+/** The world of a channel from now on, or that there is none. */
 export type NewScene = {
   type: "scene";
   channel: number;
@@ -253,7 +349,7 @@ export type Error = {
   error: Trouble;
 };
 
-/** What the page may do. */
+/** What the pages of a panel can do. */
 export type Can = {
   drive: boolean;
   edit: boolean;
@@ -262,12 +358,6 @@ export type Can = {
   connect: boolean;
   files: boolean;
   program: boolean;
-};
-
-/** Where a program reaches a robot. */
-export type Address = {
-  name: string;
-  url: string;
 };
 
 /** A world that comes with elib: a sentence about it, number of robots, and their firmwares. */
@@ -288,10 +378,10 @@ export type BehaviourAbout = {
   options: BehaviourOption[];
 };
 
-/** Where on the robot the infrared sensors look and the LEDs sit, rad from straight ahead, positive to the left. */
-export type Ring = {
-  sensors: number[];
-  leds: number[];
+/** A robot of a world that programs can open: its name there, and its URL. */
+export type Reachable = {
+  name: string;
+  url: string;
 };
 
 /** A study: its task, how many generations it is to have, and s that a robot has. */
@@ -303,6 +393,23 @@ export type StudyAbout = {
   settings: Record<string, string>;
 };
 
+/** Where on the robot the infrared sensors look and the LEDs sit, rad from straight ahead, positive to the left. */
+export type Ring = {
+  sensors: number[];
+  leds: number[];
+};
+
+/** The robot in m: its body, its wheels, the infrared sensors' distance from the axis, and its camera. */
+export type Body = {
+  radius: number;
+  height: number;
+  axle: number;
+  wheel: number;
+  sensor_radius: number;
+  eye: [number, number];
+  focal: number;
+};
+
 /** A robot of the panel: its key, its name as a tab shows it, and its URL. */
 export type Listed = {
   key: string;
@@ -310,14 +417,14 @@ export type Listed = {
   url: string;
 };
 
-/** What is new of the robot that the page shows. */
+/** What is new of a robot; its scheme only if that is. */
 export type RobotNews = {
   tick: Tick;
   behaviour: Play;
   scheme?: Scheme;
 };
 
-/** The part of a tick that an overview of many robots draws. */
+/** The part of a tick that an overview of many robots draws; index is that of a virtual robot in its world. */
 export type Summary = {
   url: string;
   phase: "disconnected" | "connecting" | "connected" | "gap" | "playing" | "failed";
@@ -331,6 +438,8 @@ export type Summary = {
   battery: number | null;
   stale: boolean;
   median: number | null;
+  index: number | null;
+  world: string;
 };
 
 /** How far the study is, with the generations from the first on that the page does not know yet. */
@@ -475,14 +584,17 @@ export type Play = {
   lines: [number, string][];
 };
 
-/** What seldom changes of a robot: rev/s of its fastest wheel, m around a wheel, the LED that the firmware keeps. */
+/** What seldom changes of a robot. */
 export type Scheme = {
   scheme: number;
   firmware: string;
   fastest: number;
   circumference: number;
-  status_led: number | null;
   instruments: Instrument[];
+  camera: CameraLimits | null;
+  coloured: number[];
+  sounds: string[];
+  talks_at: Record<string, string>;
 };
 
 /** The painted floor, if there is a picture of it; without a colour, it is bare linoleum. */
@@ -606,6 +718,14 @@ export type Instrument = {
   absent: string;
 };
 
+/** What pictures a camera can take, and how long one holds the line. */
+export type CameraLimits = {
+  zooms: number[] | null;
+  bytes: number;
+  capture: number;
+  byte: number;
+};
+
 /** What the doctor found in one step, and what to do. */
 export type DiagnosedStep = {
   name: string;
@@ -614,13 +734,11 @@ export type DiagnosedStep = {
   fix: string;
 };
 
-/** A line of the event log: its number, s on the panel's clock, a kind as the page filters by, and what happened. */
+/** A line of the event log: its number, s on the panel's clock, a kind to filter by, and what happened. */
 export type Line = {
   number: number;
   time: number;
-  kind: string;
+  kind: "call" | "link" | "robot" | "state" | "note" | "panel" | "recorder";
   text: string;
   bad: boolean;
 };
-
-export type Walls = [number, number, number, number, string, number][];

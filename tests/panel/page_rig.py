@@ -49,7 +49,8 @@ class Page:
         async for message in self.socket:
             if isinstance(message, bytes):
                 self.frames.append(message)
-                await self.tell("frame_drawn", number=int.from_bytes(message[:4], "little"))
+                number, channel = (int.from_bytes(message[at : at + 4], "little") for at in (0, 20))
+                await self.tell("frame_drawn", number=number, channel=channel)
             else:
                 await self._take(json.loads(message))
 
@@ -64,12 +65,12 @@ class Page:
             case "answer" if message["id"] in self._answers:
                 self._answers.pop(message["id"]).set_result(message)
 
-    async def tell(self, what: str, **values: object) -> None:
+    async def tell(self, what: str, /, **values: object) -> None:
         """Say something that needs no answer."""
         with contextlib.suppress(Exception):
             await self.socket.send(json.dumps({"do": what} | values))
 
-    async def ask(self, what: str, **values: object) -> dict:
+    async def ask(self, what: str, /, **values: object) -> dict:
         """Ask for something and return the answer."""
         number = next(self._numbers)
         answer = self._answers[number] = asyncio.get_running_loop().create_future()
@@ -83,14 +84,17 @@ class Page:
 
     @property
     def tick(self) -> dict:
-        """The newest readings of the robot that it shows."""
+        """The newest readings of a robot."""
         ticks = [each["robot"]["tick"] for each in self.of("update") if "robot" in each]
         return ticks[-1] if ticks else {}
 
     async def connected(self) -> str:
-        """Wait until the robot that it shows is connected, and return its key."""
+        """Subscribe to the first robot, wait until it is connected, and return its key."""
+        await until(lambda: self.robots)
+        key = str(self.robots[0]["key"])
+        await self.ask("subscribe", what="robot", of=key)
         await until(lambda: self.tick.get("phase") == "connected")
-        return str(self.of("update")[-1]["place"])
+        return key
 
 
 @contextlib.asynccontextmanager

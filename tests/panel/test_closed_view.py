@@ -16,7 +16,8 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 
 from page_rig import Page, fetch, opened
 
-from elib.panel.server.http import closed_view_of
+from elib.panel.panel import ALL, STUDENT, WORLD, Can, Panel
+from elib.panel.server.http import shown
 from elib.panel.server.listening import listen
 from elib.panel.server.messages import MESSAGES
 from elib.simulator.emulator.control import Control
@@ -27,7 +28,7 @@ from shared import PATIENCE, needs_page, until
 pytestmark = needs_page
 
 TOKEN = "k7m2xq9p"
-HARMLESS = {"show", "drawn", "frame_drawn", "choose_world", "rays", "watch", "open_robot", "world"}
+HARMLESS = {"subscribe", "drawn", "frame_drawn", "stop", "choose_controller"}
 
 
 class _Stay(urllib.request.HTTPRedirectHandler):
@@ -54,17 +55,19 @@ async def page_of_a_student(token: str | None = None) -> AsyncIterator[tuple[str
         settings = SimulationSettings(world="square")
         await stack.enter_async_context(serve(settings, tcp="0", control=controls.append))
         address = listen("127.0.0.1", 0)
-        yield await stack.enter_async_context(closed_view_of(controls[0], address, token)), controls[0]
+        panel = Panel(is_shared=True, can=STUDENT, worlds={"": controls[0]})
+        yield await stack.enter_async_context(shown(panel, address, token)), controls[0]
 
 
-async def refused(page: Page, what: str, **values: object) -> bool:
+async def refused(page: Page, what: str, /, **values: object) -> bool:
     answer = await page.ask(what, **values)
-    return not answer["ok"] and "shows a world, and nothing else" in answer["error"]["message"]
+    return not answer["ok"] and answer["error"]["message"].startswith("this page cannot ")
 
 
 async def test_only_what_concerns_the_world_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     async with page_of_a_student() as (url, control), opened(url) as page:
+        await page.ask("subscribe", what="world")
         await until(lambda: page.frames)
         assert page.hello["folder"] == ""
         assert await refused(page, "add", url="tcp://127.0.0.1:4002")
@@ -75,17 +78,29 @@ async def test_only_what_concerns_the_world_is_done(tmp_path: Path, monkeypatch:
         assert await refused(page, "open_recording", name="run.mcap")
         assert await refused(page, "save_world", name="mine.toml")
         assert await refused(page, "start_log", robot="1", name="run.log")
-        moved = {"do": "move_robot", "robot": "epuck-1", "x": 0.3, "y": 0.4}
-        assert (await page.ask("world", message=moved))["result"]["ok"]
+        assert (await page.ask("move_robot", robot="epuck-1", x=0.3, y=0.4))["ok"]
         assert control.world.pose(0).x == pytest.approx(0.3, abs=0.01)
-        faster = await page.ask("world", message={"do": "set_speed", "speed": 10})
-        assert not faster["ok"]
-        assert "keeps its speed" in faster["error"]["message"]
+        assert await refused(page, "set_speed", speed=10)
+        assert await refused(page, "pause")
     assert os.listdir(tmp_path) == []
 
 
-def test_a_new_message_is_refused_unless_it_says_that_it_concerns_the_world() -> None:
-    assert {kind.__struct_config__.tag for kind in MESSAGES if kind.is_of_world} == HARMLESS
+def test_a_message_needs_something_that_a_page_can_do_unless_it_is_harmless() -> None:
+    assert {name for name, kind in MESSAGES.items() if not kind.needs} == HARMLESS
+    assert {kind.needs for kind in MESSAGES.values()} - {""} == set(Can.__struct_fields__)
+
+
+@pytest.mark.parametrize("can", [ALL, WORLD, STUDENT, Can()])
+async def test_a_page_is_told_what_it_can_do_and_can_do_nothing_else(can: Can, tmp_path: Path) -> None:
+    address = listen("127.0.0.1", 0)
+    async with shown(Panel(can=can, folder=tmp_path), address) as url, opened(url) as page:
+        told = page.hello["can"]
+        for name in ("steer", "move_box", "set_speed", "save_world", "disconnect", "stop_log", "source"):
+            needs = MESSAGES[name].needs
+            values = {"robot": "9"} if name in ("disconnect", "stop_log") else {"name": "x"}
+            values = {"steer": {"robot": "9", "left": 0, "right": 0}, "set_speed": {"speed": 1}}.get(name, values)
+            values = {"box": 0, "x": 0, "y": 0} if name == "move_box" else values
+            assert await refused(page, name, **values) is not told[needs], name
 
 
 async def test_nothing_is_shown_without_the_token() -> None:
@@ -96,4 +111,5 @@ async def test_nothing_is_shown_without_the_token() -> None:
         assert await asyncio.to_thread(log_in, url, "wrong") == ""
         cookie = await asyncio.to_thread(log_in, url, TOKEN)
         async with opened(url, cookie=cookie) as page:
+            await page.ask("subscribe", what="world")
             await until(lambda: page.frames)

@@ -18,20 +18,23 @@ from hypothesis import strategies as st
 from local_network import LocalLoop
 
 from elib.base.errors import ArgumentError
+from elib.panel.events import KINDS
 from elib.panel.panel import Panel
 from elib.panel.recents import RecentRobots
 from elib.panel.server import messages
 from elib.panel.server.conversation import MAX_WAITING
-from elib.panel.server.messages import MESSAGES, Message, decode
+from elib.panel.server.messages import MESSAGES, decode
 from elib.panel.server.page import Page
+from elib.panel.server.streams import RobotStream
+from elib.records import timeline
 from shared import needs_page, until
 
 pytestmark = needs_page
 
 # clock: simulated
 LOOP = LocalLoop
-TAGS = [str(kind.__struct_config__.tag) for kind in MESSAGES]
-FIELDS = sorted({field for kind in MESSAGES for field in kind.__struct_fields__})
+TAGS = list(MESSAGES)
+FIELDS = sorted({field for kind in MESSAGES.values() for field in kind.__struct_fields__})
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20) | st.sampled_from(["1", "2", *TAGS]),
     lambda values: st.lists(values, max_size=4) | st.dictionaries(st.text(max_size=9), values, max_size=4),
@@ -46,13 +49,13 @@ BROKEN = st.from_regex(r'[\[{"]{0,3}"do" ?: ?"(stop|steer|world)".{0,40}', fullm
 
 
 def test_every_message_has_a_name_and_says_in_a_sentence_what_it_does() -> None:
-    assert len(set(TAGS)) == len(TAGS)
-    for kind in MESSAGES:
+    for name, kind in MESSAGES.items():
+        assert kind.__struct_config__.tag == name
         assert (kind.__doc__ or "").strip().endswith("."), kind
 
 
 def test_a_message_takes_no_field_beside_its_own() -> None:
-    for kind in MESSAGES:
+    for kind in MESSAGES.values():
         about = {"do": kind.__struct_config__.tag, "page": "page-0"}
         _, found = decode(json.dumps(about | dict.fromkeys(kind.__struct_fields__, 1)))
         assert isinstance(found, ArgumentError), found
@@ -68,11 +71,16 @@ def test_whatever_is_said_is_a_message_or_refused(text: str) -> None:
     _, found = decode(text)
     if isinstance(found, ArgumentError):
         return
-    assert type(found) in MESSAGES
+    assert type(found) in MESSAGES.values()
     for name in found.__struct_fields__:
         value = getattr(found, name)
         assert not isinstance(value, str) or len(value) <= 500
         assert not isinstance(value, float) or abs(value) < float("inf")
+
+
+def test_every_kind_of_line_that_a_recording_can_have_has_a_title() -> None:
+    assert set(timeline.KINDS) <= set(KINDS)
+    assert all(KINDS.values())
 
 
 class Ears(mock.Mock):
@@ -141,12 +149,12 @@ async def test_a_mistake_of_the_program_is_answered_and_written_down_once(
     async def later() -> None:
         raise KeyError("slow")
 
-    def fail(self: Message, page: Page) -> object:
+    def fail(page: Page) -> object:
         if is_slow:
             return later()
         raise KeyError("fast")
 
-    monkeypatch.setattr(messages.Files, "carry_out", fail)
+    monkeypatch.setattr(MESSAGES["files"], "act", staticmethod(fail))
     assert ears.hear('{"do":"files","id":7}') == ""
     await until(lambda: ears.answer(7))
     assert ears.answer(7)["ok"] is False
@@ -159,7 +167,7 @@ async def test_a_mistake_of_the_program_is_answered_and_written_down_once(
 async def test_a_result_that_cannot_be_sent_is_a_mistake_of_the_program(
     ears: Ears, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(messages.Files, "carry_out", lambda self, page: object())
+    monkeypatch.setattr(MESSAGES["files"], "act", staticmethod(lambda page: object()))
     ears.hear('{"do":"files","id":7}')
     await until(lambda: ears.answer(7))
     assert ears.answer(7)["ok"] is False
@@ -169,7 +177,8 @@ async def test_a_result_that_cannot_be_sent_is_a_mistake_of_the_program(
 async def test_updates_that_fail_end_the_page_and_are_written_down_once(
     ears: Ears, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Page, "_update", mock.Mock(side_effect=KeyError("update")))
+    monkeypatch.setattr(RobotStream, "_next", mock.Mock(side_effect=KeyError("update")))
+    ears.hear('{"do":"subscribe","what":"robot","of":"1"}')
     await until(lambda: ears.close.called)
     assert ears.close.call_args.kwargs["code"] == 1011
     assert [record.getMessage() for record in caplog.records] == ["a page failed"]

@@ -30,19 +30,33 @@ async def test_a_tab_that_is_closed_by_two_fast_clicks_is_closed_once() -> None:
         first, second = await asyncio.gather(page.ask("remove", robot=key), page.ask("remove", robot=key))
         assert first["ok"]
         assert (second["ok"], second["error"]["message"]) == (False, "there is no such robot in the panel")
-        await until(lambda: page.of("update")[-1]["place"] == "start")
+        await until(lambda: not page.robots)
         gc.collect()
         assert complaints == []
         assert not rig.panel.slots
 
 
-async def test_a_page_that_shows_a_robot_which_another_page_takes_out_shows_the_rest() -> None:
+async def test_a_page_that_shows_a_robot_which_another_page_takes_out_is_told_of_the_rest() -> None:
     async with guarded(urls=["sim://", "sim://line"]) as rig, opened(rig.url) as one, opened(rig.url) as other:
-        await one.ask("show", place="1")
-        await one.connected()
+        assert await one.connected() == "1"
+        await one.ask("subscribe", what="overview")
         assert (await other.ask("remove", robot="1"))["ok"]
-        await until(lambda: one.of("update")[-1]["place"] == "overview")
-        assert [robot["key"] for robot in one.robots] == ["2"]
+        await until(lambda: [robot["key"] for robot in one.robots] == ["2"])
+        seen = len(one.heard)
+        await until(lambda: any(list(each.get("overview", ())) == ["2"] for each in one.heard[seen:]))
+        assert not any("robot" in each for each in one.heard[seen:])
+
+
+async def test_a_page_that_shows_another_robot_stops_the_one_that_it_drove() -> None:
+    async with guarded(urls=["sim://", "sim://line"]) as rig, opened(rig.url) as page:
+        drive = rig.panel.slots[await page.connected()].drive
+        await page.ask("steer", robot="1", left=1, right=1)
+        assert (await page.ask("subscribe", what="robot", of="1", rate=2))["ok"]
+        assert drive.driver
+        await page.ask("subscribe", what="robot", of="2")
+        assert not drive.driver
+        await until(lambda: not drive.may_move)
+        await until(lambda: page.of("update")[-1]["place"] == "2")
 
 
 async def test_a_page_that_leaves_stops_what_it_drove() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
+import msgspec
 import numpy as np
 from browser import browser, needs_browser
 from page_rig import Page, fetch, opened
@@ -18,6 +19,7 @@ from world_page_rig import Frame
 from elib.base.errors import LinkBusy
 from elib.learn.progress import Best, Progress
 from elib.learn.studypage import REST, Life, Show, study_page
+from elib.panel.panel import WORLD
 from elib.simulator.physics import Controller, Pose, Scene
 from elib.simulator.physics.task import Task
 from shared import needs_page, until
@@ -105,7 +107,9 @@ async def test_a_page_that_is_opened_late_is_told_all_generations_and_then_each_
     pass_generation(progress, 0.1, 0.2)
     pass_generation(progress, 0.3, 0.4)
     async with opened(url) as page:
-        assert page.hello["place"] == "overview"
+        await page.ask("subscribe", what="study")
+        await page.ask("subscribe", what="world", rate=25)
+        assert page.hello["can"] == msgspec.structs.asdict(WORLD)
         assert page.hello["study"] == {
             "task": "go",
             "summary": "Drive on.",
@@ -123,6 +127,8 @@ async def test_a_page_that_is_opened_late_is_told_all_generations_and_then_each_
 
 async def test_the_page_says_why_the_evolution_ended_and_goes_on(progress, url) -> None:
     async with opened(url) as page:
+        await page.ask("subscribe", what="study")
+        await page.ask("subscribe", what="world", rate=25)
         pass_generation(progress, 0.3)
         progress.end("All generations are done.")
         await until(lambda: study_of(page).get("outcome") == "All generations are done.")
@@ -130,12 +136,16 @@ async def test_the_page_says_why_the_evolution_ended_and_goes_on(progress, url) 
         count = len(page.of("update"))
         await until(lambda: len(page.of("update")) > count)
     async with opened(url) as page:
+        await page.ask("subscribe", what="study")
+        await page.ask("subscribe", what="world", rate=25)
         await until(lambda: study_of(page).get("outcome"))
 
 
 async def test_nothing_is_repeated_while_nothing_happens(progress, url) -> None:
     pass_generation(progress, 0.3)
     async with opened(url) as page:
+        await page.ask("subscribe", what="study")
+        await page.ask("subscribe", what="world", rate=25)
         await until(lambda: study_of(page).get("shown") == 1)
         told, count = len([each for each in page.of("update") if "study" in each]), len(page.of("update"))
         await until(lambda: len(page.of("update")) > count + 5)
@@ -152,6 +162,7 @@ async def test_the_page_ends_with_its_block_although_a_browser_looks(progress) -
     with study_page(progress, "0") as url:
         pass_generation(progress, 0.3)
         async with opened(url) as page:
+            await page.ask("subscribe", what="world", rate=25)
             await until(lambda: page.frames)
     host, port = url.removeprefix("http://").rstrip("/").split(":")
     with pytest.raises(ConnectionRefusedError):
@@ -169,6 +180,8 @@ def test_a_port_that_is_taken_is_an_error_before_anything_begins(progress, url) 
 
 async def test_the_best_controller_drives_in_the_world_of_the_task(progress, url) -> None:
     async with opened(url) as page:
+        await page.ask("subscribe", what="study")
+        await page.ask("subscribe", what="world", rate=25)
         await until(lambda: page.of("update"))
         assert not page.frames
         pass_generation(progress, 0.1, 0.3)
@@ -183,6 +196,8 @@ async def test_an_earlier_controller_drives_when_a_person_chooses_it(progress, u
     pass_generation(progress, 0.1)
     pass_generation(progress, 0.3)
     async with opened(url) as page:
+        await page.ask("subscribe", what="study")
+        await page.ask("subscribe", what="world", rate=25)
         await until(lambda: study_of(page).get("shown") == 2)
         assert (await page.ask("choose_controller", number=0))["ok"]
         await until(lambda: study_of(page)["shown"] == 1)

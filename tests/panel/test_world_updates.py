@@ -15,7 +15,7 @@ from world_page_rig import PAINT, ROOM, Page, Rig, opened, watched
 
 from elib.link.transport import open_transport
 from elib.panel.server import world
-from elib.panel.server.world import AHEAD
+from elib.panel.server.page import AHEAD
 from elib.simulator.worlds.files import load_file
 from shared import PATIENCE, needs_page, until
 
@@ -68,7 +68,7 @@ async def test_a_page_is_told_the_scene_and_then_sees_the_robots_where_the_world
     assert scene["names"] == list(rig.control.names) == ["epuck-1", "epuck-2"]
     assert scene["own"] is None
     assert scene["clock"] == {"paused": False, "speed": 1.0, "fixed": ""}
-    assert scene["walls"] == [[0.6, 0.0, 0.6, 0.2, "#204060"]]
+    assert scene["walls"] == [[0.6, 0.0, 0.6, 0.2, "#204060", 0.1]]
     assert scene["boxes"][0]["colour"] == "#d04030"
     assert scene["boxes"][0]["pushable"] is True
     assert [len(scene[what]) for what in ("cylinders", "lights", "sounds")] == [1, 1, 1]
@@ -90,7 +90,7 @@ async def test_frames_show_motion_lamps_and_a_cut_link(rig, page):
     assert frame.rings[0][:3] != bytes(3)
     assert frame.rings[0][3:] == bytes(21)
     assert [bits & 2 for bits in frame.bits] == [2, 0]
-    assert (await page.world(do="cut", robot=0))["ok"]
+    assert (await page.ask("cut", robot=0))["ok"]
     async with asyncio.timeout(PATIENCE):
         while not (await page.frame()).bits[0] & 8:
             pass
@@ -98,7 +98,7 @@ async def test_frames_show_motion_lamps_and_a_cut_link(rig, page):
 
 
 async def test_rays_come_when_they_are_wanted_and_start_at_the_robots(page):
-    assert (await page.ask("rays", on=True))["ok"]
+    assert (await page.ask("subscribe", what="world", rate=25, rays=True))["ok"]
     async with asyncio.timeout(PATIENCE):
         while not (frame := await page.frame()).rays:
             pass
@@ -110,7 +110,7 @@ async def test_rays_come_when_they_are_wanted_and_start_at_the_robots(page):
 
 
 async def test_who_watches_a_robot_gets_its_readings(page):
-    assert (await page.ask("watch", index=1))["ok"]
+    assert (await page.ask("subscribe", what="readings", of="1"))["ok"]
     readings = await page.hear("readings")
     assert readings["robot"] == 1
     assert len(readings["proximity"]) == 8
@@ -119,7 +119,7 @@ async def test_who_watches_a_robot_gets_its_readings(page):
     assert readings["link"] == link
     assert readings["base"] == {"latency": 0.0, "jitter": 0.0, "loss": 0.0}
     assert (readings["selector"], readings["button"]) == (3, None)
-    assert (await page.ask("watch", index=None))["ok"]
+    assert (await page.ask("subscribe", what="readings", rate=0))["ok"]
 
 
 async def test_what_a_fault_script_does_is_told(tmp_path):
@@ -128,7 +128,7 @@ async def test_what_a_fault_script_does_is_told(tmp_path):
     async with watched(tmp_path, fault=str(script), loss=0.125) as rig, opened(rig) as page:
         robot = await open_transport(rig.robots[0].url)
         await robot.write(b"E\r")
-        await page.say("watch", index=0)
+        await page.say("subscribe", what="readings", of="0")
         async with asyncio.timeout(PATIENCE):
             while not (readings := await page.hear("readings"))["link"]["script"]:
                 pass
@@ -162,50 +162,50 @@ async def test_what_is_moved_or_lit_otherwise_is_told_once(rig, page):
     assert told["ambient"] == 777
     await page.frame()
     rig.control.move_cylinder(0, 0.25, 0.6)
-    assert set(await page.hear("change")) == {"type", "cylinders"}
+    assert set(await page.hear("change")) == {"type", "channel", "cylinders"}
 
 
 async def test_a_page_moves_things_and_hears_what_has_no_room(rig, page):
-    assert await page.world(do="move_robot", robot="epuck-1", x=0.3, y=0.3, id=9) == {"id": 9, "ok": True}
+    assert (await page.ask("move_robot", robot="epuck-1", x=0.3, y=0.3))["result"] is None
     assert rig.control.world.pose(0).x == 0.3
-    refused = await page.world(do="move_robot", robot="epuck-1", x=0.8, y=0.5)
-    assert refused["error"].endswith("epuck-2 is in the way")
+    refused = await page.ask("move_robot", robot="epuck-1", x=0.8, y=0.5)
+    assert refused["error"]["message"].endswith("epuck-2 is in the way")
 
 
 async def test_boxes_and_walls_come_and_go_on_every_page(rig, page):
     await page.scene()
     async with opened(rig) as other:
         await other.scene()
-        added = await page.world(do="add_box", x=0.3, y=0.15, width=0.05, depth=0.06, angle=0.5, pushable=False)
-        assert added == {"ok": True, "result": 1}
+        added = await page.ask("add_box", x=0.3, y=0.15, width=0.05, depth=0.06, angle=0.5, pushable=False)
+        assert added["result"] == 1
         for each in (page, other):
             told = await each.hear("change")
             assert [(box["x"], box["width"], box["pushable"]) for box in told["all_boxes"]][1] == (0.3, 0.05, False)
-        assert (await page.world(do="add_wall", x1=0.9, y1=0.6, x2=1.1, y2=0.6))["result"] == 1
+        assert (await page.ask("add_wall", x1=0.9, y1=0.6, x2=1.1, y2=0.6))["result"] == 1
         assert [wall[:4] for wall in (await other.hear("change"))["walls"]][1] == [0.9, 0.6, 1.1, 0.6]
-        refused = await page.world(do="add_box", x=0.8, y=0.5)
-        assert "epuck-2 is in the way" in refused["error"]
-        assert (await page.world(do="remove_box", box=0))["ok"]
+        refused = await page.ask("add_box", x=0.8, y=0.5)
+        assert "epuck-2 is in the way" in refused["error"]["message"]
+        assert (await page.ask("remove_box", box=0))["ok"]
         assert [box["x"] for box in (await other.hear("change"))["all_boxes"]] == [0.3]
-        assert (await page.world(do="remove_wall", wall=0))["ok"]
+        assert (await page.ask("remove_wall", wall=0))["ok"]
         assert len((await other.hear("change"))["walls"]) == 1
-    assert "there is no wall 5" in (await page.world(do="remove_wall", wall=5))["error"]
+    assert "there is no wall 5" in (await page.ask("remove_wall", wall=5))["error"]["message"]
 
 
 async def test_a_paused_world_stands_still_and_every_page_says_so(rig, page):
     await page.scene()
     async with opened(rig) as other:
         await other.scene()
-        assert (await page.world(do="pause"))["ok"]
+        assert (await page.ask("pause"))["ok"]
         assert (await other.hear("change"))["clock"] == {"paused": True, "speed": 1.0, "fixed": ""}
         time = (await other.frame()).time
         for _ in range(3 * AHEAD):
             assert (await other.frame()).time == time
-        assert (await page.world(do="step", seconds=0.25))["ok"]
+        assert (await page.ask("step", seconds=0.25))["ok"]
         assert rig.control.snapshot().time == pytest.approx(time + 0.25, abs=0.02)
-        assert (await page.world(do="set_speed", speed=4))["ok"]
-        assert (await page.world(do="resume"))["ok"]
-        assert (await page.world(do="step"))["error"] == "only a paused world can be stepped"
+        assert (await page.ask("set_speed", speed=4))["ok"]
+        assert (await page.ask("resume"))["ok"]
+        assert (await page.ask("step"))["error"]["message"] == "only a paused world can be stepped"
         assert rig.control.simulation.clock.rate == 4
         began = rig.control.snapshot().time
         await until(lambda: rig.control.snapshot().time > began + 0.5)
@@ -233,21 +233,22 @@ async def test_a_world_is_saved_as_it_stands_and_opens_again_equal(rig, page, tm
 
 
 async def test_a_hand_turns_the_selector_and_presses_the_remote_control(rig, page):
-    assert (await page.world(do="turn_selector", robot=0, position=9))["ok"]
-    assert (await page.world(do="press_remote", robot=0, key=5))["ok"]
+    assert (await page.ask("turn_selector", robot=0, position=9))["ok"]
+    assert (await page.ask("press_remote", robot=0, key=5))["ok"]
     hardware = rig.control.hardware(0)
     assert hardware.selector() == 9
     assert hardware.infrared()[1:] == (0, 5)
-    assert "has no button" in (await page.world(do="press_button", robot=0))["error"]
+    assert "has no button" in (await page.ask("press_button", robot=0))["error"]["message"]
 
 
 async def test_what_no_page_says_ends_that_page_and_no_other(rig, page):
     for text in (
         "nonsense",
         "[]",
-        '{"do": "rays", "on": 1}',
-        '{"do": "watch", "index": true}',
-        '{"do": "watch"}',
+        '{"do": "subscribe", "what": "world", "rays": 1}',
+        '{"do": "subscribe", "what": "readings", "of": 1}',
+        '{"do": "subscribe", "what": "world", "rate": 1000}',
+        '{"do": "subscribe"}',
         '{"do": "fly"}',
         b"no number of a frame",
         "x" * 10_000,
@@ -266,7 +267,7 @@ async def test_a_page_that_draws_nothing_gets_no_more_frames_and_then_the_newest
     async with opened(rig) as other:
         for _ in range(5):
             await other.frame()
-    await page.say("rays", id=99, on=False)
+    await page.say("stop", id=99)
     async with asyncio.timeout(PATIENCE):
         while isinstance(message := await page.socket.recv(), str) and json.loads(message)["type"] != "answer":
             pass
@@ -276,6 +277,23 @@ async def test_a_page_that_draws_nothing_gets_no_more_frames_and_then_the_newest
     newest = await page.frame()
     assert newest.number == last.number + 1, "none was made for nobody"
     assert newest.time >= began * rig.control.world.scene.step
+
+
+async def test_a_page_shows_several_worlds_each_on_a_channel_of_its_own_and_as_often_as_it_wants(rig, page):
+    await page.scene()
+    await page.ask("subscribe", what="world", rate=5, channel=7)
+    assert (await page.hear("scene"))["channel"] == 7
+    async with asyncio.timeout(PATIENCE):
+        while (await page.frame()).channel != 7:
+            pass
+    await page.ask("subscribe", what="world", rate=0)
+    rig.control.move_box(0, 0.9, 0.25)
+    while (told := await page.hear("change"))["channel"] != 7:
+        pass
+    assert told["boxes"] == [[0, 0.9, 0.25, 0.0]]
+    refused = await page.ask("pause")
+    assert refused["error"]["message"] == "there is no virtual world here"
+    assert (await page.ask("pause", channel=7))["ok"]
 
 
 async def test_a_slow_page_does_not_hold_up_a_quick_one(rig, page):

@@ -11,7 +11,8 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from elib.panel.server.http import view_of
+from elib.panel.panel import WORLD, Panel
+from elib.panel.server.http import own_address, shown
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import Served, serve
 from elib.simulator.emulator.settings import SimulationSettings
@@ -80,7 +81,10 @@ async def watched(folder: Path, *, world: str = ROOM, **settings: object) -> Asy
     controls: list[Control] = []
     built = SimulationSettings(world=str(path), baud=0, **settings)  # type: ignore[arg-type]
     with contextlib.chdir(folder):
-        async with serve(built, tcp="0", control=controls.append) as robots, view_of(controls[0], "0") as url:
+        async with (
+            serve(built, tcp="0", control=controls.append) as robots,
+            shown(Panel(can=WORLD, worlds={"": controls[0]}), own_address("0")) as url,
+        ):
             yield Rig(controls[0], robots, url)
 
 
@@ -89,6 +93,7 @@ class Frame:
     """A frame, taken apart anew from what elib/panel/server/world.py says of it."""
 
     number: int
+    channel: int
     time: float
     poses: list[tuple[float, float, float]]
     rays: list[tuple[float, ...]]
@@ -97,7 +102,7 @@ class Frame:
 
     @classmethod
     def parse(cls, data: bytes) -> Frame:
-        number, flags, time, count, _ = struct.unpack_from("<IIdII", data)
+        number, flags, time, count, channel = struct.unpack_from("<IIdII", data)
         at = 24
         poses = [struct.unpack_from("<3f", data, at + 12 * k) for k in range(count)]
         at += 12 * count
@@ -107,7 +112,7 @@ class Frame:
         at += count
         rings = [data[at + 24 * k : at + 24 * k + 24] for k in range(count)]
         assert len(data) == at + 24 * count
-        return cls(number, time, poses, rays, bits, rings)
+        return cls(number, channel, time, poses, rays, bits, rings)
 
 
 class Page:
@@ -118,7 +123,7 @@ class Page:
         self._ids = itertools.count(1)
         self._before: list[dict] = []  # What was told before the last answer: a change may come first.
 
-    async def say(self, what: str, **values: object) -> None:
+    async def say(self, what: str, /, **values: object) -> None:
         """Say something that needs no answer."""
         await self.socket.send(json.dumps({"do": what, **values}))
 
@@ -153,9 +158,9 @@ class Page:
 
     async def drawn(self, frame: Frame) -> None:
         """Say that a frame is on the screen."""
-        await self.say("frame_drawn", number=frame.number)
+        await self.say("frame_drawn", number=frame.number, channel=frame.channel)
 
-    async def ask(self, what: str, **values: object) -> dict:
+    async def ask(self, what: str, /, **values: object) -> dict:
         """Ask for something and return the answer."""
         number = next(self._ids)
         self._before.clear()
@@ -163,12 +168,6 @@ class Page:
         while (found := await self.hear("answer"))["id"] != number:
             pass
         return found
-
-    async def world(self, **message: object) -> dict:
-        """Ask the control of the world for something and return its answer."""
-        answer = await self.ask("world", message=message)
-        assert answer["ok"], answer
-        return answer["result"]
 
     async def scene(self) -> dict:
         """Return the next scene of a world."""
@@ -183,4 +182,6 @@ async def opened(rig: Rig) -> AsyncIterator[Page]:
     from websockets.asyncio.client import connect
 
     async with connect(f"ws://{rig.host}/ws", origin=f"http://{rig.host}") as socket:  # type: ignore[arg-type]
-        yield Page(socket)
+        page = Page(socket)
+        await page.say("subscribe", what="world", rate=25)
+        yield page

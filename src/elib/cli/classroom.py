@@ -12,7 +12,8 @@ from html import escape
 
 from elib.base.errors import ArgumentError
 from elib.link.protocol.profiles import EPUCK2_WIFI
-from elib.panel.server.http import closed_view_of
+from elib.panel.panel import STUDENT, Panel
+from elib.panel.server.http import shown
 from elib.panel.server.listening import listen
 from elib.records.et.table import Header, Table, aligned
 from elib.robot.substitute import VARIABLE
@@ -126,7 +127,9 @@ class Classroom:
         serving = serve(settings, pty=False, tcp=tcp, wifi=wifi, control=controls.append)
         robots = await stack.enter_async_context(serving)
         token = "".join(secrets.choice(LETTERS) for _ in range(TOKEN_LENGTH)) if address.is_shared else ""
-        page = await stack.enter_async_context(closed_view_of(controls[0], address, token or None))
+        urls = [(robot.name, robot.url) for robot in robots]
+        panel = Panel(is_shared=True, can=STUDENT, worlds={"": controls[0]}, reachable=urls)
+        page = await stack.enter_async_context(shown(panel, address, token or None))
         return Student(number, robots, page, token)
 
 

@@ -206,9 +206,12 @@ def simulate(
             opened: list[tuple[str, str]] = []
             if view is not None:
                 check_web()
-                from elib.panel.server.http import view_of  # without a view a simulation starts faster
+                from elib.panel.panel import WORLD, Panel  # without a view a simulation starts faster
+                from elib.panel.server.http import own_address, shown
 
-                opened.append(("view", await stack.enter_async_context(view_of(controls[0], view))))
+                reachable = [(robot.name, robot.url) for robot in robots]
+                panel = Panel(can=WORLD, worlds={"": controls[0]}, reachable=reachable)
+                opened.append(("view", await stack.enter_async_context(shown(panel, own_address(view)))))
             if control is not None:
                 from elib.simulator.emulator.control_server import serve_control
 

@@ -53,7 +53,7 @@ class _Program:
     def __init__(self, world: World) -> None:
         self.names = tuple(f"epuck-{index + 1}" for index in range(world.robots))
         self.robots: Mapping[int, object] = {}
-        self.clock = self
+        self.clock, self.scene = self, world.scene
         self.see(world)
 
     def see(self, world: World) -> None:
@@ -137,10 +137,13 @@ class LiveView:
             asyncio.run_coroutine_threadsafe(self._put(self._look, world, is_new), self._loop).result()
 
     def _open(self, look: _Look) -> None:
-        from elib.panel.server.http import closed_view_of, own_address
+        from elib.panel.panel import Can, Panel
+        from elib.panel.server.http import own_address, shown
         from elib.panel.server.inthread import in_thread
 
-        url, self._loop = self._page.enter_context(in_thread(lambda: closed_view_of(look, own_address(""), None)))
+        url, self._loop = self._page.enter_context(
+            in_thread(lambda: shown(Panel(is_shared=True, can=Can(), worlds={"": look}), own_address("")))
+        )
         self._look = look
         print(f"view {url}", file=sys.stderr, flush=True)
         if os.environ.get(BROWSER) != "no" and has_display():

@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Iterator, Sequence
 from dataclasses import replace
 
 from elib.learn.progress import Best, Progress
-from elib.panel.panel import Generation, Panel, StudyAbout, StudyState
+from elib.panel.panel import WORLD, Generation, Panel, StudyAbout, StudyState
 from elib.panel.server.http import own_address, shown
 from elib.panel.server.inthread import in_thread
 from elib.simulator.emulator.control import Control
@@ -70,7 +70,7 @@ class Show:
     """
 
     def __init__(self, progress: Progress) -> None:
-        self.panel = Panel(study=self)
+        self.panel = Panel(can=WORLD, study=self)
         self.panel.on_visit, self.panel.on_empty = self._visit, self._leave
         self._progress = progress
         self._is_watched = asyncio.Event()
@@ -127,7 +127,7 @@ class Show:
         if old is not None:
             life.simulation.set_rate(old.simulation.clock.rate)  # as a person has set it
             old.simulation.close()
-        self.panel.control = Control(life.simulation)
+        self.panel.worlds[""] = Control(life.simulation)
         self._life, self._shown, self._is_asked = life, best, False
         self._lives += 1
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
+from typing import Annotated
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from elib.link.session import Disconnected, Ended, Greeted, Reconnected, ResetNoticed, Resynced, TraceEvent
 
@@ -16,10 +17,10 @@ KINDS = {
     "robot": "Robot",
     "state": "Behaviours",
     "note": "Notes",
-    "recorder": "Recorder",
     "panel": "This page",
+    "recorder": "Recording",
 }
-"""The kinds of lines, each with a title for a person: those of a recording, and those that the panel adds."""
+"""The kinds of lines, with their titles."""
 KEPT = 500
 """Lines of the event log."""
 MAX_TEXT = 2000
@@ -29,11 +30,11 @@ CHATTER = 1.0
 
 
 class Line(Struct, frozen=True, rename={"is_bad": "bad"}):
-    """A line of the event log: its number, s on the panel's clock, a kind of :data:`KINDS`, and what happened."""
+    """A line of the event log: its number, s on the panel's clock, a kind to filter by, and what happened."""
 
     number: int
     time: float
-    kind: str
+    kind: Annotated[str, Meta(extra_json_schema={"enum": list(KINDS)})]
     text: str
     is_bad: bool = False
 

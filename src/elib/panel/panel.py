@@ -34,6 +34,44 @@ PARTING = 3.0
 """s that a robot may take to confirm its last stop when the panel ends."""
 
 
+class Can(Struct, frozen=True):
+    """What the pages of a panel can do.
+
+    Attributes:
+        drive: Steer robots and send them commands.
+        edit: Change the world.
+        speed: Pause the world, and set its speed.
+        save: Save the world.
+        connect: Connect robots by their URLs, and remove them.
+        files: Write logs and recordings, and play them.
+        program: Start behaviours.
+    """
+
+    drive: bool = False
+    edit: bool = False
+    speed: bool = False
+    save: bool = False
+    connect: bool = False
+    files: bool = False
+    program: bool = False
+
+
+ALL = Can(drive=True, edit=True, speed=True, save=True, connect=True, files=True, program=True)
+"""Of a person at a panel of robots."""
+WORLD = Can(edit=True, speed=True, save=True)
+"""Of a page that shows a world, whose robots belong to other programs."""
+STUDENT = Can(edit=True)
+"""Of a page that shows a world to somebody who may use this world and nothing else of this computer: its speed is
+fixed, because the computer has others to simulate, too."""
+
+
+class Reachable(Struct, frozen=True):
+    """A robot of a world that programs can open: its name there, and its URL."""
+
+    name: str
+    url: str
+
+
 class Listed(Struct, frozen=True):
     """A robot of the panel: its key, its name as a tab shows it, and its URL."""
 
@@ -106,16 +144,18 @@ class Panel:
 
     Args:
         is_shared: Whether other computers reach it. Then a page may not name files of this computer.
-        is_closed: Whether its pages show the world of *control* and nothing else: no robot or file can be opened.
-        control: Control of a simulation that is shown with the robots; None shows the worlds of the robots alone.
+        can: What its pages can do.
+        worlds: Controls of simulations that are shown beside those of the robots, by any keys that no robot has.
+        reachable: How programs open the robots of these worlds.
         study: The study to which the pages belong, if they belong to one.
         folder: Where logs, recordings and pictures go; the current folder if None.
         recents: The robots that were used before; those of this user if None.
 
     Attributes:
         is_shared: As given.
-        is_closed: As given.
-        control: As given; it may change.
+        can: As given.
+        worlds: As given; they may change.
+        reachable: As given.
         study: As given.
         folder: As given.
         recents: As given.
@@ -127,15 +167,17 @@ class Panel:
         self,
         *,
         is_shared: bool = False,
-        is_closed: bool = False,
-        control: Control | None = None,
+        can: Can = ALL,
+        worlds: Mapping[str, Control] | None = None,
+        reachable: Sequence[tuple[str, str]] = (),
         study: Study | None = None,
         folder: Path | None = None,
         recents: RecentRobots | None = None,
     ) -> None:
         self.is_shared = is_shared
-        self.is_closed = is_closed
-        self.control = control
+        self.can = can
+        self.worlds = dict(worlds or {})
+        self.reachable = [Reachable(*each) for each in reachable]
         self.study = study
         self.folder = Folder(Path.cwd() if folder is None else folder)
         self.recents = RecentRobots() if recents is None else recents
@@ -146,11 +188,6 @@ class Panel:
         self._parting: set[Slot] = set()
         self._number = 0
         self._tasks: set[asyncio.Task[object]] = set()
-
-    @property
-    def is_of_world(self) -> bool:
-        """Whether its pages belong to a simulation or a study, and not to robots."""
-        return self.control is not None or self.study is not None
 
     @property
     def slots(self) -> Mapping[str, Slot]:
@@ -167,6 +204,21 @@ class Panel:
         if found is None:
             raise ArgumentError("there is no such robot in the panel", hint="it may have been taken out meanwhile")
         return found
+
+    def all_worlds(self) -> dict[str, Control]:
+        """Return every world once: by its own key, or by that of the first robot in it."""
+        found = {id(control.simulation): (key, control) for key, control in self.worlds.items()}
+        for key, slot in self._slots.items():
+            if (control := slot.control) is not None:
+                found.setdefault(id(control.simulation), (key, control))
+        return dict(found.values())
+
+    def world(self, key: str) -> Control | None:
+        """Return the control of a world by its key, or by the key of a robot; for "" that of the first world."""
+        if not key:
+            return next(iter(self.all_worlds().values()), None)
+        slot = self._slots.get(key)
+        return self.worlds.get(key) if slot is None else slot.control
 
     def add(self, url: object, name: object = "", *, is_trusted: bool = False) -> str:
         """Make a place for a robot, not yet connected, and return its key.

@@ -4,11 +4,52 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from elib.panel.server.conversation import Answer, Error, Failure, Json, Text, Told
+from elib.panel.slot import Phase
 
+PROTOCOL = 1
+"""Version of the protocol; the path of the door's address has the same number."""
 Robot = Annotated[str, Meta(description="Key of the robot.")]
+
+
+class RobotInfo(Struct):
+    """A robot of the door."""
+
+    robot: Annotated[str, Meta(description="Its key, as messages name it.")]
+    name: str
+    url: str
+    firmware: Annotated[str, Meta(description="Empty while it is not connected.")]
+    state: Annotated[str, Meta(extra_json_schema={"enum": [each.name.lower() for each in Phase]})]
+    driver: Annotated[
+        str,
+        Meta(
+            description="Who drives it; empty while no client does.",
+            extra_json_schema={"enum": ["", "you", "another"]},
+        ),
+    ]
+
+
+class Welcome(Struct):
+    """What a program is told first."""
+
+    protocol: Annotated[int, Meta(extra_json_schema={"const": PROTOCOL})]
+    elib: Annotated[str, Meta(description="Version of elib.")]
+    robots: list[RobotInfo]
+
+
+class Driven(Struct):
+    """The answer to a beat."""
+
+    drives: Annotated[list[str], Meta(description="Keys of the robots it drives.")]
+
+
+class Watched(Struct):
+    """The answer to a watch."""
+
+    readings: Annotated[tuple[str, ...], Meta(description="What is watched, in order.")]
+    rate: Annotated[float, Meta(extra_json_schema={"x-unit": "Hz"})]
 
 
 class Readings(Told, tag="readings", kw_only=True):

@@ -4,37 +4,37 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-import msgspec
 from aiohttp import web
 
 from elib import __version__
-from elib.base.errors import ArgumentError, ElibError, LinkLost, MotionInterrupted
-from elib.doors.serve.answers import Event
-from elib.doors.serve.values import Json, plain
-from elib.doors.serve.watching import Broadcasts, What
+from elib.base.errors import ArgumentError, ElibError, LinkClosed, LinkLost, MotionInterrupted
+from elib.doors.serve.answers import PROTOCOL, Event, Readings, RobotInfo, Watched, Welcome
+from elib.doors.serve.values import all_plain, plain
+from elib.link.protocol.image import Image
+from elib.link.protocol.values import Reading
 from elib.panel import lifecycle
 from elib.panel.drivelock import DEAD_MAN
 from elib.panel.server.access import is_same
 from elib.panel.server.conversation import Caller, Decoded, Error, Message, Trouble
 from elib.panel.slot import Phase, Slot, may_drive
 from elib.robot.actions import CatalogueEntry
-from elib.robot.snapshot import watched_names
+from elib.robot.snapshot import WATCHABLE, watched_names
 from elib.simulator.emulator.control_server import time_factor
 
 if TYPE_CHECKING:
     from elib.panel.server.http import Server
 
-PROTOCOL = 1
-"""Version of the protocol; the path of the door's address has the same number."""
 MAX_WATCHES = 8
 """Watches of one program."""
 MAX_WAIT = 20.0
 """s within which a request is answered whatever happens; the slowest command, the calibration, has 8 s."""
 EVENT_PERIOD = 0.1
 """s between two looks into the event logs."""
+AGAIN = 0.2
+"""s until a robot is asked again whose link was down, or whose answers did not come."""
 
 log = logging.getLogger("elib.serve")
 
@@ -44,7 +44,6 @@ class Client(Caller):
 
     Args:
         server: The server that it came to.
-        broadcasts: Where it may watch readings.
         request: The request that opened the WebSocket.
         ws: The WebSocket.
         decode: Gives number and request of a text, or what is wrong with it.
@@ -58,18 +57,16 @@ class Client(Caller):
     def __init__(
         self,
         server: Server,
-        broadcasts: Broadcasts,
         request: web.Request,
         ws: web.WebSocketResponse,
         decode: Callable[[str], Decoded],
     ) -> None:
-        super().__init__(request, ws, decode, lambda: server.is_ending)
+        super().__init__(server.panel, request, ws, decode, lambda: server.is_ending)
         self.is_let_in = server.access.token is None
         self._name = ""
-        self._server, self._broadcasts = server, broadcasts
+        self._server = server
         self._address = request.remote or ""
-        self._known: set[Slot] = set()
-        self._watches: dict[tuple[str, tuple[str, ...]], Callable[[], None]] = {}
+        self._watches: dict[tuple[str, tuple[str, ...]], asyncio.Task[None]] = {}
         self._minded: set[Slot] = set()
         self._halts: dict[Slot, int] = {}  # how often each robot was stopped when the program began to drive it
         self._minding: asyncio.Task[None] | None = None
@@ -83,24 +80,13 @@ class Client(Caller):
 
     # -- robots --
 
-    @property
-    def _slots(self) -> Iterable[tuple[str, Slot]]:
-        return self._server.panel.slots.items()
-
-    def meet(self) -> None:
-        """Note that the program is there: the robots are read for it. Call it again for robots that come later."""
-        for slot in self._server.panel.slots.values():
-            if slot not in self._known:
-                slot.join(self.key)
-                self._known.add(slot)
-
     def slot(self, key: str) -> Slot:
         """Return a robot by its key; without a key the only one.
 
         Raises:
             ArgumentError: There is no such robot, or it is not clear which one is meant.
         """
-        slots = self._server.panel.slots
+        slots = self.panel.slots
         if not key:
             if len(slots) != 1:
                 raise ArgumentError(f"there are {len(slots)} robots", hint=f'add "robot", one of {_listed(slots)}')
@@ -111,9 +97,9 @@ class Client(Caller):
         return found
 
     def _key_of(self, slot: Slot) -> str:
-        return next(key for key, each in self._slots if each is slot)
+        return next(key for key, each in self.panel.slots.items() if each is slot)
 
-    def greet(self, name: str, token: str) -> dict[str, Json]:
+    def greet(self, name: str, token: str) -> Welcome:
         """Let a program in, and return what it is told first.
 
         Raises:
@@ -130,29 +116,29 @@ class Client(Caller):
         if not name.isprintable():
             raise ArgumentError("the name has characters that cannot be shown")
         self._name = name or self._name
-        robots: list[Json] = [
-            {
-                "robot": key,
-                "name": slot.name,
-                "url": slot.url,
-                "firmware": slot.firmware,
-                "state": slot.phase.name.lower(),
-                "driver": {"": "", self.key: "you"}.get(slot.drive.driver, "another"),
-            }
-            for key, slot in self._slots
+        robots = [
+            RobotInfo(
+                robot=key,
+                name=slot.name,
+                url=slot.url,
+                firmware=slot.firmware,
+                state=slot.phase.name.lower(),
+                driver={"": "", self.key: "you"}.get(slot.drive.driver, "another"),
+            )
+            for key, slot in self.panel.slots.items()
         ]
-        return {"protocol": PROTOCOL, "elib": __version__, "robots": robots}
+        return Welcome(PROTOCOL, __version__, robots)
 
     # -- driving --
 
     def _beat(self) -> None:
         self.meet()
-        for slot in self._known:
+        for slot in self._met:
             slot.drive.beat(self.key)
 
     def driven(self) -> list[str]:
         """Return the keys of the robots that the program drives."""
-        return [key for key, slot in self._slots if slot.drive.driver == self.key]
+        return [key for key, slot in self.panel.slots.items() if slot.drive.driver == self.key]
 
     def take(self, key: str, *, by_force: bool) -> None:
         """Let the program drive a robot, also one that somebody has stopped.
@@ -198,7 +184,7 @@ class Client(Caller):
         Raises:
             ElibError: A robot did not confirm it.
         """
-        connected = [slot for _, slot in self._slots if slot.is_connected]
+        connected = [slot for slot in self.panel.slots.values() if slot.is_connected]
         slots = [self.slot(key)] if key or not connected else connected
         ends = await asyncio.gather(*map(self._stop, slots), return_exceptions=True)
         for end in ends:
@@ -244,8 +230,8 @@ class Client(Caller):
                     told.discard(slot)
                 elif slot not in told:
                     told.add(slot)
-                    key = next((key for key, each in self._slots if each is slot), "")
-                    await self.send(msgspec.json.encode(Error(robot=key, error=Trouble.of(error))))
+                    key = next((key for key, each in self.panel.slots.items() if each is slot), "")
+                    await self.tell(Error(robot=key, error=Trouble.of(error)))
                 if slot.drive.driver != self.key:
                     self._minded.discard(slot)
                     told.discard(slot)
@@ -269,14 +255,7 @@ class Client(Caller):
 
     # -- watching --
 
-    async def end_watch(self, what: What, error: ElibError) -> None:
-        """End a watch, because there is nothing more to be read, and say why."""
-        leave = self._watches.pop(what[:2], None)
-        if leave is not None:
-            leave()
-        await self.send(msgspec.json.encode(Error(robot=what[0], error=Trouble.of(error))))
-
-    def watch(self, key: str, readings: Sequence[str], rate: float) -> dict[str, Json]:
+    def watch(self, key: str, readings: Sequence[str], rate: float) -> Watched:
         """Begin to watch readings of a robot, or change the rate.
 
         Raises:
@@ -290,18 +269,47 @@ class Client(Caller):
         where = self._key_of(slot), names
         if where not in self._watches and len(self._watches) >= MAX_WATCHES:
             raise ArgumentError(f"there are {MAX_WATCHES} watches, and no more are possible", hint="unwatch one")
-        old = self._watches.pop(where, None)
-        if old is not None:
-            old()
-        self._watches[where] = self._broadcasts.join(self, (*where, float(rate)))
-        return {"readings": list(names), "rate": rate}
+        if (old := self._watches.pop(where, None)) is not None:
+            old.cancel()
+        self._watches[where] = self._loop.create_task(self._watch(*where, float(rate)), name="elib serve watches")
+        return Watched(names, rate)
+
+    async def _watch(self, key: str, names: tuple[str, ...], rate: float) -> None:
+        """Tell what a robot reads until it is disconnected; a program that does not read misses old readings."""
+        missed = 0
+
+        async def tell(time: float, readings: Mapping[str, Reading | Image]) -> None:
+            nonlocal missed
+            if self.is_behind:
+                missed += 1
+            else:
+                await self.tell(Readings(robot=key, time=round(time, 6), readings=all_plain(readings), missed=missed))
+
+        while (slot := self.panel.slots.get(key)) is not None and slot.phase not in (Phase.DISCONNECTED, Phase.FAILED):
+            pause = AGAIN
+            try:
+                if slot.is_playing:
+                    if readings := {name: slot.readings[name] for name in names or WATCHABLE if name in slot.readings}:
+                        await tell(slot.now, readings)
+                    pause = 1 / rate
+                elif slot.is_connected:
+                    async with slot.robot.watch(*names, rate=rate) as snapshots:
+                        async for snapshot in snapshots:
+                            await tell(snapshot.time, snapshot.readings)
+            except ElibError:
+                pass  # the event log says what happened; the watch goes on when the link is back
+            await asyncio.sleep(pause * time_factor())
+        error = None if slot is None else slot.error
+        over = LinkClosed(f"robot {key} is not connected any more, and nothing can be read")
+        self._watches.pop((key, names), None)
+        await self.tell(Error(robot=key, error=Trouble.of(error or over)))
 
     def unwatch(self, key: str, readings: Sequence[str]) -> None:
         """End a watch of a robot, or all of them."""
         own = self._key_of(self.slot(key))
         for where in tuple(self._watches):
             if where[0] == own and (not readings or set(where[1]) == set(readings)):
-                self._watches.pop(where)()
+                self._watches.pop(where).cancel()
 
     def tell_events(self, *, on: bool) -> None:
         """Begin to tell what happens, or end it."""
@@ -313,10 +321,10 @@ class Client(Caller):
 
     async def _tell_events(self) -> None:
         """Send every new line of the event logs; a program that does not read loses the oldest ones."""
-        told = {slot: slot.log.count for _, slot in self._slots}
+        told = {slot: slot.log.count for slot in self.panel.slots.values()}
         while True:
             await asyncio.sleep(EVENT_PERIOD * time_factor())
-            for key, slot in tuple(self._slots):
+            for key, slot in tuple(self.panel.slots.items()):
                 seen, count = told.get(slot, 0), slot.log.count
                 new = list(slot.log.lines)[-(count - seen) :] if count > seen else []
                 for number, line in enumerate(new, count - len(new)):
@@ -331,7 +339,7 @@ class Client(Caller):
                         missed=number - seen,
                     )
                     seen = number + 1
-                    await self.send(msgspec.json.encode(event))
+                    await self.tell(event)
                 told[slot] = seen
 
     @property
@@ -343,14 +351,11 @@ class Client(Caller):
 
     async def close(self) -> None:
         """Leave all robots: what the program drove stops now; every request that waits is answered."""
-        for slot in self._known:
-            slot.leave(self.key)
-        self._known.clear()
         self.tell_events(on=False)
         if self._minding is not None:
             self._minding.cancel()
-        for leave in self._watches.values():
-            leave()
+        for watch in self._watches.values():
+            watch.cancel()
         self._watches.clear()
         await super().close()
 

@@ -12,9 +12,9 @@ from aiohttp import WSCloseCode, web
 
 from elib.base.errors import ArgumentError
 from elib.doors.robots import connected, hold_open
-from elib.doors.serve.client import PROTOCOL, Client
+from elib.doors.serve.answers import PROTOCOL
+from elib.doors.serve.client import Client
 from elib.doors.serve.messages import decode
-from elib.doors.serve.watching import Broadcasts
 from elib.panel.server.access import Access
 from elib.panel.server.conversation import close_all, web_socket
 from elib.panel.server.http import Server
@@ -55,7 +55,6 @@ class ProgramDoor:
                 )
         self._origins = frozenset(each.lower() for each in origins)
         self._clients: dict[web.WebSocketResponse, Client] = {}
-        self._broadcasts: Broadcasts | None = None
 
     @property
     def programs(self) -> int:
@@ -83,9 +82,7 @@ class ProgramDoor:
         ws = web_socket()
         if not ws.can_prepare(request):
             return web.Response(status=400, text="This address is for WebSockets.")
-        if self._broadcasts is None:
-            self._broadcasts = Broadcasts(server.panel)
-        client = Client(server, self._broadcasts, request, ws, decode)
+        client = Client(server, request, ws, decode)
         self._clients[ws] = client
         try:
             _keep_little(request)

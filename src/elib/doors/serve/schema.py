@@ -9,13 +9,13 @@ from typing import Any, cast, get_args, get_type_hints
 import msgspec
 
 from elib.base.plaintext import summary
-from elib.doors.serve.answers import TOLD
-from elib.doors.serve.client import PROTOCOL
-from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES, MESSAGES
+from elib.doors.serve.answers import PROTOCOL, TOLD, Welcome
+from elib.doors.serve.messages import DOOR_MESSAGES, MESSAGES
 from elib.doors.serve.values import ROLES
 from elib.link.protocol import values as v
 from elib.link.protocol.values import READING_TYPES, FieldInfo, Reading, Sensors, describe
 from elib.panel.server.conversation import Message
+from elib.robot.actions import catalogue
 
 Schema = dict[str, Any]
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -35,58 +35,14 @@ PICTURE: Schema = {
     },
     "required": ["width", "height", "mode", "png", "time"],
 }
-ROBOT: Schema = {
-    "title": "RobotInfo",
-    "description": "A robot of the door.",
-    "type": "object",
-    "properties": {
-        "robot": {"type": "string", "description": "Its key, as messages name it."},
-        "name": {"type": "string"},
-        "url": {"type": "string"},
-        "firmware": {"type": "string", "description": "Empty while it is not connected."},
-        "state": {"enum": ["disconnected", "connecting", "connected", "gap", "playing", "failed"]},
-        "driver": {"enum": ["", "you", "another"], "description": "Who drives it; empty while no client does."},
-    },
-    "required": ["robot", "name", "url", "firmware", "state", "driver"],
-}
-WELCOME: Schema = {
-    "title": "Welcome",
-    "description": "What a program is told first.",
-    "type": "object",
-    "properties": {
-        "protocol": {"const": PROTOCOL},
-        "elib": {"type": "string", "description": "Version of elib."},
-        "robots": {"type": "array", "items": {"$ref": REF.format(name="RobotInfo")}},
-    },
-    "required": ["protocol", "elib", "robots"],
-}
-RESULTS: dict[str, Schema] = {
-    "hello": {"$ref": REF.format(name="Welcome")},
-    "beat": {
-        "type": "object",
-        "properties": {
-            "drives": {"type": "array", "items": {"type": "string"}, "description": "Keys of the robots it drives."}
-        },
-        "required": ["drives"],
-    },
-    "watch": {
-        "type": "object",
-        "properties": {
-            "readings": {"type": "array", "items": {"type": "string"}, "description": "What is watched, in order."},
-            "rate": {"type": "number", "x-unit": "Hz"},
-        },
-        "required": ["readings", "rate"],
-    },
-}
-"""What the door's own messages give; null where there is nothing here."""
 
 
 def schema() -> Schema:
     """Return the JSON Schema of the protocol: what a program may send, and what it is told."""
-    own, parts = msgspec.json.schema_components(MESSAGES, ref_template="#/$defs/{name}")
-    told, more = msgspec.json.schema_components(TOLD, ref_template="#/$defs/{name}")
+    own, parts = msgspec.json.schema_components(tuple(MESSAGES.values()), ref_template=REF)
+    told, more = msgspec.json.schema_components((*TOLD, Welcome), ref_template=REF)
     found: dict[str, Schema] = {name: cast("Schema", part) for name, part in (parts | more).items()}
-    for kind in MESSAGES:
+    for kind in MESSAGES.values():
         found[kind.__name__]["x-result"] = result_of(kind)
         found[kind.__name__]["description"] = inspect.getdoc(kind) or ""
         found[kind.__name__]["additionalProperties"] = False
@@ -95,10 +51,10 @@ def schema() -> Schema:
         message["required"] = list(message["properties"])  # a message is always sent whole
         for part in message["properties"].values():
             part.pop("default", None)
-    found |= {"Picture": PICTURE, "RobotInfo": ROBOT, "Welcome": WELCOME}
+    found["Picture"] = PICTURE
     found |= {_title(kind): reading_schema(kind) for kind in reading_kinds()}
     found["ClientMessage"] = {"description": "What a program sends.", "oneOf": list(own)}
-    found["ServerMessage"] = {"description": "What a program is told.", "oneOf": list(told)}
+    found["ServerMessage"] = {"description": "What a program is told.", "oneOf": list(told[:-1])}
     return {
         "$schema": DRAFT,
         "title": f"elib serve, protocol {PROTOCOL}",
@@ -111,10 +67,14 @@ def schema() -> Schema:
 
 def result_of(kind: type[Message]) -> Schema:
     """Return the schema of the result of a request."""
-    if kind in DOOR_MESSAGES:
-        return RESULTS.get(str(kind.__struct_config__.tag), {"type": "null"})
-    entry = next(each.entry for each in COMMANDS.values() if each is kind)
-    text = str(entry.signature.return_annotation).removeprefix("v.")
+    name = str(kind.__struct_config__.tag)
+    if name in DOOR_MESSAGES:
+        (found,), parts = msgspec.json.schema_components((kind.answers,), ref_template=REF)
+        if kind.answers is Welcome:
+            return found
+        whole = parts.get(getattr(kind.answers, "__name__", ""), found)
+        return {key: value for key, value in whole.items() if key not in ("title", "description")}
+    text = str(catalogue()[name].signature.return_annotation).removeprefix("v.")
     simple = {"None": "null", "str": "string", "int": "integer"}
     if text in simple:
         return {"type": simple[text]}

@@ -13,7 +13,7 @@ from elib.base.errors import ArgumentError
 from elib.link.protocol.camera import CENTRED, SENSOR_HEIGHT, SENSOR_WIDTH, WindowRefused
 from elib.link.protocol.context import Context, LastSet, Profile, Reply
 from elib.link.protocol.forms import opcode
-from elib.link.protocol.quantities import LedAction, pixel_bytes
+from elib.link.protocol.quantities import RGB_LEDS, LedAction, pixel_bytes
 from elib.link.protocol.replies import GUARD, NOTHING, Guarded, Several, acknowledgement
 from elib.link.protocol.values import CameraSettings
 
@@ -42,7 +42,7 @@ def _switch(context: Context, lamp: int, action: int) -> None:
         return
     lamps = context.last_set.lamps
     lamps[lamp] = 1 - lamps[lamp] if action == LedAction.TOGGLE else action
-    if context.profile.has_rgb_lamps and lamp in (1, 3, 5, 7):
+    if context.profile.has_rgb_lamps and lamp in RGB_LEDS:
         at = lamp // 2 * 3
         rgb = context.last_set.rgb
         red = 0 if action == LedAction.OFF or (action == LedAction.TOGGLE and rgb[at]) else RGB_RED

@@ -131,6 +131,7 @@ class Profile:
         status_led: The ring LED that the robot itself uses to show its state, so that no command reaches it, or None.
         i2c_scan_prints_all: Whether a scan also prints devices that do not answer, with the value 0.
         says_selector: Whether it sends the position of the selector before its greeting when it starts.
+        sounds: What sounds 1, 2 and so on are called.
         talks_at: Where the selector must stand when it starts, and what it then talks through (wire-protocol.md, 5.7);
             empty if it talks in every position.
         service: Longest time that the robot is busy with a row and reads nothing, s, by the row's name.
@@ -172,6 +173,7 @@ class Profile:
     status_led: int | None = None
     i2c_scan_prints_all: bool = False
     says_selector: bool = False
+    sounds: tuple[str, ...] = ("haa", "spaah", "ouah", "yaouh", "wouaaaaaaaah")
     talks_at: Mapping[int, str] = field(default_factory=dict)
     service: Mapping[str, float] = field(default_factory=dict)
     patience: float = 0.0

@@ -152,6 +152,7 @@ EPUCK2 = Profile(
     },
     unsent_text={"R": ("reset", None)},
     kept_letters="bg",
+    sounds=("Mario", "Underworld", "Star Wars", "4 kHz", "10 kHz"),
     talks_at={3: "Bluetooth", 8: "USB cable", 15: "Wi-Fi"},
     sends_packet=True,
     chain=("speed", "button"),

@@ -118,7 +118,9 @@ def check_timeout(seconds: object, what: str = "a timeout") -> float:
 WheelSpeed = Annotated[float, Quantity("wheel_speed", "rev/s", -1, 1, scale=STEPS_PER_REVOLUTION)]
 EncoderSteps = Annotated[int, Quantity("encoder", "steps", -32768, 32767)]
 LedNumber = Annotated[int, Quantity("led", "", 0, 8)]
-RgbLedNumber = Annotated[int, Quantity("rgb_led", "", 1, 7, choices=(1, 3, 5, 7))]
+RGB_LEDS = (1, 3, 5, 7)
+"""The ring LEDs that have colours on an e-puck2."""
+RgbLedNumber = Annotated[int, Quantity("rgb_led", "", 1, 7, choices=RGB_LEDS)]
 Lamp = Annotated[LedAction | int | bool | str, Quantity("led_action", "", 0, 2, names=LedAction)]
 Intensity = Annotated[float, Quantity("intensity", "", 0, 1, scale=100)]
 SoundNumber = Annotated[int, Quantity("sound", "", 0, 6)]

@@ -14,8 +14,9 @@ import logging
 import re
 import secrets
 import sys
-from collections.abc import Awaitable, Callable
-from typing import Annotated, Any, ClassVar
+from collections.abc import Awaitable, Callable, Iterable
+from inspect import Parameter
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import msgspec
 from aiohttp import WSCloseCode, WSMsgType, web
@@ -24,6 +25,10 @@ from msgspec.json import Decoder
 
 from elib.base.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
 from elib.simulator.emulator.control_server import Bucket, time_factor
+
+if TYPE_CHECKING:
+    from elib.panel.panel import Panel
+    from elib.panel.slot import Slot
 
 MAX_MESSAGE = 8192
 """Bytes of a message: the longest useful one has some hundred."""
@@ -41,6 +46,7 @@ CLOSING_TIME = 1.0
 """s that callers get to close when the server ends, and requests to be answered."""
 GREETING = "say hello first, with the token"
 
+F = TypeVar("F", bound=Callable[..., Any])
 Json = Any
 Result = Awaitable[object] | object
 Id = Annotated[int, Meta(description="Number of the request.")]
@@ -57,8 +63,12 @@ class Message(Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
 
     is_greeting: ClassVar[bool] = False
     """Whether it may be said before the token was shown."""
-    is_of_world: ClassVar[bool] = False
-    """Whether pages of a closed panel may say it: it concerns their world alone."""
+    needs: ClassVar[str] = ""
+    """What the page that says it must be able to do, a field of :class:`~elib.panel.panel.Can`; empty for nothing."""
+    act: ClassVar[Callable[..., Result]]
+    """Does it, for the caller and with the fields; raises ElibError if it cannot be done."""
+    answers: ClassVar[object] = None
+    """The type of the result."""
 
     id: Number = 0
 
@@ -68,7 +78,71 @@ class Message(Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
         Raises:
             ElibError: It cannot be done.
         """
-        raise NotImplementedError
+        return type(self).act(caller, **{name: getattr(self, name) for name in self.__struct_fields__ if name != "id"})
+
+
+def message_of(
+    act: Callable[..., Result],
+    name: str,
+    fields: Iterable[Parameter],
+    doc: str | None,
+    base: type[Message] = Message,
+    **more: object,
+) -> type[Message]:
+    """Return the class of the messages that a function carries out, whose arguments are their fields.
+
+    Args:
+        act: The function; it takes the caller first.
+        name: The name of the message.
+        fields: Its fields, with their types.
+        doc: What it is for.
+        base: A class that has some of the fields already.
+        more: Other attributes of the class.
+    """
+    own = [each for each in fields if each.name not in base.__struct_fields__]
+    found = msgspec.defstruct(
+        "".join(part.capitalize() for part in name.split("_")),
+        [(each.name, each.annotation, *(() if each.default is each.empty else (each.default,))) for each in own],
+        bases=(base,),
+        namespace={"act": staticmethod(act), "__doc__": doc, **more},
+        module=act.__module__,
+        tag=name,
+        kw_only=True,
+    )
+    return cast("type[Message]", found)
+
+
+def _awaited(hint: object) -> object:
+    """Return the type of what is there in the end."""
+    return get_args(hint)[0] if get_origin(hint) is Awaitable else hint
+
+
+class Table(dict[str, type[Message]]):
+    """The messages that one kind of caller may say, by their names."""
+
+    def request(self, needs: str = "", *, name: str = "", **more: Any) -> Callable[[F], F]:
+        """Return a decorator by which a function becomes a message: its name, its arguments and its docstring.
+
+        Args:
+            needs: What a page must be able to do.
+            name: The name of the message; that of the function if empty.
+            more: As for :func:`message_of`.
+        """
+
+        def add(act: F) -> F:
+            hints = get_type_hints(act, include_extras=True)
+            _, *fields = (
+                each.replace(annotation=hints[each.name]) for each in inspect.signature(act).parameters.values()
+            )
+            more.setdefault("answers", _awaited(hints["return"]))
+            self.put(message_of(act, name or act.__name__, fields, act.__doc__, needs=needs, **more))
+            return act
+
+        return add
+
+    def put(self, kind: type[Message]) -> None:
+        """Add a class of messages."""
+        self[str(kind.__struct_config__.tag)] = kind
 
 
 Decoded = tuple[int, Message | ArgumentError]
@@ -155,12 +229,14 @@ class Caller:
     """A page or a program, from the opening of its WebSocket to its end.
 
     Args:
+        panel: The robots.
         request: The request that opened the WebSocket.
         ws: The WebSocket.
         decode: Gives number and message of a text, or what is wrong with it.
         is_ending: Whether the server ends: then nothing is carried out any more.
 
     Attributes:
+        panel: As given.
         key: Its name at the drive locks. A caller acts under this name alone: no message has one.
         is_let_in: Whether it has shown the token, if there is one.
     """
@@ -177,11 +253,14 @@ class Caller:
 
     def __init__(
         self,
+        panel: Panel,
         request: web.BaseRequest,
         ws: web.WebSocketResponse,
         decode: Callable[[str], Decoded],
         is_ending: Callable[[], bool],
     ) -> None:
+        self.panel = panel
+        self._met: set[Slot] = set()
         self.key = f"{self.kind}-{secrets.token_hex(8)}"
         self.is_let_in = True
         self._ws, self._decode, self._is_ending = ws, decode, is_ending
@@ -198,6 +277,13 @@ class Caller:
             ArgumentError: It may not.
         """
         return
+
+    def meet(self) -> None:
+        """Look at every robot that is there now: it is read, and what was started there goes on."""
+        there = set(self.panel.slots.values())
+        for slot in there - self._met:
+            slot.join(self.key)
+        self._met = there
 
     # -- what it says --
 
@@ -290,6 +376,10 @@ class Caller:
         """Bytes that it has not taken yet of what it was sent."""
         return self._transport.get_write_buffer_size()
 
+    async def tell(self, message: Told) -> None:
+        """Send a message."""
+        await self.send(msgspec.json.encode(message))
+
     async def send(self, data: bytes, *, is_text: bool = True) -> None:
         """Send a message, and wait for nothing; a caller that is gone gets none."""
         if not self._ws.closed:
@@ -317,7 +407,10 @@ class Caller:
         return WSCloseCode.OK, ""
 
     async def close(self) -> None:
-        """End it: every request that waits is answered."""
+        """Leave all robots: what it drove stops now. Every request that waits is answered."""
+        for slot in self._met:
+            slot.leave(self.key)
+        self._met = set()
         await asyncio.sleep(0)  # so that every request has begun, and answers when it is cancelled
         tasks = tuple(self._requests)
         for task in tasks:

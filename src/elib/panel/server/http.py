@@ -25,7 +25,6 @@ from elib.panel.server.messages import decode
 from elib.panel.server.page import Page
 from elib.panel.server.pictures import world_picture
 from elib.robot.running import ending
-from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.control_server import Bucket, time_factor
 from elib.simulator.emulator.loopback import bind
 
@@ -156,29 +155,6 @@ def _end_when_empty(panel: Panel, seconds: float, stop: asyncio.Event) -> None:
     panel.on_visit, panel.on_empty = visit, leave
 
 
-@contextlib.asynccontextmanager
-async def view_of(control: Control, place: str = "") -> AsyncIterator[str]:
-    """Serve the page of a simulation until the block is left.
-
-    Args:
-        control: Control of the simulation.
-        place: ``HOST:PORT`` or ``PORT`` on this computer; empty for the first free port from :data:`VIEW_PORT` on,
-            port 0 for any.
-
-    Yields:
-        The page's URL.
-
-    Raises:
-        ArgumentError: *place* is not an address, or other computers could reach it.
-        LinkBusy: The port is taken, or all that were tried are.
-        LinkDenied: This user may not use the port.
-        SimulationError: There is no world to be seen.
-    """
-    address = own_address(place)
-    async with shown(Panel(control=control), address) as url:
-        yield url
-
-
 def own_address(place: str) -> Address:
     """Take a port that this computer alone reaches: ``HOST:PORT``, ``PORT``, or "" for the first free one.
 
@@ -192,31 +168,11 @@ def own_address(place: str) -> Address:
 
 
 @contextlib.asynccontextmanager
-async def closed_view_of(control: Control, address: Address, token: str | None) -> AsyncIterator[str]:
-    """Serve the page of a simulation to somebody who may use this world and nothing else of this computer.
-
-    Args:
-        control: Control of the simulation.
-        address: A bound port.
-        token: What a browser is asked for before it sees anything; None asks for nothing.
-
-    Yields:
-        The page's URL.
-
-    Raises:
-        SimulationError: There is no world to be seen.
-    """
-    panel = Panel(is_shared=True, is_closed=True, control=control)
-    async with shown(panel, address, token) as url:
-        yield url
-
-
-@contextlib.asynccontextmanager
 async def shown(panel: Panel, address: Address, token: str | None = None) -> AsyncIterator[str]:
     """Serve the page of a panel until the block is left.
 
     Args:
-        panel: The panel, with the control of a simulation or a study.
+        panel: The panel, with a world or a study.
         address: A bound port; it is closed at the end.
         token: What a browser is asked for before it sees anything; None asks for nothing.
 
@@ -227,8 +183,8 @@ async def shown(panel: Panel, address: Address, token: str | None = None) -> Asy
         SimulationError: There is no world to be seen.
     """
     with contextlib.closing(address.socket):
-        if panel.control is not None:
-            panel.control.snapshot()
+        for control in panel.worlds.values():
+            control.snapshot()
         async with served(panel, address, token) as server:
             try:
                 yield address.url

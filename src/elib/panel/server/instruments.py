@@ -8,7 +8,7 @@ it as text, never as HTML.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Annotated, Literal, TypeVar
@@ -19,7 +19,9 @@ from elib.base.body import STEPS_PER_REVOLUTION, WHEEL_CIRCUMFERENCE
 from elib.link.protocol import values as v
 from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES
-from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.quantities import RGB_LEDS, CameraMode
+from elib.link.transport.serial import BAUD
+from elib.panel import lifecycle
 from elib.panel.events import Line
 from elib.panel.gauges import Instrument, instruments, numbers, physical
 from elib.panel.server.conversation import Trouble
@@ -36,15 +38,43 @@ Pose = tuple[float, float, float]
 PhaseName = Annotated[str, Meta(extra_json_schema={"enum": [each.name.lower() for each in Phase]})]
 
 
+class CameraLimits(Struct):
+    """What pictures a camera can take, and how long one holds the line.
+
+    Attributes:
+        zooms: The zoom factors that work; None if every factor works whose window fits.
+        bytes: The most bytes of pixels: a grey one has one, a coloured one two.
+        capture: s until the first byte.
+        byte: s for each byte.
+    """
+
+    zooms: tuple[int, ...] | None
+    bytes: int
+    capture: float = lifecycle.CAPTURE_TIME
+    byte: float = lifecycle.BITS_PER_BYTE / BAUD
+
+
 class Scheme(Struct):
-    """What seldom changes of a robot: rev/s of its fastest wheel, m around a wheel, the LED that the firmware keeps."""
+    """What seldom changes of a robot.
+
+    Attributes:
+        fastest: rev/s of its fastest wheel.
+        circumference: m that a wheel rolls in one turn.
+        camera: What can be set of the camera; None for nothing.
+        coloured: The LEDs whose colour can be set.
+        sounds: What sounds 1, 2 and so on are called.
+        talks_at: Where the selector must stand when the robot starts, and what it then talks through.
+    """
 
     scheme: int
     firmware: str
     fastest: float
     circumference: float
-    status_led: int | None
     instruments: tuple[Instrument, ...]
+    camera: CameraLimits | None = None
+    coloured: list[int] = []
+    sounds: tuple[str, ...] = ()
+    talks_at: Mapping[int, str] = {}
 
 
 class DiagnosedStep(Struct):
@@ -182,7 +212,11 @@ class Tick(Struct):
 
 
 class Summary(Struct):
-    """The part of a tick that an overview of many robots draws."""
+    """The part of a tick that an overview of many robots draws; index is that of a virtual robot in its world.
+
+    Attributes:
+        world: The key of its world.
+    """
 
     url: str
     phase: PhaseName
@@ -196,6 +230,8 @@ class Summary(Struct):
     battery: float | None
     stale: bool
     median: float | None
+    index: int | None
+    world: str = ""
 
 
 @dataclass(slots=True)
@@ -216,14 +252,17 @@ class Cursor:
 def scheme(slot: Slot) -> Scheme:
     """Return what a page must know once."""
     profile = FIRMWARES.get(slot.firmware)
-    return Scheme(
-        scheme=slot.edition,
-        firmware=slot.firmware,
-        fastest=slot.drive.fastest,
-        circumference=WHEEL_CIRCUMFERENCE,
-        status_led=None if profile is None else profile.status_led,
-        instruments=instruments(profile),
-    )
+    found = Scheme(slot.edition, slot.firmware, slot.drive.fastest, WHEEL_CIRCUMFERENCE, instruments(profile))
+    if profile is None:
+        return found
+    if "set_camera" not in profile.absent:
+        found.camera = CameraLimits(profile.zooms, profile.picture_bytes)
+    if "set_rgb_led" not in profile.absent:
+        found.coloured = [led for led in RGB_LEDS if led != profile.status_led]
+    if "play_sound" not in profile.absent:
+        found.sounds = profile.sounds
+    found.talks_at = profile.talks_at
+    return found
 
 
 def tick(slot: Slot, cursor: Cursor | None = None) -> Tick:
@@ -283,6 +322,7 @@ def summary(slot: Slot) -> Summary:
         battery=battery.fraction if isinstance(battery, v.Battery) else None,
         stale=slot.is_stale("proximity"),
         median=None if statistics is None else _finite(statistics.median),
+        index=None if slot.control is None else slot.index,
     )
 
 

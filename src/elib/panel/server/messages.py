@@ -1,14 +1,15 @@
-"""Everything that a page may ask for: one class a message, with its fields, their ranges, and what is done.
+"""Everything that a page may ask for: one function a message, with its fields, their ranges, and what is done.
 
 A page sends JSON objects like ``{"do": "steer", "robot": "1", "left": 0.5, "right": 0.5}``. msgspec decodes them into
-these classes, and that is the check: a missing, unknown or wrong field is refused.
+classes that are made from the functions, and that is the check: a missing, unknown or wrong field is refused.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable
-from typing import Annotated, Any, Literal, Union
+import inspect
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Annotated, Literal, Union, get_type_hints
 
 from msgspec import Meta, Struct
 from msgspec.json import Decoder
@@ -19,10 +20,14 @@ from elib.link.protocol.quantities import CameraMode
 from elib.panel import console
 from elib.panel.behaviours import source_of
 from elib.panel.panel import FileList
-from elib.panel.server.conversation import Answer, Decoded, Error, Failure, Message, Told, decoded
-from elib.panel.server.page import Hello, Page, Update
-from elib.panel.server.world import Change, NewScene, Readings
-from elib.simulator.emulator.control_server import answer
+from elib.panel.server.conversation import Answer, Decoded, Error, Failure, Message, Table, Told, decoded, message_of
+from elib.panel.server.page import Hello, Page, Stream, Update, Wish
+from elib.panel.server.streams import OverviewStream, RobotStream, StudyStream
+from elib.panel.server.world import Change, NewScene, Readings, ReadingsStream, WorldStream
+from elib.simulator.emulator.control import ORDERS
+from elib.simulator.emulator.control_server import obey
+from elib.simulator.physics import Colour
+from elib.simulator.physics.geometry import Painted
 from elib.simulator.worlds.writer import written_scene
 from elib.tools import discovery
 
@@ -32,195 +37,164 @@ Keys = Annotated[list[Key], Meta(min_length=1, max_length=64)]
 Name = Annotated[str, Meta(max_length=80)]
 Text = Annotated[str, Meta(max_length=500)]
 Share = Annotated[float, Meta(ge=-1, le=1)]
+Pixels = Annotated[int, Meta(ge=1, le=640)]
+Channel = Annotated[int, Meta(ge=0, lt=1 << 32)]
+"""The page's own number for one of the worlds that it shows."""
 
-
-def _snake(name: str) -> str:
-    return "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in name).lstrip("_")
-
-
-class PageMessage(Message, tag=_snake):
-    """What a page says."""
+MESSAGES = Table()
+"""All messages, by their names."""
+request = MESSAGES.request
 
 
 # -- the page --
 
-
-class Show(PageMessage):
-    """Show one robot, all robots (``overview``), or the start page (``start``)."""
-
-    is_of_world = True
-
-    place: Key
-
-    def carry_out(self, page: Page) -> None:
-        page.show(self.place)
+STREAMS: Mapping[str, Callable[[Page, Wish], Stream]] = {
+    "robot": RobotStream,
+    "overview": OverviewStream,
+    "world": WorldStream,
+    "readings": ReadingsStream,
+    "study": StudyStream,
+}
+"""What a page can subscribe to."""
 
 
-class Drawn(PageMessage):
-    """The page has drawn an update."""
+@request()
+def subscribe(
+    page: Page,
+    what: Literal["robot", "overview", "world", "readings", "study"],
+    of: Key = "",
+    rate: Annotated[float, Meta(ge=0, le=60)] = 10.0,
+    channel: Channel = 0,
+    *,
+    rays: bool = False,
+) -> None:
+    """Be told so many times a second of a robot or a world by its key, or of a robot of that world by its index there.
 
-    is_of_world = True
-
-    number: Annotated[int, Meta(ge=0, le=1 << 53)]
-
-    def carry_out(self, page: Page) -> None:
-        page.drawn(self.number)
-
-
-class FrameDrawn(PageMessage):
-    """The page has drawn a frame of the world."""
-
-    is_of_world = True
-
-    number: Annotated[int, Meta(ge=0, le=1 << 32)]
-
-    def carry_out(self, page: Page) -> None:
-        page.world_updates.drawn(self.number)
+    It takes the place of what the page wanted by the same *what* and *channel*; a rate of 0 ends that.
+    """
+    page.subscribe(Wish(what, of, rate, channel, rays), STREAMS[what])
 
 
-class Find(PageMessage):
-    """Look for robots on this computer's ports, and for virtual ones that run here."""
-
-    async def carry_out(self, page: Page) -> list[discovery.Found]:
-        return await discovery.find()
-
-
-class Recents(PageMessage):
-    """Name the robots that were used before, the newest first."""
-
-    def carry_out(self, page: Page) -> list[str]:
-        return page.panel.recents.urls
+@request()
+def drawn(page: Page, number: Annotated[int, Meta(ge=0, le=1 << 53)]) -> None:
+    """Say that the page has drawn an update."""
+    page.drawn(number)
 
 
-class Forget(PageMessage):
-    """Forget a robot that was used before."""
-
-    url: Text
-
-    def carry_out(self, page: Page) -> list[str]:
-        page.panel.recents.remove(self.url)
-        return page.panel.recents.urls
+@request()
+def frame_drawn(page: Page, number: Annotated[int, Meta(ge=0, le=1 << 32)], channel: Channel = 0) -> None:
+    """Say that the page has drawn a frame of a world."""
+    page.frame_drawn(number, channel)
 
 
 # -- robots --
 
 
-class Add(PageMessage):
+@request("connect")
+async def find(page: Page) -> list[discovery.Found]:
+    """Look for robots on this computer's ports, and for virtual ones that run here."""
+    return await discovery.find()
+
+
+@request("connect")
+def recents(page: Page) -> list[str]:
+    """Name the robots that were used before, the newest first."""
+    return page.panel.recents.urls
+
+
+@request("connect")
+def forget(page: Page, url: Text) -> list[str]:
+    """Forget a robot that was used before."""
+    page.panel.recents.remove(url)
+    return page.panel.recents.urls
+
+
+@request("connect")
+def add(page: Page, url: Text) -> list[str]:
     """Take the robots of a URL into the panel, and connect them."""
-
-    url: Text
-
-    def carry_out(self, page: Page) -> list[str]:
-        keys = page.panel.add_all(self.url)
-        for key in keys:
-            page.panel.connect(key)
-        return keys
+    keys = page.panel.add_all(url)
+    for key in keys:
+        page.panel.connect(key)
+    return keys
 
 
-class AboutRobot(PageMessage):
-    """Says something of one robot."""
-
-    robot: Key
-
-
-class Remove(AboutRobot):
+@request("connect")
+async def remove(page: Page, robot: Key) -> None:
     """Disconnect a robot and take it out of the panel."""
-
-    async def carry_out(self, page: Page) -> None:
-        await asyncio.shield(page.panel.remove(self.robot))  # also when the page is closed meanwhile
+    await asyncio.shield(page.panel.remove(robot))  # also when the page is closed meanwhile
 
 
-class Connect(AboutRobot):
+@request("connect")
+def connect(page: Page, robot: Key) -> None:
     """Connect a robot."""
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.connect(self.robot)
+    page.panel.connect(robot)
 
 
-class Disconnect(AboutRobot):
+@request("connect")
+def disconnect(page: Page, robot: Key) -> Awaitable[None]:
     """Stop a robot and close its link."""
-
-    def carry_out(self, page: Page) -> Awaitable[None]:
-        return page.panel.slot(self.robot).disconnect()
+    return page.panel.slot(robot).disconnect()
 
 
 # -- driving --
 
 
-class Steer(AboutRobot):
+@request("drive")
+def steer(page: Page, robot: Key, left: Share, right: Share) -> bool:
     """Turn the wheels, as shares of the fastest that is allowed."""
-
-    left: Share
-    right: Share
-
-    def carry_out(self, page: Page) -> bool:
-        return page.panel.slot(self.robot).drive.steer(page.key, self.left, self.right)
+    return page.panel.slot(robot).drive.steer(page.key, left, right)
 
 
-class Beat(AboutRobot):
+@request("drive")
+def beat(page: Page, robot: Key) -> bool:
     """Say that the page is still there, and drives."""
-
-    def carry_out(self, page: Page) -> bool:
-        return page.panel.slot(self.robot).drive.beat(page.key)
+    return page.panel.slot(robot).drive.beat(page.key)
 
 
-class Leave(AboutRobot):
+@request("drive")
+def leave(page: Page, robot: Key) -> None:
     """Drive no more: the page is hidden, or shows something else."""
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).drive.leave(page.key)
+    page.panel.slot(robot).drive.leave(page.key)
 
 
-class TakeOver(AboutRobot):
+@request("drive")
+def take_over(page: Page, robot: Key) -> None:
     """Drive a robot that another page drives; the person was asked."""
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).drive.take(page.key, by_force=True)
+    page.panel.slot(robot).drive.take(page.key, by_force=True)
 
 
-class Limit(AboutRobot):
+@request("drive")
+def limit(page: Page, robot: Key, share: Annotated[float, Meta(ge=0, le=1)]) -> None:
     """Set the fastest wheel, as a share of what the robot can do."""
-
-    share: Annotated[float, Meta(ge=0, le=1)]
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).drive.limit_to(self.share)
+    page.panel.slot(robot).drive.limit_to(share)
 
 
-class Stop(PageMessage):
+@request()
+def stop(page: Page, robot: Key = "") -> None:
     """Stop one robot, or all of them."""
-
-    robot: Key = ""
-
-    def carry_out(self, page: Page) -> None:
-        if self.robot:
-            page.panel.slot(self.robot).stop()
-        else:
-            page.panel.stop_all()
+    if robot:
+        page.panel.slot(robot).stop()
+    else:
+        page.panel.stop_all()
 
 
 # -- commands --
 
 
-class Command(AboutRobot):
+@request("drive")
+async def command(
+    page: Page, robot: Key, name: Name, arguments: Annotated[tuple[int | float | Text, ...], Meta(max_length=16)] = ()
+) -> str:
     """Send one command of the table."""
-
-    name: Name
-    arguments: Annotated[list[int | float | Text], Meta(max_length=16)] = []
-
-    async def carry_out(self, page: Page) -> str:
-        slot = page.panel.slot(self.robot)
-        value = await slot.command(self.name, *self.arguments, page=page.key)
-        return console.result_text(value, slot.firmware)[: console.MAX_SHOWN]
+    slot = page.panel.slot(robot)
+    value = await slot.command(name, *arguments, page=page.key)
+    return console.result_text(value, slot.firmware)[: console.MAX_SHOWN]
 
 
-class Console(AboutRobot):
+@request("drive", name="console")
+def carry_out_line(page: Page, robot: Key, line: Text) -> Awaitable[console.ConsoleAnswer]:
     """Send a line that a person typed."""
-
-    line: Text
-
-    def carry_out(self, page: Page) -> Awaitable[console.ConsoleAnswer]:
-        return console.answer(page.panel.slot(self.robot), self.line, page.key)
+    return console.answer(page.panel.slot(robot), line, page.key)
 
 
 class Completions(Struct):
@@ -230,245 +204,156 @@ class Completions(Struct):
     help: str
 
 
-class Complete(AboutRobot):
+@request("drive")
+def complete(page: Page, robot: Key, line: Text) -> Completions:
     """Ask what a line that a person types may become, and what it means."""
-
-    line: Text
-
-    def carry_out(self, page: Page) -> Completions:
-        firmware = page.panel.slot(self.robot).firmware
-        choices = console.complete(self.line, firmware) if self.line.strip() else []
-        try:
-            words = console.help_line(self.line, firmware) if self.line.strip() else ""
-        except ArgumentError:
-            words = ""
-        return Completions(choices, words)
+    firmware = page.panel.slot(robot).firmware
+    if not line.strip():
+        return Completions([], "")
+    try:
+        words = console.help_line(line, firmware)
+    except ArgumentError:
+        words = ""
+    return Completions(console.complete(line, firmware), words)
 
 
-class Blink(AboutRobot):
+@request("drive")
+def blink(page: Page, robot: Key) -> Awaitable[None]:
     """Let all LEDs of a robot blink for a moment, so that a person finds it."""
-
-    def carry_out(self, page: Page) -> Awaitable[None]:
-        return page.panel.slot(self.robot).blink()
+    return page.panel.slot(robot).blink()
 
 
 # -- the camera --
 
 
-class SetCamera(AboutRobot):
+@request("drive")
+async def set_camera(
+    page: Page,
+    robot: Key,
+    width: Pixels,
+    height: Pixels,
+    zoom: Annotated[int, Meta(ge=1, le=64)],
+    mode: Literal["GREY", "COLOUR"],
+) -> None:
     """Set the camera and take a picture."""
-
-    width: Annotated[int, Meta(ge=1, le=640)]
-    height: Annotated[int, Meta(ge=1, le=640)]
-    zoom: Annotated[int, Meta(ge=1, le=64)]
-    mode: Literal["GREY", "COLOUR"]
-
-    async def carry_out(self, page: Page) -> None:
-        slot = page.panel.slot(self.robot)
-        await slot.set_camera(self.width, self.height, self.zoom, CameraMode[self.mode])
-        await slot.take_picture()
+    slot = page.panel.slot(robot)
+    await slot.set_camera(width, height, zoom, CameraMode[mode])
+    await slot.take_picture()
 
 
-class TakePicture(AboutRobot, tag="picture"):
+@request("drive")
+async def picture(page: Page, robot: Key) -> None:
     """Take one picture."""
-
-    async def carry_out(self, page: Page) -> None:
-        await page.panel.slot(self.robot).take_picture()
+    await page.panel.slot(robot).take_picture()
 
 
-class Live(AboutRobot):
+@request("drive")
+def live(page: Page, robot: Key, seconds: float | None) -> None:
     """Take a picture every so many seconds; null takes no more."""
-
-    seconds: float | None
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).watch_camera(self.seconds)
+    page.panel.slot(robot).watch_camera(seconds)
 
 
 # -- behaviours --
 
 
-class Behave(PageMessage):
+@request("program")
+def behave(
+    page: Page, robots: Keys, name: Name, options: Mapping[Name, bool | int | float | Text] | None = None
+) -> None:
     """Start a behaviour on some robots."""
-
-    robots: Keys
-    name: Name
-    options: dict[Name, bool | int | float | Text] = {}
-
-    def carry_out(self, page: Page) -> None:
-        for key in self.robots:
-            page.panel.slot(key).runner.start(self.name, self.options)
+    for key in robots:
+        page.panel.slot(key).runner.start(name, options)
 
 
-class PauseBehaviour(PageMessage):
+@request("program")
+def pause_behaviour(page: Page, robots: Keys) -> None:
     """Let the behaviour of some robots wait."""
-
-    robots: Keys
-
-    def carry_out(self, page: Page) -> None:
-        for key in self.robots:
-            page.panel.slot(key).runner.pause()
+    for key in robots:
+        page.panel.slot(key).runner.pause()
 
 
-class ResumeBehaviour(PageMessage):
+@request("program")
+def resume_behaviour(page: Page, robots: Keys) -> None:
     """Let the behaviour of some robots go on."""
-
-    robots: Keys
-
-    def carry_out(self, page: Page) -> None:
-        for key in self.robots:
-            page.panel.slot(key).runner.resume()
+    for key in robots:
+        page.panel.slot(key).runner.resume()
 
 
-class EndBehaviour(PageMessage):
+@request("program")
+def end_behaviour(page: Page, robots: Keys) -> None:
     """End the behaviour of some robots."""
-
-    robots: Keys
-
-    def carry_out(self, page: Page) -> None:
-        for key in self.robots:
-            page.panel.slot(key).runner.halt()
+    for key in robots:
+        page.panel.slot(key).runner.halt()
 
 
-class Source(PageMessage):
+@request("program")
+def source(page: Page, name: Name) -> str:
     """Ask for the source text of a behaviour."""
-
-    name: Name
-
-    def carry_out(self, page: Page) -> str:
-        return source_of(self.name)
+    return source_of(name)
 
 
 # -- files --
 
 
-class Files(PageMessage):
+@request("files")
+def files(page: Page) -> FileList:
     """Ask which logs and recordings the folder has, and for free names of new ones."""
-
-    def carry_out(self, page: Page) -> FileList:
-        return page.panel.files()
+    return page.panel.files()
 
 
-class StartLog(AboutRobot):
+@request("files")
+def start_log(page: Page, robot: Key, name: Name) -> None:
     """Write a log; if the robot is not connected yet, from the moment it is."""
-
-    name: Name
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).start_log(str(page.panel.folder.log(self.name)))
+    page.panel.slot(robot).start_log(str(page.panel.folder.log(name)))
 
 
-class StopLog(AboutRobot):
+@request("files")
+def stop_log(page: Page, robot: Key) -> None:
     """Write the log no more."""
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).records.stop_log()
+    page.panel.slot(robot).records.stop_log()
 
 
-class StartRecording(AboutRobot):
+@request("files")
+def start_recording(page: Page, robot: Key, name: Name) -> None:
     """Record everything; if the robot is not connected yet, from the moment it is."""
-
-    name: Name
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).start_recorder(str(page.panel.folder.recording(self.name)))
+    page.panel.slot(robot).start_recorder(str(page.panel.folder.recording(name)))
 
 
-class StopRecording(AboutRobot):
+@request("files")
+def stop_recording(page: Page, robot: Key) -> None:
     """Record no more."""
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).records.stop_recorder()
+    page.panel.slot(robot).records.stop_recorder()
 
 
-class OpenRecording(PageMessage):
+@request("files")
+def open_recording(page: Page, name: Name) -> list[str]:
     """Play a recording of the folder as a robot of the panel."""
-
-    name: Name
-
-    def carry_out(self, page: Page) -> list[str]:
-        key = page.panel.add_recording(self.name)
-        page.panel.connect(key)
-        return [key]
+    key = page.panel.add_recording(name)
+    page.panel.connect(key)
+    return [key]
 
 
-class Seek(AboutRobot):
+@request("files")
+def seek(page: Page, robot: Key, seconds: Annotated[float, Meta(ge=0, le=1e9)]) -> None:
     """Go on with a recording from another moment of it."""
-
-    seconds: Annotated[float, Meta(ge=0, le=1e9)]
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).playback.seek(self.seconds)
+    page.panel.slot(robot).playback.seek(seconds)
 
 
-class PausePlayback(AboutRobot):
+@request("files")
+def pause_playback(page: Page, robot: Key, *, on: bool) -> None:
     """Hold a recording, or let it go on."""
-
-    on: bool
-
-    def carry_out(self, page: Page) -> None:
-        page.panel.slot(self.robot).playback.pause(on=self.on)
+    page.panel.slot(robot).playback.pause(on=on)
 
 
 # -- the world --
 
 
-class ChooseWorld(AboutRobot):
-    """Show the world of one robot where the page shows all robots."""
-
-    is_of_world = True
-
-    def carry_out(self, page: Page) -> None:
-        page.world_of = self.robot
-
-
-class Rays(PageMessage):
-    """Show the rays of the infrared sensors, or not."""
-
-    is_of_world = True
-
-    on: bool
-
-    def carry_out(self, page: Page) -> None:
-        page.wants_rays = self.on
-
-
-class Watch(PageMessage):
-    """Tell what one robot of the world perceives, by its index there; null for none."""
-
-    is_of_world = True
-
-    index: Annotated[int, Meta(ge=0, le=1 << 20)] | None
-
-    def carry_out(self, page: Page) -> None:
-        page.watched = self.index
-
-
-class ChooseController(PageMessage):
+@request()
+def choose_controller(page: Page, number: Annotated[int, Meta(ge=0)] | None) -> None:
     """Let one of the best controllers of the study drive in the world; null for the newest at any time."""
-
-    number: Annotated[int, Meta(ge=0)] | None
-
-    def carry_out(self, page: Page) -> None:
-        if page.panel.study is None:
-            raise ArgumentError("this page does not belong to a study", hint="elib evolve TASK --view opens one")
-        page.panel.study.choose(self.number)
-
-
-class OpenRobot(PageMessage):
-    """Show the robot of the panel that has an index in the world that the page shows."""
-
-    is_of_world = True
-
-    index: Annotated[int, Meta(ge=0, le=1 << 20)]
-
-    def carry_out(self, page: Page) -> None:
-        simulation = page.control.simulation
-        for key, slot in page.panel.slots.items():
-            if slot.control is not None and slot.control.simulation is simulation and slot.index == self.index:
-                page.show(key)
-                return
-        raise ArgumentError("this robot is not one of the panel", hint="add it by its URL")
+    if page.panel.study is None:
+        raise ArgumentError("this page does not belong to a study", hint="elib evolve TASK --view opens one")
+    page.panel.study.choose(number)
 
 
 class SavedWorld(Struct):
@@ -478,42 +363,43 @@ class SavedWorld(Struct):
     url: str
 
 
-class SaveWorld(PageMessage):
-    """Save the world that the page shows, as it is now, as a world file of the folder."""
-
-    name: Name
-    about: Text = ""
-
-    def carry_out(self, page: Page) -> SavedWorld:
-        path = page.panel.folder.world(self.name)
-        write_file(path, written_scene(page.control.scene(), self.about).encode())
-        return SavedWorld(path.name, f"sim://{path}")
+@request("save")
+def save_world(page: Page, name: Name, about: Text = "", channel: Channel = 0) -> SavedWorld:
+    """Save the world of a channel, as it is now, as a world file of the folder."""
+    path = page.panel.folder.world(name)
+    write_file(path, written_scene(page.control(channel).scene(), about).encode())
+    return SavedWorld(path.name, f"sim://{path}")
 
 
-class World(PageMessage):
-    """Control the world that the page shows: a message of the control server."""
+def _order(name: str) -> type[Message]:
+    """Return the class of the messages that give an order to the world of a channel."""
 
-    is_of_world = True
+    def act(page: Page, channel: int, **values: object) -> object:
+        return obey(page.control(channel), {"do": name, **values})
 
-    message: dict[str, Any]
+    hints = get_type_hints(ORDERS[name], include_extras=True)
+    _, *fields = inspect.signature(ORDERS[name]).parameters.values()
+    typed = [
+        each.replace(
+            annotation=str if hints[each.name] == Painted else hints[each.name],
+            default=str(each.default) if isinstance(each.default, Colour) else each.default,
+        )
+        for each in fields
+    ]
+    channel = inspect.Parameter("channel", inspect.Parameter.KEYWORD_ONLY, default=0, annotation=Channel)
+    needs = "speed" if name in CLOCK else "edit"
+    return message_of(act, name, [*typed, channel], ORDERS[name].__doc__, needs=needs, answers=hints["return"])
 
-    def carry_out(self, page: Page) -> dict[str, Any]:
-        if page.panel.is_closed and self.message.get("do") == "set_speed":
-            raise ArgumentError("this world keeps its speed: the computer that simulates it has others to simulate too")
-        return answer(page.control, self.message)
 
-
-def _concrete(kind: type[PageMessage]) -> list[type[PageMessage]]:
-    return [each for sub in kind.__subclasses__() for each in (sub, *_concrete(sub))]
-
-
-MESSAGES: tuple[type[PageMessage], ...] = tuple(kind for kind in _concrete(PageMessage) if "carry_out" in vars(kind))
-"""All of them."""
+CLOCK = ("pause", "resume", "step", "set_speed")
+"""Orders that concern the clock of the world alone."""
+for order in ORDERS:
+    MESSAGES.put(_order(order))
 
 TOLD: tuple[type[Told], ...] = (Hello, Update, NewScene, Change, Readings, Answer, Failure, Error)
 """What a page is told."""
 
-_DECODER: Decoder[PageMessage] = Decoder(Union[MESSAGES])  # noqa: UP007  # a tuple of types has no |
+_DECODER: Decoder[Message] = Decoder(Union[tuple(MESSAGES.values())])  # noqa: UP007  # a tuple of types has no |
 
 
 def decode(text: str) -> Decoded:

@@ -1,40 +1,52 @@
-"""One open page: what it asks for is carried out, and it is told ten times a second what has changed."""
+"""One open page: what it asks for is carried out, and it is told what it has subscribed to."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
 import math
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections import deque
+from collections.abc import Callable, Coroutine, Iterable, Sequence
+from typing import Any, ClassVar, NamedTuple
 
-import msgspec
 from aiohttp import WSCloseCode, web
 from msgspec import UNSET, Struct, UnsetType
 
-from elib.base.body import SENSOR_DIRECTIONS
+from elib.base.body import AXLE, FOCAL, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_DIAMETER
 from elib.base.errors import ArgumentError
-from elib.panel.behaviours import BehaviourAbout, Play, catalogue, runner_state
+from elib.panel.behaviours import BehaviourAbout, Play, catalogue
 from elib.panel.events import KINDS
-from elib.panel.panel import Generation, Listed, Panel, Study, StudyAbout, StudyState
+from elib.panel.panel import Can, Generation, Listed, Panel, Reachable, StudyAbout, StudyState
 from elib.panel.server.conversation import Caller, Decoded, Message, Told
-from elib.panel.server.instruments import Cursor, Scheme, Summary, Tick, scheme, summary, tick
+from elib.panel.server.instruments import Scheme, Summary, Tick
 from elib.panel.server.pictures import WorldInfo, world_list
-from elib.panel.server.world import WorldUpdates
 from elib.simulator.drawing.robot import LED_ANGLES
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.control_server import time_factor
+from elib.simulator.physics.body import HEIGHT, RADIUS
+from elib.simulator.physics.optics import ABOVE, FORWARD
 
-if TYPE_CHECKING:
-    from elib.panel.slot import Slot
+MAX_STREAMS = 128
+"""Subscriptions of one page: two for each world of a large class, and more."""
+REFUSALS = {
+    "drive": "drive robots, nor send them commands",
+    "edit": "change the world",
+    "speed": "pause the world, nor set its speed",
+    "save": "save the world",
+    "connect": "connect robots",
+    "files": "read or write files of the computer that serves it",
+    "program": "start programs",
+}
 
-PERIOD = 0.1
-"""s of the wall clock between two updates."""
-OVERVIEW_EVERY = 2
-"""Updates for one of the overview, whose robots are many."""
 AHEAD = 3
-"""Updates on their way to a page that has not drawn them yet, at most: a slow page gets fewer."""
-OVERVIEW, START = "overview", "start"
+"""Messages of one stream on their way to a page that has not drawn them yet, at most."""
+SHARE = 0.1
+"""How much of the time may go into what one page is told: of a huge crowd it is told less often."""
+LOOK = 0.1
+"""s between two looks for robots that came or went."""
+LOOKS = 10
+"""Looks for one update that has nothing new: a page that hears nothing for longer knows that something is wrong."""
+
 
 log = logging.getLogger("elib.panel")
 
@@ -42,26 +54,52 @@ log = logging.getLogger("elib.panel")
 class Ring(Struct):
     """Where on the robot the infrared sensors look and the LEDs sit, rad from straight ahead, positive to the left."""
 
-    sensors: Sequence[float]
-    leds: Sequence[float]
+    sensors: Sequence[float] = SENSOR_DIRECTIONS
+    leds: Sequence[float] = tuple(map(math.radians, LED_ANGLES))
+
+
+class Body(Struct):
+    """The robot in m: its body, its wheels, the infrared sensors' distance from the axis, and its camera.
+
+    Attributes:
+        eye: How far the lens is ahead of the axle, and above the floor, m.
+        focal: Its distance from the chip, in pixels of the chip: a picture at zoom z has one of z of them.
+    """
+
+    radius: float = RADIUS
+    height: float = HEIGHT
+    axle: float = AXLE
+    wheel: float = WHEEL_DIAMETER
+    sensor_radius: float = SENSOR_RADIUS
+    eye: tuple[float, float] = (FORWARD, ABOVE)
+    focal: float = FOCAL
 
 
 class Hello(Told, tag="hello"):
-    """What a page is told once: its name at the drive locks, and the folder of files, empty if it may not know it."""
+    """What a page is told once.
+
+    Attributes:
+        page: Its name at the drive locks.
+        can: What it can do.
+        folder: Where files go; empty if the page may not know it.
+        kinds: The kinds of event lines, with their titles.
+        robots: How the robots of a world are reached that belong to no panel.
+    """
 
     page: str
-    place: str
+    can: Can
     folder: str
     worlds: list[WorldInfo]
     behaviours: list[BehaviourAbout]
+    robots: Sequence[Reachable]
+    study: StudyAbout | None
     kinds: dict[str, str]
     ring: Ring
-    simulation: bool
-    study: StudyAbout | None
+    body: Body
 
 
 class RobotNews(Struct):
-    """What is new of the robot that the page shows."""
+    """What is new of a robot; its scheme only if that is."""
 
     tick: Tick
     behaviour: Play
@@ -76,19 +114,115 @@ class StudyNews(StudyState):
 
 
 class Update(Told, tag="update"):
-    """What has changed since the last update; a page says ``drawn`` with its number.
+    """What has changed; a page says ``drawn`` with its number.
 
     Attributes:
-        worlds: A robot of each world, by its key, and the name of the world.
+        place: The key of the robot that it is about; empty if it is about none or all.
+        robots: All robots of the panel.
+        worlds: The worlds by their keys, and their names.
     """
 
     number: int
-    place: str
+    place: str = ""
     robots: list[Listed] | UnsetType = UNSET
     robot: RobotNews | UnsetType = UNSET
     overview: dict[str, Summary] | UnsetType = UNSET
     worlds: list[tuple[str, str]] | UnsetType = UNSET
     study: StudyNews | UnsetType = UNSET
+
+
+class Wish(NamedTuple):
+    """What a page wants to be told: of which robot or world, how many times a second, and under which number."""
+
+    what: str = ""
+    of: str = ""
+    rate: float = 1 / LOOK
+    channel: int = 0
+    rays: bool = False
+
+
+class Stream:
+    """Tells one page of one thing, again and again.
+
+    Args:
+        page: The page.
+        wish: What it wants.
+
+    Attributes:
+        wish: As given.
+    """
+
+    fastest: ClassVar[float] = 1 / LOOK
+    """Hz."""
+
+    def __init__(self, page: Page, wish: Wish) -> None:
+        self.wish = wish
+        self._page = page
+        self._sent: deque[int] = deque()
+        self._task = page.begin(self._run())
+
+    @property
+    def control(self) -> Control | None:
+        """The control of the world that it tells of, or None."""
+        return None
+
+    def drawn(self, number: int) -> None:
+        """Note how far the page has come."""
+        while self._sent and self._sent[0] <= number:
+            self._sent.popleft()
+
+    def end(self) -> None:
+        """Tell nothing more."""
+        self._task.cancel()
+
+    async def _run(self) -> None:
+        loop, factor = asyncio.get_running_loop(), time_factor()
+        while True:
+            began = loop.time()
+            messages = list(self._next()) if len(self._sent) < AHEAD else []
+            cost = (loop.time() - began) * self._page.streams / SHARE
+            for message in messages:
+                if isinstance(message, bytes):
+                    await self._page.send(message, is_text=False)
+                else:
+                    await self._page.tell(message)
+            due = began + max(cost, factor / min(self.wish.rate, self.fastest))
+            await asyncio.sleep(max(0.0, due - loop.time()))
+
+    def _next(self) -> Iterable[Told | bytes]:
+        """Return what there is to tell now."""
+        raise NotImplementedError
+
+    def _update(self) -> Update:
+        """Return an update to be filled."""
+        self._page.updates += 1
+        self._sent.append(self._page.updates)
+        return Update(self._page.updates)
+
+
+class ListStream(Stream):
+    """The robots of the panel, for every page: also those that it does not show go on while it looks."""
+
+    def __init__(self, page: Page) -> None:
+        super().__init__(page, Wish())
+        self._listed: list[Listed] | None = None
+        self._looks = 0
+
+    async def _run(self) -> None:
+        await self._page.tell(self._page.hello())
+        await super()._run()
+
+    def _next(self) -> Iterable[Update]:
+        self._page.meet()
+        self._looks += 1
+        listed = self._page.panel.labels()
+        if listed != self._listed:
+            self._listed = listed
+            update = self._update()
+            update.robots = listed
+            yield update
+        elif self._looks % LOOKS == 0:
+            yield self._update()
 
 
 class Page(Caller):
@@ -102,12 +236,7 @@ class Page(Caller):
         is_ending: Whether the server ends.
 
     Attributes:
-        panel: As given.
-        place: The key of the robot that it shows, or ``overview``, or ``start``.
-        world_of: The key of the robot whose world it shows where it shows all robots; empty for the first world.
-        wants_rays: Whether it shows the rays of the infrared sensors.
-        world_updates: Sends it the world.
-        watched: The robot of the world whose readings it shows, by its index; None for none.
+        updates: How many updates it was sent.
     """
 
     kind = "page"
@@ -123,176 +252,120 @@ class Page(Caller):
         decode: Callable[[str], Decoded],
         is_ending: Callable[[], bool],
     ) -> None:
-        super().__init__(request, ws, decode, is_ending)
-        self.panel = panel
-        self.place = START
-        self.wants_rays = False
-        self.world_of = ""
-        self.watched: int | None = None
-        self._joined: set[Slot] = set()
-        self._cursor = Cursor()
-        self._scheme: tuple[str, int] = ("", -1)
-        self._listed: object = None
-        self._behaviour_lines = 0
-        self._generations = 0
-        self._study: StudyState | None = None
-        self._number = self._drawn = 0
-        self.world_updates = WorldUpdates(self)
-        slots = list(panel.slots)
-        self.show(OVERVIEW if len(slots) != 1 and (slots or panel.is_of_world) else slots[0] if slots else START)
-        self._telling: list[asyncio.Future[Any]] = [
-            asyncio.ensure_future(work) for work in (self._send_updates(), self.world_updates.send())
-        ]
-        for task in self._telling:
-            task.add_done_callback(self._broke)
+        super().__init__(panel, request, ws, decode, is_ending)
+        self.updates = 0
+        self._telling: set[asyncio.Future[Any]] = set()
+        self._streams: dict[tuple[str, int], Stream] = {}
+        self._list = ListStream(self)
 
     # -- what the page says --
 
     def admit(self, message: Message) -> None:
-        """Check that the page may say this: one of a closed panel may change its world alone.
+        """Check that the page may say this.
 
         Raises:
-            ArgumentError: It may not.
+            ArgumentError: It cannot do that.
         """
-        if self.panel.is_closed and not message.is_of_world:
-            raise ArgumentError("this page shows a world, and nothing else of the computer that simulates it")
+        if message.needs and not getattr(self.panel.can, message.needs):
+            raise ArgumentError(f"this page cannot {REFUSALS[message.needs]}")
 
-    def show(self, place: str) -> None:
-        """Show a robot by its key, or ``overview``, or ``start``; what it drove stops."""
-        for slot in self._joined:
-            slot.drive.leave(self.key)
-            slot.look_away(self.key)
-        if place not in (OVERVIEW, START):
-            self.panel.slot(place)
-        self.place = place
-        self._cursor, self._scheme, self._behaviour_lines = Cursor(), ("", -1), 0
+    def subscribe(self, wish: Wish, make: Callable[[Page, Wish], Stream]) -> None:
+        """Tell the page of something from now on, in place of what it wanted by the same name and channel.
+
+        Args:
+            wish: What it wants; a rate of 0 ends it.
+            make: Makes the stream.
+
+        Raises:
+            ArgumentError: There is no such robot or study, or the page has too many subscriptions.
+        """
+        key = wish.what, wish.channel
+        if key not in self._streams and len(self._streams) >= MAX_STREAMS:
+            raise ArgumentError(f"a page has at most {MAX_STREAMS} subscriptions", hint="end one with a rate of 0")
+        new = make(self, wish) if wish.rate else None
+        old = self._streams.pop(key, None)
+        if new is not None:
+            self._streams[key] = new
+        if old is not None:
+            old.end()
 
     def drawn(self, number: int) -> None:
-        """Note how far the page has come."""
-        self._drawn = min(max(self._drawn, number), self._number)
+        """Note which updates are on the screen."""
+        for stream in (self._list, *self._streams.values()):
+            if stream.wish.what != "world":
+                stream.drawn(number)
 
-    @property
-    def control(self) -> Control:
-        """The control of the world that the page shows.
+    def frame_drawn(self, number: int, channel: int) -> None:
+        """Note which frames of a world are on the screen."""
+        stream = self._streams.get(("world", channel))
+        if stream is not None:
+            stream.drawn(number)
+
+    def shows(self, robot: str) -> bool:
+        """Return whether the page has subscribed to a robot."""
+        return any(wish.what == "robot" and wish.of == robot for wish in (each.wish for each in self._streams.values()))
+
+    def world(self, channel: int) -> Control | None:
+        """Return the control of the world of a channel, or None if it has none."""
+        stream = self._streams.get(("world", channel))
+        return None if stream is None else stream.control
+
+    def control(self, channel: int) -> Control:
+        """Return the same.
 
         Raises:
-            ArgumentError: It shows none.
+            ArgumentError: There is none.
         """
-        found = self.world
+        found = self.world(channel)
         if found is None:
             raise ArgumentError("there is no virtual world here", hint="a real robot has its own")
         return found
 
-    @property
-    def world(self) -> Control | None:
-        """The control of the world that the page shows, or None."""
-        if self.place in self.panel.slots:
-            return self.panel.slots[self.place].control
-        if self.place == START:
-            return None
-        if self.world_of in self.panel.slots and (chosen := self.panel.slots[self.world_of].control) is not None:
-            return chosen
-        return self.panel.control or next((s.control for s in self.panel.slots.values() if s.control is not None), None)
-
-    @property
-    def own(self) -> int | None:
-        """The index of the robot that the page shows in that world; None where it shows all."""
-        return self.panel.slots[self.place].index if self.place in self.panel.slots else None
-
     # -- what the page is told --
 
-    async def _send_updates(self) -> None:
-        await self._send(self._hello())
-        due, period = self._loop.time(), PERIOD * time_factor()
-        while True:
-            if self._number - self._drawn < AHEAD:
-                await self._send(self._update())
-            due = max(due + period, self._loop.time())
-            await asyncio.sleep(due - self._loop.time())
+    @property
+    def streams(self) -> int:
+        """How many things it is told of."""
+        return 1 + len(self._streams)
 
-    def _hello(self) -> Hello:
+    def begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        """Tell the page something in a task of its own. If that fails, the page ends: the browser opens it again."""
+        task = asyncio.ensure_future(work)
+        self._telling.add(task)
+        task.add_done_callback(self._broke)
+        return task
+
+    def hello(self) -> Hello:
+        """Return what the page is told first."""
         panel = self.panel
         return Hello(
             page=self.key,
-            place=self.place,
+            can=panel.can,
             folder="" if panel.is_shared else str(panel.folder.path),
             worlds=world_list(),
             behaviours=catalogue(),
-            kinds=KINDS,
-            ring=Ring(SENSOR_DIRECTIONS, [math.radians(angle) for angle in LED_ANGLES]),
-            simulation=panel.is_of_world,
+            robots=panel.reachable,
             study=None if panel.study is None else panel.study.about(),
+            kinds=KINDS,
+            ring=Ring(),
+            body=Body(),
         )
-
-    def _update(self) -> Update:
-        """Return what has changed since the last update."""
-        self._join()
-        if self.place not in (OVERVIEW, START, *self.panel.slots):
-            self.show(OVERVIEW if self.panel.slots else START)
-        self._number += 1
-        update = Update(self._number, self.place)
-        listed = self.panel.labels()
-        if listed != self._listed:
-            self._listed = listed
-            update.robots = listed
-        if self.place in self.panel.slots:
-            update.robot = self._robot(self.panel.slots[self.place])
-        elif self.place == OVERVIEW and self._number % OVERVIEW_EVERY == 1:
-            update.overview = {key: summary(slot) for key, slot in self.panel.slots.items()}
-            update.worlds = self._worlds()
-        if self.panel.study is not None:
-            self._tell_study(self.panel.study, update)
-        return update
-
-    def _tell_study(self, study: Study, update: Update) -> None:
-        first, state = self._generations, study.state()
-        if (generations := study.generations(first)) or state != self._study:
-            update.study = StudyNews(**msgspec.structs.asdict(state), first=first, generations=generations)
-            self._generations, self._study = first + len(generations), state
-
-    def _worlds(self) -> list[tuple[str, str]]:
-        """Return the worlds of the robots: the key of a robot in it, and its name."""
-        found: dict[int, tuple[str, str]] = {}
-        for key, slot in self.panel.slots.items():
-            if (control := slot.control) is not None:
-                found.setdefault(id(control.simulation), (key, control.world.scene.name))
-        return list(found.values())
-
-    def _robot(self, slot: Slot) -> RobotNews:
-        slot.look(self.key)
-        told = RobotNews(tick(slot, self._cursor), runner_state(slot.runner, self._behaviour_lines))
-        if self._scheme != (self.place, slot.edition):
-            self._scheme = self.place, slot.edition
-            told.scheme = scheme(slot)
-        self._behaviour_lines = slot.runner.line_count
-        return told
-
-    def _join(self) -> None:
-        """Look at every robot, also those of other tabs: what was started there goes on."""
-        there = set(self.panel.slots.values())
-        for slot in there - self._joined:
-            slot.join(self.key)
-        self._joined = there
-
-    async def _send(self, message: Told) -> None:
-        await self.send(msgspec.json.encode(message))
 
     # -- the end --
 
     def _broke(self, task: asyncio.Future[Any]) -> None:
-        """End the page when it is told nothing more, so that the browser opens it again."""
+        self._telling.discard(task)
         error = None if task.cancelled() else task.exception()
         if error is not None and not isinstance(error, ConnectionError):
             log.error("a page failed", exc_info=error)
             closing = self._ws.close(code=WSCloseCode.INTERNAL_ERROR, message=b"the program made a mistake")
-            self._telling.append(asyncio.ensure_future(closing))
+            self._telling.add(asyncio.ensure_future(closing))
 
     async def close(self) -> None:
         """Leave all robots: what the page drove stops now."""
-        for slot in self._joined:
-            slot.leave(self.key)
-        self._joined.clear()
-        for task in self._telling:
+        telling = tuple(self._telling)
+        for task in telling:
             task.cancel()
-        await asyncio.wait(self._telling)
         await super().close()
+        if telling:
+            await asyncio.wait(telling)

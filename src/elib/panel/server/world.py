@@ -1,49 +1,41 @@
 """What a page is told of a virtual world: the scene once, then frames of what moves, and what else has changed.
 
 A frame is little-endian binary: number (uint32), flags (uint32, 1: with rays), simulated time (float64, s), robots
-(uint32), 4 bytes of nothing; then x, y, heading of every robot (float32, m and rad); with rays start, end (m) and
-strength of eight of each robot (40 float32); a byte of bits each (1 touching, 2 body light, 4 front LED, 8 link cut);
-and 24 bytes each of the ring's colours. The rest is JSON.
+(uint32), channel (uint32, as the page chose it); then x, y, heading of every robot (float32, m and rad); with rays
+start, end (m) and strength of eight of each robot (40 float32); a byte of bits each (1 touching, 2 body light, 4 front
+LED, 8 link cut); and 24 bytes each of the ring's colours. The rest is JSON.
 
-Frames are made only while a page looks, from an immutable snapshot, and at most :data:`SHARE` of the time goes into
-them. A page that does not keep up gets fewer.
+Frames are made only while a page looks, from an immutable snapshot.
 """
 
 from __future__ import annotations
 
-import asyncio
 import base64
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from io import BytesIO
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
-import msgspec
 from msgspec import UNSET, Struct, UnsetType
 
+from elib.base.errors import ArgumentError
 from elib.panel.server.conversation import Told
+from elib.panel.server.page import Page, Stream, Wish
 from elib.simulator import physics
 from elib.simulator.drawing.floor import floor_picture
 from elib.simulator.emulator.control import Control, LinkState
 from elib.simulator.emulator.control_server import time_factor
-from elib.simulator.emulator.simulation import Simulation
 from elib.simulator.physics import Colour, Light, RobotView, Snapshot, Sound
 from elib.simulator.physics.fittings import FLOOR_COLOUR
 from elib.simulator.physics.floor import packed
 
-HEADER = struct.Struct("<IIdIxxxx")
+HEADER = struct.Struct("<IIdII")
 RAYS = 1
 TOUCHING, BODY, FRONT, CUT = 1, 2, 4, 8
 RATE = 25.0
 """Frames a second of the wall clock, at most."""
-SHARE = 0.1
-"""How much of the time may go into frames: of a huge crowd there are fewer."""
-AHEAD = 2
-"""Frames on their way to a page that has not drawn them yet, at most."""
-EVERY = 3
-"""Frames from one look at a robot's readings to the next: more could not be read."""
 
 _Thing = TypeVar("_Thing")
 Walls = list[tuple[float, float, float, float, str, float]]
@@ -98,7 +90,7 @@ class Scene(Struct):
 
     Attributes:
         radius: Of a robot, m.
-        own: The index of the page's own robot; None where it shows all.
+        own: The index of the robot by whose key the page has subscribed to it; None for another key.
         floor_png: The painted floor, as the address of a picture.
     """
 
@@ -121,14 +113,16 @@ class Scene(Struct):
 
 
 class NewScene(Told, tag="scene"):
-    """The world that the page shows from now on, or that it shows none."""
+    """The world of a channel from now on, or that there is none."""
 
+    channel: int
     scene: Scene | None
 
 
 class Change(Told, tag="change"):
     """What stands elsewhere or shines otherwise than before, each with its index; or all of a kind."""
 
+    channel: int
     walls: Walls | UnsetType = UNSET
     all_boxes: list[Box] | UnsetType = UNSET
     boxes: list[tuple[int, float, float, float]] | UnsetType = UNSET
@@ -150,6 +144,7 @@ class LinkFaults(Struct):
 class Readings(Told, tag="readings"):
     """What one robot of the world perceives and how it is connected; the last three only if a program has opened it."""
 
+    channel: int
     robot: int
     proximity: list[int]
     encoders: tuple[int, int]
@@ -159,90 +154,68 @@ class Readings(Told, tag="readings"):
     button: bool | UnsetType | None = UNSET
 
 
-class Viewer(Protocol):
-    """A page, as far as it shows a world.
+class WorldStream(Stream):
+    """A world: its scene, then frames, and what changes."""
 
-    Attributes:
-        wants_rays: Whether it shows the rays of the infrared sensors.
-        watched: The robot whose readings it shows, by its index; None for none.
-    """
+    fastest = RATE
 
-    wants_rays: bool
-    watched: int | None
-
-    @property
-    def world(self) -> Control | None:
-        """The control of the world that it shows, or None."""
-
-    @property
-    def own(self) -> int | None:
-        """The index of the page's own robot in that world, or None."""
-
-    async def send(self, data: bytes, *, is_text: bool = True) -> None:
-        """Send a text, or a frame."""
-
-
-class WorldUpdates:
-    """Sends one page the world that it shows, while there is one.
-
-    Args:
-        page: The page.
-    """
-
-    def __init__(self, page: Viewer) -> None:
-        self._page = page
-        self._place: tuple[Simulation, int | None] | None = None  # the world that is shown, and the page's own robot
+    def __init__(self, page: Page, wish: Wish) -> None:
+        self._simulation: object = self  # none, and no world either
         self._seen: Snapshot | None = None
         self._said: tuple[float, Clock] | None = None
-        self._number = self._drawn = 0
+        self._number = 0
+        super().__init__(page, wish)
 
-    def drawn(self, number: int) -> None:
-        """Note how far the page has come."""
-        self._drawn = min(max(self._drawn, number), self._number)
+    @property
+    def control(self) -> Control | None:
+        """The control of the world, or None while there is none."""
+        return self._page.panel.world(self.wish.of)
 
-    async def send(self) -> None:
-        """Send what changes until the page is gone."""
-        loop, factor = asyncio.get_running_loop(), time_factor()
-        while True:
-            began = loop.time()
-            await self._send_next()
-            cost = loop.time() - began
-            await asyncio.sleep(max(factor / RATE - cost, cost / SHARE))
-
-    async def _send_next(self) -> None:
-        page, control = self._page, self._page.world
-        place = None if control is None else (control.simulation, page.own)
-        if place != self._place:
-            self._place, self._seen, self._drawn = place, None, self._number
+    def _next(self) -> Iterable[Told | bytes]:
+        control, wish = self.control, self.wish
+        simulation = None if control is None else control.simulation
+        if simulation is not self._simulation:
+            self._simulation, self._seen = simulation, None
+            self._sent.clear()
             if control is None:
-                await self._tell(NewScene(None))
-        if control is None or self._number - self._drawn >= AHEAD:
+                yield NewScene(wish.channel, None)
+        if control is None:
             return
         self._number += 1
-        looks = page.watched is not None and self._number % EVERY == 0
-        snapshot = control.snapshot(beams=looks or page.wants_rays)
-        packed_frame = frame(snapshot, self._number, control.is_cut, rays=page.wants_rays)
-        await self._tell_changes(control, snapshot)
-        if looks and page.watched is not None and page.watched < len(snapshot.robots):
-            await self._tell(readings(control, snapshot, page.watched))
-        await page.send(packed_frame, is_text=False)
-
-    async def _tell_changes(self, control: Control, snapshot: Snapshot) -> None:
+        self._sent.append(self._number)
+        snapshot = control.snapshot(beams=wish.rays)
+        packed_frame = frame(snapshot, self._number, control.is_cut, rays=wish.rays, channel=wish.channel)
         seen, self._seen = self._seen, snapshot
         said, self._said = self._said, (control.ambient, clock(control))
         if seen is None or said is None:
-            await self._tell(NewScene(scene(control, snapshot, self._page.own)))
-            return
-        found = change(seen, snapshot)
-        if said[0] != self._said[0]:
-            found.ambient = self._said[0]
-        if said[1] != self._said[1]:
-            found.clock = self._said[1]
-        if found != Change():
-            await self._tell(found)
+            slot = self._page.panel.slots.get(wish.of)
+            yield NewScene(wish.channel, scene(control, snapshot, None if slot is None else slot.index))
+        else:
+            found = change(seen, snapshot, wish.channel)
+            if said[0] != self._said[0]:
+                found.ambient = self._said[0]
+            if said[1] != self._said[1]:
+                found.clock = self._said[1]
+            if found != Change(wish.channel):
+                yield found
+        yield packed_frame
 
-    async def _tell(self, message: Told) -> None:
-        await self._page.send(msgspec.json.encode(message))
+
+class ReadingsStream(Stream):
+    """What one robot of a world perceives, by its index there; the world is that of the same channel."""
+
+    def __init__(self, page: Page, wish: Wish) -> None:
+        if not (wish.of.isascii() and wish.of.isdecimal()):
+            raise ArgumentError(f"of is {wish.of!r}; it must be the index of a robot in the world")
+        self._index = int(wish.of)
+        super().__init__(page, wish)
+
+    def _next(self) -> Iterable[Readings]:
+        control = self._page.world(self.wish.channel)
+        if control is not None and not self._page.unread:
+            snapshot = control.snapshot(beams=True)
+            if self._index < len(snapshot.robots):
+                yield readings(control, snapshot, self._index, self.wish.channel)
 
 
 def _floor_png(snapshot: Snapshot) -> str:
@@ -284,7 +257,7 @@ def scene(control: Control, snapshot: Snapshot, own: int | None) -> Scene:
     )
 
 
-def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, rays: bool) -> bytes:
+def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, rays: bool, channel: int = 0) -> bytes:
     """Return what moves, packed.
 
     Args:
@@ -292,11 +265,12 @@ def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, ray
         number: Number of the frame; the page repeats it when it has drawn the frame.
         is_cut: Tells of a robot's index whether its link is cut.
         rays: Whether to show the rays of the infrared sensors.
+        channel: The page's own number for the world.
     """
     robots = snapshot.robots
     has_rays = rays and bool(robots)
     parts = [
-        HEADER.pack(number & 0xFFFFFFFF, RAYS if has_rays else 0, snapshot.time, len(robots)),
+        HEADER.pack(number & 0xFFFFFFFF, RAYS if has_rays else 0, snapshot.time, len(robots), channel),
         _floats([value for robot in robots for value in (robot.pose.x, robot.pose.y, robot.pose.heading)]),
     ]
     if has_rays:
@@ -307,12 +281,12 @@ def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, ray
     return b"".join(parts)
 
 
-def change(old: Snapshot, new: Snapshot) -> Change:
+def change(old: Snapshot, new: Snapshot, channel: int = 0) -> Change:
     """Return what stands elsewhere or shines otherwise than before.
 
     ``boxes`` has those that moved, ``all_boxes`` and ``walls`` have all of them after one was added or removed.
     """
-    found = Change()
+    found = Change(channel)
     if old.walls != new.walls:
         found.walls = _walls(new)
     if len(old.boxes) != len(new.boxes):
@@ -325,7 +299,7 @@ def change(old: Snapshot, new: Snapshot) -> Change:
     return found
 
 
-def readings(control: Control, snapshot: Snapshot, robot: int) -> Readings:
+def readings(control: Control, snapshot: Snapshot, robot: int, channel: int = 0) -> Readings:
     """Return what one robot perceives and how it is connected.
 
     The infrared readings are those of the beams: a reading the robot is told counts into the world's hash, and a page
@@ -335,10 +309,11 @@ def readings(control: Control, snapshot: Snapshot, robot: int) -> Readings:
         control: Knows the links.
         snapshot: The world, with beams.
         robot: Which one.
+        channel: The page's own number for the world.
     """
     virtual = control.simulation.robots.get(robot)
     proximity = [beam.reading for beam in snapshot.robots[robot].beams]
-    found = Readings(robot, proximity, control.world.encoders(robot), control.link(robot))
+    found = Readings(channel, robot, proximity, control.world.encoders(robot), control.link(robot))
     if virtual is not None:
         own, hardware = virtual.settings, control.hardware(robot)
         found.base = LinkFaults(own.latency, own.jitter, own.loss)

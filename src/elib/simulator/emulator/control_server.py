@@ -68,11 +68,20 @@ def answer(control: Control, message: Mapping[str, object]) -> dict[str, object]
     number = message.get("id")
     reply: dict[str, object] = {"id": number} if _is_id(number) else {}
     try:
-        what, values = check(message)
-        result = state(control) if what == "state" else getattr(control, what)(**values)
+        result = obey(control, message)
     except ElibError as error:
         return reply | {"ok": False, "error": error.message, "hint": error.hint}
     return reply | {"ok": True} | ({} if result is None else {"result": result})
+
+
+def obey(control: Control, message: Mapping[str, object]) -> object:
+    """Do what *message* says and return the result.
+
+    Raises:
+        ElibError: The message is wrong, or what it asks for cannot be done.
+    """
+    what, values = check(message)
+    return state(control) if what == "state" else getattr(control, what)(**values)
 
 
 def check(message: Mapping[str, object]) -> tuple[str, dict[str, Value]]:
