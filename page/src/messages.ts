@@ -415,6 +415,8 @@ export type Listed = {
   key: string;
   label: string;
   url: string;
+  world: string;
+  index: number | null;
 };
 
 /** What is new of a robot; its scheme only if that is. */
@@ -424,7 +426,7 @@ export type RobotNews = {
   scheme?: Scheme;
 };
 
-/** The part of a tick that an overview of many robots draws; index is that of a virtual robot in its world. */
+/** The part of a tick that an overview of many robots draws. */
 export type Summary = {
   url: string;
   phase: "disconnected" | "connecting" | "connected" | "gap" | "playing" | "failed";
@@ -438,8 +440,6 @@ export type Summary = {
   battery: number | null;
   stale: boolean;
   median: number | null;
-  index: number | null;
-  world: string;
 };
 
 /** How far the study is, with the generations from the first on that the page does not know yet. */

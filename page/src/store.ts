@@ -2,8 +2,10 @@
 // answers, and what the server tells by itself.
 import { effect, signal } from "@preact/signals";
 import type {
+  Answer,
   Answered,
   Asked,
+  Failure,
   Hello,
   Line,
   Listed,
@@ -31,6 +33,8 @@ export type Moment = {
   latency: number | null;
   wheels: [number, number];
 };
+/** What became of a request; null if the program did not answer. */
+export type Reply = Answer | Failure | null;
 type OfRobot<Name extends keyof Asked> = Omit<Asked[Name], "robot">;
 
 export const hello = signal<Hello | null>(null);
@@ -109,7 +113,6 @@ export function worldOf(channel = 0) {
 }
 
 export const can = () => hello.value?.can ?? NOTHING;
-const ALL = { drive: true, edit: true, speed: true, save: true, connect: true, files: true, program: true }; // SHIM
 const NOTHING = { drive: false, edit: false, speed: false, save: false, connect: false, files: false, program: false };
 
 // -- the connection --
@@ -117,8 +120,7 @@ const NOTHING = { drive: false, edit: false, speed: false, save: false, connect:
 let socket = open();
 let number = 0;
 let heard = Infinity; // before the first message the page is only opening
-const waiting = new Map<number, (answer: Answer | null) => void>();
-type Answer = Extract<Told, { type: "answer" }>;
+const waiting = new Map<number, (answer: Reply) => void>();
 
 setInterval(() => (isSilent.value = performance.now() - heard > SILENCE), 250);
 effect(() => {
@@ -138,11 +140,11 @@ function open() {
   return made;
 }
 
-function take(message: Told) {
+function take(message: Told | Answer | Failure) {
   switch (message.type) {
     case "hello":
-      hello.value = { ...message, can: message.can ?? ALL }; // SHIM
-      for (const each of subscriptions.values()) shim(each);
+      hello.value = message;
+      for (const each of subscriptions.values()) tell("subscribe", each);
       break;
     case "update":
       heard = performance.now();
@@ -160,14 +162,15 @@ function take(message: Told) {
     case "scene":
     case "change":
     case "readings":
-      worldOf(message.channel ?? 0).take(message);
+      worldOf(message.channel).take(message);
   }
 }
 
 function takeFrame(frame: ArrayBuffer) {
   const head = new DataView(frame);
-  worldOf(head.getUint32(20, true)).takeFrame(frame);
-  tell("frame_drawn", { number: head.getUint32(0, true) });
+  const channel = head.getUint32(20, true);
+  worldOf(channel).takeFrame(frame);
+  tell("frame_drawn", { number: head.getUint32(0, true), channel });
 }
 
 /** Say something that needs no answer. */
@@ -175,20 +178,26 @@ export function tell<Name extends keyof Asked>(name: Name, values: Asked[Name], 
   if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ do: name, id, ...values }));
 }
 
-/** Ask for something; a failure is shown, and gives undefined. What has no result gives null. */
-export async function ask<Name extends keyof Asked>(name: Name, values: Asked[Name]) {
+/** Ask for something, and return what became of it. */
+export function request<Name extends keyof Asked>(name: Name, values: Asked[Name]) {
   const id = ++number;
-  const answer = await new Promise<Answer | null>((resolve) => {
+  return new Promise<Reply>((resolve) => {
     if (socket.readyState !== WebSocket.OPEN) return resolve(null);
     waiting.set(id, resolve);
     tell(name, values, id);
   });
-  if (answer?.ok) return answer.result as Name extends keyof Answered ? Answered[Name] : null;
-  toast(
-    answer
-      ? [answer.error.message, answer.error.hint && `(${answer.error.hint})`].join(" ")
-      : "The program does not answer.",
-  );
+}
+
+export const reason = (reply: Exclude<Reply, Answer>) =>
+  reply
+    ? [reply.error.message, reply.error.hint && `(${reply.error.hint})`].join(" ").trim()
+    : "The program does not answer.";
+
+/** Ask for something; a failure is shown, and gives undefined. What has no result gives null. */
+export async function ask<Name extends keyof Asked>(name: Name, values: Asked[Name]) {
+  const reply = await request(name, values);
+  if (reply?.ok) return reply.result as Answered[Name];
+  toast(reason(reply));
   return undefined;
 }
 
@@ -209,18 +218,10 @@ const subscriptions = new Map<string, Subscription>();
 export function subscribe(wanted: Subscription) {
   const name = `${wanted.what} ${wanted.channel ?? 0}`;
   subscriptions.set(name, wanted);
-  shim(wanted);
+  tell("subscribe", wanted);
   return () => {
     if (subscriptions.get(name) !== wanted) return;
     subscriptions.delete(name);
+    tell("subscribe", { ...wanted, rate: 0 });
   };
-}
-
-/** SHIM, until the server understands `subscribe`. */
-function shim({ what, of, rays }: Subscription) {
-  const say = (message: object) => socket.readyState === WebSocket.OPEN && socket.send(JSON.stringify(message));
-  if (what === "robot" || what === "overview") say({ do: "show", place: of || "overview" });
-  if (what === "world") say({ do: "rays", on: Boolean(rays) });
-  if (what === "world" && of) say({ do: "choose_world", robot: of });
-  if (what === "readings") say({ do: "watch", index: of === undefined ? null : Number(of) });
 }

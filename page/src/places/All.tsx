@@ -4,8 +4,8 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { Button } from "../look/Button";
 import { title } from "../look/text";
-import { address, go } from "../route";
-import { ask, can, hello, listed, overview, subscribe, worldOf, worldsOfRobots } from "../store";
+import { ask, can, hello, listed, overview, subscribe, worldsOfRobots } from "../store";
+import { useWorld } from "../world/live";
 import { World } from "../world/World";
 import { Card } from "./Card";
 import { Reach } from "./Reach";
@@ -71,30 +71,18 @@ function Study() {
   return part.value && <part.value.Study about={hello.value!.study!} />;
 }
 
-/** The key of a robot of the panel that has an index in one of the worlds. */
-function keyOf(robot: number, world: string) {
-  const name = worldOf().scene.value?.names[robot],
-    same = listed.value.filter(({ label }) => label.replace(/ \(\d+\)$/, "") === name);
-  return (same[worldsOfRobots.value.findIndex(([key]) => key === world)] ?? same[0])?.key;
-}
-
 export function All() {
   const chosen = useSignal(""),
     worlds = worldsOfRobots.value,
     shown = worlds.some(([key]) => key === chosen.value) ? chosen.value : (worlds[0]?.[0] ?? ""),
-    { study, addresses = [] } = hello.value!;
+    { study, robots = [] } = hello.value!;
   useEffect(() => subscribe({ what: "overview", rate: 5 }), []);
-  useEffect(() => subscribe({ what: "world", of: shown, rate: 25 }), [shown]);
-  const isWorld = worldOf().scene.value !== null,
-    open = (robot: number) => {
-      const key = keyOf(robot, shown);
-      if (key) go(address(key));
-    };
+  const world = useWorld(shown);
   return (
-    <div class="all" data-world={isWorld ? "yes" : "no"}>
-      {isWorld && (
+    <div class="all" data-world={world.scene.value ? "yes" : "no"}>
+      {world.scene.value && (
         <section class="stage" aria-label="world">
-          <World world={worldOf()} open={open} />
+          <World world={world} of={shown} />
         </section>
       )}
       <div class="beside">
@@ -113,7 +101,7 @@ export function All() {
         )}
         {study && <Study />}
         {listed.value.length > 0 && <AllRobots />}
-        {!listed.value.length && addresses.length > 0 && <Reach addresses={addresses} />}
+        {!listed.value.length && robots.length > 0 && <Reach addresses={robots} />}
       </div>
     </div>
   );

@@ -1,6 +1,6 @@
 // How a program reaches the robots of a world that the page only shows.
 import { Copy } from "../look/Copy";
-import type { Address } from "../messages";
+import type { Reachable } from "../messages";
 import "./Reach.css";
 
 const program = (url: string) => `import elib
@@ -9,7 +9,7 @@ with elib.connect("${url}") as robot:
     robot.set_speed(0.5, 0.5)  # turns a second
     robot.sleep(2)`;
 
-export function Reach({ addresses }: { addresses: Address[] }) {
+export function Reach({ addresses }: { addresses: Reachable[] }) {
   const [{ url }] = addresses;
   return (
     <section class="card stack reach" aria-label="how programs reach the robots">

@@ -56,7 +56,6 @@ const VIEWS = [
 export function Robot({ id }: { id: string }) {
   const robot = robotOf(id);
   useEffect(() => subscribe({ what: "robot", of: id, rate: 10 }), [id]);
-  useEffect(() => subscribe({ what: "world", of: id, rate: 25 }), [id]);
   const tabs = isPhone() ? [...VIEWS, ...INSTRUMENTS] : INSTRUMENTS,
     chosen = tabs.find(({ name }) => name === place.value.part) ?? tabs[0],
     open = INSTRUMENTS.find((each) => each === chosen),

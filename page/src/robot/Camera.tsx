@@ -25,10 +25,7 @@ const MODES: Choices = [
 ];
 const SCALE = 8; // of a saved picture
 const STOP_DELAY = 0.1; // s that a person does not notice
-// SHIM, until the server tells both.
-const ZOOMS = [20, 12, 8, 4, 2, 1];
-const seconds = ({ width, height, mode }: CameraSettings) =>
-  0.022 + width * height * (mode === "GREY" ? 1 : 2) * 86.8e-6;
+const ZOOMS = [20, 12, 8, 4, 2, 1]; // where every factor works
 
 /** Paint a picture, one pixel of the canvas for each. */
 function paint(canvas: HTMLCanvasElement, { width, height, mode }: Picture, pixels: string) {
@@ -95,7 +92,7 @@ function Fields({ robot }: { robot: Robot }) {
       />
     </label>
   );
-  const zooms = [...new Set([...ZOOMS, camera?.zoom ?? 1])];
+  const zooms = [...new Set([...(robot.scheme.value?.camera?.zooms ?? ZOOMS), camera?.zoom ?? 1])];
   return (
     <div class="settings">
       {list("Live", "live", PACES)}
@@ -120,7 +117,9 @@ export function Camera({ robot }: { robot: Robot }) {
     pixels = robot.pixels.value,
     { phase, camera, live, picture: found } = robot.tick.value ?? {},
     picture = (pixels && found) || null,
-    pause = camera ? seconds(camera) : 0,
+    limits = robot.scheme.value?.camera,
+    bytes = camera ? camera.width * camera.height * (camera.mode === "GREY" ? 1 : 2) : 0,
+    pause = camera && limits ? limits.capture + bytes * limits.byte : 0,
     isOff = phase !== "connected";
   useEffect(() => {
     if (picture && pixels) paint(canvas.current!, picture, pixels);

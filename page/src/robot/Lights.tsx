@@ -6,12 +6,6 @@ import { Body } from "./Body";
 
 const ALL_LEDS = 8; // the number that means all of them
 const STOP_SOUND = 0;
-const COLOURED = [1, 3, 5, 7]; // LEDs of the e-puck2
-// SHIM, until the server tells it.
-const SOUNDS = [
-  ["Ha", "Spa", "Wow", "Yow", "Long wow"],
-  ["Mario", "Underworld", "Star Wars", "High tone", "Very high tone"],
-];
 
 const hex = (shares: number[]) =>
   `#${shares
@@ -29,7 +23,7 @@ export function Lights({ robot }: { robot: Robot }) {
   if (!lamps) return null;
   const disabled = phase !== "connected",
     command = (name: string, ...values: number[]) => robot.ask("command", { name, arguments: values }),
-    keeper = robot.scheme.value?.status_led;
+    { coloured = [], sounds = [] } = robot.scheme.value ?? {};
   const toggle = (text: string, name: string, isOn: boolean) => (
     <Button aria-pressed={isOn} disabled={disabled} act={() => command(name, Number(!isOn))}>
       {text}
@@ -56,7 +50,7 @@ export function Lights({ robot }: { robot: Robot }) {
         <>
           <h3>Colours</h3>
           <div class="row wrap" role="group" aria-label="colours">
-            {COLOURED.filter((led) => led !== keeper).map((led) => {
+            {coloured.map((led) => {
               const colour = lamps.rgb![(led - 1) / 2];
               return (
                 <label class="check" key={led}>
@@ -77,7 +71,7 @@ export function Lights({ robot }: { robot: Robot }) {
       )}
       <h3>Sounds</h3>
       <div class="row wrap" role="group" aria-label="sounds">
-        {SOUNDS[lamps.rgb ? 1 : 0].map((name, k) => (
+        {sounds.map((name, k) => (
           <Button key={k} icon={Volume2} disabled={disabled} act={() => command("play_sound", k + 1)}>
             {name}
           </Button>

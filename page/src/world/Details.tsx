@@ -109,7 +109,8 @@ export function Details({ world, orders, turn }: Props) {
       </dl>
       {can().edit && (
         <>
-          {!thing && slider("ambient", "Light in the room", DARK, ambient.value, brightness, { do: "set_ambient" })}
+          {!thing &&
+            slider("ambient", "Light in the room", DARK, ambient.value, brightness, { do: "set_ambient", ambient: 0 })}
           {thing && ["robot", "box", "wall"].includes(thing.kind) && (
             <div class="row">
               <Button icon={RotateCcw} aria-label="turn left by 15 degrees" act={() => turn(TURN)}>
@@ -198,7 +199,7 @@ function Slider({ name, label, high, actual = 0, text, order, held }: SliderProp
         value={value}
         aria-valuetext={text(value)}
         onInput={({ currentTarget: { valueAsNumber } }) =>
-          held.ask(name, valueAsNumber, { ...order, [name]: valueAsNumber })
+          held.ask(name, valueAsNumber, { ...order, [name]: valueAsNumber } as Order)
         }
       />
     </label>

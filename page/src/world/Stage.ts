@@ -303,8 +303,7 @@ export abstract class Stage {
     const mode = this.mode.value,
       { bits, count } = this.world.frame.value!,
       { radius, names } = this.world.scene.value!,
-      poses = this.world.shown("robot", now),
-      { pen } = this;
+      poses = this.world.shown("robot", now);
     if (mode === "above" && !this.isSmall) this.writeScale();
     this.mark();
     for (let k = 0; k < count; k++) {

@@ -26,10 +26,12 @@ import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
 import { Icon } from "../look/Icon";
 import { arrowsMove } from "../look/keys";
-import { ask, can, hello, toast } from "../store";
+import { address, go } from "../route";
+import { ask, can, hello, listed, subscribe, toast } from "../store";
 import { Details } from "./Details";
 import { Flat } from "./Flat";
 import { Hand } from "./Hand";
+import { hasRays } from "./live";
 import { Orders } from "./orders";
 import type { World as Model } from "./scene";
 import type { Mode, Stage } from "./Stage";
@@ -46,7 +48,6 @@ const MODES: [Mode, string, IconNode][] = [
 ];
 
 // They outlive a page of a robot.
-const hasRays = signal(false);
 const hasDetails = signal(false);
 const mode = signal<Mode>("above");
 
@@ -61,13 +62,17 @@ function Toggle({ icon, label, title, isOn, act }: Switch) {
   );
 }
 
-export function World({ world, open }: { world: Model; open?: (robot: number) => void }) {
+/** A world: *of* is its key. */
+export function World({ world, of }: { world: Model; of: string }) {
   const canvas = useRef<HTMLCanvasElement>(null),
     stage = useSignal<Stage | null>(null),
     hand = useSignal<Hand | null>(null),
     orders = useRef<Orders>(null);
   orders.current ??= new Orders(world);
-  const openRobot = open ?? ((index: number) => index !== world.scene.value?.own && void index);
+  const openRobot = (index: number) => {
+    const found = listed.value.find((each) => each.world === of && each.index === index);
+    if (found) go(address(found.key));
+  };
   useEffect(() => {
     let isGone = false;
     const { leds = [], sensors = [] } = hello.value?.ring ?? {};
@@ -86,9 +91,12 @@ export function World({ world, open }: { world: Model; open?: (robot: number) =>
       hand.value?.close();
     };
   }, [world]);
-  // SHIM: rays and watch by subscribe
   const selected = world.selected.value,
     watched = selected?.kind === "robot" ? selected.index : null;
+  useEffect(
+    () => (watched === null ? undefined : subscribe({ what: "readings", of: String(watched), rate: 8 })),
+    [watched],
+  );
   useEffect(() => {
     if (watched !== null && stage.value?.followed.value !== null) stage.value?.follow(watched);
   }, [watched]);

@@ -1,9 +1,8 @@
 // What a page asks of a virtual world, and what the world says to that.
 import { signal } from "@preact/signals";
-import { ask } from "../store";
+import type { Asked } from "../messages";
+import { reason, request, type Reply } from "../store";
 import type { Order, World } from "./scene";
-
-type Reply = { ok: boolean; error: string; hint?: string; result?: unknown };
 
 const PACE = 40; // ms between two orders of a kind
 const SHOWN = 6000; // ms that an answer is shown
@@ -33,9 +32,9 @@ export class Orders {
     return reply;
   }
 
-  async send(message: Order, isTrial = false): Promise<Reply> {
-    const reply = ((await ask("world", { message })) ?? { ok: false, error: "" }) as Reply;
-    if (!isTrial) this.say(reply.ok ? "" : `${reply.error}${reply.hint ? ` (${reply.hint})` : ""}`);
+  async send({ do: name, ...values }: Order, isTrial = false): Promise<Reply> {
+    const reply = await request(name, values as Asked[typeof name]);
+    if (!isTrial) this.say(reply?.ok ? "" : reason(reply));
     return reply;
   }
 
@@ -48,22 +47,25 @@ export class Orders {
   /** Put a box or a wall where there is room, as near to a place as can be. */
   async add(kind: "box" | "wall", [middleX, middleY]: [number, number]) {
     const half = kind === "box" ? BOX / 2 : WALL / 2;
-    let reply: Reply = { ok: false, error: "" };
+    let reply: Reply = null;
     for (let turn = 0; turn < TRIALS; turn++) {
       const far = half * Math.sqrt(turn), // a spiral
         [x, y] = [middleX + far * Math.cos(2.4 * turn), middleY + far * Math.sin(2.4 * turn)],
-        place = kind === "box" ? { x, y } : { x1: x - half, y1: y, x2: x + half, y2: y };
-      reply = await this.send({ do: `add_${kind}`, ...place }, true);
-      if (reply.ok || !reply.error.includes("no room")) break;
+        order: Order =
+          kind === "box" ? { do: "add_box", x, y } : { do: "add_wall", x1: x - half, y1: y, x2: x + half, y2: y };
+      reply = await this.send(order, true);
+      if (!reply || reply.ok || !reply.error.message.includes("no room")) break;
     }
-    if (reply.ok) this.world.selectAdded(`${kind}:${reply.result}`);
-    else this.say(reply.error);
+    if (reply?.ok) this.world.selectAdded(`${kind}:${reply.result}`);
+    else this.say(reason(reply));
   }
 
   remove() {
     const thing = this.world.selected.value;
     if (thing?.kind !== "box" && thing?.kind !== "wall") return;
     this.world.select(null);
-    return this.send({ do: `remove_${thing.kind}`, [thing.kind]: thing.index });
+    return this.send(
+      thing.kind === "box" ? { do: "remove_box", box: thing.index } : { do: "remove_wall", wall: thing.index },
+    );
   }
 }

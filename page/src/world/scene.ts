@@ -1,6 +1,6 @@
 // What the page knows of a virtual world: the scene as it was sent, its changes, and its frames. It knows no DOM.
 import { batch, signal } from "@preact/signals";
-import type { Box, Change, Clock, Cylinder, Light, NewScene, Readings, Scene, Sound, Walls } from "../messages";
+import type { Asked, Box, Change, Clock, Cylinder, Light, NewScene, Readings, Scene, Sound } from "../messages";
 
 const HEADER = 24; // bytes of a frame before its poses
 const RAYS = 1; // the flag of a frame that has them
@@ -25,7 +25,6 @@ export type Pose = [x: number, y: number, angle: number];
 export type Wall = { x1: number; y1: number; x2: number; y2: number; colour: string; height: number; name?: string };
 export type Things = { wall: Wall[]; box: Box[]; cylinder: Cylinder[]; light: Light[]; sound: Sound[] };
 /** What the world is asked to do: an order of its control. */
-export type Order = { do: string; [key: string]: unknown };
 export type Frame = ReturnType<typeof decode>;
 
 const TITLES: Record<Kind, string> = {
@@ -37,6 +36,9 @@ const TITLES: Record<Kind, string> = {
   sound: "sound",
 };
 const KINDS = Object.keys(TITLES) as Kind[];
+/** A request, with its name at `do`. */
+export type Order = { [Name in keyof Asked]: { do: Name } & Asked[Name] }[keyof Asked];
+
 const UNDER_POINTER: Kind[] = ["robot", "light", "sound", "cylinder", "box", "wall"]; // what is small first
 const NOTHING: Things = { wall: [], box: [], cylinder: [], light: [], sound: [] };
 
@@ -45,7 +47,7 @@ const LOOKS = ["poses", "bits", "ring", "rays"] as const; // what is seen of a f
 const isEqual = (one: ArrayLike<number> | null, other: ArrayLike<number> | null) =>
   one?.length === other?.length && (!one || Array.prototype.every.call(one, (each, k) => each === other![k]));
 
-const wallsOf = (walls: Walls): Wall[] =>
+const wallsOf = (walls: Scene["walls"]): Wall[] =>
   walls.map(([x1, y1, x2, y2, colour, height]) => ({ x1, y1, x2, y2, colour, height }));
 
 /** An angle in whole degrees, 0 to 359. */
@@ -344,7 +346,8 @@ export class World {
     if (kind === "robot") return { do: "move_robot", robot: index, x, y, heading: angle };
     if (kind === "box") return { do: "move_box", box: index, x, y, angle };
     if (kind === "cylinder") return { do: "move_cylinder", cylinder: index, x, y };
-    if (kind !== "wall") return { do: `set_${kind}`, [kind]: index, x, y };
+    if (kind === "light") return { do: "set_light", light: index, x, y };
+    if (kind === "sound") return { do: "set_sound", sound: index, x, y };
     const half = this.reach(thing),
       turned = angle ?? this.pose(thing)[2],
       [dx, dy] = [half * Math.cos(turned), half * Math.sin(turned)];

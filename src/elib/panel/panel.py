@@ -73,11 +73,18 @@ class Reachable(Struct, frozen=True):
 
 
 class Listed(Struct, frozen=True):
-    """A robot of the panel: its key, its name as a tab shows it, and its URL."""
+    """A robot of the panel: its key, its name as a tab shows it, and its URL.
+
+    Attributes:
+        world: The key of its world; empty where it has none that can be looked at.
+        index: Its index in that world.
+    """
 
     key: str
     label: str
     url: str
+    world: str = ""
+    index: int | None = None
 
 
 class FileList(Struct):
@@ -306,8 +313,12 @@ class Panel:
             name = name if len(name) <= MAX_LABEL else f"{name[: MAX_LABEL - 1]}…"
             same = sum(each == name or each.startswith(f"{name} (") for each in found)
             found.append(f"{name} ({same + 1})" if same else name)
-        slots = zip(self._slots.items(), found, strict=True)
-        return [Listed(key, label, slot.url) for (key, slot), label in slots]
+        worlds = {id(control.simulation): key for key, control in self.all_worlds().items()}
+        listed = []
+        for (key, slot), label in zip(self._slots.items(), found, strict=True):
+            place = ("", None) if slot.control is None else (worlds[id(slot.control.simulation)], slot.index)
+            listed.append(Listed(key, label, slot.url, *place))
+        return listed
 
     def files(self) -> FileList:
         """Return what the folder has."""

@@ -212,11 +212,7 @@ class Tick(Struct):
 
 
 class Summary(Struct):
-    """The part of a tick that an overview of many robots draws; index is that of a virtual robot in its world.
-
-    Attributes:
-        world: The key of its world.
-    """
+    """The part of a tick that an overview of many robots draws."""
 
     url: str
     phase: PhaseName
@@ -230,8 +226,6 @@ class Summary(Struct):
     battery: float | None
     stale: bool
     median: float | None
-    index: int | None
-    world: str = ""
 
 
 @dataclass(slots=True)
@@ -322,7 +316,6 @@ def summary(slot: Slot) -> Summary:
         battery=battery.fraction if isinstance(battery, v.Battery) else None,
         stale=slot.is_stale("proximity"),
         median=None if statistics is None else _finite(statistics.median),
-        index=None if slot.control is None else slot.index,
     )
 
 

@@ -50,13 +50,8 @@ class OverviewStream(Stream):
     def _next(self) -> Iterable[Update]:
         panel = self._page.panel
         update = self._update()
-        worlds = panel.all_worlds()
-        keys = {id(control.simulation): key for key, control in worlds.items()}
-        update.worlds = [(key, control.world.scene.name) for key, control in worlds.items()]
+        update.worlds = [(key, control.world.scene.name) for key, control in panel.all_worlds().items()]
         update.overview = {key: summary(slot) for key, slot in panel.slots.items()}
-        for key, slot in panel.slots.items():
-            if slot.control is not None:
-                update.overview[key].world = keys[id(slot.control.simulation)]
         yield update
 
 
