@@ -23,7 +23,7 @@ import pytest
 from pages import PAGES, ROOT, Block, blocks, name_of
 from test_documents import commands
 
-from shared import PATIENCE, wait_until
+from shared import PATIENCE, needs_page, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="pseudo terminals, signals and a POSIX shell")
 
@@ -234,10 +234,17 @@ def test_every_command_is_run_or_its_block_says_what_it_needs() -> None:
     assert counts["run"] > counts["marked"]
 
 
+def marks_of(page: Path) -> list[pytest.MarkDecorator]:
+    """Say which pages are for the long lane, and which need the page in the browser."""
+    marks = [] if name_of(page) in QUICK else [pytest.mark.long]
+    text = "\n".join(block.text for block in blocks(page, "console"))
+    return [*marks, needs_page] if re.search(r"elib (joystick|serve)|--view", text) else marks
+
+
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, id=name_of(page), marks=[] if name_of(page) in QUICK else [pytest.mark.long])
+        pytest.param(page, id=name_of(page), marks=marks_of(page))
         for page in WITH_COMMANDS
         if name_of(page) not in ELSEWHERE and any(any(runs_here(block)) for block in blocks(page, "console"))
     ],

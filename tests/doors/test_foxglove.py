@@ -41,7 +41,7 @@ from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.testing import simulated
-from shared import until
+from shared import needs_page, until
 
 CLIENT = Path(__file__).parent / "foxglove_client.py"
 STAND = 0.5
@@ -206,6 +206,7 @@ async def test_a_client_that_is_killed_while_it_drives_leaves_a_robot_that_stand
             await process.wait()
 
 
+@needs_page
 async def test_the_page_shows_the_same_robots_and_its_stop_stops_a_driving_client() -> None:
     address = listen(port=0)
     async with (
@@ -493,6 +494,7 @@ def test_ctrl_c_stops_the_robot_and_writes_what_was_asked_for(tmp_path: Path) ->
     assert "set_speed" in calls
 
 
+@needs_page
 @pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
 async def test_a_signal_to_the_command_stops_a_robot_that_a_client_drives(number: signal.Signals) -> None:
