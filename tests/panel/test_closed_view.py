@@ -17,7 +17,7 @@ pytest.importorskip("aiohttp", reason="the extra web is not installed: pip insta
 from page_rig import Page, fetch, opened
 
 from elib.panel.panel import ALL, STUDENT, WORLD, Can, Panel
-from elib.panel.server.http import shown
+from elib.panel.server.http import served
 from elib.panel.server.listening import listen
 from elib.panel.server.messages import MESSAGES
 from elib.simulator.emulator.control import Control
@@ -56,7 +56,8 @@ async def page_of_a_student(token: str | None = None) -> AsyncIterator[tuple[str
         await stack.enter_async_context(serve(settings, tcp="0", control=controls.append))
         address = listen("127.0.0.1", 0)
         panel = Panel(is_shared=True, can=STUDENT, worlds={"": controls[0]})
-        yield await stack.enter_async_context(shown(panel, address, token)), controls[0]
+        server = await stack.enter_async_context(served(panel, address, token))
+        yield server.url, controls[0]
 
 
 async def refused(page: Page, what: str, /, **values: object) -> bool:
@@ -93,7 +94,7 @@ def test_a_message_needs_something_that_a_page_can_do_unless_it_is_harmless() ->
 @pytest.mark.parametrize("can", [ALL, WORLD, STUDENT, Can()])
 async def test_a_page_is_told_what_it_can_do_and_can_do_nothing_else(can: Can, tmp_path: Path) -> None:
     address = listen("127.0.0.1", 0)
-    async with shown(Panel(can=can, folder=tmp_path), address) as url, opened(url) as page:
+    async with served(Panel(can=can, folder=tmp_path), address) as server, opened(server.url) as page:
         told = page.hello["can"]
         for name in ("steer", "move_box", "set_speed", "save_world", "disconnect", "stop_log", "source"):
             needs = MESSAGES[name].needs

@@ -15,7 +15,7 @@ from page_rig import opened
 from elib.base.errors import ArgumentError, LinkBusy, SimulationError
 from elib.base.timebase import new_loop
 from elib.panel.panel import WORLD, Panel
-from elib.panel.server.http import own_address, shown
+from elib.panel.server.http import own_address, served
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import serve
 from elib.simulator.emulator.settings import SimulationSettings
@@ -24,10 +24,12 @@ from shared import needs_page, until
 pytestmark = needs_page
 
 
-def view_of(control: Control, place: str) -> contextlib.AbstractAsyncContextManager[str]:
+@contextlib.asynccontextmanager
+async def view_of(control: Control, place: str) -> AsyncIterator[str]:
     """Serve the page of a simulation, as elib simulate --view does."""
     panel = Panel(can=WORLD, worlds={"": control}, reachable=[("epuck-1", "tcp://127.0.0.1:4001")])
-    return shown(panel, own_address(place))
+    async with served(panel, own_address(place)) as server:
+        yield server.url
 
 
 @contextlib.asynccontextmanager

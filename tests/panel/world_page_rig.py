@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from elib.panel.panel import WORLD, Panel
-from elib.panel.server.http import own_address, shown
+from elib.panel.server.http import own_address, served
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.server import Served, serve
 from elib.simulator.emulator.settings import SimulationSettings
@@ -83,9 +83,9 @@ async def watched(folder: Path, *, world: str = ROOM, **settings: object) -> Asy
     with contextlib.chdir(folder):
         async with (
             serve(built, tcp="0", control=controls.append) as robots,
-            shown(Panel(can=WORLD, worlds={"": controls[0]}), own_address("0")) as url,
+            served(Panel(can=WORLD, worlds={"": controls[0]}), own_address("0")) as server,
         ):
-            yield Rig(controls[0], robots, url)
+            yield Rig(controls[0], robots, server.url)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from html import escape
 from elib.base.errors import ArgumentError
 from elib.link.protocol.profiles import EPUCK2_WIFI
 from elib.panel.panel import STUDENT, Panel
-from elib.panel.server.http import shown
+from elib.panel.server.http import served
 from elib.panel.server.listening import listen
 from elib.records.et.table import Header, Table, aligned
 from elib.robot.substitute import VARIABLE
@@ -129,8 +129,8 @@ class Classroom:
         token = "".join(secrets.choice(LETTERS) for _ in range(TOKEN_LENGTH)) if address.is_shared else ""
         urls = [(robot.name, robot.url) for robot in robots]
         panel = Panel(is_shared=True, can=STUDENT, worlds={"": controls[0]}, reachable=urls)
-        page = await stack.enter_async_context(shown(panel, address, token or None))
-        return Student(number, robots, page, token)
+        server = await stack.enter_async_context(served(panel, address, token or None))
+        return Student(number, robots, server.url, token)
 
 
 def listed(students: Sequence[Student]) -> str:

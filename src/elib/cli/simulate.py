@@ -207,11 +207,12 @@ def simulate(
             if view is not None:
                 check_web()
                 from elib.panel.panel import WORLD, Panel  # without a view a simulation starts faster
-                from elib.panel.server.http import own_address, shown
+                from elib.panel.server.http import own_address, served
 
                 reachable = [(robot.name, robot.url) for robot in robots]
                 panel = Panel(can=WORLD, worlds={"": controls[0]}, reachable=reachable)
-                opened.append(("view", await stack.enter_async_context(shown(panel, own_address(view)))))
+                server = await stack.enter_async_context(served(panel, own_address(view)))
+                opened.append(("view", server.url))
             if control is not None:
                 from elib.simulator.emulator.control_server import serve_control
 

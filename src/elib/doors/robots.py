@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator, Sequence
 
 from elib.base.errors import LinkClosed
 from elib.panel.panel import Panel, check_standing
-from elib.panel.server.http import Door, Server, served
+from elib.panel.server.http import Door, served
 from elib.panel.server.listening import Address
 from elib.robot.running import ending
 
@@ -35,23 +35,21 @@ async def connected(
         LinkLost: At the end, a robot did not confirm that it stands.
     """
     panel = Panel(is_shared=token is not None)
-    server: Server | None = None
-    async with contextlib.AsyncExitStack() as stack:
-        try:
-            for url in urls:
-                panel.add_all(url, is_trusted=True)
-            if not await asyncio.gather(*(slot.connect() for slot in panel.slots.values())):
-                raise LinkClosed("there is no robot", hint="name its URL")
-            for slot in panel.slots.values():
-                if slot.error is not None and not slot.is_connected:
-                    raise slot.error
-            if page is not None:
-                server = await stack.enter_async_context(served(panel, page, token, door))
+    try:
+        for url in urls:
+            panel.add_all(url, is_trusted=True)
+        if not await asyncio.gather(*(slot.connect() for slot in panel.slots.values())):
+            raise LinkClosed("there is no robot", hint="name its URL")
+        for slot in panel.slots.values():
+            if slot.error is not None and not slot.is_connected:
+                raise slot.error
+        if page is None:
             yield panel
-        finally:
-            if server is not None:
-                server.is_ending = True  # before the robots are stopped: no page drives them again
-            moving = await panel.close()
+        else:
+            async with served(panel, page, token, door):
+                yield panel
+    finally:
+        moving = await panel.close()
     check_standing(moving)
 
 

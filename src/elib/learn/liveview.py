@@ -138,16 +138,16 @@ class LiveView:
 
     def _open(self, look: _Look) -> None:
         from elib.panel.panel import Can, Panel
-        from elib.panel.server.http import own_address, shown
+        from elib.panel.server.http import own_address, served
         from elib.panel.server.inthread import in_thread
 
-        url, self._loop = self._page.enter_context(
-            in_thread(lambda: shown(Panel(is_shared=True, can=Can(), worlds={"": look}), own_address("")))
+        server, self._loop = self._page.enter_context(
+            in_thread(lambda: served(Panel(is_shared=True, can=Can(), worlds={"": look}), own_address("")))
         )
         self._look = look
-        print(f"view {url}", file=sys.stderr, flush=True)
+        print(f"view {server.url}", file=sys.stderr, flush=True)
         if os.environ.get(BROWSER) != "no" and has_display():
-            threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
+            threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
 
     async def _put(self, look: _Look, world: World, is_new: bool) -> None:
         if is_new:

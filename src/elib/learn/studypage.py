@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from elib.learn.progress import Best, Progress
 from elib.panel.panel import WORLD, Generation, Panel, StudyAbout, StudyState
-from elib.panel.server.http import own_address, shown
+from elib.panel.server.http import own_address, served
 from elib.panel.server.inthread import in_thread
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.settings import SimulationSettings
@@ -52,8 +52,8 @@ async def _served(progress: Progress, place: str) -> AsyncIterator[str]:
     show = Show(progress)
     showing = asyncio.create_task(show.play())
     try:
-        async with shown(show.panel, address) as url:
-            yield url
+        async with served(show.panel, address) as server:
+            yield server.url
     finally:
         showing.cancel()
         await asyncio.wait([showing])

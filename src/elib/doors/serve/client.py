@@ -7,7 +7,7 @@ import logging
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from aiohttp import web
+from aiohttp import WSCloseCode, web
 
 from elib import __version__
 from elib.base.errors import ArgumentError, ElibError, LinkClosed, LinkLost, MotionInterrupted
@@ -22,7 +22,7 @@ from elib.panel.server.conversation import Caller, Decoded, Error, Message, Trou
 from elib.panel.slot import Phase, Slot, may_drive
 from elib.robot.actions import CatalogueEntry
 from elib.robot.snapshot import WATCHABLE, watched_names
-from elib.simulator.emulator.control_server import time_factor
+from elib.simulator.emulator.control_server import Bucket, time_factor
 
 if TYPE_CHECKING:
     from elib.panel.server.http import Server
@@ -47,6 +47,7 @@ class Client(Caller):
         request: The request that opened the WebSocket.
         ws: The WebSocket.
         decode: Gives number and request of a text, or what is wrong with it.
+        hello_time: s that it may take to show the token.
     """
 
     kind = "program"
@@ -60,11 +61,12 @@ class Client(Caller):
         request: web.Request,
         ws: web.WebSocketResponse,
         decode: Callable[[str], Decoded],
+        hello_time: float,
     ) -> None:
         super().__init__(server.panel, request, ws, decode, lambda: server.is_ending)
         self.is_let_in = server.access.token is None
         self._name = ""
-        self._server = server
+        self._server, self._hello_time = server, hello_time
         self._address = request.remote or ""
         self._watches: dict[tuple[str, tuple[str, ...]], asyncio.Task[None]] = {}
         self._minded: set[Slot] = set()
@@ -73,6 +75,22 @@ class Client(Caller):
         self._events: asyncio.Task[None] | None = None
 
     # -- what the program says --
+
+    async def converse(self, messages: Bucket) -> tuple[WSCloseCode, str]:
+        """Hear the program; one that shows no token in time is left."""
+        late = self._loop.call_later(self._hello_time * time_factor(), self._end_stranger)
+        if self.is_let_in:
+            self.meet()
+        try:
+            return await super().converse(messages)
+        finally:
+            late.cancel()
+
+    def _end_stranger(self) -> None:
+        if not self.is_let_in:
+            ending = self._ws.close(code=WSCloseCode.POLICY_VIOLATION, message=b"no token came")
+            self._ending = asyncio.ensure_future(ending)
+            self._ending.add_done_callback(lambda ended: ended.cancelled() or ended.exception())
 
     def admit(self, message: Message) -> None:
         """Note that the program is still there."""

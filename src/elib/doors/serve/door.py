@@ -6,9 +6,9 @@ import asyncio
 import contextlib
 import re
 import socket
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 
-from aiohttp import WSCloseCode, web
+from aiohttp import web
 
 from elib.base.errors import ArgumentError
 from elib.doors.robots import connected, hold_open
@@ -16,10 +16,9 @@ from elib.doors.serve.answers import PROTOCOL
 from elib.doors.serve.client import Client
 from elib.doors.serve.messages import decode
 from elib.panel.server.access import Access
-from elib.panel.server.conversation import close_all, web_socket
+from elib.panel.server.conversation import Callers
 from elib.panel.server.http import Server
 from elib.panel.server.listening import Address
-from elib.simulator.emulator.control_server import Bucket, time_factor
 
 PATH = f"/v{PROTOCOL}"
 MAX_PROGRAMS = 32
@@ -54,12 +53,23 @@ class ProgramDoor:
                     f"{each!r} is not the origin of a page", hint="like http://localhost:3000, without a path; or null"
                 )
         self._origins = frozenset(each.lower() for each in origins)
-        self._clients: dict[web.WebSocketResponse, Client] = {}
+        full = f"{MAX_PROGRAMS} programs are connected, and no more can be."
+        self._callers = Callers(self._client, MAX_PROGRAMS, full, (MESSAGES, MESSAGES_AT_ONCE))
+        self._server: Server | None = None
 
     @property
     def programs(self) -> int:
         """The number of programs that are connected."""
         return len(self._clients)
+
+    @property
+    def _clients(self) -> Mapping[web.WebSocketResponse, Client]:
+        return self._callers.open
+
+    def _client(self, request: web.Request, ws: web.WebSocketResponse) -> Client:
+        assert self._server is not None
+        _keep_little(request)
+        return Client(self._server, request, ws, decode, HELLO_TIME)
 
     def refusal(self, request: web.Request, access: Access) -> tuple[int, str] | None:
         """Return status and text for a request that is refused; None if it may go on.
@@ -77,39 +87,13 @@ class ProgramDoor:
         """Hear one program until it leaves, or until it breaks a rule."""
         if server.is_ending:
             return web.Response(status=503, text="The program ends.")
-        if len(self._clients) >= MAX_PROGRAMS:
-            return web.Response(status=503, text=f"{MAX_PROGRAMS} programs are connected, and no more can be.")
-        ws = web_socket()
-        if not ws.can_prepare(request):
-            return web.Response(status=400, text="This address is for WebSockets.")
-        client = Client(server, request, ws, decode)
-        self._clients[ws] = client
-        try:
-            _keep_little(request)
-            await ws.prepare(request)
-            server.panel.on_visit()
-            code, reason = await self._converse(ws, client)
-            await client.close()  # before the program is told, which may take its time
-            await ws.close(code=code, message=reason.encode())
-        finally:
-            del self._clients[ws]
-            await client.close()
-        return ws
-
-    async def _converse(self, ws: web.WebSocketResponse, client: Client) -> tuple[WSCloseCode, str]:
-        """Hear a program; return why it is heard no longer."""
-        late = asyncio.get_running_loop().call_later(HELLO_TIME * time_factor(), _end_stranger, client, ws)
-        if client.is_let_in:
-            client.meet()
-        try:
-            return await client.converse(Bucket(MESSAGES, MESSAGES_AT_ONCE))
-        finally:
-            late.cancel()
+        self._server = server
+        self._callers.on_visit = server.panel.on_visit
+        return await self._callers.answer(request)
 
     async def close(self) -> None:
         """Answer what programs wait for, and end their connections."""
-        await asyncio.gather(*(client.close() for client in self._clients.values()))
-        await close_all(list(self._clients), "elib serve has ended")
+        await self._callers.close("elib serve has ended")
 
 
 def _keep_little(request: web.Request) -> None:
@@ -121,12 +105,6 @@ def _keep_little(request: web.Request) -> None:
     if sock is not None:
         with contextlib.suppress(OSError):
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, UNSENT)
-
-
-def _end_stranger(client: Client, ws: web.WebSocketResponse) -> None:
-    if not client.is_let_in:
-        task = asyncio.ensure_future(ws.close(code=WSCloseCode.POLICY_VIOLATION, message=b"no token came"))
-        task.add_done_callback(lambda ended: ended.cancelled() or ended.exception())
 
 
 async def serve(

@@ -16,7 +16,7 @@ import secrets
 import sys
 from collections.abc import Awaitable, Callable, Iterable
 from inspect import Parameter
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, cast, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import msgspec
 from aiohttp import WSCloseCode, WSMsgType, web
@@ -47,6 +47,7 @@ CLOSING_TIME = 1.0
 GREETING = "say hello first, with the token"
 
 F = TypeVar("F", bound=Callable[..., Any])
+C = TypeVar("C", bound="Caller")
 Json = Any
 Result = Awaitable[object] | object
 Id = Annotated[int, Meta(description="Number of the request.")]
@@ -435,9 +436,62 @@ def web_socket() -> web.WebSocketResponse:
     )
 
 
-async def close_all(sockets: list[web.WebSocketResponse], reason: str) -> None:
-    """Close WebSockets because the server ends; each gets a moment for it."""
-    closing = [ws.close(code=WSCloseCode.GOING_AWAY, message=reason.encode()) for ws in sockets]
-    with contextlib.suppress(TimeoutError):
-        async with asyncio.timeout(CLOSING_TIME * time_factor()):
-            await asyncio.gather(*closing, return_exceptions=True)
+class Callers(Generic[C]):
+    """The callers of one kind, whose number is bounded.
+
+    Args:
+        make: Makes one, of the request that opened its WebSocket and that.
+        most: How many there may be.
+        full: What one more is told.
+        pace: Messages of one of them per second for long, and at once.
+
+    Attributes:
+        open: Those that are connected, by their WebSockets.
+        on_visit: Called when one comes.
+        on_empty: Called when the last one has left.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[web.Request, web.WebSocketResponse], C],
+        most: int,
+        full: str,
+        pace: tuple[float, float],
+    ) -> None:
+        self.open: dict[web.WebSocketResponse, C] = {}
+        self.on_visit: Callable[[], object] = lambda: None
+        self.on_empty: Callable[[], object] = lambda: None
+        self._make, self._most, self._full, self._pace = make, most, full, pace
+        self._sockets: set[web.WebSocketResponse] = set()
+
+    async def answer(self, request: web.Request) -> web.StreamResponse:
+        """Hear one caller until it leaves, or until it breaks a rule."""
+        if len(self._sockets) >= self._most:
+            return web.Response(status=503, text=self._full)
+        ws = web_socket()
+        if not ws.can_prepare(request):
+            return web.Response(status=400, text="This address is for WebSockets.")
+        self._sockets.add(ws)
+        try:
+            await ws.prepare(request)
+            self.on_visit()
+            caller = self.open[ws] = self._make(request, ws)
+            try:
+                code, reason = await caller.converse(Bucket(*self._pace))
+            finally:
+                await caller.close()  # before it is told, which may take its time
+            await ws.close(code=code, message=reason.encode())
+        finally:
+            self._sockets.discard(ws)
+            self.open.pop(ws, None)
+            if not self._sockets:
+                self.on_empty()
+        return ws
+
+    async def close(self, reason: str) -> None:
+        """Answer what they wait for, and end them, because the server ends; each gets a moment for it."""
+        await asyncio.gather(*(caller.close() for caller in self.open.values()))
+        closing = [ws.close(code=WSCloseCode.GOING_AWAY, message=reason.encode()) for ws in self._sockets]
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(CLOSING_TIME * time_factor()):
+                await asyncio.gather(*closing, return_exceptions=True)

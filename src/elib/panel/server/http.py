@@ -19,7 +19,7 @@ from aiohttp import web
 from elib.base.extras import page_folder
 from elib.panel.panel import Panel, check_standing
 from elib.panel.server.access import Access, is_same
-from elib.panel.server.conversation import CLOSING_TIME, close_all, web_socket
+from elib.panel.server.conversation import CLOSING_TIME, Callers
 from elib.panel.server.listening import Address
 from elib.panel.server.messages import decode
 from elib.panel.server.page import Page
@@ -128,16 +128,11 @@ async def serve(
         _end_when_empty(panel, close_after, stop)
     # Until all is over: a second Ctrl-C must not keep the robots from being stopped, which takes some seconds at most.
     with ending(stop):
-        async with served(panel, address, token) as server:
-            try:
-                for key in keys:
-                    panel.connect(key)
-                on_ready(address.url)
-                await stop.wait()
-            finally:
-                server.is_ending = True  # before the robots are stopped: no page drives them again
-                moving = await panel.close()
-    check_standing(moving)
+        async with served(panel, address, token):
+            for key in keys:
+                panel.connect(key)
+            on_ready(address.url)
+            await stop.wait()
 
 
 def _end_when_empty(panel: Panel, seconds: float, stop: asyncio.Event) -> None:
@@ -168,67 +163,51 @@ def own_address(place: str) -> Address:
 
 
 @contextlib.asynccontextmanager
-async def shown(panel: Panel, address: Address, token: str | None = None) -> AsyncIterator[str]:
-    """Serve the page of a panel until the block is left.
+async def served(
+    panel: Panel, address: Address, token: str | None = None, door: Door | None = None
+) -> AsyncIterator[Server]:
+    """Serve the pages of a panel until the block is left; then stop and disconnect every robot.
 
     Args:
-        panel: The panel, with a world or a study.
+        panel: The panel.
         address: A bound port; it is closed at the end.
         token: What a browser is asked for before it sees anything; None asks for nothing.
-
-    Yields:
-        The page's URL.
+        door: One more address for programs.
 
     Raises:
         SimulationError: There is no world to be seen.
+        LinkLost: At the end, a robot did not confirm that it stands.
     """
     with contextlib.closing(address.socket):
         for control in panel.worlds.values():
             control.snapshot()
-        async with served(panel, address, token) as server:
-            try:
-                yield address.url
-            finally:
-                server.is_ending = True
-                await panel.close()
-
-
-@contextlib.asynccontextmanager
-async def served(
-    panel: Panel, address: Address, token: str | None = None, door: Door | None = None
-) -> AsyncIterator[Server]:
-    """Serve the page until the block is left.
-
-    Args:
-        panel: The robots.
-        address: A bound port.
-        token: What a browser is asked for before it sees anything; None asks for nothing.
-        door: One more address for programs.
-    """
-    server = Server(panel, Access(address.host, address.port, token), door)
-    runner = web.AppRunner(server.application(), shutdown_timeout=CLOSING_TIME)
-    await runner.setup()
-    assert runner.server is not None
-    http = partial(
-        _Http,
-        runner.server,
-        loop=asyncio.get_running_loop(),
-        access_log=None,  # type: ignore[arg-type]  # as its own runner takes it
-        logger=SILENT,
-        keepalive_timeout=REQUEST_TIME * time_factor(),
-        lingering_time=0.0,  # do not wait for the rest of a body after the answer
-        max_line_size=MAX_LINE,
-        max_field_size=MAX_HEADER,
-    )
-    connections = _Connections(http)
-    listener = await asyncio.get_running_loop().create_server(connections.protocol, sock=address.socket)
-    try:
-        yield server
-    finally:
-        listener.close()
-        await server.close()
-        connections.close()
-        await runner.cleanup()
+        server = Server(panel, address, token, door)
+        runner = web.AppRunner(server.application(), shutdown_timeout=CLOSING_TIME)
+        await runner.setup()
+        assert runner.server is not None
+        http = partial(
+            _Http,
+            runner.server,
+            loop=asyncio.get_running_loop(),
+            access_log=None,  # type: ignore[arg-type]  # as its own runner takes it
+            logger=SILENT,
+            keepalive_timeout=REQUEST_TIME * time_factor(),
+            lingering_time=0.0,  # do not wait for the rest of a body after the answer
+            max_line_size=MAX_LINE,
+            max_field_size=MAX_HEADER,
+        )
+        connections = _Connections(http)
+        listener = await asyncio.get_running_loop().create_server(connections.protocol, sock=address.socket)
+        try:
+            yield server
+        finally:
+            server.is_ending = True  # before the robots are stopped: no page drives them again
+            moving = await panel.close()
+            listener.close()
+            await server.close()
+            connections.close()
+            await runner.cleanup()
+    check_standing(moving)
 
 
 class Server:
@@ -236,25 +215,31 @@ class Server:
 
     Args:
         panel: The robots.
-        access: Who may use the page.
+        address: Where it is served.
+        token: What a browser must show.
         door: One more address for programs.
 
     Attributes:
         panel: As given.
-        access: As given.
+        access: Who may use the page.
+        url: The URL of the page.
         is_ending: Whether the program ends. Then pages are still told what happens, but what they ask for is not done.
     """
 
-    def __init__(self, panel: Panel, access: Access, door: Door | None = None) -> None:
+    def __init__(self, panel: Panel, address: Address, token: str | None, door: Door | None) -> None:
         self.is_ending = False
-        self.panel, self.access, self._door = panel, access, door
+        self.panel, self._door = panel, door
+        self.access, self.url = Access(address.host, address.port, token), address.url
         self._files = _static_files()
-        self._sockets: set[web.WebSocketResponse] = set()
+        full = f"{MAX_PAGES} pages are open. Close some, and try again."
+        self._pages = Callers(self._page, MAX_PAGES, full, (MESSAGES, MESSAGES_AT_ONCE))
+        # What is called may change as long as the panel lives.
+        self._pages.on_visit, self._pages.on_empty = lambda: panel.on_visit(), lambda: panel.on_empty()
 
     @property
     def pages(self) -> int:
         """The number of open pages."""
-        return len(self._sockets)
+        return len(self._pages.open)
 
     def application(self) -> web.Application:
         """Build the aiohttp application."""
@@ -273,7 +258,7 @@ class Server:
         self.is_ending = True
         if self._door is not None:
             await self._door.close()
-        await close_all(list(self._sockets), "the program has ended")
+        await self._pages.close("the program has ended")
 
     # -- before every request --
 
@@ -373,31 +358,17 @@ class Server:
         response.set_cookie(self.access.cookie, self.access.session, path="/", httponly=True, samesite="Strict")
         return response
 
+    def _page(self, request: web.Request, ws: web.WebSocketResponse) -> Page:
+        return Page(self.panel, request, ws, decode, lambda: self.is_ending)
+
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if "Origin" not in request.headers:  # browsers name it for every WebSocket
             return web.Response(status=403, text="Only the page itself may connect.")
+        if "Sec-WebSocket-Protocol" in request.headers:
+            return web.Response(status=400, text="This address is for WebSockets.")
         if self.is_ending:
             return web.Response(status=503, text="The program ends.")
-        if len(self._sockets) >= MAX_PAGES:
-            return web.Response(status=503, text=f"{MAX_PAGES} pages are open. Close some, and try again.")
-        ws = web_socket()
-        if "Sec-WebSocket-Protocol" in request.headers or not ws.can_prepare(request):
-            return web.Response(status=400, text="This address is for WebSockets.")
-        self._sockets.add(ws)
-        try:
-            await ws.prepare(request)
-            self.panel.on_visit()
-            page = Page(self.panel, request, ws, decode, lambda: self.is_ending)
-            try:
-                code, reason = await page.converse(Bucket(MESSAGES, MESSAGES_AT_ONCE))
-            finally:
-                await page.close()  # before the browser is told, which may take its time
-            await ws.close(code=code, message=reason.encode())
-        finally:
-            self._sockets.discard(ws)
-            if not self._sockets:
-                self.panel.on_empty()
-        return ws
+        return await self._pages.answer(request)
 
 
 class _Http(web.RequestHandler):

@@ -8,6 +8,9 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import AbstractAsyncContextManager
+from typing import TypeVar
+
+T = TypeVar("T")
 
 CLOSING_TIME = 5.0
 """s that a page may take to close."""
@@ -15,25 +18,25 @@ CLOSING_TIME = 5.0
 
 @contextlib.contextmanager
 def in_thread(
-    context: Callable[[], AbstractAsyncContextManager[str]],
-) -> Iterator[tuple[str, asyncio.AbstractEventLoop]]:
+    context: Callable[[], AbstractAsyncContextManager[T]],
+) -> Iterator[tuple[T, asyncio.AbstractEventLoop]]:
     """Keep a page open until the block is left, on an event loop in a thread of its own.
 
     Args:
-        context: Makes what serves the page and gives its URL; it is called in that thread.
+        context: Makes what serves the page; it is called in that thread.
 
     Yields:
-        The page's URL, and the event loop, which takes work by ``call_soon_threadsafe``.
+        What the context gives, and the event loop, which takes work by ``call_soon_threadsafe``.
 
     Raises:
         ElibError: The page cannot be opened.
     """
-    opened: Future[str] = Future()
+    opened: Future[T] = Future()
     loop, stop = asyncio.new_event_loop(), asyncio.Event()
 
     async def serve() -> None:
-        async with context() as url:
-            opened.set_result(url)
+        async with context() as given:
+            opened.set_result(given)
             await stop.wait()
 
     def run() -> None:
@@ -47,9 +50,9 @@ def in_thread(
 
     thread = threading.Thread(target=run, name="elib page", daemon=True)
     thread.start()
-    url = opened.result()
+    given = opened.result()
     try:
-        yield url, loop
+        yield given, loop
     finally:
         with contextlib.suppress(RuntimeError):  # the page has failed, and its loop is closed
             loop.call_soon_threadsafe(stop.set)
