@@ -3,8 +3,9 @@ import { signal } from "@preact/signals";
 import { RotateCcw, RotateCw } from "lucide";
 import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
-import type { LinkFaults } from "../messages";
+import type { LinkFaults, Readings } from "../messages";
 import { Button } from "../look/Button";
+import { number } from "../look/text";
 import { can } from "../store";
 import type { Orders } from "./orders";
 import { degrees, TOUCHING, type Order, type World } from "./scene";
@@ -27,12 +28,23 @@ const TURN = Math.PI / 12;
 const NEWER = 5; // frames after an answer until readings are surely of after it
 const share: Text = (value) => `${Math.round(100 * value)} %`;
 const milliseconds: Text = (value) => `${Math.round(1000 * value)} ms`;
-const metres: Text = (value) => `${value.toFixed(3)} m`;
-const FAULTS: [key: keyof LinkFaults, label: string, high: number, text: Text][] = [
+
+/** A slider from 0: the name of its value in orders, its label, its highest value, how it is written, and a hint. */
+type Knob<Name = string> = [name: Name, label: string, high: number, text: Text, title?: string];
+const FAULTS: Knob<keyof LinkFaults>[] = [
   ["loss", "Answers lost", 1, share],
   ["latency", "Delay of answers", 1, milliseconds],
   ["jitter", "Delay varies by ±", 0.5, milliseconds],
 ];
+const ROOM: Knob = [
+  "ambient",
+  "Light in the room",
+  DARK,
+  (counts) => share(1 - counts / DARK),
+  "Light sensors read a higher number where it is darker.",
+];
+const LAMP: Knob = ["intensity", "Brightness", 10, (value) => value.toFixed(1)];
+const NOISE: Knob = ["volume", "Volume at 0.1 m", DARK, (value) => `${Math.round(value)}`];
 const unfolded = signal(["Infrared sensors"]); // it outlives what is selected
 
 /** Asks for changes, and lets a control show what was asked for until news from after the answer are here. */
@@ -66,183 +78,145 @@ type Props = { world: World; orders: Orders; turn: (by: number) => void };
 export function Details({ world, orders, turn }: Props) {
   const held = useRef<Held>(null);
   held.current ??= new Held(world, orders);
-  const thing = world.selected.value,
-    { scene, things, ambient } = world;
-  const slider = (key: string, label: string, high: number, actual: number, text: Text, order: Order) => (
-    <Slider {...{ name: key, label, high, text, order, held: held.current! }} actual={actual} />
-  );
-  const facts: Record<string, string> = {};
-  if (thing && (thing.kind !== "robot" || world.frame.value)) {
-    const [x, y, angle] = world.pose(thing);
-    Object.assign(facts, { x: metres(x), y: metres(y) });
-    if (thing.kind === "robot") Object.assign(facts, { heading: `${degrees(angle)}°` }, motion(world, thing.index));
-    if (thing.kind === "box" || thing.kind === "wall") facts.angle = `${degrees(angle)}°`;
-    if (thing.kind === "box") {
-      const { width, depth, height } = things.value.box[thing.index] ?? { width: 0, depth: 0, height: 0 };
-      facts.size = [width, depth, height].map((each) => `${Math.round(100 * each)}`).join(" × ") + " cm";
-    }
-  } else if (scene.value) {
-    const { world: name, width, depth, robots } = scene.value;
-    Object.assign(facts, { world: name, size: `${+width.toFixed(2)} × ${+depth.toFixed(2)} m`, robots: `${robots}` });
-  }
+  const { kind, index = 0, key = "" } = world.selected.value ?? {},
+    { light, sound } = world.things.value,
+    isRobot = kind === "robot",
+    shared = { orders, held: held.current };
   return (
     <>
       <select
         aria-label="thing in the world"
-        value={thing?.key ?? ""}
-        onChange={(event) => world.select(world.find(event.currentTarget.value))}
+        value={key}
+        onChange={({ currentTarget: { value } }) => world.select(world.find(value))}
       >
         <option value="">whole world</option>
         {world.all().map(({ key, name }) => (
-          <option key={key} value={key}>
-            {name}
-          </option>
+          <option key={key} value={key} children={name} />
         ))}
       </select>
       <dl>
-        {Object.entries(facts).map(([name, text]) => (
+        {facts(world).map(([name, text]) => (
           <div key={name}>
             <dt>{name}</dt>
             <dd>{text}</dd>
           </div>
         ))}
       </dl>
-      {can().edit && (
-        <>
-          {!thing &&
-            slider("ambient", "Light in the room", DARK, ambient.value, brightness, { do: "set_ambient", ambient: 0 })}
-          {thing && ["robot", "box", "wall"].includes(thing.kind) && (
-            <div class="row">
-              <Button icon={RotateCcw} aria-label="turn left by 15 degrees" act={() => turn(TURN)}>
-                15°
-              </Button>
-              <Button icon={RotateCw} aria-label="turn right by 15 degrees" act={() => turn(-TURN)}>
-                15°
-              </Button>
-            </div>
-          )}
-          {thing?.kind === "light" &&
-            slider(
-              "intensity",
-              "Brightness",
-              10,
-              things.value.light[thing.index]?.intensity,
-              (value) => value.toFixed(1),
-              {
-                do: "set_light",
-                light: thing.index,
-              },
-            )}
-          {thing?.kind === "sound" &&
-            slider(
-              "volume",
-              "Volume at 0.1 m",
-              4095,
-              things.value.sound[thing.index]?.volume,
-              (value) => `${Math.round(value)}`,
-              {
-                do: "set_sound",
-                sound: thing.index,
-              },
-            )}
-        </>
+      {can().edit && (isRobot || kind === "box" || kind === "wall") && (
+        <div class="row">
+          <Button icon={RotateCcw} aria-label="turn left by 15 degrees" act={() => turn(TURN)} children="15°" />
+          <Button icon={RotateCw} aria-label="turn right by 15 degrees" act={() => turn(-TURN)} children="15°" />
+        </div>
       )}
-      {thing?.kind === "robot" && <Sensors world={world} index={thing.index} />}
-      {thing?.kind === "robot" && can().edit && (
-        <>
-          <Link world={world} orders={orders} held={held.current} index={thing.index} />
-          <Hands world={world} orders={orders} held={held.current} index={thing.index} />
-        </>
+      {can().edit && !kind && (
+        <Slider {...shared} of={ROOM} actual={world.ambient.value} order={{ do: "set_ambient", ambient: 0 }} />
       )}
+      {can().edit && kind === "light" && (
+        <Slider {...shared} of={LAMP} actual={light[index]?.intensity} order={{ do: "set_light", light: index }} />
+      )}
+      {can().edit && kind === "sound" && (
+        <Slider {...shared} of={NOISE} actual={sound[index]?.volume} order={{ do: "set_sound", sound: index }} />
+      )}
+      {isRobot && <Sensors proximity={readingsOf(world, index)?.proximity} />}
+      {isRobot && can().edit && <Link {...shared} readings={readingsOf(world, index)} robot={index} />}
+      {isRobot && can().edit && <Hands {...shared} readings={readingsOf(world, index)} robot={index} />}
     </>
   );
 }
 
-const brightness: Text = (counts) => share(1 - counts / DARK);
+const readingsOf = ({ readings }: World, robot: number) =>
+  readings.value?.robot === robot ? readings.value : undefined;
 
-function motion({ speeds, frame, readings }: World, index: number) {
-  const [left, right] = readingsOf(readings.value, index)?.encoders ?? ["–", "–"],
-    signless = (text: string) => text.replace(/^-(?=0(\.0)?$)/, "");
-  return {
-    speed: `${signless((100 * speeds[2 * index]).toFixed(1))} cm/s`,
-    turning: `${signless(((speeds[2 * index + 1] * 180) / Math.PI).toFixed(0))} °/s`,
-    "wheel steps": `left ${left}, right ${right}`,
-    "touches something": frame.value && frame.value.bits[index] & TOUCHING ? "yes" : "no",
-  };
+/** What is known, each with its name. */
+function facts(world: World): [name: string, text: string][] {
+  const thing = world.selected.value,
+    { scene, frame, speeds, things } = world;
+  if (!thing) {
+    const { world: name, width, depth, robots } = scene.value!;
+    return [
+      ["world", name],
+      ["size", `${+width.toFixed(2)} × ${+depth.toFixed(2)} m`],
+      ["robots", `${robots}`],
+    ];
+  }
+  const { kind, index } = thing,
+    [x, y, angle] = world.pose(thing),
+    found: [string, string][] = [
+      ["x", `${number(x, 3)} m`],
+      ["y", `${number(y, 3)} m`],
+    ];
+  if (kind === "box" || kind === "wall") found.push(["angle", `${degrees(angle)}°`]);
+  const box = kind === "box" && things.value.box[index];
+  if (box)
+    found.push(["size", [box.width, box.depth, box.height].map((each) => number(100 * each, 1)).join(" × ") + " cm"]);
+  if (kind !== "robot") return found;
+  const [left, right] = readingsOf(world, index)?.encoders ?? ["–", "–"];
+  return [
+    ...found,
+    ["heading", `${degrees(angle)}°`],
+    ["speed", `${number(100 * speeds[2 * index], 1)} cm/s`],
+    ["turning", `${number(Math.round((speeds[2 * index + 1] * 180) / Math.PI))} °/s`],
+    ["wheel steps", `left ${left}, right ${right}`],
+    ["touches something", (frame.value?.bits[index] ?? 0) & TOUCHING ? "yes" : "no"],
+  ];
 }
 
-const readingsOf = (readings: World["readings"]["value"], index: number) =>
-  readings?.robot === index ? readings : null;
+type Shared = { orders: Orders; held: Held };
 
-type SliderProps = { name: string; label: string; high: number; actual: number; text: Text; order: Order; held: Held };
-
-function Slider({ name, label, high, actual = 0, text, order, held }: SliderProps) {
+function Slider({
+  of: [name, label, high, text, title],
+  actual = 0,
+  order,
+  held,
+}: Shared & { of: Knob; actual?: number; order: Order }) {
   const value = held.shown(name, actual),
-    id = `knob-${name}`,
-    step = high > 100 ? 5 : high > 1 ? 0.1 : 0.01;
-  // An output is something a label can be for, too: without its name the label would be the output's.
+    id = `knob-${name}`;
   return (
-    <label
-      class="slider"
-      for={id}
-      title={name === "ambient" ? "The light sensors of a robot read a higher number where it is darker." : ""}
-    >
+    // An output is something a label can be for, too: without its name the label would be the output's.
+    <label class="slider" for={id} title={title}>
       {label}
       <output>{text(value)}</output>
       <input
-        type="range"
-        id={id}
-        min={0}
-        max={high}
-        step={step}
-        dir={name === "ambient" ? "rtl" : undefined /* counted as sensors do, low for bright: bright is at the right */}
-        value={value}
+        {...{ id, type: "range", min: 0, max: high, value, step: high > 100 ? 5 : high > 1 ? 0.1 : 0.01 }}
+        dir={name === "ambient" ? "rtl" : undefined} // counted as light sensors do, low for bright: bright is at the right
         aria-valuetext={text(value)}
-        onInput={({ currentTarget: { valueAsNumber } }) =>
-          held.ask(name, valueAsNumber, { ...order, [name]: valueAsNumber } as Order)
-        }
+        onInput={({ currentTarget: { valueAsNumber: to } }) => held.ask(name, to, { ...order, [name]: to } as Order)}
       />
     </label>
   );
 }
 
 function Group({ title, children }: { title: string; children: ComponentChildren }) {
-  const others = unfolded.value.filter((each) => each !== title);
+  const others = unfolded.value.filter((each) => each !== title),
+    toggle = (isOpen: boolean) => (unfolded.value = isOpen ? [...others, title] : others);
   return (
-    <details
-      open={unfolded.value.includes(title)}
-      onToggle={(event) => (unfolded.value = event.currentTarget.open ? [...others, title] : others)}
-    >
+    <details open={unfolded.value.includes(title)} onToggle={({ currentTarget: { open } }) => toggle(open)}>
       <summary>{title}</summary>
       {children}
     </details>
   );
 }
 
-function Sensors({ world, index }: { world: World; index: number }) {
-  const proximity = readingsOf(world.readings.value, index)?.proximity;
+function Sensors({ proximity }: { proximity?: number[] }) {
   return (
     <Group title="Infrared sensors">
       <p class="hint">True values, without noise</p>
       <div class="bars" role="group" aria-label="infrared sensors, counts">
-        {SENSORS.map((name, number) => (
-          <>
-            <span>{`IR${number} ${name}`}</span>
-            <meter aria-hidden="true" min={0} max={DARK} value={proximity?.[number] ?? 0} />
-            <span>{proximity?.[number] ?? "–"}</span>
-          </>
-        ))}
+        {SENSORS.flatMap((name, k) => [
+          <span>{`IR${k} ${name}`}</span>,
+          <meter aria-hidden="true" max={DARK} value={proximity?.[k] ?? 0} />,
+          <span>{proximity?.[k] ?? "–"}</span>,
+        ])}
       </div>
     </Group>
   );
 }
 
-type RobotProps = { world: World; orders: Orders; held: Held; index: number };
+type OfRobot = Shared & { readings: Readings | undefined; robot: number };
 
-function Link({ world, orders, held, index }: RobotProps) {
-  const { link, base } = readingsOf(world.readings.value, index) ?? {},
-    isCut = held.shown("cut", link?.cut ?? false),
-    added = FAULTS.filter(([key]) => base && base[key] > 0).map(
+function Link({ orders, held, readings: { link, base } = {} as Readings, robot }: OfRobot) {
+  const isCut = held.shown("cut", link?.cut ?? false),
+    added = FAULTS.filter(([key]) => base?.[key]).map(
       ([key, label, , text]) => `${label.toLowerCase()} ${text(base![key])}`,
     );
   const notes = [
@@ -250,47 +224,39 @@ function Link({ world, orders, held, index }: RobotProps) {
     link?.script.length && `The fault script does now: ${link.script.join(", ")}.`,
     link && !link.connected && !link.cut && "No program has opened this robot yet.",
   ];
-  const mend = async () => {
-    await orders.send({ do: "set_faults", robot: index, loss: 0, latency: 0, jitter: 0 });
-    if (isCut) await orders.send({ do: "mend", robot: index });
+  const undo = async () => {
+    await orders.send({ do: "set_faults", robot, loss: 0, latency: 0, jitter: 0 });
+    if (isCut) await orders.send({ do: "mend", robot });
   };
+  const cut = (isOn: boolean) => held.ask("cut", isOn, { do: isOn ? "cut" : "mend", robot });
   return (
     <Group title="Link of this robot">
-      <Check
-        id="world-link"
-        label="Cut the link"
-        isOn={isCut}
-        act={(isOn) => held.ask("cut", isOn, { do: isOn ? "cut" : "mend", robot: index })}
-      />
-      {FAULTS.map(([key, label, high, text]) => (
+      <Check id="world-link" label="Cut the link" isOn={isCut} act={cut} />
+      {FAULTS.map((fault) => (
         <Slider
-          key={key}
-          {...{ name: key, label, high, text, held }}
-          actual={link?.[key] ?? 0}
-          order={{ do: "set_faults", robot: index }}
+          key={fault[0]}
+          {...{ orders, held, of: fault, order: { do: "set_faults", robot } }}
+          actual={link?.[fault[0]]}
         />
       ))}
       <p class="hint">{notes.filter(Boolean).join(" ")}</p>
-      <Button act={mend}>Undo all faults</Button>
+      <Button act={undo}>Undo all faults</Button>
     </Group>
   );
 }
 
 /** What a hand can do to the robot itself. */
-function Hands({ world, orders, held, index }: RobotProps) {
-  const { selector, button } = readingsOf(world.readings.value, index) ?? {},
-    key = useRef<HTMLSelectElement>(null);
+function Hands({ orders, held, readings, robot }: OfRobot) {
+  const key = useRef<HTMLSelectElement>(null),
+    turn = (position: number) => held.ask("selector", position, { do: "turn_selector", robot, position }),
+    hold = (pressed: boolean) => held.ask("button", pressed, { do: "press_button", robot, pressed }),
+    press = () => orders.send({ do: "press_remote", robot, key: Number(key.current!.value) });
+  const selector = held.shown("selector", readings?.selector ?? 0);
   return (
     <Group title="Robot's controls">
       <label class="switch">
         Selector
-        <select
-          id="world-selector"
-          value={held.shown("selector", selector ?? 0)}
-          onChange={({ currentTarget: { value } }) =>
-            held.ask("selector", Number(value), { do: "turn_selector", robot: index, position: Number(value) })
-          }
-        >
+        <select id="world-selector" value={selector} onChange={({ currentTarget: { value } }) => turn(Number(value))}>
           {Array.from({ length: 16 }, (_, position) => (
             <option key={position}>{position}</option>
           ))}
@@ -300,19 +266,17 @@ function Hands({ world, orders, held, index }: RobotProps) {
         Remote control
         <select ref={key} aria-label="key of the remote control">
           {REMOTE.map((what, number) => (
-            <option key={number} value={number}>{`${number} ${what}`}</option>
+            <option key={number} value={number} children={`${number} ${what}`} />
           ))}
         </select>
-        <Button act={() => orders.send({ do: "press_remote", robot: index, key: Number(key.current!.value) })}>
-          Press
-        </Button>
+        <Button act={press}>Press</Button>
       </div>
-      {typeof button === "boolean" && (
+      {typeof readings?.button === "boolean" && (
         <Check
           id="world-button"
           label="User button held down"
-          isOn={held.shown("button", button)}
-          act={(isOn) => held.ask("button", isOn, { do: "press_button", robot: index, pressed: isOn })}
+          isOn={held.shown("button", readings.button)}
+          act={hold}
         />
       )}
     </Group>
@@ -324,10 +288,7 @@ function Check({ id, label, isOn, act }: { id: string; label: string; isOn: bool
     <label class="switch">
       {label}
       <input
-        type="checkbox"
-        role="switch"
-        id={id}
-        checked={isOn}
+        {...{ id, type: "checkbox", role: "switch", checked: isOn }}
         onChange={(event) => act(event.currentTarget.checked)}
       />
     </label>

@@ -47,7 +47,12 @@ export class Flat extends Stage {
     const { pen, world } = this,
       { width, depth, floor } = world.scene.value!,
       { wall, box, cylinder, light, sound } = world.things.value,
-      corners: Point[] = [[0, 0], [width, 0], [width, depth], [0, depth]]; // prettier-ignore
+      corners: Point[] = [
+        [0, 0],
+        [width, 0],
+        [width, depth],
+        [0, depth],
+      ];
     pen.setTransform(this.density, 0, 0, this.density, 0, 0);
     pen.fillStyle = this.ink("room");
     pen.fillRect(0, 0, this.width, this.height);
@@ -61,15 +66,34 @@ export class Flat extends Stage {
     pen.restore();
     world.trails.forEach((trail, k) => this.hasTrails.value && this.shape(trail, "", this.hue(k)));
     for (const { x1, y1, x2, y2, colour } of wall) {
-      this.shape([[x1, y1], [x2, y2]], "", this.ink("wall"), 5); // prettier-ignore
-      this.shape([[x1, y1], [x2, y2]], "", colour, 2); // prettier-ignore
+      this.shape(
+        [
+          [x1, y1],
+          [x2, y2],
+        ],
+        "",
+        this.ink("wall"),
+        5,
+      );
+      this.shape(
+        [
+          [x1, y1],
+          [x2, y2],
+        ],
+        "",
+        colour,
+        2,
+      );
     }
     const boxes = world.shown("box", now),
       posts = world.shown("cylinder", now);
     box.forEach((each, k) => {
       const [x, y, angle] = boxes.subarray(3 * k),
         [c, s] = [Math.cos(angle) / 2, Math.sin(angle) / 2];
-      const corner = (u: number, v: number): Point => [x + u * c * each.width - v * s * each.depth, y + u * s * each.width + v * c * each.depth]; // prettier-ignore
+      const corner = (u: number, v: number): Point => [
+        x + u * c * each.width - v * s * each.depth,
+        y + u * s * each.width + v * c * each.depth,
+      ];
       this.shape([corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)], each.colour, "rgba(30, 34, 42, 0.5)");
     });
     cylinder.forEach(({ radius, colour }, k) =>
@@ -79,11 +103,20 @@ export class Flat extends Stage {
     for (let k = 0; k < rays.length; k += 5) {
       const lit = Math.min(1, 4 * rays[k + 4]);
       pen.globalAlpha = lit < 0.02 ? 0.35 : 1;
-      this.shape([[rays[k], rays[k + 1]], [rays[k + 2], rays[k + 3]]], "", this.ink(lit > 0.3 ? "ray" : "ray-far"), 2 + 2 * lit); // prettier-ignore
+      this.shape(
+        [
+          [rays[k], rays[k + 1]],
+          [rays[k + 2], rays[k + 3]],
+        ],
+        "",
+        this.ink(lit > 0.3 ? "ray" : "ray-far"),
+        2 + 2 * lit,
+      );
     }
     pen.globalAlpha = 1;
     const poses = world.shown("robot", now);
-    for (let k = 0; k < (world.frame.value?.count ?? 0); k++) this.robot(k, ...(poses.subarray(3 * k) as unknown as [number, number, number])); // prettier-ignore
+    for (let k = 0; k < (world.frame.value?.count ?? 0); k++)
+      this.robot(k, ...(poses.subarray(3 * k) as unknown as [number, number, number]));
     for (const { x, y, volume } of sound) this.disc(x, y, 0.012, volume ? this.ink("noise") : "", this.ink("noise"));
     for (const { x, y, intensity } of light)
       this.disc(x, y, 0.013, intensity ? "#ffd23c" : this.ink("room"), "#b77900");
@@ -91,8 +124,26 @@ export class Flat extends Stage {
 
   private grid(width: number, depth: number, step: number, alpha: number) {
     this.pen.globalAlpha = alpha;
-    for (let x = step; x < width; x += step) this.shape([[x, 0], [x, depth]], "", this.ink("grid"), 1); // prettier-ignore
-    for (let y = step; y < depth; y += step) this.shape([[0, y], [width, y]], "", this.ink("grid"), 1); // prettier-ignore
+    for (let x = step; x < width; x += step)
+      this.shape(
+        [
+          [x, 0],
+          [x, depth],
+        ],
+        "",
+        this.ink("grid"),
+        1,
+      );
+    for (let y = step; y < depth; y += step)
+      this.shape(
+        [
+          [0, y],
+          [width, y],
+        ],
+        "",
+        this.ink("grid"),
+        1,
+      );
     this.pen.globalAlpha = 1;
   }
 
@@ -104,7 +155,11 @@ export class Flat extends Stage {
       isLit = bits[k] & BODY;
     this.disc(x, y, radius, bits[k] & TOUCHING ? "#e2402e" : this.ink("wall"));
     this.disc(x, y, 0.94 * radius, "#424952");
-    for (const side of [-1, 1]) this.shape([place(-0.34, 0.66 * side), place(0.34, 0.66 * side), place(0.34, 0.84 * side), place(-0.34, 0.84 * side)], "#1c1e22"); // prettier-ignore
+    for (const side of [-1, 1])
+      this.shape(
+        [place(-0.34, 0.66 * side), place(0.34, 0.66 * side), place(0.34, 0.84 * side), place(-0.34, 0.84 * side)],
+        "#1c1e22",
+      );
     this.disc(x, y, 0.66 * radius, isLit ? "#78ec6e" : "#b2d6a8");
     this.disc(x, y, 0.5 * radius, isLit ? "#479256" : "#2c6242");
     this.shape([place(0.46, 0), place(-0.22, 0.28), place(-0.1, 0), place(-0.22, -0.28)], "#fafaf6");

@@ -203,7 +203,7 @@ export abstract class Stage {
       poses = this.world.shown("robot", now),
       follows = this.followed.value !== null && frame.value;
     if (mode === "eye" && frame.value) return this.look(...(poses.subarray(3 * this.chosen) as unknown as Three));
-    const step = isStill.matches ? 1 : 1 - Math.exp(-Math.min(0.1, now - this.last) / EASE),
+    const step = isStill.matches ? 1 : 1 - Math.exp(-Math.min(0.2, now - this.last) / EASE),
       wanted = mode === "above" ? 0 : 1;
     this.slant += step * (wanted - this.slant);
     if (Math.abs(wanted - this.slant) < 0.003) this.slant = wanted;
@@ -221,7 +221,7 @@ export abstract class Stage {
     let fitting = Math.min(room[0] / width, room[1] / depth),
       drop = 0; // pixels by which the arena then hangs below the middle
     for (let turns = this.slant ? 4 : 0; turns > 0; turns--) {
-      this.lens = lensAt([width / 2, depth / 2], lean, turn, this.height / 2 / Math.tan(fov / 2), fitting, cx, cy);
+      this.lens = lensAt([width / 2, depth / 2, 0], lean, turn, this.height / 2 / Math.tan(fov / 2), fitting, cx, cy);
       const corners = [0, width].flatMap((x) => [0, depth].flatMap((y) => [0, 0.1].map((z) => this.toPixel(x, y, z)))),
         tops = corners.map(([, top]) => top),
         reach = Math.max(...corners.map(([left]) => Math.abs(left - cx))),
@@ -231,23 +231,16 @@ export abstract class Stage {
     }
     this.scale = this.zoom * fitting;
     const focal = this.height / 2 / Math.tan(fov / 2);
-    this.lens = lensAt(this.middle, lean, turn, focal, this.scale, cx, cy - (follows ? 0 : drop / this.zoom));
+    this.lens = lensAt([...this.middle, 0], lean, turn, focal, this.scale, cx, cy - (follows ? 0 : drop / this.zoom));
     return this.slant !== wanted;
   }
 
   /** Look through the camera of a robot: its whole picture fits on the canvas, and around it there is more to see. */
   private look(x: number, y: number, heading: number) {
-    const [cosine, sine] = [Math.cos(heading), Math.sin(heading)],
-      focal = Math.min((this.width - 16) / FIELD[0], (this.height - 16) / FIELD[1]);
-    this.lens = {
-      at: [x + AHEAD * cosine, y + AHEAD * sine, ABOVE],
-      right: [sine, -cosine, 0],
-      up: [0, 0, 1],
-      back: [-cosine, -sine, 0],
-      focal,
-      cx: this.width / 2,
-      cy: this.height / 2,
-    };
+    const focal = Math.min((this.width - 16) / FIELD[0], (this.height - 16) / FIELD[1]),
+      at: Three = [x + AHEAD * Math.cos(heading), y + AHEAD * Math.sin(heading), ABOVE],
+      quarter = Math.PI / 2;
+    this.lens = lensAt(at, quarter, heading - quarter, focal, Infinity, this.width / 2, this.height / 2);
     this.scale = focal / 0.3;
     return false;
   }
@@ -419,41 +412,30 @@ export abstract class Stage {
       pen.strokeText(text, left, top);
       pen.fillText(text, left, top);
     };
-    const last = Math.floor(width / step + 1e-9);
-    for (let k = 0; k <= last; k++) {
-      const left = x0 + k * step * this.scale,
-        text = `${Number((k * step).toFixed(2))}${k === last ? " m" : ""}`;
-      if (left > 0 && left < this.width) write(text, Math.min(left, this.width - 20), low);
-    }
+    const across = Math.floor(width / step + 1e-9),
+      name = (k: number) => `${Number((k * step).toFixed(2))}${k === across ? " m" : ""}`;
+    for (let k = 0, left = x0; k <= across; left = x0 + ++k * step * this.scale)
+      if (left > 0 && left < this.width) write(name(k), Math.min(left, this.width - 20), low);
     Object.assign(pen, { textAlign: "right", textBaseline: "middle" });
-    for (let k = 0; k <= depth / step + 1e-9; k++) {
-      const top = y0 - k * step * this.scale;
-      if (top > 0 && top < low - 8) write(`${Number((k * step).toFixed(2))}`, high, top);
-    }
+    for (let k = 0, top = y0; k <= depth / step + 1e-9; top = y0 - ++k * step * this.scale)
+      if (top > 0 && top < low - 8) write(name(k).replace(" m", ""), high, top);
   }
 }
 
-/** Look at a place of the floor, leaning from straight above, so that 1 m there has *scale* pixels. */
+/** Look at a place, leaning from straight above, so that 1 m there has *scale* pixels. */
 function lensAt(
-  [x, y]: [number, number],
+  [x, y, z]: Three,
   lean: number,
   turn: number,
   focal: number,
   scale: number,
   cx: number,
   cy: number,
-) {
+): Lens {
   const [sine, cosine] = [Math.sin(turn), Math.cos(turn)],
     [low, high] = [Math.sin(lean), Math.cos(lean)],
     far = focal / scale,
-    lens: Lens = {
-      at: [x + far * low * sine, y - far * low * cosine, far * high],
-      right: [cosine, sine, 0],
-      up: [-high * sine, high * cosine, low],
-      back: [low * sine, -low * cosine, high],
-      focal,
-      cx,
-      cy,
-    };
-  return lens;
+    back: Three = [low * sine, -low * cosine, high],
+    at: Three = [x + far * back[0], y + far * back[1], z + far * back[2]];
+  return { at, right: [cosine, sine, 0], up: [-high * sine, high * cosine, low], back, focal, cx, cy };
 }

@@ -65,6 +65,7 @@ function rendererOf(width: number, height: number) {
       );
     probe?.getExtension("WEBGL_lose_context")?.loseContext();
     renderer = new three.WebGLRenderer({ canvas: drawn, antialias: !isSoftware, powerPreference: "high-performance" });
+    renderer.localClippingEnabled = true;
     renderer.shadowMap.type = three.PCFShadowMap;
     level = isSoftware ? 2 : 0;
     const dot = document.createElement("canvas"),
@@ -167,8 +168,8 @@ export class View extends Stage {
   private later = 0; // the timer that draws it well
 
   constructor(canvas: HTMLCanvasElement, world: World, leds: number[], sensors: number[]) {
+    rendererOf(1, 1); // first of all: where it fails, nothing listens yet
     super(canvas, world, leds);
-    rendererOf(1, 1);
     robot ??= epuck(sensors);
     this.picture.className = "world-picture";
     canvas.before(this.picture);
@@ -239,6 +240,13 @@ export class View extends Stage {
     this.floor = new three.Mesh(new three.PlaneGeometry(width, depth), ground);
     this.floor.position.set(width / 2, depth / 2, 0);
     this.floor.receiveShadow = true;
+    // A lamp's light ends where the floor does.
+    materials.pool.clippingPlanes = [
+      new three.Plane(new three.Vector3(1, 0, 0), 0),
+      new three.Plane(new three.Vector3(-1, 0, 0), width),
+      new three.Plane(new three.Vector3(0, 1, 0), 0),
+      new three.Plane(new three.Vector3(0, -1, 0), depth),
+    ];
     if (floor_png) {
       ground.color.set("#ffffff");
       ground.map = new three.TextureLoader().load(floor_png, () => this.invalidate());
@@ -262,7 +270,12 @@ export class View extends Stage {
     const sides = this.batch("sides", 4, shapes.side, materials.matte, false),
       rims = this.batch("rims", 4, box, materials.matte, false),
       edge = this.colour("wall");
-    const around = [[width / 2, 0, Math.PI, width], [width, depth / 2, -Math.PI / 2, depth], [width / 2, depth, 0, width], [0, depth / 2, Math.PI / 2, depth]]; // prettier-ignore
+    const around = [
+      [width / 2, 0, Math.PI, width],
+      [width, depth / 2, -Math.PI / 2, depth],
+      [width / 2, depth, 0, width],
+      [0, depth / 2, Math.PI / 2, depth],
+    ];
     around.forEach(([x, y, angle, long], k) => {
       const [out, up] = [-Math.sin(angle) * 0.0045, Math.cos(angle) * 0.0045];
       sides.put(k, x, y, 0, angle, long, 1, 0.1);
@@ -322,7 +335,7 @@ export class View extends Stage {
       pools.put(k, x, y, 0.001, 0, Math.min(intensity, 3)); // half of it, in metres, is where it has fallen to 1/e
       pools.paint(k, this.colour("pool"));
       shining[k]?.position.set(x, y, height + 0.02);
-      if (shining[k]) shining[k].intensity = 0.12 * intensity;
+      if (shining[k]) shining[k].intensity = 0.05 * intensity;
     });
     sound.forEach(({ x, y, volume }, k) => {
       speakers.put(k, x, y, 0, 0, 0.012, 0.012, 0.03);
@@ -401,7 +414,7 @@ export class View extends Stage {
     trails.begin(paths.reduce((sum, { length }) => sum + length, 0));
     paths.forEach((path, robot) => {
       const hue = new three.Color(this.hue(robot)),
-        fade = (k: number) => 0.12 + (0.7 * k) / path.length;
+        fade = (k: number) => 0.2 + (0.75 * k) / path.length;
       for (let k = 1; k < path.length; k++)
         trails.strip(...path[k - 1], ...path[k], 0.004, 0.004, hue, fade(k - 1), fade(k));
     });

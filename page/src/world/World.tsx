@@ -1,26 +1,6 @@
 // A virtual world, live: its picture, the tools over it, and beside it what is known of what is selected.
 import { signal, useSignal } from "@preact/signals";
-import {
-  BrickWall,
-  Eye,
-  LocateFixed,
-  Map as FromAbove,
-  Maximize,
-  Minus,
-  PackagePlus,
-  PanelRight,
-  Pause,
-  Play,
-  Plus,
-  Radar,
-  Rotate3d,
-  Route,
-  Save,
-  StepForward,
-  Trash2,
-  X,
-  type IconNode,
-} from "lucide";
+import * as icons from "lucide";
 import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
@@ -39,24 +19,38 @@ import "./world.css";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10];
 const STEP = 0.1; // s
+const PAUSE = "it stands still, and the robots' firmware with it. Programs outside get no answers meanwhile.";
 const KEYS =
   "N P select, arrows move, [ ] turn, + − 0 zoom, V changes the camera, B box, M wall, Delete deletes, Escape selects nothing";
-const MODES: [Mode, string, IconNode][] = [
-  ["above", "from above", FromAbove],
-  ["orbit", "in three dimensions", Rotate3d],
-  ["eye", "through the robot's camera", Eye],
+const MODES: [Mode, string, icons.IconNode][] = [
+  ["above", "from above", icons.Map],
+  ["orbit", "in three dimensions", icons.Rotate3d],
+  ["eye", "through the robot's camera", icons.Eye],
 ];
 
 // They outlive a page of a robot.
 const hasDetails = signal(false);
 const mode = signal<Mode>("above");
 
-type Switch = { icon: IconNode; label: string; title?: string; isOn: boolean; act: (isOn: boolean) => void };
+/** A checkbox, or a radio button of a group, that shows an icon. */
+type Choice = {
+  icon: icons.IconNode;
+  label: string;
+  title?: string;
+  isOn: boolean;
+  act: (isOn: boolean) => void;
+  of?: string;
+};
 
-function Toggle({ icon, label, title, isOn, act }: Switch) {
+function Toggle({ icon, label, title = label, isOn, act, of }: Choice) {
+  const shared = { name: of, "aria-label": label, checked: isOn };
   return (
-    <label class="toggle" title={title ?? label}>
-      <input type="checkbox" aria-label={label} checked={isOn} onChange={(event) => act(event.currentTarget.checked)} />
+    <label class="toggle" title={title}>
+      <input
+        type={of ? "radio" : "checkbox"}
+        {...shared}
+        onChange={({ currentTarget }) => act(currentTarget.checked)}
+      />
       <Icon of={icon} />
     </label>
   );
@@ -119,16 +113,16 @@ export function World({ world, of }: { world: Model; of: string }) {
           onBlur={() => (isFocused.value = false)}
         />
         <div class="world-zoom">
-          <Button icon={Plus} label="zoom in" act={() => stage.value?.zoomBy(1.4)} />
-          <Button icon={Minus} label="zoom out" act={() => stage.value?.zoomBy(0.7)} />
-          <Button icon={Maximize} label="Fit" act={() => stage.value?.showAll()} />
+          <Button icon={icons.Plus} label="zoom in" act={() => stage.value?.zoomBy(1.4)} />
+          <Button icon={icons.Minus} label="zoom out" act={() => stage.value?.zoomBy(0.7)} />
+          <Button icon={icons.Maximize} label="Fit" act={() => stage.value?.showAll()} />
         </div>
         <p class="world-said" role="status">
           {orders.current.said.value}
         </p>
         {hasDetails.value && (
           <aside class="world-detail" id="world-detail" aria-label="what is selected">
-            <Button weight="quiet" icon={X} label="close the details" act={() => (hasDetails.value = false)} />
+            <Button weight="quiet" icon={icons.X} label="close the details" act={() => (hasDetails.value = false)} />
             <Details key={selected?.key} world={world} orders={orders.current} turn={(by) => hand.value?.turn(by)} />
           </aside>
         )}
@@ -139,95 +133,92 @@ export function World({ world, of }: { world: Model; of: string }) {
 
 function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; orders: Orders }) {
   const { edit, speed, save } = can(),
-    live = world.isLive.value,
-    selected = world.selected.value,
-    { paused } = world.clock.value;
+    { paused } = world.clock.value,
+    kind = world.selected.value?.kind;
+  type Tool = [icon: icons.IconNode, label: string, act: () => unknown, title?: string, isOff?: boolean];
+  const button = ([icon, label, act, title = label, disabled = false]: Tool) => (
+    <Button key={label} weight="quiet" {...{ icon, label, act, title, disabled }} />
+  );
+  const time: Tool[] = [
+    paused
+      ? [icons.Play, "Continue world", () => orders.send({ do: "resume" })]
+      : [icons.Pause, "Pause world", () => orders.send({ do: "pause" }), `Pause world: ${PAUSE}`],
+    [
+      icons.StepForward,
+      "Step",
+      () => orders.send({ do: "step", seconds: STEP }),
+      `Go on by ${STEP} s; only while paused`,
+      !paused,
+    ],
+  ];
+  const things: Tool[] = [
+    [icons.PackagePlus, "Add a box", () => stage && orders.add("box", stage.middle)],
+    [icons.BrickWall, "Add a wall", () => stage && orders.add("wall", stage.middle)],
+    [
+      icons.Trash2,
+      "Delete",
+      () => orders.remove(),
+      "Take the selected box or wall away",
+      kind !== "box" && kind !== "wall",
+    ],
+  ];
+  const choices: Choice[] = stage
+    ? [
+        {
+          icon: icons.LocateFixed,
+          label: "Follow",
+          title: "Keep the selected robot in the middle",
+          isOn: stage.followed.value !== null,
+          act: (isOn) => stage.follow(isOn ? stage.chosen : null),
+        },
+        {
+          icon: icons.Radar,
+          label: "Rays",
+          title: "Show what the infrared sensors see",
+          isOn: hasRays.value,
+          act: (isOn) => (hasRays.value = isOn),
+        },
+        {
+          icon: icons.Route,
+          label: "Trails",
+          title: "Show where the robots have been",
+          isOn: stage.hasTrails.value,
+          act: (isOn) => (stage.hasTrails.value = isOn),
+        },
+      ]
+    : [];
   return (
-    <div class="world-tools" inert={!live}>
+    <div class="world-tools" inert={!world.isLive.value}>
       {stage && !(stage instanceof Flat) && (
         <div class="group" role="radiogroup" aria-label="camera">
           {MODES.map(([name, label, icon]) => (
-            <label class="toggle" title={label} key={name}>
-              <input
-                type="radio"
-                name="camera"
-                aria-label={label}
-                checked={stage.mode.value === name}
-                onChange={() => (stage.mode.value = mode.value = name)}
-              />
-              <Icon of={icon} />
-            </label>
+            <Toggle
+              key={name}
+              of="camera"
+              {...{ label, icon }}
+              isOn={stage.mode.value === name}
+              act={() => (stage.mode.value = mode.value = name)}
+            />
           ))}
         </div>
       )}
-      {stage && (
-        <div class="group">
-          <Toggle
-            icon={LocateFixed}
-            label="Follow"
-            title="Keep the selected robot in the middle"
-            isOn={stage.followed.value !== null}
-            act={(isOn) => stage.follow(isOn ? stage.chosen : null)}
-          />
-          <Toggle
-            icon={Radar}
-            label="Rays"
-            title="Show what the infrared sensors see"
-            isOn={hasRays.value}
-            act={(isOn) => (hasRays.value = isOn)}
-          />
-          <Toggle
-            icon={Route}
-            label="Trails"
-            title="Show where the robots have been"
-            isOn={stage.hasTrails.value}
-            act={(isOn) => (stage.hasTrails.value = isOn)}
-          />
-        </div>
-      )}
       <div class="group">
-        {speed && (
-          <>
-            <Button
-              weight="quiet"
-              icon={paused ? Play : Pause}
-              label={paused ? "Continue world" : "Pause world"}
-              title="Pause: the world stands still, and the robots' firmware with it. Programs outside get no answers meanwhile."
-              act={() => orders.send({ do: paused ? "resume" : "pause" })}
-            />
-            <Button
-              weight="quiet"
-              icon={StepForward}
-              label="Step"
-              title={`Go on by ${STEP} s; only while paused`}
-              disabled={!paused}
-              act={() => orders.send({ do: "step", seconds: STEP })}
-            />
-            <Speed world={world} orders={orders} />
-          </>
-        )}
+        {choices.map((each) => (
+          <Toggle key={each.label} {...each} />
+        ))}
+      </div>
+      <div class="group">
+        {speed && time.map(button)}
+        {speed && <Speed world={world} orders={orders} />}
         <Time world={world} />
       </div>
       <span class="fill" />
       <div class="group">
-        {edit && stage && (
-          <>
-            <Button weight="quiet" icon={PackagePlus} label="Add a box" act={() => orders.add("box", stage.middle)} />
-            <Button weight="quiet" icon={BrickWall} label="Add a wall" act={() => orders.add("wall", stage.middle)} />
-            <Button
-              weight="quiet"
-              icon={Trash2}
-              label="Delete"
-              title="Take the selected box or wall away"
-              disabled={selected?.kind !== "box" && selected?.kind !== "wall"}
-              act={() => orders.remove()}
-            />
-          </>
-        )}
-        {save && <Button weight="quiet" icon={Save} label="Save …" act={() => keep(world)} />}
+        {edit && things.map(button)}
+        {save && button([icons.Save, "Save …", () => keep(world), "Save this world as a file"])}
         <Button
           weight="quiet"
-          icon={PanelRight}
+          icon={icons.PanelRight}
           label="Details"
           aria-expanded={hasDetails.value}
           aria-controls="world-detail"
