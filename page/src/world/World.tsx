@@ -30,7 +30,7 @@ const MODES: [Mode, string, icons.IconNode][] = [
 
 // They outlive a page of a robot.
 const hasDetails = signal(false);
-const mode = signal<Mode>("above");
+const mode = signal<Mode>("orbit");
 
 /** A checkbox, or a radio button of a group, that shows an icon. */
 type Choice = {
