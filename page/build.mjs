@@ -77,6 +77,6 @@ const page = await context({
 });
 if (WATCHES) await page.watch();
 else {
-  await page.rebuild();
+  await page.rebuild().catch(() => (process.exitCode = 1)); // what was wrong is printed already
   await page.dispose();
 }

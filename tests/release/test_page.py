@@ -96,6 +96,22 @@ def test_where_there_is_no_node_at_all_the_build_goes_on(
     ]
 
 
+@posix
+def test_make_goes_on_without_a_registry_but_not_with_a_mistake_in_the_page(
+    hook, checkout: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hook, "__file__", str(checkout / "hatch_build.py"))
+    monkeypatch.setattr(sys, "argv", ["hatch_build.py", sys.executable + " -c exit(1)"])  # nor Node
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    with pytest.raises(SystemExit) as caught:
+        hook.main()
+    assert caught.value.code == hook.NOT_BUILT
+    programs(checkout)
+    write(checkout / "bin/node", "#!/bin/sh\n[ $1 = --version ] && echo v20.1.0 && exit; echo wrong; exit 1\n", 0)
+    with pytest.raises(SystemExit, match="The page cannot be built:\nwrong"):
+        hook.main()
+
+
 def test_who_wants_no_page_gets_none(hook, checkout: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert hook.is_wanted(checkout)
     monkeypatch.setenv("ELIB_NO_PAGE", "1")
