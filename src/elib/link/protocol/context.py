@@ -173,7 +173,7 @@ class Profile:
     status_led: int | None = None
     i2c_scan_prints_all: bool = False
     says_selector: bool = False
-    sounds: tuple[str, ...] = ("haa", "spaah", "ouah", "yaouh", "wouaaaaaaaah")
+    sounds: tuple[str, ...] = ("Ha", "Spa", "Wow", "Yow", "Long wow")
     talks_at: Mapping[int, str] = field(default_factory=dict)
     service: Mapping[str, float] = field(default_factory=dict)
     patience: float = 0.0
