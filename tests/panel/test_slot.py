@@ -88,7 +88,7 @@ async def test_the_camera_of_a_virtual_robot_is_live_while_a_page_shows_it_and_h
         # 0.1 s of a picture, and the line's own time; over Wi-Fi a picture takes 0.14 s.
         await asyncio.sleep(0.2 if firmware == "epuck2-wifi" else 0.105)
         stood_at = place()
-        await slot.drive.settle()
+        await slot.drive.wait_until_stopped()
         confirmed_after.append(slot.now - began)
         assert not slot.drive.may_move
         await asyncio.sleep(0.1)
@@ -275,7 +275,7 @@ async def test_a_robot_on_a_very_slow_line_is_connected_and_confirms_a_stop(firm
     await asyncio.sleep(0.1)
     slot.stop()
     async with asyncio.timeout(20):
-        await slot.drive.settle()
+        await slot.drive.wait_until_stopped()
     assert not slot.drive.may_move
     await slot.disconnect()
 

@@ -146,10 +146,10 @@ class BehaviourRunner:
         chosen = what.check({} if options is None else dict(options))
         if self.is_active or self._task is not None:
             raise ArgumentError(f"{self.name} is still {self.phase.value}", hint="stop it first")
-        if self._slot.drive.has_hand:
+        if self._slot.drive.is_driven_by_hand:
             raise ArgumentError(f"{what.name} was not started: a person drives", hint="let go of the stick")
         robot = self._slot.robot
-        self._slot.drive.relieve()
+        self._slot.drive.release()
         interlock = self._interlock = Interlock(robot.session if channel is None else channel, self._slot.drive)
         context = self._context = RunContext(self._loop.time)
         self.name, self.state, self.error, self.reason = what.name, "", "", ""
@@ -167,9 +167,9 @@ class BehaviourRunner:
         if self._going_on is not None:
             self._going_on.cancel()
         if self.phase is RunPhase.RUNNING and self._interlock is not None:
-            self._interlock.shut()
+            self._interlock.pause()
             self.phase, self.reason = RunPhase.PAUSED, reason
-            self._slot.drive.still()
+            self._slot.drive.halt()
             self._slot.note(f"{self.name}: {reason}", kind="state")
 
     def resume(self) -> None:
@@ -186,9 +186,9 @@ class BehaviourRunner:
             return
         if self.phase is not RunPhase.PAUSED or self._interlock is None or self._going_on is not None:
             return
-        if self._slot.drive.has_hand:
+        if self._slot.drive.is_driven_by_hand:
             raise ArgumentError(f"{self.name} cannot continue: a person drives", hint="let go of the stick")
-        self._slot.drive.relieve()
+        self._slot.drive.release()
         self._going_on = self._loop.create_task(self._go_on(self._interlock), name="elib behaviour goes on")
 
     def hold(self, name: str, reason: str, release: Callable[[], object]) -> None:
@@ -212,7 +212,7 @@ class BehaviourRunner:
         self.phase, self.reason = RunPhase.STOPPED, ""
         self._interlock.end()
         self._context.finish("stopped")
-        self._slot.drive.still()
+        self._slot.drive.halt()
         self._slot.note(f"{self.name}: {reason}", kind="state")
 
     async def stop(self) -> None:
@@ -256,7 +256,7 @@ class BehaviourRunner:
         context.listeners.append(lambda event: self._loop.call_soon_threadsafe(self._heard, event))
         failure: BaseException | None = None
         try:
-            await self._slot.drive.settle()
+            await self._slot.drive.wait_until_stopped()
             if what.style is BehaviourStyle.BLOCKING:
                 await self._in_thread(what, robot, context, options)
             else:
@@ -287,7 +287,7 @@ class BehaviourRunner:
         self.error = str(failure) if isinstance(failure, ElibError) else f"{type(failure).__name__}: {failure}"
         self._slot.note(f"{self.name} failed: {self.error.partition(chr(10))[0]}", kind="state", is_bad=True)
         if self._slot.drive.may_move:
-            self._slot.drive.still()
+            self._slot.drive.halt()
 
     async def _in_thread(
         self, what: Behaviour, robot: ProxiedRobot, context: RunContext, options: Mapping[str, object]
@@ -322,10 +322,10 @@ class BehaviourRunner:
 
     async def _go_on(self, interlock: Interlock) -> None:
         try:
-            await self._slot.drive.settle()
-            await interlock.reopen()
+            await self._slot.drive.wait_until_stopped()
+            await interlock.resume()
         except ElibError as error:
-            self._slot.drive.still()
+            self._slot.drive.halt()
             self._slot.note(f"{self.name} cannot continue: {error.message}", kind="state", is_bad=True)
         else:
             if self.phase is RunPhase.PAUSED:

@@ -1,7 +1,7 @@
-"""The interlock between a behaviour and the panel's robot: a person can close it, and the behaviour then waits.
+"""The interlock between a behaviour and the panel's robot: a person can pause the behaviour.
 
-While the interlock is closed, no command of the behaviour reaches the robot, and the behaviour's own pauses last longer
-by that time. The behaviour does not see what the panel tells the robot meanwhile, so a motion that it measures by the
+While it is paused, no command of the behaviour but ``stop`` reaches the robot, and its own sleeps last longer by that
+time. The behaviour does not see what the panel tells the robot meanwhile, so a motion that it measures by the
 step counters goes on where it was.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import concurrent.futures
+import enum
 import threading
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
@@ -28,8 +29,17 @@ from elib.robot.reconnect import Policy
 T = TypeVar("T")
 
 WHEELS = ("set_speed", "stop")
+ENDED = "the behaviour was ended"
 RESUMING_TIME = 1.0
 """s within which the robot has to confirm the speed that it had before a pause."""
+
+
+class Passage(enum.Enum):
+    """What passes an interlock."""
+
+    OPEN = "every command passes"
+    PAUSED = "stop passes; other commands wait"
+    ENDED = "stop passes; other commands end in LinkClosed"
 
 
 class Interlock(ForwardingChannel):
@@ -40,52 +50,57 @@ class Interlock(ForwardingChannel):
         drive: The drive lock, which is told when the behaviour moves the wheels.
 
     Attributes:
-        is_closed: Whether the commands of the behaviour wait.
+        passage: What passes.
     """
 
     def __init__(self, channel: Channel, drive: DriveLock) -> None:
         self.hooks = Hooks()
-        self.is_closed = False
+        self.passage = Passage.OPEN
         self._session = channel
-        self._helm = drive
-        self._over: LinkClosed | None = None
+        self._drive = drive
         self._speed: Request[Any] | None = None
-        self._free, self._shut = asyncio.Event(), asyncio.Event()
-        self._free.set()
+        self._not_paused, self._not_open = asyncio.Event(), asyncio.Event()
+        self._not_paused.set()
         channel.hooks.append(self._see)
 
     # -- the interlock --
 
-    def shut(self) -> None:
-        """Close the interlock: only ``stop`` passes."""
-        self.is_closed = True
-        self._free.clear()
-        self._shut.set()
+    @property
+    def is_paused(self) -> bool:
+        """Whether the commands of the behaviour wait."""
+        return self.passage is Passage.PAUSED
 
-    async def reopen(self) -> None:
+    def pause(self) -> None:
+        """Let only ``stop`` pass; other commands wait."""
+        if self.passage is Passage.OPEN:
+            self.passage = Passage.PAUSED
+            self._not_paused.clear()
+            self._not_open.set()
+
+    async def resume(self) -> None:
         """Set the wheels as before the pause, then let all commands pass.
 
         Raises:
-            ElibError: The robot did not confirm the speed; the interlock stays closed.
+            ElibError: The robot did not confirm the speed; the behaviour stays paused.
         """
-        if self._speed is not None:
-            self._helm.driven(is_moving=True)
+        if self.is_paused and self._speed is not None:
+            self._drive.note_move()
             await self._session.execute(self._speed, RESUMING_TIME)
-        if self._over is None:
-            self.is_closed = False
-            self._shut.clear()
-            self._free.set()
+        if self.is_paused:
+            self.passage = Passage.OPEN
+            self._not_open.clear()
+            self._not_paused.set()
 
     def end(self) -> None:
-        """Let only ``stop`` pass from now on: calls that wait end in LinkClosed. Safe to repeat."""
-        if self._over is None:
-            self._over = LinkClosed("the behaviour was ended")
-            self._free.set()
-            self._shut.set()
+        """Let only ``stop`` pass from now on: other calls end in LinkClosed. Safe to repeat."""
+        if self.passage is not Passage.ENDED:
+            self.passage = Passage.ENDED
+            self._not_paused.set()
+            self._not_open.set()
             self._session.hooks.remove(self._see)
 
     async def sleep(self, seconds: float) -> None:
-        """Wait so many seconds, not counting the time for which the interlock is closed."""
+        """Wait so many seconds, not counting the time for which the behaviour is paused."""
         loop = asyncio.get_running_loop()
         left = check_timeout(seconds)
         await self._wait()
@@ -93,7 +108,7 @@ class Interlock(ForwardingChannel):
             began = loop.time()
             try:
                 async with asyncio.timeout(left):
-                    await self._shut.wait()
+                    await self._not_open.wait()
             except TimeoutError:
                 left = 0.0
             else:
@@ -101,13 +116,13 @@ class Interlock(ForwardingChannel):
             await self._wait()
 
     async def _wait(self) -> None:
-        while self._over is None and self.is_closed:
-            await self._free.wait()
-        if self._over is not None:
-            raise LinkClosed(self._over.message)
+        while self.is_paused:
+            await self._not_paused.wait()
+        if self.passage is Passage.ENDED:
+            raise LinkClosed(ENDED)
 
     def _see(self, time: float, event: TraceEvent) -> None:
-        if self.is_closed and isinstance(event, Called | Ended) and event.request.name in WHEELS:
+        if self.is_paused and isinstance(event, Called | Ended) and event.request.name in WHEELS:
             return
         self.hooks.call(time, event)
 
@@ -116,32 +131,26 @@ class Interlock(ForwardingChannel):
     @property
     def error(self) -> ElibError | None:
         """Why the channel ended for good, or None."""
-        return self._over or self._session.error
+        return LinkClosed(ENDED) if self.passage is Passage.ENDED else self._session.error
 
     def forget_speed(self) -> None:
         """Do nothing: the panel's own robot restores no speed after the link was lost."""
 
     async def execute(self, request: Request[T], timeout: float) -> T:
-        """Send *request* when the interlock is open, and return its answer. ``stop`` always passes."""
-        if request.name == "stop":
-            return await self._stop(request, timeout)
-        await self._wait()
+        """Send *request* in its turn, and return its answer. ``stop`` always passes."""
+        is_stop = request.name == "stop"
+        if not is_stop:
+            await self._wait()
         is_moving = request.name == "text" or (request.name == "set_speed" and any(request.numbers))
-        if is_moving:
-            self._helm.driven(is_moving=True)
-        if request.name == "set_speed":
+        if request.name in WHEELS:
             self._speed = request if is_moving else None
+        if is_moving:
+            self._drive.note_move()
+        moves = self._drive.move_count
         answer = await self._session.execute(request, timeout)
-        if request.name == "set_speed" and not is_moving and not self.is_closed:
-            self._helm.driven(is_moving=False)
-        return answer
-
-    async def _stop(self, request: Request[T], timeout: float) -> T:
-        self._speed = None
-        answer = await self._session.execute(request, timeout)
-        # While the interlock was closed or ended, others may have driven.
-        if not self.is_closed and not self._helm.driver:
-            self._helm.driven(is_moving=False)
+        # While the behaviour was paused or ended, others may have driven.
+        if request.name in WHEELS and not is_moving and not self.is_paused and not (is_stop and self._drive.driver):
+            self._drive.note_rest(moves)
         return answer
 
     async def execute_last(self, request: Request[T], timeout: float) -> T:

@@ -268,7 +268,6 @@ class Slot:
             self._opening.cancel()
             await asyncio.wait([self._opening])
         robot, self._robot = self._robot, None
-        may_move = self.drive.may_move
         self.runner.halt()
         self.drive.detach()
         await self.watcher.end()
@@ -279,19 +278,19 @@ class Slot:
         self._playback = None
         if robot is not None:
             error = await robot.stop_and_close()
-            may_move = may_move and error is not None
-            if error is not None:
+            if error is None:
+                self.drive.note_rest(self.drive.move_count)
+            else:
                 self.log.note("link", error.message, is_bad=True)
         await self.runner.stop()
         self.records.stop()
         if robot is not None:
             self.log.note("link", f"disconnected from {self.name}")
-            if may_move:
+            if self.drive.may_move:
                 warning = f"{self.name} did not confirm that it stands: it may still be moving"
                 self.log.note("link", warning, is_bad=True)
         if self.phase is not Phase.FAILED:
             self.phase = Phase.DISCONNECTED
-        self.drive.may_move = may_move
         self.readings.clear()
         self.edition += 1
 
@@ -381,14 +380,15 @@ class Slot:
             raise ArgumentError(f"a raw command is one line of 1 to {MAX_TEXT} characters")
         if name == "stop":
             self.drive.stop()
-        if may_drive(name, arguments) and not self.drive.watch_over(page):
+        if may_drive(name, arguments) and not self.drive.note_command(page):
             raise ArgumentError(f"{name} was not sent: another page drives", hint="take over first")
+        moves = self.drive.move_count
         patient = robot.within(max(lifecycle.patience(robot), SPECS[name].timeout if name in SPECS else 0.0))
         value: object = await getattr(patient, name)(*arguments)
-        if name == "set_speed":
-            self.drive.driven(is_moving=any(arguments))
+        if name == "set_speed" and not any(arguments):
+            self.drive.note_rest(moves)
         elif name == "reset":
-            self.drive.forget()
+            self.drive.invalidate()
         return value
 
     async def set_camera(self, width: int, height: int, zoom: int, mode: CameraMode) -> None:
@@ -508,12 +508,12 @@ class Slot:
         match event:
             case Disconnected():
                 self.phase = Phase.GAP
-                self.drive.forget()
+                self.drive.invalidate()
             case Reconnected():
                 self.phase = Phase.CONNECTED
-                self.drive.may_move = False  # the reconnector stops the robot first of all
+                self.drive.note_rest(self.drive.move_count)  # the reconnector stops the robot first of all
             case ResetNoticed() | Greeted():
-                self.drive.forget()
+                self.drive.invalidate()
             case _:
                 pass
 

@@ -180,7 +180,7 @@ class Driver:
             raise CallRefused(
                 "link", f"the robot is {self.slot.phase.value}{reason}", "call status until it is connected"
             )
-        if self.slot.drive.has_hand:
+        if self.slot.drive.is_driven_by_hand:
             raise CallRefused(
                 "person", "a person drives the robot", "wait until the person lets go; status says who drives"
             )
@@ -196,13 +196,13 @@ class Driver:
         if self._end is not None and not self._end.done():
             self._end.set_result(why)
         if self.busy and why != "person":
-            self.slot.drive.still()
+            self.slot.drive.halt()
 
     async def stop(self) -> Outcome:
         """Stop the robot and end what the agent does with it; always allowed."""
         self.end("stopped")
-        if self.slot.is_connected and not self.slot.drive.has_hand:
-            self.slot.drive.still()
+        if self.slot.is_connected and not self.slot.drive.is_driven_by_hand:
+            self.slot.drive.halt()
         if await self._stands():
             return Outcome("stopped", "the robot stands")
         return Outcome("link", self._moving(), "hold the robot or switch it off", stands=False)
@@ -224,8 +224,8 @@ class Driver:
         interlock = Interlock(guard, self.slot.drive)
 
         async def move() -> None:
-            self.slot.drive.relieve()
-            await self.slot.drive.settle()
+            self.slot.drive.release()
+            await self.slot.drive.wait_until_stopped()
             mover = ProxiedRobot(robot, interlock)
             await mover.pose()
             mover.motion.odometry.pose = self.pose
@@ -293,7 +293,7 @@ class Driver:
             # Whatever ends it, also a cancellation: from here on no command of the action reaches the robot.
             halt()
             if why not in ("reached", "person"):
-                self.slot.drive.still()
+                self.slot.drive.halt()
             action.cancel()
             watch.cancel()
             guard.end()
@@ -366,10 +366,10 @@ class Driver:
         """Wait until the robot has confirmed that it stands; return whether it did in time."""
         try:
             async with asyncio.timeout(STANDING_TIME):
-                await self.slot.drive.settle()
+                await self.slot.drive.wait_until_stopped()
         except TimeoutError:
             return False
-        return self.slot.is_connected and (not self.slot.drive.may_move or self.slot.drive.has_hand)
+        return self.slot.is_connected and (not self.slot.drive.may_move or self.slot.drive.is_driven_by_hand)
 
     def _travelled(self) -> tuple[int, int]:
         """Return the steps of both wheels since the start."""

@@ -250,7 +250,7 @@ class Tools:
         """Tell the state of a robot."""
         driver = self.drivers[robot]
         slot = driver.slot
-        if slot.drive.has_hand:
+        if slot.drive.is_driven_by_hand:
             who = "a person"
         elif driver.busy:
             who = f"you: {driver.busy}"

@@ -170,8 +170,8 @@ class Client(Caller):
         before = slot.drive.driver
         if not slot.drive.take(self.key, by_force=by_force):
             raise _refusal(slot)
-        slot.drive.is_latched = False
-        self._halts[slot] = slot.drive.halts
+        slot.drive.unlatch(self.key)
+        self._halts[slot] = slot.drive.stop_count
         self._mind(slot)
         if before != self.key:
             slot.note(f"{self._name or self.key} drives {robot.name}")
@@ -186,7 +186,7 @@ class Client(Caller):
         if may_drive(entry.name, tuple(arguments)):
             if slot.drive.driver not in ("", self.key):
                 raise _refusal(slot)
-            if self._halts.setdefault(slot, slot.drive.halts) != slot.drive.halts:
+            if self._halts.setdefault(slot, slot.drive.stop_count) != slot.drive.stop_count:
                 raise ArgumentError(
                     f"{entry.name} was not sent: somebody has stopped the robot", hint='send {"do": "drive"} to go on'
                 )
@@ -211,10 +211,7 @@ class Client(Caller):
 
     async def _stop(self, slot: Slot) -> None:
         robot, drive = slot.robot, slot.drive
-        was_latched = drive.is_latched
-        slot.stop()
-        if drive.driver == self.key:
-            drive.is_latched = was_latched  # the driver's own stop needs no leave to drive on
+        drive.stop(self.key)
         if slot in self._halts:
             self._halts[slot] += 1
         await robot.within(lifecycle.patience(robot)).stop()
