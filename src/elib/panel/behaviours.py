@@ -91,6 +91,7 @@ class BehaviourRunner:
         reason: Why it pauses; empty if it does not.
         lines: What it said: the time since its start, s, and the text.
         line_count: How many lines there ever were.
+        is_held: Whether what pauses is a program that a person has stopped, until a person continues it.
     """
 
     def __init__(self, slot: Host) -> None:
@@ -98,6 +99,7 @@ class BehaviourRunner:
         self.phase = RunPhase.IDLE
         self.lines: deque[tuple[float, str]] = deque(maxlen=KEPT)
         self.line_count = 0
+        self.is_held = False
         self._slot = slot
         self._pages: set[str] = set()
         self._loop = asyncio.get_running_loop()
@@ -105,7 +107,6 @@ class BehaviourRunner:
         self._going_on: asyncio.Task[None] | None = None
         self._interlock: Interlock | None = None
         self._context: RunContext | None = None
-        self._release: Callable[[], object] | None = None
         self._ended = 0.0
         slot.drive.on_hand = self._on_hand
 
@@ -178,11 +179,9 @@ class BehaviourRunner:
         Raises:
             ArgumentError: A person drives.
         """
-        if self._release is not None:
-            release, self._release = self._release, None
-            self.phase, self.reason = RunPhase.IDLE, ""
+        if self.is_held:
+            self.is_held, self.phase, self.reason = False, RunPhase.IDLE, ""
             self._slot.note(f"{self.name} may drive again", kind="state")
-            release()
             return
         if self.phase is not RunPhase.PAUSED or self._interlock is None or self._going_on is not None:
             return
@@ -191,22 +190,21 @@ class BehaviourRunner:
         self._slot.drive.release()
         self._going_on = self._loop.create_task(self._go_on(self._interlock), name="elib behaviour goes on")
 
-    def hold(self, name: str, reason: str, release: Callable[[], object]) -> None:
+    def hold(self, name: str, reason: str) -> None:
         """Show a program that a person has stopped as paused, until a person continues it; no behaviour starts before.
 
         Args:
             name: Name of the program.
             reason: Why it pauses.
-            release: Called when a person continues it.
         """
         self.halt()
         self.name, self.state, self.error, self.reason = name, "", "", reason
-        self.phase, self._release = RunPhase.PAUSED, release
+        self.phase, self.is_held = RunPhase.PAUSED, True
         self._slot.note(f"{name}: {reason}", kind="state")
 
     def halt(self, reason: str = "stopped") -> None:
         """End the behaviour and stop the robot, without waiting: no command of it reaches the robot any more."""
-        if not self.is_active or self._interlock is None or self._context is None or self._release is not None:
+        if not self.is_active or self._interlock is None or self._context is None or self.is_held:
             return
         self._ended = self._context.time
         self.phase, self.reason = RunPhase.STOPPED, ""
@@ -276,7 +274,7 @@ class BehaviourRunner:
         self._finish(context, failure)
 
     def _finish(self, context: RunContext, failure: BaseException | None) -> None:
-        if self.phase is RunPhase.STOPPED or self._release is not None:
+        if self.phase is RunPhase.STOPPED or self.is_held:
             return  # what went wrong with its end is the drive's business
         self._ended = context.time
         self.reason = ""

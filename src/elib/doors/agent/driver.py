@@ -104,7 +104,6 @@ class Driver:
         slot: As given.
         limits: As given.
         busy: The action that has the wheels, as text; empty while none has.
-        is_latched: Whether a person has stopped the robot, and has not released it yet.
         mover: The task of the call that has the wheels; None while none has.
     """
 
@@ -113,7 +112,6 @@ class Driver:
         self.limits = limits
         self.budget = budget
         self.busy = ""
-        self.is_latched = False
         self.mover: asyncio.Task[object] | None = None
         self._loop = asyncio.get_running_loop()
         self._open_air = OpenAir()
@@ -123,6 +121,11 @@ class Driver:
         slot.join(NAME)  # the sensors are read, and a behaviour goes on, also while no page is open
 
     # -- what is known --
+
+    @property
+    def is_latched(self) -> bool:
+        """Whether a person has stopped the robot, and has not released it yet."""
+        return self.slot.runner.is_held
 
     def near(self, reading: object) -> Proximity | None:
         """Return an infrared reading without what its sensors read in the open; None if it is none."""
@@ -153,14 +156,10 @@ class Driver:
         """Note that a person took the stick or pressed Stop; called before the stop is sent."""
         if what == "stop":
             if not self.is_latched:
-                self.is_latched = True
-                self.slot.runner.hold(NAME, f"{STOPPED_BY_A_PERSON}; Continue lets it drive again", self._release)
+                self.slot.runner.hold(NAME, f"{STOPPED_BY_A_PERSON}; Continue lets it drive again")
         else:
             self._hand(what)
         self.end("person")
-
-    def _release(self) -> None:
-        self.is_latched = False
 
     # -- one action --
 
