@@ -67,6 +67,7 @@ def message(dice: random.Random) -> str:
         "what": dice.choice(["robot", "overview", "world", "readings"]),
         "of": dice.choice(["", "0", "1", "5"]),
         "channel": dice.randrange(3),
+        "frames": [[dice.randrange(3), dice.randrange(10**6)]],
         "left": dice.uniform(-1, 1),
         "right": dice.uniform(-1, 1),
         "number": dice.randrange(10**6),
@@ -171,7 +172,7 @@ async def draw(socket: ClientConnection) -> None:
         async for text in socket:
             if isinstance(text, bytes):
                 number, channel = (int.from_bytes(text[at : at + 4], "little") for at in (0, 20))
-                await socket.send(json.dumps({"do": "frame_drawn", "number": number, "channel": channel}))
+                await socket.send(json.dumps({"do": "frames_drawn", "frames": [[channel, number]]}))
             elif (found := json.loads(text))["type"] == "update":
                 await socket.send(json.dumps({"do": "drawn", "number": found["number"]}))
 

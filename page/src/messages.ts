@@ -13,8 +13,8 @@ export type Asked = {
   };
   /** Say that the page has drawn an update. */
   drawn: { number: number };
-  /** Say that the page has drawn a frame of a world. */
-  frame_drawn: { number: number; channel?: number };
+  /** Say which frames of worlds the page has drawn: channel and number of each, the newest of a channel is enough. */
+  frames_drawn: { frames: [number, number][] };
   /** Look for robots on this computer's ports, and for virtual ones that run here. */
   find: Record<string, never>;
   /** Name the robots that were used before, the newest first. */
@@ -164,7 +164,7 @@ export type Asked = {
 export type Answered = {
   subscribe: null;
   drawn: null;
-  frame_drawn: null;
+  frames_drawn: null;
   find: Found[];
   recents: string[];
   forget: string[];

@@ -50,7 +50,7 @@ class Page:
             if isinstance(message, bytes):
                 self.frames.append(message)
                 number, channel = (int.from_bytes(message[at : at + 4], "little") for at in (0, 20))
-                await self.tell("frame_drawn", number=number, channel=channel)
+                await self.tell("frames_drawn", frames=[[channel, number]])
             else:
                 await self._take(json.loads(message))
 

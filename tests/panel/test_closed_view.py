@@ -28,7 +28,7 @@ from shared import PATIENCE, needs_page, until
 pytestmark = needs_page
 
 TOKEN = "k7m2xq9p"
-HARMLESS = {"subscribe", "drawn", "frame_drawn", "stop", "choose_controller"}
+HARMLESS = {"subscribe", "drawn", "frames_drawn", "stop", "choose_controller"}
 
 
 class _Stay(urllib.request.HTTPRedirectHandler):

@@ -244,6 +244,7 @@ USUAL: dict[str, object] = {
     "what": "robot",
     "of": "1",
     "rays": False,
+    "frames": [[0, 1]],
     "mode": "GREY",
     "options": {},
     "arguments": [],

@@ -158,7 +158,7 @@ class Page:
 
     async def drawn(self, frame: Frame) -> None:
         """Say that a frame is on the screen."""
-        await self.say("frame_drawn", number=frame.number, channel=frame.channel)
+        await self.say("frames_drawn", frames=[[frame.channel, frame.number]])
 
     async def ask(self, what: str, /, **values: object) -> dict:
         """Ask for something and return the answer."""

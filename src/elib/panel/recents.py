@@ -9,6 +9,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+import msgspec
+from msgspec import Struct
+
 from elib.base.errors import ArgumentError, ElibError
 from elib.link.transport import parse_url
 
@@ -31,6 +34,12 @@ def state_folder() -> Path:
     chosen = os.environ.get("XDG_STATE_HOME", "")
     # A relative path is to be ignored (XDG base directory specification).
     return (Path(chosen) if os.path.isabs(chosen) else home / ".local/state") / "elib"
+
+
+class _Kept(Struct):
+    """What the file holds."""
+
+    robots: list[object]
 
 
 class RecentRobots:
@@ -81,18 +90,15 @@ class RecentRobots:
         except OSError:
             return [], True
         try:
-            found = json.loads(data[:MAX_BYTES])["robots"]
-        except (ValueError, TypeError, KeyError, RecursionError):
+            found = msgspec.json.decode(data[:MAX_BYTES], type=_Kept).robots
+        except (msgspec.DecodeError, RecursionError):
             return [], True
-        if not isinstance(found, list):
-            return [], True
-        urls: list[str] = []
+        urls: dict[str, None] = {}
         for each in found:
             with contextlib.suppress(ElibError):
                 _check(each)
-                if each not in urls:
-                    urls.append(each)
-        return urls[:MAX_KEPT], False
+                urls[str(each)] = None
+        return list(urls)[:MAX_KEPT], False
 
     def _write(self, urls: list[str], is_damaged: bool) -> bool:
         """Replace the file in one step, so that another program never reads half of it."""

@@ -82,9 +82,12 @@ def drawn(page: Page, number: Annotated[int, Meta(ge=0, le=1 << 53)]) -> None:
 
 
 @request()
-def frame_drawn(page: Page, number: Annotated[int, Meta(ge=0, le=1 << 32)], channel: Channel = 0) -> None:
-    """Say that the page has drawn a frame of a world."""
-    page.frame_drawn(number, channel)
+def frames_drawn(
+    page: Page, frames: Annotated[list[tuple[Channel, Annotated[int, Meta(ge=0, lt=1 << 32)]]], Meta(max_length=128)]
+) -> None:
+    """Say which frames of worlds the page has drawn: channel and number of each, the newest of a channel is enough."""
+    for channel, number in frames:
+        page.frame_drawn(channel, number)
 
 
 # -- robots --

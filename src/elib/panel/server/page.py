@@ -41,7 +41,7 @@ REFUSALS = {
 AHEAD = 3
 """Messages of one stream on their way to a page that has not drawn them yet, at most."""
 SHARE = 0.1
-"""How much of the time may go into what one page is told: of a huge crowd it is told less often."""
+"""How much of the time may go into one stream: of a huge crowd a page is told less often."""
 LOOK = 0.1
 """s between two looks for robots that came or went."""
 LOOKS = 10
@@ -180,7 +180,7 @@ class Stream:
         while True:
             began = loop.time()
             messages = list(self._next()) if len(self._sent) < AHEAD else []
-            cost = (loop.time() - began) * self._page.streams / SHARE
+            cost = (loop.time() - began) / SHARE
             for message in messages:
                 if isinstance(message, bytes):
                     await self._page.send(message, is_text=False)
@@ -295,7 +295,7 @@ class Page(Caller):
             if stream.wish.what != "world":
                 stream.drawn(number)
 
-    def frame_drawn(self, number: int, channel: int) -> None:
+    def frame_drawn(self, channel: int, number: int) -> None:
         """Note which frames of a world are on the screen."""
         stream = self._streams.get(("world", channel))
         if stream is not None:
@@ -322,11 +322,6 @@ class Page(Caller):
         return found
 
     # -- what the page is told --
-
-    @property
-    def streams(self) -> int:
-        """How many things it is told of."""
-        return 1 + len(self._streams)
 
     def begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         """Tell the page something in a task of its own. If that fails, the page ends: the browser opens it again."""
