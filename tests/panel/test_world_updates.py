@@ -70,6 +70,7 @@ async def test_a_page_is_told_the_scene_and_then_sees_the_robots_where_the_world
     assert scene["clock"] == {"paused": False, "speed": 1.0, "fixed": ""}
     assert scene["walls"] == [[0.6, 0.0, 0.6, 0.2, "#204060", 0.1]]
     assert scene["boxes"][0]["colour"] == "#d04030"
+    assert (scene["boxes"][0]["height"], scene["cylinders"][0]["height"]) == (0.1, 0.1)
     assert scene["boxes"][0]["pushable"] is True
     assert [len(scene[what]) for what in ("cylinders", "lights", "sounds")] == [1, 1, 1]
     frame = await page.frame()

@@ -302,7 +302,7 @@ export abstract class Stage {
     for (let k = 0; k < count; k++) {
       if (mode === "eye" && k === this.chosen) continue;
       const [x, y] = poses.subarray(3 * k),
-        [left, top, scale] = this.toPixel(x, y, mode === "above" ? 0 : 0.06),
+        [left, top, scale] = this.toPixel(x, y, mode === "above" ? 0 : 0.072),
         size = radius * scale;
       if (!(scale > 0)) continue;
       if (bits[k] & CUT) this.badge(left + 0.75 * size, top - 0.75 * size, Math.max(6, 0.32 * size));

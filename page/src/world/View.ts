@@ -236,7 +236,7 @@ export class View extends Stage {
     sun.color = this.colour("sun");
     sky.color = this.colour("sky");
     sky.groundColor = this.colour("bounce");
-    const ground = new three.MeshLambertMaterial({ color: floor.colour ?? this.ink("floor") });
+    const ground = new three.MeshLambertMaterial({ color: this.ink(floor.colour || floor_png ? "paint" : "floor") });
     this.floor = new three.Mesh(new three.PlaneGeometry(width, depth), ground);
     this.floor.position.set(width / 2, depth / 2, 0);
     this.floor.receiveShadow = true;
@@ -248,12 +248,12 @@ export class View extends Stage {
       new three.Plane(new three.Vector3(0, -1, 0), depth),
     ];
     if (floor_png) {
-      ground.color.set("#ffffff");
       ground.map = new three.TextureLoader().load(floor_png, () => this.invalidate());
       ground.map.colorSpace = three.SRGBColorSpace;
       ground.map.anisotropy = 8;
       ground.map.repeat.set(width / floor.width, depth / floor.depth);
     } else {
+      if (floor.colour) ground.color.multiply(new three.Color(floor.colour));
       const lines: three.Vector3[] = [];
       for (let x = 0.1; x < width - 1e-6; x += 0.1)
         lines.push(new three.Vector3(x, 0, 0.0005), new three.Vector3(x, depth, 0.0005));
