@@ -5,11 +5,12 @@ import { Stage, stepOf } from "./Stage";
 type Point = [x: number, y: number];
 
 export class Flat extends Stage {
+  override readonly isFlat = true;
   private floor: HTMLImageElement | null = null;
 
   constructor(canvas: HTMLCanvasElement, world: World, leds: number[]) {
     super(canvas, world, leds);
-    world.scene.subscribe((scene) => this.lay(scene?.floor_png));
+    this.ends.push(world.scene.subscribe((scene) => this.lay(scene?.floor_png)));
   }
 
   private async lay(source: string | null | undefined) {

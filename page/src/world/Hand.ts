@@ -160,7 +160,7 @@ export class Hand {
       "]": () => this.turn(-TURN),
       n: () => this.next(1),
       p: () => this.next(-1),
-      v: () => (stage.mode.value = MODES[(MODES.indexOf(stage.mode.value) + 1) % 3]),
+      v: () => stage.isFlat || (stage.mode.value = MODES[(MODES.indexOf(stage.mode.value) + 1) % 3]),
       "+": () => stage.zoomBy(CLOSER),
       "-": () => stage.zoomBy(1 / CLOSER),
       0: () => stage.showAll(),

@@ -51,6 +51,7 @@ function drawDue(time: number) {
 }
 
 export abstract class Stage {
+  readonly isFlat: boolean = false; // it shows the map alone
   readonly mode = signal<Mode>("above");
   readonly followed = signal<number | null>(null); // the robot that stays in the middle
   readonly hasTrails = signal(true);
@@ -71,7 +72,7 @@ export abstract class Stage {
   private isSeen = true;
   private inks = new Map<string, string>();
   private texts = new Map<string, HTMLCanvasElement>();
-  private ends: (() => void)[] = [];
+  protected ends: (() => void)[] = [];
 
   constructor(
     readonly canvas: HTMLCanvasElement,
@@ -202,7 +203,8 @@ export abstract class Stage {
     const { width, depth } = scene.value,
       poses = this.world.shown("robot", now),
       follows = this.followed.value !== null && frame.value;
-    if (mode === "eye" && frame.value) return this.look(...(poses.subarray(3 * this.chosen) as unknown as Three));
+    if (mode === "eye" && frame.value?.count)
+      return this.look(...(poses.subarray(3 * this.chosen) as unknown as Three));
     const step = isStill.matches ? 1 : 1 - Math.exp(-Math.min(0.2, now - this.last) / EASE),
       wanted = mode === "above" ? 0 : 1;
     this.slant += step * (wanted - this.slant);

@@ -72,14 +72,9 @@ function rendererOf(width: number, height: number) {
       pen = dot.getContext("2d")!;
     dot.width = dot.height = 64;
     const shine = pen.createRadialGradient(32, 32, 0, 32, 32, 32);
-    for (const [at, alpha] of [
-      [0, 1],
-      [0.25, 0.55],
-      [0.55, 0.16],
-      [1, 0],
-    ])
-      // prettier-ignore
-      shine.addColorStop(at, `rgba(255, 255, 255, ${alpha})`);
+    [1, 0.55, 0.16, 0].forEach((alpha, k) =>
+      shine.addColorStop([0, 0.25, 0.55, 1][k], `rgba(255, 255, 255, ${alpha})`),
+    );
     pen.fillStyle = shine;
     pen.fillRect(0, 0, 64, 64);
     materials.halo.map = materials.pool.map = new three.CanvasTexture(dot);
@@ -166,6 +161,7 @@ export class View extends Stage {
   private floor: three.Mesh<three.PlaneGeometry, three.MeshLambertMaterial> | null = null;
   private built: unknown[] = [];
   private later = 0; // the timer that draws it well
+  private isStill = false; // and that it is being drawn so
 
   constructor(canvas: HTMLCanvasElement, world: World, leds: number[], sensors: number[]) {
     rendererOf(1, 1); // first of all: where it fails, nothing listens yet
@@ -288,7 +284,7 @@ export class View extends Stage {
   }
 
   /** Put all things where they are; called when they have changed, or move. */
-  private place3(now: number) {
+  private placeThings(now: number) {
     const { wall, box: boxes, cylinder, light, sound } = this.world.things.value,
       walls = this.batch("walls", wall.length, box, materials.matte),
       blocks = this.batch("boxes", boxes.length, box, materials.matte),
@@ -444,7 +440,7 @@ export class View extends Stage {
       { lens, canvas, camera, sun } = this;
     const isNew = this.built[0] !== scene.value || this.built[2] !== things.value.light.length;
     if (isNew) this.enter();
-    if (isNew || this.built[1] !== things.value || this.world.isMoving(now)) this.place3(now);
+    if (isNew || this.built[1] !== things.value || this.world.isMoving(now)) this.placeThings(now);
     this.built = [scene.value, things.value, things.value.light.length];
     if (frame.value) this.placeRobots(now);
     this.drawRibbons();
@@ -459,7 +455,7 @@ export class View extends Stage {
       if (judged > PATIENCE && pace > SLOW && level < LEVELS.length - 1) [level, judged] = [level + 1, 0];
     }
     clearTimeout(this.later);
-    const isStill = this.isStill;
+    const { isStill } = this;
     if (level && !isStill) this.later = setTimeout(() => this.drawStill(), STILL);
     const [share, shadows] = LEVELS[isStill ? 0 : level],
       ratio = share * (isStill && level && this.density < 2 ? 2 : 1),
@@ -490,13 +486,11 @@ export class View extends Stage {
       far + 2 * size,
     );
     camera.projectionMatrixInverse.copy(camera.projectionMatrix).invert();
-    // three.Points are as large as the renderer's whole picture and a field of view of 90 degrees would have them.
+    // Points are as large as the renderer's whole picture and a field of view of 90 degrees would have them.
     materials.halo.size = (HALO * lens.focal * ratio * this.density * 2) / height;
     drawing.render(this.room, camera);
     this.picture.getContext("bitmaprenderer")!.transferFromImageBitmap(drawn.transferToImageBitmap());
   }
-
-  private isStill = false;
 
   private drawStill() {
     this.isStill = true;

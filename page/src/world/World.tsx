@@ -70,15 +70,21 @@ export function World({ world, of }: { world: Model; of: string }) {
   useEffect(() => {
     let isGone = false;
     const { leds = [], sensors = [] } = hello.value?.ring ?? {};
-    import("./View")
-      .then(({ View }) => new View(canvas.current!, world, leds, sensors))
-      .catch(() => new Flat(canvas.current!, world, leds)) // there is no WebGL
-      .then((made) => {
-        if (isGone) return made.close();
-        if (!(made instanceof Flat)) made.mode.value = mode.value;
-        stage.value = Object.assign(canvas.current!, { stage: made }).stage; // for tests, and under the bonnet
-        hand.value = new Hand(made, orders.current!, () => can().edit && world.isLive.value, openRobot);
-      });
+    const start = async () => {
+      const { View } = await import("./View").catch(() => ({ View: null }));
+      if (isGone) return;
+      let made: Stage;
+      try {
+        if (!View) throw new Error("this browser cannot draw in three dimensions");
+        made = new View(canvas.current!, world, leds, sensors);
+        made.mode.value = mode.value;
+      } catch {
+        made = new Flat(canvas.current!, world, leds);
+      }
+      stage.value = Object.assign(canvas.current!, { stage: made }).stage; // for tests, and under the bonnet
+      hand.value = new Hand(made, orders.current!, () => can().edit && world.isLive.value, openRobot);
+    };
+    start();
     return () => {
       isGone = true;
       stage.value?.close();
@@ -107,7 +113,6 @@ export function World({ world, of }: { world: Model; of: string }) {
           ref={canvas}
           tabIndex={0}
           role="application"
-          title={KEYS}
           aria-label={`world: ${KEYS}`}
           onFocus={() => (isFocused.value = true)}
           onBlur={() => (isFocused.value = false)}
@@ -124,6 +129,7 @@ export function World({ world, of }: { world: Model; of: string }) {
           <aside class="world-detail" id="world-detail" aria-label="what is selected">
             <Button weight="quiet" icon={icons.X} label="close the details" act={() => (hasDetails.value = false)} />
             <Details key={selected?.key} world={world} orders={orders.current} turn={(by) => hand.value?.turn(by)} />
+            {!selected && can().edit && <p class="hint">{`Keys: ${KEYS}`}</p>}
           </aside>
         )}
       </div>
@@ -189,7 +195,7 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
     : [];
   return (
     <div class="world-tools" inert={!world.isLive.value}>
-      {stage && !(stage instanceof Flat) && (
+      {stage && !stage.isFlat && (
         <div class="group" role="radiogroup" aria-label="camera">
           {MODES.map(([name, label, icon]) => (
             <Toggle
