@@ -43,7 +43,8 @@ const shapes = {
   box,
   post: new three.CylinderGeometry(1, 1, 1, 40).rotateX(Math.PI / 2).translate(0, 0, 0.5),
   ball: new three.SphereGeometry(1, 28, 18).translate(0, 0, 1),
-  dot: new three.SphereGeometry(1, 10, 8),
+  bulb: new three.SphereGeometry(1, 16, 12),
+  dot: new three.SphereGeometry(1, 6, 4), // there are nine on a robot
   side: new three.PlaneGeometry(1, 1).rotateX(Math.PI / 2).translate(0, 0, 0.5),
   sheet: new three.PlaneGeometry(2, 2),
   hoop: new three.RingGeometry(0.9, 1, 40),
@@ -317,7 +318,7 @@ export class View extends Stage {
       (isBall ? posts : balls).put(k, 0, 0, -9, 0, 0);
       (isBall ? balls : posts).paint(k, new three.Color(colour));
     });
-    const bulbs = this.batch("bulbs", light.length, shapes.dot, materials.lit, false),
+    const bulbs = this.batch("bulbs", light.length, shapes.bulb, materials.lit, false),
       stems = this.batch("stems", light.length, shapes.post, materials.matte),
       pools = this.batch("pools", light.length, shapes.sheet, materials.pool, false),
       speakers = this.batch("speakers", sound.length, shapes.post, materials.matte),

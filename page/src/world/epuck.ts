@@ -22,7 +22,7 @@ function painted(geometry: BufferGeometry, colour: string) {
 }
 
 /** An upright cylinder from one height to another. */
-const drum = (radius: number, from: number, to: number, x = 0, y = 0, sides = 28, open = false) =>
+const drum = (radius: number, from: number, to: number, x = 0, y = 0, sides = 22, open = false) =>
   new CylinderGeometry(radius, radius, to - from, sides, 1, open).rotateX(Math.PI / 2).translate(x, y, (from + to) / 2);
 
 const block = (length: number, width: number, from: number, to: number, x: number, y: number, turn = 0) =>
@@ -31,8 +31,8 @@ const block = (length: number, width: number, from: number, to: number, x: numbe
 /** Everything opaque, in one piece. *sensors*: the directions of the infrared sensors, rad. */
 function solid(sensors: number[]) {
   const wheels = [-1, 1].flatMap((side) => [
-    painted(new CylinderGeometry(WHEEL, WHEEL, 0.003, 28).translate(0, side * TRACK, WHEEL), "#17191d"),
-    painted(new CylinderGeometry(0.015, 0.015, 0.004, 20).translate(0, side * TRACK, WHEEL), "#8d949c"),
+    painted(new CylinderGeometry(WHEEL, WHEEL, 0.003, 22).translate(0, side * TRACK, WHEEL), "#17191d"),
+    painted(new CylinderGeometry(0.015, 0.015, 0.004, 12).translate(0, side * TRACK, WHEEL), "#8d949c"),
   ]);
   return mergeGeometries([
     ...wheels,
@@ -41,7 +41,7 @@ function solid(sensors: number[]) {
     painted(drum(0.0285, 0.0445, 0.0465), "#2a7a4a"), // the board on top
     ...[45, 135, 225, 315].map((angle) => {
       const [x, y] = [0.024 * Math.cos((angle * Math.PI) / 180), 0.024 * Math.sin((angle * Math.PI) / 180)];
-      return painted(drum(0.0016, 0.031, 0.048, x, y, 8), "#c8a24a"); // spacers
+      return painted(drum(0.0016, 0.031, 0.048, x, y, 6), "#c8a24a"); // spacers
     }),
     painted(drum(0.0085, 0.0465, 0.0495, -0.0145, 0), "#15171b"), // speaker
     painted(drum(0.0025, 0.0495, 0.0497, -0.0145, 0, 12), "#4a4f57"),
@@ -49,7 +49,7 @@ function solid(sensors: number[]) {
     painted(block(0.005, 0.009, 0.0465, 0.049, 0.002, -0.018), "#d9dde2"), // connector
     painted(block(0.005, 0.009, 0.023, 0.0285, 0.0305, 0), "#15171b"), // camera
     painted(
-      new CylinderGeometry(0.0025, 0.0025, 0.003, 14).rotateZ(Math.PI / 2).translate(0.0338, 0, 0.0258),
+      new CylinderGeometry(0.0025, 0.0025, 0.003, 8).rotateZ(Math.PI / 2).translate(0.0338, 0, 0.0258),
       "#56606e",
     ),
     ...sensors.map((angle) =>
@@ -60,7 +60,7 @@ function solid(sensors: number[]) {
 
 /** The clear body: round in front and at the back, flat where the wheels are. */
 function body() {
-  const shape = drum(0.0335, 0.004, 0.0285, 0, 0, 36),
+  const shape = drum(0.0335, 0.004, 0.0285, 0, 0, 28),
     { position } = shape.attributes;
   for (let k = 0; k < position.count; k++) position.setY(k, Math.max(-0.0235, Math.min(0.0235, position.getY(k))));
   return shape;
@@ -79,8 +79,8 @@ export const epuck = (sensors: number[]) => ({
   solid: solid(sensors),
   body: body(),
   ring: mergeGeometries([
-    drum(0.0356, 0.034, 0.0425, 0, 0, 36, true),
-    new RingGeometry(0.0285, 0.0356, 36).translate(0, 0, 0.0425),
+    drum(0.0356, 0.034, 0.0425, 0, 0, 28, true),
+    new RingGeometry(0.0285, 0.0356, 28).translate(0, 0, 0.0425),
   ]),
   arrow: arrow(),
 });
