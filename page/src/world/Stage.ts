@@ -306,7 +306,8 @@ export abstract class Stage {
       const [x, y] = poses.subarray(3 * k),
         [left, top, scale] = this.toPixel(x, y, mode === "above" ? 0 : 0.072),
         size = radius * scale;
-      if (!(scale > 0)) continue;
+      const isOut = left < -size || left > this.width + size || top < -size || top > this.height + size;
+      if (isOut || !(scale > 0)) continue;
       if (bits[k] & CUT) this.badge(left + 0.75 * size, top - 0.75 * size, Math.max(6, 0.32 * size));
       if (size < 7) continue;
       const name = count > 8 || this.isSmall ? `${k + 1}` : names[k],
