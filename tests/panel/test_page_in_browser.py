@@ -264,9 +264,9 @@ async def test_a_chart_stands_while_it_is_paused_shows_a_longer_time_and_is_save
 
 async def test_a_picture_is_saved_larger_and_as_png(driver):
     await driver.tab.run(SAVING)
-    await driver.press("Take picture")
+    await driver.click("[aria-label='Take picture']")
     await driver.tab.until(f"{TICK}.picture !== null")
-    await driver.press("Save PNG")
+    await driver.click("[aria-label='Save PNG']:enabled")
     await driver.tab.until("window.saved?.download.endsWith('.png')")
     width = await driver.tab.run(
         "new Promise((done) => { const picture = new Image(); picture.onload = () => done(picture.width);"
