@@ -1,4 +1,4 @@
-"""``elib simulate --class``: a robot and a page for every student."""
+"""``elib simulate --class``: a robot and a page for every student, and one for the teacher."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ asyncio.run(main())
 
 @contextmanager
 def a_class(number: int, *options: str) -> Iterator[tuple[Running, list[list[str]]]]:
-    """Start a class on free ports, and yield it with the rows of its table."""
+    """Start a class on free ports, and yield it with the rows of its table, the teacher's last."""
     with started("simulate", "--class", str(number), "--tcp", "0", "--view", "0", *options) as server:
-        server.out.until("number")
-        yield server, [server.out.line().split() for _ in range(number)]
+        server.out.until("student")
+        yield server, [server.out.line().split() for _ in range(number + 1)]
 
 
 @contextmanager
@@ -91,10 +91,12 @@ def steps(url: str) -> tuple[int, ...]:
 @pytest.mark.long
 def test_twenty_students_drive_and_a_program_that_is_killed_leaves_its_robots_standing(tmp_path: Path) -> None:
     with ExitStack() as stack:
-        server, rows = stack.enter_context(a_class(20))
+        server, (*rows, (who, teacher)) = stack.enter_context(a_class(20))
         urls = [row[1] for row in rows]
         assert [int(row[0]) for row in rows] == list(range(1, 21))
-        assert len({*urls, *(row[2] for row in rows)}) == 40
+        assert len(set(urls)) == 20
+        assert who == "teacher"
+        assert [row[2] for row in rows] == [f"{teacher}student/{number}" for number in range(1, 21)], "one port"
         file = tmp_path / "drive.py"
         clients = [stack.enter_context(client(file, urls[first : first + 5])) for first in range(0, 20, 5)]
         clients[1].process.kill()
@@ -118,13 +120,13 @@ def test_twenty_students_drive_and_a_program_that_is_killed_leaves_its_robots_st
 @pytest.mark.long
 def test_each_student_has_a_world_of_his_own_or_all_share_one() -> None:
     with a_class(2, str(files("elib") / WORLDS / "soccer.toml"), "--robots", "2") as (server, rows):
-        assert [len(row) for row in rows] == [4, 4], "number, two robots, page"
+        assert [len(row) for row in rows] == [4, 4, 2], "number, two robots, page; the teacher's page"
         assert server.end() == 0
     with started("simulate", "arena", "--class", "3", "--shared", "--tcp", "0", "--view", "0") as server:
-        server.out.until("number")
+        server.out.until("student")
         rows = [server.out.line().split() for _ in range(4)]
-        assert [row[0] for row in rows] == ["1", "2", "3", "0"]
-        assert [len(row) for row in rows] == [2, 2, 2, 2], "the page is the teacher's"
+        assert [row[0] for row in rows] == ["1", "2", "3", "teacher"]
+        assert [len(row) for row in rows] == [3, 3, 3, 2]
         assert server.end() == 0
 
 
@@ -135,23 +137,25 @@ def test_with_a_host_other_computers_are_let_in_and_addresses_are_those_that_the
     with a_class(2, "square", "--host", "--sheet", str(file)) as (server, rows):
         assert server.err.line().startswith("Every computer in this network can drive these robots")
         own = reachable("0.0.0.0")
-        for _, robot, page, token in rows:
+        *rows, (_, teacher, token) = rows
+        for _, robot, page in rows:
             assert robot.startswith(f"tcp://{own}:")
             assert "0.0.0.0" not in page
-            assert re.fullmatch(f"[{LETTERS}]{{8}}", token)
-            assert all(text in file.read_text() for text in (robot, page, token))
-        assert rows[0][3] != rows[1][3]
+            assert all(text in file.read_text() for text in (robot, page))
+        assert re.fullmatch(f"[{LETTERS}]{{8}}", token)
+        assert token not in file.read_text()
         with elib.connect(rows[0][1]) as robot:
             robot.selector()
         opener = build_opener(ProxyHandler({}))
+        assert opener.open(rows[0][2], timeout=PATIENCE).status == 200
         with pytest.raises(OSError, match="401"):
-            opener.open(rows[0][2], timeout=PATIENCE)
+            opener.open(teacher, timeout=PATIENCE)
         assert server.end() == 0
 
 
 def test_without_a_host_nobody_else_is_let_in() -> None:
     with a_class(1) as (server, rows):
-        ((_, robot, page),) = rows
+        (_, robot, page), _ = rows
         assert robot.startswith("tcp://127.0.0.1:")
         assert page.startswith("http://127.0.0.1:")
         own = reachable("0.0.0.0")
@@ -172,7 +176,7 @@ def test_without_a_host_nobody_else_is_let_in() -> None:
         (["--class", "2", "--shared", "--robots", "3"], "--shared has a robot for each student"),
         (["--host"], "--host, --shared and --sheet belong to a class"),
         (["--class", "2", "--tcp", "65535", "--view", "0"], "student 2 would get the port 65536"),
-        (["--class", "2", "--tcp", "0", "--view", "65535"], "begin lower with --view"),
+        (["--class", "2", "--tcp", "0", "--view", "127.0.0.1:8600"], "with --class it is the port of the pages"),
         (["--class", "2", "nowhere"], "nowhere"),
     ],
 )
@@ -211,8 +215,12 @@ def test_the_address_may_be_left_out(words: list[str], arranged: list[str]) -> N
 
 def test_a_sheet_has_a_piece_for_each_student_and_none_for_the_teacher() -> None:
     students = [
-        Student(1, [Served("epuck-1", "tcp://10.0.0.1:4001"), Served("epuck-2", "tcp://10.0.0.1:4002")]),
-        Student(0, [], "http://10.0.0.1:8601/", "secret"),
+        Student(
+            1,
+            [Served("epuck-1", "tcp://10.0.0.1:4001"), Served("epuck-2", "tcp://10.0.0.1:4002")],
+            "http://10.0.0.1:8600/student/1",
+        ),
+        Student(0, [], "http://10.0.0.1:8600/", "secret"),
     ]
     page = sheet(students, "<class>")
     assert page.count("<section>") == 1

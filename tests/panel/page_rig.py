@@ -18,7 +18,7 @@ def fetch(url: str, **headers: str) -> tuple[int, str]:
     opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
     try:
         with opener.open(urllib.request.Request(url, headers=headers), timeout=PATIENCE) as answer:
-            return answer.status, answer.read().decode()
+            return answer.status, answer.read().decode(errors="replace")
     except urllib.error.HTTPError as error:
         with error:
             return error.code, error.read().decode()
@@ -105,7 +105,7 @@ async def opened(url: str, *, cookie: str = "") -> AsyncIterator[Page]:
     place = url.removeprefix("http://").rstrip("/")
     async with connect(
         f"ws://{place}/ws",
-        origin=f"http://{place}",
+        origin=f"http://{place.partition('/')[0]}",
         additional_headers={"Cookie": cookie} if cookie else None,
         proxy=None,
         compression=None,

@@ -1,10 +1,11 @@
-"""The page of a student: it shows one world, asks for its token, and opens nothing else of the computer."""
+"""The page of a student: it shows one world, and opens nothing else of the computer. The teacher's asks for a token."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import os
+import re
 import urllib.error
 import urllib.request
 from collections.abc import AsyncIterator
@@ -15,8 +16,10 @@ import pytest
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
 from page_rig import Page, fetch, opened
+from websockets.exceptions import InvalidStatus
 
-from elib.panel.panel import ALL, STUDENT, WORLD, Can, Panel
+from elib.panel.panel import ALL, STUDENT, TEACHER, WORLD, Can, Panel
+from elib.panel.server import http
 from elib.panel.server.http import served
 from elib.panel.server.listening import listen
 from elib.panel.server.messages import MESSAGES
@@ -114,3 +117,81 @@ async def test_nothing_is_shown_without_the_token() -> None:
         async with opened(url, cookie=cookie) as page:
             await page.ask("subscribe", what="world")
             await until(lambda: page.frames)
+
+
+@contextlib.asynccontextmanager
+async def a_class(token: str | None = None) -> AsyncIterator[tuple[str, dict[str, Control]]]:
+    """Serve the pages of two students, each with a world of his own, and that of the teacher."""
+    controls: list[Control] = []
+    async with contextlib.AsyncExitStack() as stack:
+        for world in ("square", "arena"):
+            await stack.enter_async_context(serve(SimulationSettings(world=world), tcp="0", control=controls.append))
+        worlds = {"1": controls[0], "2": controls[1]}
+        pages = {key: Panel(is_shared=True, can=STUDENT, worlds={"": each}) for key, each in worlds.items()}
+        teacher = Panel(is_shared=True, can=TEACHER, worlds=worlds)
+        server = await stack.enter_async_context(served(teacher, listen("127.0.0.1", 0), token, students=pages))
+        yield server.url, worlds
+
+
+def scenes(page: Page) -> dict[int, str]:
+    """Return the names of the worlds that a page was shown, by channel."""
+    return {told["channel"]: told["scene"]["world"] for told in page.of("scene") if told["scene"]}
+
+
+async def test_a_student_needs_no_token_and_nothing_leads_from_there_to_the_teacher_s_page() -> None:
+    async with a_class(TOKEN) as (url, _):
+        status, text = await asyncio.to_thread(fetch, f"{url}student/2")
+        assert status == 200
+        for path in re.findall(r'(?:src|href)="(/[^"]+)"', text):
+            assert (await asyncio.to_thread(fetch, url.rstrip("/") + path))[0] == 200, path
+        for path in ("", "index.html", "ws", "worlds/arena.png", "student", "student/../", "student/%2e%2e/index.html"):
+            assert (await asyncio.to_thread(fetch, url + path))[0] in (401, 404), path
+        for path in ("student/3", "student/3/ws", "student/2/index.html", "student/02"):
+            assert (await asyncio.to_thread(fetch, url + path, Origin=url.rstrip("/")))[0] in (401, 404), path
+        with pytest.raises(InvalidStatus, match="401"):
+            async with opened(url):
+                pass
+        with pytest.raises(InvalidStatus, match="404"):
+            async with opened(f"{url}student/3"):
+                pass
+
+
+async def test_a_student_sees_and_changes_his_world_alone() -> None:
+    async with a_class(TOKEN) as (url, worlds), opened(f"{url}student/2") as page:
+        await page.ask("subscribe", what="world", of="1", channel=1)
+        await page.ask("subscribe", what="world", channel=2)
+        await until(lambda: len(page.frames) > 3)
+        assert scenes(page) == {2: "arena"}
+        before = worlds["1"].world.pose(0)
+        assert not (await page.ask("move_robot", robot=0, x=0.3, y=0.4, channel=1))["ok"]
+        assert (await page.ask("move_robot", robot=0, x=0.5, y=0.4, channel=2))["ok"]
+        assert worlds["1"].world.pose(0) == before
+        assert await refused(page, "pause", channel=2)
+
+
+async def test_the_teacher_watches_all_worlds_at_once_stops_them_and_lets_them_go_on() -> None:
+    async with a_class(TOKEN) as (url, worlds):
+        cookie = await asyncio.to_thread(log_in, url, TOKEN)
+        async with opened(url, cookie=cookie) as page:
+            for key in worlds:
+                await page.ask("subscribe", what="world", of=key, channel=int(key), rate=5)
+            await until(lambda: scenes(page) == {1: "square", 2: "arena"})
+            for do, is_paused in (("pause", True), ("resume", False)):
+                for key, control in worlds.items():
+                    assert (await page.ask(do, channel=int(key)))["ok"]
+                    assert control.simulation.clock.is_paused is is_paused
+            assert await refused(page, "add", url="sim://")
+            assert await refused(page, "save_world", name="mine.toml")
+
+
+async def test_a_student_who_opens_many_pages_keeps_nobody_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(http, "MAX_OF_STUDENT", 2)
+    async with a_class() as (url, _), contextlib.AsyncExitStack() as stack:
+        for _ in range(2):
+            await stack.enter_async_context(opened(f"{url}student/1"))
+        with pytest.raises(InvalidStatus, match="503"):
+            await stack.enter_async_context(opened(f"{url}student/1"))
+        for other in ("student/2", ""):
+            page = await stack.enter_async_context(opened(url + other))
+            await page.ask("subscribe", what="world")
+            await until(lambda page=page: page.frames)

@@ -1,4 +1,4 @@
-"""``elib simulate --class``: a robot and a page to watch it for every student of a class."""
+"""``elib simulate --class``: a robot and a page to watch it for every student of a class, and one for the teacher."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from html import escape
 
 from elib.base.errors import ArgumentError
 from elib.link.protocol.profiles import EPUCK2_WIFI
-from elib.panel.panel import STUDENT, Panel
+from elib.panel.panel import STUDENT, TEACHER, Can, Panel
 from elib.panel.server.http import served
 from elib.panel.server.listening import listen
 from elib.records.et.table import Header, Table, aligned
@@ -22,8 +22,8 @@ from elib.simulator.emulator.loopback import LOOPBACK, joined
 from elib.simulator.emulator.server import Served, serve
 from elib.simulator.emulator.settings import SimulationSettings
 
-FIRST_ROBOT, FIRST_PAGE = 4001, 8601
-"""The ports of student 1; those of the next ones count up, so that the number of a student is at their end."""
+FIRST_ROBOT, PAGE = 4001, 8600
+"""The ports of the robot of student 1 and of the pages. Robots count up, so that a number is at the end of its port."""
 LAST_PORT = 65535
 LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
 """What a token is made of: nothing that is easily mistaken on paper."""
@@ -38,13 +38,13 @@ class Student:
     Attributes:
         number: Number of the student, from 1; 0 for the teacher.
         robots: The robots' names and URLs; one, unless the world has more.
-        page: URL of the page to watch; empty where the page is not the student's.
-        token: What the page asks for once; empty if it asks for nothing.
+        page: URL of the page to watch.
+        token: What the teacher's page asks for once; empty if it asks for nothing.
     """
 
     number: int
     robots: Sequence[Served]
-    page: str = ""
+    page: str
     token: str = ""
 
     @property
@@ -62,14 +62,14 @@ class Classroom:
         host: Address at which the robots and pages are offered.
         is_shared: Whether all robots are in one world; otherwise each student has one of his own.
         robot_port: Port of the first robot; 0 takes free ones.
-        page_port: Port of the first page; 0 takes free ones.
+        page_port: Port of the pages; 0 takes a free one.
     """
 
     students: int
     host: str = LOOPBACK
     is_shared: bool = False
     robot_port: int = FIRST_ROBOT
-    page_port: int = FIRST_PAGE
+    page_port: int = PAGE
 
     @contextlib.asynccontextmanager
     async def open(self, settings: SimulationSettings) -> AsyncIterator[list[Student]]:
@@ -79,7 +79,7 @@ class Classroom:
             settings: The world of each student, or the one of all.
 
         Yields:
-            The students; in a shared world the page belongs to the teacher, who comes last and has the number 0.
+            The students, and the teacher last, with the number 0.
 
         Raises:
             ArgumentError: A setting is wrong, or there are not enough ports.
@@ -88,55 +88,57 @@ class Classroom:
         if self.is_shared and settings.robots is not None:
             raise ArgumentError("--shared has a robot for each student", hint="leave --robots out")
         async with contextlib.AsyncExitStack() as stack:
+            address = listen(self.host, self.page_port, "--view")  # first, because its errors say what to do
+            stack.callback(address.socket.close)
+            robots: dict[str, list[Served]] = {}
+            worlds: dict[str, Control] = {}
             if self.is_shared:
                 settings = dataclasses.replace(settings, robots=self.students)
-                world = await self._open_world(stack, settings, 0, self.robot_port, self.page_port)
-                students = [Student(number, [robot]) for number, robot in enumerate(world.robots, 1)]
-                yield [*students, dataclasses.replace(world, robots=())]
-                return
-            students = []
-            robot_port, page_port = self.robot_port, self.page_port
-            for number in range(1, self.students + 1):
-                student = await self._open_world(stack, settings, number, robot_port, page_port)
-                students.append(student)
-                robot_port += len(student.robots) if robot_port else 0
-                page_port += 1 if page_port else 0
-            yield students
+                shared, worlds[""] = await self._open_world(stack, settings, 1, self.robot_port)
+                robots = {str(number): [robot] for number, robot in enumerate(shared, 1)}
+            else:
+                port = self.robot_port
+                for number in range(1, self.students + 1):
+                    own, worlds[str(number)] = await self._open_world(stack, settings, number, port)
+                    robots[str(number)] = own
+                    port += len(own) if port else 0
+            can = Can() if self.is_shared else STUDENT  # nobody moves the robots of others
+            pages = {
+                key: Panel(is_shared=True, can=can, worlds={"": worlds.get(key) or worlds[""]}, reachable=_named(own))
+                for key, own in robots.items()
+            }
+            everybody = [(f"{key} {name}", url) for key, own in robots.items() for name, url in _named(own)]
+            teacher = Panel(is_shared=True, can=TEACHER, worlds=worlds, reachable=everybody)
+            token = "".join(secrets.choice(LETTERS) for _ in range(TOKEN_LENGTH)) if address.is_shared else ""
+            server = await stack.enter_async_context(served(teacher, address, token or None, students=pages))
+            students = [Student(int(key), own, f"{server.url}student/{key}") for key, own in robots.items()]
+            yield [*students, Student(0, (), server.url, token)]
 
     async def _open_world(
-        self,
-        stack: contextlib.AsyncExitStack,
-        settings: SimulationSettings,
-        number: int,
-        robot_port: int,
-        page_port: int,
-    ) -> Student:
-        """Open one world with its robots and its page."""
-        for option, port in (("--tcp", robot_port), ("--view", page_port)):
-            if port > LAST_PORT:
-                raise ArgumentError(
-                    f"student {number} would get the port {port}, but {LAST_PORT} is the last one",
-                    hint=f"begin lower with {option}, or take free ones with {option} 0",
-                )
+        self, stack: contextlib.AsyncExitStack, settings: SimulationSettings, number: int, port: int
+    ) -> tuple[list[Served], Control]:
+        """Open the world of a student, or that of all, from a port on."""
+        if port > LAST_PORT:
+            raise ArgumentError(
+                f"student {number} would get the port {port}, but {LAST_PORT} is the last one",
+                hint="begin lower with --tcp, or take free ones with --tcp 0",
+            )
         controls: list[Control] = []
-        address = listen(self.host, page_port, "--view")  # first, because its errors say what to do
-        stack.callback(address.socket.close)
-        place = joined(self.host, robot_port)
+        place = joined(self.host, port)
         on_wifi = settings.firmware == EPUCK2_WIFI.name
         tcp, wifi = (None, place) if on_wifi else (place, None)
         serving = serve(settings, pty=False, tcp=tcp, wifi=wifi, control=controls.append)
-        robots = await stack.enter_async_context(serving)
-        token = "".join(secrets.choice(LETTERS) for _ in range(TOKEN_LENGTH)) if address.is_shared else ""
-        urls = [(robot.name, robot.url) for robot in robots]
-        panel = Panel(is_shared=True, can=STUDENT, worlds={"": controls[0]}, reachable=urls)
-        server = await stack.enter_async_context(served(panel, address, token or None))
-        return Student(number, robots, server.url, token)
+        return list(await stack.enter_async_context(serving)), controls[0]
+
+
+def _named(robots: Sequence[Served]) -> list[tuple[str, str]]:
+    return [(robot.name, robot.url) for robot in robots]
 
 
 def listed(students: Sequence[Student]) -> str:
-    """Return a table of what each student gets."""
-    rows = [(str(each.number), each.urls, each.page, each.token) for each in students]
-    headers = ("number", "robot", "page", "token")
+    """Return a table of what each student and the teacher get."""
+    rows = [(str(each.number or "teacher"), each.urls, each.page, each.token) for each in students]
+    headers = ("student", "robot", "page", "token")
     used = [place for place in range(len(headers)) if any(row[place] for row in rows)]
     return aligned(
         Table([Header(headers[place], "text") for place in used], [[row[place] for place in used] for row in rows])
@@ -157,9 +159,7 @@ def sheet(students: Sequence[Student], title: str) -> str:
     pieces = "\n".join(
         f"<section><h2>{student.number}</h2><p>Your robot: type one of these lines once</p>"
         + "".join(f"<p>{escape(shell)}</p><code>{escape(line)}</code>" for shell, line in named(student.urls).items())
-        + (f"<p>Watch it in the browser</p><code>{escape(student.page)}</code>" if student.page else "")
-        + (f"<p>The token that this page asks for</p><code>{escape(student.token)}</code>" if student.token else "")
-        + "</section>"
+        + f"<p>Watch it in the browser</p><code>{escape(student.page)}</code></section>"
         for student in students
         if student.number
     )

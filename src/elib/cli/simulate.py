@@ -163,8 +163,9 @@ def simulate(
     One line a robot when it is ready: its name and the URL that opens it. A client may leave and another come; the
     robot stays as it is. Without --pty and --tcp every robot gets a pty, one with Wi-Fi a port of its own.
 
-    With --class every student gets a robot in a world of his own and a page to watch it; --tcp and --view then name
-    the ports of the first student, 4001 and 8601 by default, and --host lets other computers in.
+    With --class every student gets a robot in a world of his own and a page to watch it, and the teacher a page of all;
+    --tcp names the port of the first robot, 4001 by default, --view that of the pages, 8600, and --host lets other
+    computers in.
     """
     keys = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
     if world is not None and named is not None and world != named:
@@ -247,14 +248,14 @@ def _teach(
             f"--class does not go with {' and '.join(others)}", hint="start another elib simulate for that"
         )
     check_web()
-    from elib.cli.classroom import FIRST_PAGE, FIRST_ROBOT, Classroom, listed, sheet  # a simulation alone starts faster
+    from elib.cli.classroom import FIRST_ROBOT, PAGE, Classroom, listed, sheet  # a simulation alone starts faster
 
     classroom = Classroom(
         options.students,
         LOOPBACK if options.host is None else options.host or EVERYWHERE[0],
         options.shared,
-        _port("--tcp", tcp, FIRST_ROBOT),
-        _port("--view", view, FIRST_PAGE),
+        _port("--tcp", tcp, FIRST_ROBOT, "the port of the first student"),
+        _port("--view", view, PAGE, "the port of the pages"),
     )
 
     async def main() -> None:
@@ -268,7 +269,7 @@ def _teach(
                 write_file(options.sheet, sheet(students, f"elib simulate {settings.world}").encode())
             print(listed(students), end="", flush=True)
             if any(each.token for each in students):
-                say("Every computer in this network can drive these robots; the pages ask for their token.")
+                say("Every computer in this network can drive these robots; only the teacher's page asks for a token.")
                 say("Nothing is encrypted: use this in a network you trust. Ctrl-C ends it.")
             await stop.wait()
 
@@ -276,13 +277,13 @@ def _teach(
         run_coroutine(main, settings.speed)
 
 
-def _port(option: str, text: str | None, default: int) -> int:
-    """Return the first port of a class."""
+def _port(option: str, text: str | None, default: int, meaning: str) -> int:
+    """Return a port of a class."""
     if text is None or text == ANY_FREE:
         return default
     if not (text.isascii() and text.isdecimal() and int(text) <= 65535):
         raise ArgumentError(
-            f"{option} is {text!r}; with --class it is the port of the first student",
+            f"{option} is {text!r}; with --class it is {meaning}",
             hint="--host ADDRESS names the host",
         )
     return int(text)

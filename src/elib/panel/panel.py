@@ -60,6 +60,8 @@ ALL = Can(drive=True, edit=True, speed=True, save=True, connect=True, files=True
 """Of a person at a panel of robots."""
 WORLD = Can(edit=True, speed=True, save=True)
 """Of a page that shows a world, whose robots belong to other programs."""
+TEACHER = Can(edit=True, speed=True)
+"""Of the page of a whole class."""
 STUDENT = Can(edit=True)
 """Of a page that shows a world to somebody who may use this world and nothing else of this computer: its speed is
 fixed, because the computer has others to simulate, too."""

@@ -45,6 +45,10 @@ MAX_FORM = 512
 FORM_TIME = 5.0
 """s that a login form may take to come."""
 MAX_PAGES = 64
+MAX_OF_STUDENT = 4
+"""Pages of one student of a class at a time: nobody can keep the others and the teacher out."""
+OF_STUDENT = 7
+"""Connections that each student of a class adds: a whole class opens its pages at the same moment."""
 MESSAGES, MESSAGES_AT_ONCE = 100.0, 200.0
 """Messages of one page per second for long, and at once. A hand that drags sends 60 a second, one that drives 10."""
 BYTES, BYTES_AT_ONCE = 64 * 1024.0, 256 * 1024.0
@@ -72,6 +76,8 @@ POLICY = (
     "font-src 'self'; connect-src 'self' ws://{host}; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
 )
 """Scripts, styles, fonts and pictures come from this server; no other site may show the page in a frame."""
+NOBODY: Mapping[str, Panel] = {}
+NO_STUDENT = "There is no student with this number."
 NOTE = b"<!-- note -->"
 """Stands in the login page where it says why it is shown again."""
 
@@ -164,7 +170,11 @@ def own_address(place: str) -> Address:
 
 @contextlib.asynccontextmanager
 async def served(
-    panel: Panel, address: Address, token: str | None = None, door: Door | None = None
+    panel: Panel,
+    address: Address,
+    token: str | None = None,
+    door: Door | None = None,
+    students: Mapping[str, Panel] = NOBODY,
 ) -> AsyncIterator[Server]:
     """Serve the pages of a panel until the block is left; then stop and disconnect every robot.
 
@@ -173,6 +183,7 @@ async def served(
         address: A bound port; it is closed at the end.
         token: What a browser is asked for before it sees anything; None asks for nothing.
         door: One more address for programs.
+        students: What the students of a class see without the token, each at ``/student/KEY``.
 
     Raises:
         SimulationError: There is no world to be seen.
@@ -181,7 +192,7 @@ async def served(
     with contextlib.closing(address.socket):
         for control in panel.worlds.values():
             control.snapshot()
-        server = Server(panel, address, token, door)
+        server = Server(panel, address, token, door, students)
         runner = web.AppRunner(server.application(), shutdown_timeout=CLOSING_TIME)
         await runner.setup()
         assert runner.server is not None
@@ -196,7 +207,7 @@ async def served(
             max_line_size=MAX_LINE,
             max_field_size=MAX_HEADER,
         )
-        connections = _Connections(http)
+        connections = _Connections(http, OF_STUDENT * len(students))
         listener = await asyncio.get_running_loop().create_server(connections.protocol, sock=address.socket)
         try:
             yield server
@@ -218,6 +229,7 @@ class Server:
         address: Where it is served.
         token: What a browser must show.
         door: One more address for programs.
+        students: What the students of a class see without the token, each at ``/student/KEY``.
 
     Attributes:
         panel: As given.
@@ -226,13 +238,15 @@ class Server:
         is_ending: Whether the program ends. Then pages are still told what happens, but what they ask for is not done.
     """
 
-    def __init__(self, panel: Panel, address: Address, token: str | None, door: Door | None) -> None:
+    def __init__(
+        self, panel: Panel, address: Address, token: str | None, door: Door | None, students: Mapping[str, Panel]
+    ) -> None:
         self.is_ending = False
         self.panel, self._door = panel, door
         self.access, self.url = Access(address.host, address.port, token), address.url
         self._files = _static_files()
-        full = f"{MAX_PAGES} pages are open. Close some, and try again."
-        self._pages = Callers(self._page, MAX_PAGES, full, (MESSAGES, MESSAGES_AT_ONCE))
+        self._pages = self._callers(panel, MAX_PAGES)
+        self._students = {key: self._callers(each, MAX_OF_STUDENT) for key, each in students.items()}
         # What is called may change as long as the panel lives.
         self._pages.on_visit, self._pages.on_empty = lambda: panel.on_visit(), lambda: panel.on_empty()
 
@@ -246,6 +260,8 @@ class Server:
         application = web.Application(middlewares=[self._guard], client_max_size=MAX_FORM)
         application.on_response_prepare.append(self._add_headers)
         application.router.add_get("/ws", self._socket)
+        application.router.add_get("/student/{key}", self._student)
+        application.router.add_get("/student/{key}/ws", self._socket)
         if self._door is not None:
             application.router.add_get(self._door.path, partial(self._door.answer, server=self), allow_head=False)
         application.router.add_get("/worlds/{name}.png", self._picture)
@@ -258,7 +274,8 @@ class Server:
         self.is_ending = True
         if self._door is not None:
             await self._door.close()
-        await self._pages.close("the program has ended")
+        all_pages = self._pages, *self._students.values()
+        await asyncio.gather(*(pages.close("the program has ended") for pages in all_pages))
 
     # -- before every request --
 
@@ -267,7 +284,7 @@ class Server:
         refusal = self._refusal(request)
         if refusal is not None:
             return web.Response(status=refusal[0], text=refusal[1])
-        is_open = request.path in ("/login", "/login.css") or self._is_for_door(request)
+        is_open = request.path in ("/login", "/login.css") or self._is_for_door(request) or self._is_of_student(request)
         if not is_open and not self.access.is_let_in(request):
             return self._login_page(401)
         try:
@@ -304,6 +321,11 @@ class Server:
     def _is_for_door(self, request: web.Request) -> bool:
         return self._door is not None and request.path == self._door.path
 
+    def _is_of_student(self, request: web.Request) -> bool:
+        """Return whether a student may ask for it: his page, and the files that all pages load."""
+        is_part = request.path in self._files and request.path != "/index.html"
+        return bool(self._students) and (is_part or request.path.startswith("/student/"))
+
     async def _add_headers(self, request: web.Request, response: web.StreamResponse) -> None:
         host = self.access.host_of(request)
         response.headers.update(HEADERS)
@@ -319,6 +341,14 @@ class Server:
             return self._login_page(200)
         if path not in self._files or path == "/login.html":
             return web.Response(status=404, text="There is no such page.")
+        return self._send(request, path)
+
+    async def _student(self, request: web.Request) -> web.StreamResponse:
+        if request.match_info["key"] not in self._students:
+            return web.Response(status=404, text=NO_STUDENT)
+        return self._send(request, "/index.html")
+
+    def _send(self, request: web.Request, path: str) -> web.Response:
         file = self._files[path]
         is_packed = file.packed is not None and _takes_gzip(request)
         tag = f'"{file.digest}{"-gzip" * is_packed}"'
@@ -358,8 +388,14 @@ class Server:
         response.set_cookie(self.access.cookie, self.access.session, path="/", httponly=True, samesite="Strict")
         return response
 
-    def _page(self, request: web.Request, ws: web.WebSocketResponse) -> Page:
-        return Page(self.panel, request, ws, decode, lambda: self.is_ending)
+    def _callers(self, panel: Panel, most: int) -> Callers[Page]:
+        """Return the pages of a panel, of which there are none yet."""
+
+        def page(request: web.Request, ws: web.WebSocketResponse) -> Page:
+            return Page(panel, request, ws, decode, lambda: self.is_ending)
+
+        full = f"{most} pages are open. Close some, and try again."
+        return Callers(page, most, full, (MESSAGES, MESSAGES_AT_ONCE))
 
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if "Origin" not in request.headers:  # browsers name it for every WebSocket
@@ -368,7 +404,11 @@ class Server:
             return web.Response(status=400, text="This address is for WebSockets.")
         if self.is_ending:
             return web.Response(status=503, text="The program ends.")
-        return await self._pages.answer(request)
+        key = request.match_info.get("key")
+        pages = self._pages if key is None else self._students.get(key)
+        if pages is None:
+            return web.Response(status=404, text=NO_STUDENT)
+        return await pages.answer(request)
 
 
 class _Http(web.RequestHandler):
@@ -395,10 +435,12 @@ class _Connections:
 
     Args:
         make: Makes a protocol that answers requests.
+        more: How many there may be beyond the usual.
     """
 
-    def __init__(self, make: Callable[[], asyncio.Protocol]) -> None:
+    def __init__(self, make: Callable[[], asyncio.Protocol], more: int = 0) -> None:
         self.make = make
+        self._more = more
         self._open: dict[asyncio.Transport, str] = {}
 
     def protocol(self) -> asyncio.Protocol:
@@ -409,7 +451,7 @@ class _Connections:
         """Count a new connection; return False if there are too many."""
         address = str((transport.get_extra_info("peername") or ("",))[0])
         same = sum(each == address for each in self._open.values())
-        if len(self._open) >= MAX_CONNECTIONS or same >= MAX_OF_ONE:
+        if len(self._open) >= MAX_CONNECTIONS + self._more or same >= MAX_OF_ONE:
             return False
         self._open[transport] = address
         return True
