@@ -166,11 +166,19 @@ function take(message: Told | Answer | Failure) {
   }
 }
 
+const drawn = new Map<number, number>(); // the newest frame of each channel, until the server was told
+
 function takeFrame(frame: ArrayBuffer) {
-  const head = new DataView(frame);
-  const channel = head.getUint32(20, true);
+  const head = new DataView(frame),
+    channel = head.getUint32(20, true);
   worldOf(channel).takeFrame(frame);
-  tell("frame_drawn", { number: head.getUint32(0, true), channel });
+  if (!drawn.size) requestAnimationFrame(tellDrawn); // a page that nobody sees gets no more
+  drawn.set(channel, head.getUint32(0, true));
+}
+
+function tellDrawn() {
+  tell("frames_drawn", { frames: [...drawn] });
+  drawn.clear();
 }
 
 /** Say something that needs no answer. */
