@@ -56,13 +56,14 @@ function Header() {
             {label}
           </Tab>
         ))}
-        {can().connect && (
-          <Tab to="#/start" isOpen={kind === "start"} title="another robot" label="another robot">
-            <Icon of={Plus} size={16} />
-            <span>Robot</span>
-          </Tab>
-        )}
       </nav>
+      {can().connect && (
+        <Tab to="#/start" isOpen={kind === "start"} title="another robot" label="another robot">
+          <Icon of={Plus} size={16} />
+          <span>Robot</span>
+        </Tab>
+      )}
+      <span class="fill" />
       <Button weight="quiet" icon={isDark() ? Sun : Moon} label="switch between light and dark" act={toggleTheme} />
       {can().drive && (stopped.value || listed.value.length > 1) && (
         <button key={stops.value} type="button" id="stop" class="stop" aria-keyshortcuts="Space Escape" onClick={stop}>

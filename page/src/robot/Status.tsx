@@ -3,6 +3,7 @@ import { Circle, FileText, Plug, Trash2, Unplug } from "lucide";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
 import { Icon } from "../look/Icon";
+import { isPhone } from "../look/screen";
 import { number } from "../look/text";
 import { go } from "../route";
 import { can, listed, type Robot } from "../store";
@@ -20,7 +21,8 @@ export function Status({ robot }: { robot: Robot }) {
     median = link?.median ?? 0,
     answers = median ? `answers in ${Math.round(1000 * median)} ms` : "",
     isRecording = Boolean(entry?.url.startsWith("replay:") && !entry.url.includes("fork=")),
-    [begin, end] = isRecording ? ["Play", "End"] : ["Connect", "Disconnect"];
+    [begin, end] = isRecording ? ["Play", "End"] : ["Connect", "Disconnect"],
+    change = phase === "connecting" ? "Cancel" : isOff(robot) ? begin : end;
   // The worst news first: nobody can stop a robot whose link is gone.
   const alarm =
     drive.may_move && phase !== "connected"
@@ -62,9 +64,8 @@ export function Status({ robot }: { robot: Robot }) {
               weight={isOff(robot) ? "primary" : "quiet"}
               icon={isOff(robot) ? Plug : Unplug}
               act={() => robot.ask(isOff(robot) ? "connect" : "disconnect", {})}
-            >
-              {phase === "connecting" ? "Cancel" : isOff(robot) ? begin : end}
-            </Button>
+              {...(isPhone() && phase === "connected" ? { label: end } : { children: change })}
+            />
             <Button weight="quiet" icon={Trash2} label="Remove from this page" act={remove} />
           </>
         )}
