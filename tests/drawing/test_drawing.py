@@ -8,13 +8,14 @@ import pytest
 from PIL import Image
 
 from elib.base.errors import ArgumentError
+from elib.base.zone import Zone
 from elib.simulator.drawing import draw, draw_png, draw_svg
 from elib.simulator.drawing.fittings import LAMP, TONE
 from elib.simulator.drawing.floor import PIT
 from elib.simulator.drawing.png import render
 from elib.simulator.drawing.robot import BODY_LIGHT, FRONT_LIGHT
 from elib.simulator.drawing.shapes import Circle, Drawing, Polygon, Stroke, Text
-from elib.simulator.drawing.top import FLOOR, PAPER, TRAIL_HUES, Zone, top_view
+from elib.simulator.drawing.top import FLOOR, PAPER, TRAIL_HUES, top_view
 from elib.simulator.physics import Box, Colour, Cylinder, Lamps, Pose, Scene, Wall, World
 from elib.simulator.physics.fittings import Light, Patch, Sound, Stripe
 

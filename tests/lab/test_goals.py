@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+from drawn_runs import DrawnRun, drawn_run
 from labs_for_tests import GIVEN, lab_in, run_program
 
+from elib.lab.goal import GoalResult, Trace, Zone, judge
 from elib.lab.goals import KINDS
 
 ZONES = """
@@ -177,6 +183,53 @@ def test_every_kind_is_tried() -> None:
     assert [kind for kind in KINDS if f'kind = "{kind}"' not in tried] == []
 
 
+def trace_of(run: DrawnRun) -> Trace:
+    robots = range(len(run.poses[0]))
+    return Trace(
+        step=run.step,
+        poses=np.array(run.poses),
+        touching=np.array([[robot in touching for robot in robots] for touching in run.touching]),
+        lit=np.array(run.lit),
+        speeds=run.speeds,
+        things={name: (x, y) for name, x, y in run.boxes + run.cylinders if name},
+        zones={name: Zone(name, *values) for name, values in run.zones.items()},
+        stripes=run.stripes,
+        requests=run.requests,
+        output=run.output,
+        time=run.time,
+        has_ended=run.has_ended,
+        exit_code=run.exit_code,
+    )
+
+
+def judged(seed: int) -> Iterator[tuple[str, GoalResult]]:
+    """Yield the kind of each goal of a drawn run, and what became of it; one run of fifty breaks a link's rule."""
+    run = drawn_run(seed)
+    goals = [KINDS[kind](**keys) for kind, keys in run.goals]
+    refusal = "it broke the link's rules" if seed % 50 == 49 else ""
+    return zip((kind for kind, _ in run.goals), judge(goals, trace_of(run), refusal), strict=True)
+
+
+@pytest.mark.parametrize("runs", [100, pytest.param(1000, marks=pytest.mark.long)])
+def test_every_verdict_on_drawn_runs_is_that_of_plain_loops(runs: int) -> None:
+    """The digests come from the judge of commit 8882e5f6, which went through lists of poses one by one."""
+    found: dict[str, list[GoalResult]] = {}
+    digests: dict[str, hashlib._Hash] = {}
+    for seed in range(runs):
+        for kind, result in judged(seed):
+            found.setdefault(kind, []).append(result)
+            line = f"{seed} {result.goal.sentence} {result.holds} {result.text}\n"
+            digests.setdefault(kind, hashlib.sha256()).update(line.encode())
+    assert {
+        kind: {
+            "holds": sum(each.holds for each in results),
+            "fails": sum(not each.holds for each in results),
+            "digest": digests[kind].hexdigest()[:16],
+        }
+        for kind, results in found.items()
+    } == json.loads(Path(__file__).with_name("verdicts.json").read_text())[str(runs)]
+
+
 def test_a_goal_that_needs_another_holds_only_with_it(tmp_path: Path) -> None:
     goals = """
 [[goal]]
@@ -210,3 +263,13 @@ def test_paths_are_drawn_with_the_zones(tmp_path: Path) -> None:
     assert all(f">{name}</text>" in drawn for name in ("ahead", "behind", "right", "start"))
     result.draw(tmp_path / "path.png")
     assert (tmp_path / "path.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_plain_trace_is_judged_without_a_world_and_a_program() -> None:
+    there = [KINDS["reach"](name="there", zone="target", hold=0.5), KINDS["distance"](name="far", most=0.1)]
+    poses = np.array([[(0.1 * min(tick, 5), 0.5, 0.0)] for tick in range(8)])
+    trace = Trace(step=0.25, poses=poses, zones={"target": Zone("target", 0.5, 0.5, radius=0.05)})
+    assert [(each.holds, each.text) for each in judge(there, trace)] == [
+        (True, "in the zone target after 1.2 s and for 0.5 s"),
+        (False, "drove 0.50 m"),
+    ]

@@ -6,11 +6,12 @@ it makes (:mod:`elib.base.rules`), so each range is declared in one place.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
@@ -267,8 +268,14 @@ class Source:
         Raises:
             SimulationError: A rule is broken.
         """
-        try:
+        with self.at(*path):
             return table.read(value, self.what)
+
+    @contextlib.contextmanager
+    def at(self, *path: str | int) -> Iterator[None]:
+        """Let the error of a value at *path* name the file, the line and the key: a SimulationError."""
+        try:
+            yield
         except ArgumentError as error:
             raise self.error(path, error) from error
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
@@ -19,7 +20,8 @@ from elib.base.rules import Number, nearest
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
 from elib.cli.terminal import GREEN, RED, paint, say, table
-from elib.lab import Lab, VariantResult, find_lab, load_lab, run_variant
+from elib.lab import VariantResult, find_lab, load_lab, run_variant
+from elib.lab.goal import points
 from elib.lab.labfile import shipped_labs
 from elib.lab.mistakes import is_mistake, wrong_claim
 from elib.lab.picture import PICTURE, draw_lab
@@ -151,14 +153,15 @@ def check(
         if not json:
             _print(results[-1], pictures[-1])
     passed = all(result.passed for result in results)
-    points = points_of(found, results)
+    held = Counter(each.goal.name for result in results for each in result.goals if each.holds)
+    reached = points(found.goals, held, len(results))
     if json:
         print_json(
             {
                 "lab": found.name,
                 "program": str(path),
                 "passed": passed,
-                "points": sum(points.values()),
+                "points": reached,
                 "of": found.points,
                 "variants": [
                     {**summary(result), "picture": str(picture)}
@@ -167,7 +170,7 @@ def check(
             }
         )
     else:
-        print(f"{sum(points.values()):.3g} of {found.points:g} points" + (", all goals hold" if passed else ""))
+        print(f"{reached:.3g} of {found.points:g} points" + (", all goals hold" if passed else ""))
     if is_wrong:
         goals = [{each.goal.name: (each.holds, each.text) for each in result.goals} for result in results]
         wrong = wrong_claim(found, path.read_text("utf-8", "replace"), goals)
@@ -175,14 +178,6 @@ def check(
         passed = not wrong
     if not passed:
         raise SystemExit(FAILED)
-
-
-def points_of(lab: Lab, results: list[VariantResult]) -> dict[str, float]:
-    """Return the points of each goal: a part of them for each variant in which it holds."""
-    held = [{each.goal.name for each in result.goals if each.holds} for result in results]
-    return {
-        goal.name: goal.points * sum(goal.name in names for names in held) / max(1, len(results)) for goal in lab.goals
-    }
 
 
 def summary(result: VariantResult) -> dict[str, object]:
@@ -217,8 +212,8 @@ def _print(result: VariantResult, picture: Path) -> None:
     for each in result.goals:
         mark = paint("yes", GREEN, sys.stdout) if each.holds else paint("no ", RED, sys.stdout)
         print(f"  {mark}  {each.goal.sentence}")
-        points = f"{each.goal.points:g} {'point' if each.goal.points == 1 else 'points'}"
-        print(f"       {plain(each.text)} ({points if each.holds else f'0 of {points}'})")
+        worth = f"{each.goal.points:g} {'point' if each.goal.points == 1 else 'points'}"
+        print(f"       {plain(each.text)} ({worth if each.holds else f'0 of {worth}'})")
     print(f"  path in {picture}\n", flush=True)
 
 

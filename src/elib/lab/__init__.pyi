@@ -1,9 +1,9 @@
 from elib.lab.goal import Goal as Goal
+from elib.lab.goal import GoalResult as GoalResult
 from elib.lab.labfile import Lab as Lab
 from elib.lab.labfile import Variant as Variant
 from elib.lab.labfile import find_lab as find_lab
 from elib.lab.labfile import load_lab as load_lab
-from elib.lab.running import GoalResult as GoalResult
 from elib.lab.running import Running as Running
 from elib.lab.running import VariantResult as VariantResult
 from elib.lab.running import program_command as program_command

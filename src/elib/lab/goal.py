@@ -1,18 +1,45 @@
-"""What every goal of a lab is: zones, what a run is judged by, and the class from which the kinds are derived."""
+"""The judging of a lab: zones, the trace of a run, and what all kinds of goals have in common.
+
+It needs no process, no socket and no file. :func:`judge` takes goals, such as those of :mod:`elib.lab.goals`, and a
+plain :class:`Trace` of arrays, whoever noted it::
+
+    goal = Reach(name="arrive", zone="target", hold=1.0)
+    trace = Trace(step=1 / 64, poses=poses, zones={"target": Zone("target", 0.5, 0.5, radius=0.05)})
+    [found] = judge([goal], trace)
+    print(found.holds, found.text)
+
+Verdicts are equal to the last bit on every computer. So lengths are those of ``math.hypot``: NumPy's ``hypot`` is the C
+library's, and rounds as that likes.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Annotated, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from elib.base.rules import Degrees, Mistake, Number, Rule, Several, Text, Whole, nearest
-from elib.simulator.drawing.top import Zone as MarkedZone
-from elib.simulator.physics import Pose, Scene, Snapshot
+from elib.base.zone import Zone as NamedZone
 
 MAX_NAMES = 50
+
+MISSED = "failed"
+"""How the text of a goal ends that fails only because it needs another one."""
+
+Floats: TypeAlias = NDArray[np.float64]
+Flags: TypeAlias = NDArray[np.bool_]
+Finding: TypeAlias = tuple[bool | np.bool_, str]
+"""Whether a goal holds, and what happened, in words."""
+
+hypot: Callable[..., Floats] = np.vectorize(math.hypot, otypes=[float])
+"""Lengths of arrows, m."""
+turn_of: Callable[..., Floats] = np.vectorize(lambda angle: math.remainder(angle, math.tau), otypes=[float])
+"""Differences of headings as turns, rad, -pi..pi."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,27 +56,21 @@ class Names(Rule):
             return tuple(names)
         raise self.refuse(value)
 
-    def written(self, value: object) -> str:
-        """Return the list."""
-        assert isinstance(value, tuple)
-        return f"[{', '.join(map(repr, value))}]"
-
 
 Name = Annotated[str, Text(example='"target"')]
-ZoneName = Annotated[str, Text(example='"target"')]
 ZoneNames = Annotated[tuple[str, ...], Names(example='["first", "second"]')]
 Metres = Annotated[float, Number(0, 1000, "m", example="0.1")]
 Shift = Annotated[float, Number(-1000, 1000, "m", example="0.1")]
 Seconds = Annotated[float, Number(0, 3600, "s", example="2")]
 Share = Annotated[float, Number(0, 1, example="0.9")]
-Angle = Annotated[float, Degrees(example="90")]
-Turned = Annotated[float, Degrees(-36000, 36000, example="360")]
+Heading = Annotated[float, Degrees(example="90", otherwise="any")]
+Tolerance = Annotated[float, Degrees(0, 180)]
 Count = Annotated[int, Whole(0, 1_000_000, example="10")]
 LedNumbers = Annotated[tuple[int, ...], Several(Whole(0, 7), 1, 8, example="[0, 4]")]
 
 
 @dataclass(frozen=True, slots=True)
-class Zone(MarkedZone):
+class Zone(NamedZone):
     """A part of the floor, which goals name.
 
     Attributes:
@@ -58,26 +79,30 @@ class Zone(MarkedZone):
 
     variant: str = ""
 
-    def holds(self, pose: Pose) -> bool:
-        """Return whether a robot's middle is in it."""
+    def away(self, x: Floats, y: Floats) -> Floats:
+        """Return how far places are from its middle, m."""
+        return hypot(x - self.x, y - self.y)
+
+    def holds(self, x: Floats, y: Floats) -> Flags:
+        """Return which places are in it."""
         if self.radius:
-            return math.hypot(pose.x - self.x, pose.y - self.y) <= self.radius
-        return abs(pose.x - self.x) <= self.width / 2 and abs(pose.y - self.y) <= self.depth / 2
+            return self.away(x, y) <= self.radius
+        return (abs(x - self.x) <= self.width / 2) & (abs(y - self.y) <= self.depth / 2)
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
-    """What happened in one variant, for the goals to judge.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trace:
+    """What happened in one variant, for the goals to judge. A kind of goal reads only what it is about.
 
     Attributes:
         step: Time between two ticks, s.
-        poses: Where each robot was, from the start on: a row for each tick.
-        touching: Which robots touched something: a set for each tick.
-        lit: Which LEDs of the ring were on: for each tick and robot, a bit for each LED.
-        speeds: Speeds of each robot's wheels at the end, m/s.
-        snapshot: The world at the end.
+        poses: Where each robot was, from the start on: ticks x robots x (x, y, heading), m and rad.
+        touching: Which robots touched something: ticks x robots.
+        lit: Which LEDs of the ring were on, a bit for each: ticks x robots.
+        speeds: Speeds of each robot's wheels at the end, m/s: left and right.
+        things: Where the middle of each box and cylinder with a name is at the end, m.
         zones: The zones of this variant.
-        stripes: The courses of the stripes on the floor.
+        stripes: The courses of the stripes on the floor, each as its points, m.
         requests: How often each command was sent.
         output: What the program printed.
         time: Robot time at the program's end, s.
@@ -86,31 +111,27 @@ class Run:
     """
 
     step: float
-    poses: Sequence[Sequence[Pose]]
-    touching: Sequence[frozenset[int]]
-    lit: Sequence[Sequence[int]]
-    speeds: Sequence[tuple[float, float]]
-    snapshot: Snapshot
-    zones: Mapping[str, Zone]
-    stripes: Sequence[Sequence[tuple[float, float]]]
-    requests: Counter[str]
-    output: str
-    time: float
-    has_ended: bool
-    exit_code: int | None
+    poses: Floats
+    touching: Flags = field(default_factory=lambda: np.zeros((0, 0), bool))
+    lit: NDArray[np.int_] = field(default_factory=lambda: np.zeros((0, 0), int))
+    speeds: Sequence[tuple[float, float]] = ()
+    things: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    zones: Mapping[str, Zone] = field(default_factory=dict)
+    stripes: Sequence[Sequence[tuple[float, float]]] = ()
+    requests: Counter[str] = field(default_factory=Counter)
+    output: str = ""
+    time: float = 0.0
+    has_ended: bool = True
+    exit_code: int | None = 0
 
     @property
     def robots(self) -> int:
         """How many robots there are."""
-        return len(self.poses[0])
+        return int(self.poses.shape[1])
 
-    def path(self, robot: int) -> list[Pose]:
-        """Return where one robot was."""
-        return [row[robot] for row in self.poses]
-
-
-Finding: TypeAlias = tuple[bool, str]
-"""Whether a goal holds, and what happened, in words."""
+    def path(self, robot: int) -> Floats:
+        """Return x, y and heading of one robot at each tick: three rows."""
+        return self.poses[:, robot].T
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,21 +157,14 @@ class Goal:
         """What the program should do."""
         return self.about or self._sentence()
 
-    def judge(self, run: Run) -> Finding:
-        """Return whether the goal holds in a run, and what happened."""
-        chosen = range(run.robots) if self.robot is None else [self.robot - 1]
-        found = [(robot, *self._one(run, robot)) for robot in chosen]
-        worst = next((each for each in found if not each[1]), found[0])
-        robot, holds, text = worst
-        return holds, text if len(found) == 1 or holds else f"robot {robot + 1}: {text}"
-
-    def check(self, zones: Mapping[str, Zone], robots: int, scene: Scene) -> None:
+    def check(self, zones: Iterable[str], robots: int, things: Iterable[str], stripes: int) -> None:
         """Check what the goal names against one variant.
 
         Args:
-            zones: The zones of the variant.
+            zones: The names of its zones.
             robots: How many robots it has.
-            scene: Its world.
+            things: The names of its boxes and cylinders.
+            stripes: How many stripes are on its floor.
 
         Raises:
             Mistake: There is no such thing in that variant.
@@ -162,11 +176,27 @@ class Goal:
             for name in (named,) if isinstance(named, str) else named:
                 if name not in zones:
                     raise Mistake(f'names "{name}", and there is no such zone', path=(key,), hint=nearest(name, zones))
+        self._check(things, stripes)
+
+    def judge(self, trace: Trace) -> tuple[bool, str]:
+        """Return whether the goal holds in a run, and what happened, in words."""
+        holds, text = self._judge(trace)
+        return bool(holds), text
+
+    def _check(self, things: Iterable[str], stripes: int) -> None:
+        """Check what goals of this kind alone name."""
 
     def _sentence(self) -> str:
         raise NotImplementedError
 
-    def _one(self, run: Run, robot: int) -> Finding:
+    def _judge(self, trace: Trace) -> Finding:
+        """Return what became of the goal: by default that of the first robot which fails it, or else of the first."""
+        chosen = range(trace.robots) if self.robot is None else [self.robot - 1]
+        found = [(robot, *self._one(trace, robot)) for robot in chosen]
+        robot, holds, text = next((each for each in found if not each[1]), found[0])
+        return holds, text if len(found) == 1 or holds else f"robot {robot + 1}: {text}"
+
+    def _one(self, trace: Trace, robot: int) -> Finding:
         raise NotImplementedError
 
 
@@ -177,25 +207,59 @@ class Stretch(Goal):
     hold: Seconds = 0.0
     at_end: bool = False
 
-    def _judge(self, run: Run, flags: Sequence[bool], reached: str, missed: str) -> Finding:
-        first, last, began = None, 0.0, 0
-        for tick, flag in enumerate(flags):
-            if not flag:
-                began = tick + 1
-            elif (tick - began) * run.step >= self.hold - 1e-9 and first is None:
-                first = tick
-            if flag:
-                last = max(last, (tick - began) * run.step)
-        if self.at_end and flags[-1] and (len(flags) - 1 - began) * run.step >= self.hold - 1e-9:
-            return True, f"{reached} at the end"
-        if self.at_end and first is not None:
-            return False, f"{reached} after {first * run.step:.1f} s, but not at the end"
-        if first is not None and not self.at_end:
-            stays = f" and for {self.hold:g} s" if self.hold else ""
-            return True, f"{reached} after {(first * run.step) - self.hold:.1f} s{stays}"
-        if last or any(flags):
-            return False, f"{reached} for {last:.1f} s without a break, not for {self.hold:g} s"
-        return False, missed
+    def _during(self, trace: Trace, flags: Flags, reached: str, missed: str) -> Finding:
+        """Return what became of the goal, with flags for the ticks at which it is so, and the words for both."""
+        ticks = np.arange(len(flags))
+        lasted = (ticks - np.maximum.accumulate(np.where(flags, 0, ticks + 1))) * trace.step
+        held = flags & (lasted >= self.hold - 1e-9)
+        first = held.argmax() * trace.step
+        if not held.any():
+            too_short = f"{reached} for {lasted.max():.1f} s without a break, not for {self.hold:g} s"
+            return False, too_short if flags.any() else missed
+        if self.at_end:
+            end = "at the end" if held[-1] else f"after {first:.1f} s, but not at the end"
+            return held[-1], f"{reached} {end}"
+        return True, f"{reached} after {first - self.hold:.1f} s" + (f" and for {self.hold:g} s" if self.hold else "")
 
     def _ending(self) -> str:
         return (" at the end" if self.at_end else "") + (f" for {self.hold:g} s" if self.hold else "")
+
+
+@dataclass(frozen=True, slots=True)
+class GoalResult:
+    """What became of one goal.
+
+    Attributes:
+        goal: The goal.
+        holds: Whether it holds.
+        text: What happened, in words.
+    """
+
+    goal: Goal
+    holds: bool
+    text: str
+
+
+def judge(goals: Sequence[Goal], trace: Trace, refusal: str = "") -> tuple[GoalResult, ...]:
+    """Return what became of goals in one variant; with a *refusal*, the reason why, none of them holds."""
+    if refusal:
+        return tuple(GoalResult(goal, False, refusal) for goal in goals)
+    alone = {goal.name: goal.judge(trace) for goal in goals}
+    found = []
+    for goal in goals:
+        holds, text = alone[goal.name]
+        missing = [name for name in goal.needs if not alone[name][0]] if holds else []
+        text += f", but {' and '.join(missing)} {MISSED}" if missing else ""
+        found.append(GoalResult(goal, holds and not missing, text))
+    return tuple(found)
+
+
+def points(goals: Iterable[Goal], held: Mapping[str, int], variants: int) -> float:
+    """Return the points of a program: for each goal its points, times the share of variants in which it holds.
+
+    Args:
+        goals: The goals.
+        held: In how many variants each holds, by its name.
+        variants: How many there are.
+    """
+    return sum(goal.points * held[goal.name] / variants for goal in goals)

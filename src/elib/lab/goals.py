@@ -1,44 +1,63 @@
-"""The kinds of goals of labs: a class for each, whose fields are its keys in ``lab.toml``, and which judges a run."""
+"""The kinds of goals of labs: a class for each, whose fields are its keys in ``lab.toml``, and which judges a trace."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import combinations, pairwise
-from typing import Annotated
+from typing import Annotated, TypeVar, dataclass_transform
+
+import numpy as np
 
 from elib.base.rules import Degrees, Mistake, Number, Text, Whole, nearest
 from elib.lab.goal import (
     Count,
     Finding,
+    Floats,
     Goal,
+    Heading,
     LedNumbers,
     Metres,
-    Run,
+    Name,
     Seconds,
     Share,
     Shift,
     Stretch,
+    Tolerance,
+    Trace,
     Zone,
-    ZoneName,
     ZoneNames,
+    hypot,
+    turn_of,
 )
 from elib.link.protocol.commands import SPECS
-from elib.simulator.physics import Box, Cylinder, Pose, Scene, Snapshot, Stripe
 from elib.simulator.physics.geometry import segment_distance
 
+PLACE_STEP = 0.01
+"""m between two places of a line that a robot must come past."""
 
-def _nearest(run: Run, robot: int, zone: Zone) -> str:
-    path = run.path(robot)
-    distances = [math.hypot(pose.x - zone.x, pose.y - zone.y) for pose in path]
-    tick = min(range(len(path)), key=distances.__getitem__)
-    where = f"to the middle of the zone {zone.name}, after {tick * run.step:.1f} s"
-    return f"came no nearer than {distances[tick]:.2f} m {where}"
+KINDS: dict[str, type[Goal]] = {}
+"""The kinds of goals by their names, in the order of the reference page."""
+
+G = TypeVar("G", bound=type[Goal])
+line_distance = np.vectorize(segment_distance, otypes=[float])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+def kind(name: str) -> Callable[[G], G]:
+    """Make a class the kind of goal of this name."""
+
+    def made(cls: G) -> G:
+        KINDS[name] = dataclass(frozen=True, slots=True, kw_only=True)(cls)
+        return KINDS[name]  # type: ignore[return-value]  # with slots it is another class of the same fields
+
+    return made
+
+
+@kind("reach")
 class Reach(Stretch):
     """The robot's middle is in a zone.
 
@@ -48,18 +67,17 @@ class Reach(Stretch):
         at_end: Whether it must be there at the end.
     """
 
-    zone: ZoneName
+    zone: Name
 
     def _sentence(self) -> str:
         return f"The robot is in {self.zone}{self._ending()}."
 
-    def _one(self, run: Run, robot: int) -> Finding:
-        zone = run.zones[self.zone]
-        flags = [zone.holds(pose) for pose in run.path(robot)]
-        return self._judge(run, flags, f"in the zone {zone.name}", _nearest(run, robot, zone))
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        zone, (x, y, _) = trace.zones[self.zone], trace.path(robot)
+        return self._during(trace, zone.holds(x, y), f"in the zone {zone.name}", _nearest(trace, robot, zone))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("visit")
 class Visit(Goal):
     """The robot's middle has been in each of several zones.
 
@@ -74,20 +92,23 @@ class Visit(Goal):
     def _sentence(self) -> str:
         return f"The robot visits {', '.join(self.zones)}{' in this order' if self.ordered else ''}."
 
-    def _one(self, run: Run, robot: int) -> Finding:
-        path, left, last = run.path(robot), list(self.zones), 0
-        for tick, pose in enumerate(path):
-            for name in left[:1] if self.ordered else tuple(left):
-                if run.zones[name].holds(pose):
-                    left.remove(name)
-                    last = tick
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        left, last, (x, y, _) = list(self.zones), -1, trace.path(robot)
+        for name in self.zones:
+            begin = last + 1 if self.ordered else 0
+            inside = trace.zones[name].holds(x[begin:], y[begin:])
+            if inside.any():
+                last = max(last, begin + int(inside.argmax()))
+                left.remove(name)
+            elif self.ordered:
+                break
         if not left:
-            return True, f"visited {_number(len(self.zones), 'zone')}, the last one after {last * run.step:.1f} s"
+            return True, f"visited {_number(len(self.zones), 'zone')}, the last one after {last * trace.step:.1f} s"
         been = f"visited {len(self.zones) - len(left)} of {len(self.zones)} zones{' in order' if self.ordered else ''}"
-        return False, f"{been}; not {left[0]}: {_nearest(run, robot, run.zones[left[0]])}"
+        return False, f"{been}; not {left[0]}: {_nearest(trace, robot, trace.zones[left[0]])}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("keep-out")
 class KeepOut(Goal):
     """The robot's middle is never in one of several zones.
 
@@ -100,15 +121,16 @@ class KeepOut(Goal):
     def _sentence(self) -> str:
         return f"The robot keeps out of {', '.join(self.zones)}."
 
-    def _one(self, run: Run, robot: int) -> Finding:
-        for tick, pose in enumerate(run.path(robot)):
-            for name in self.zones:
-                if run.zones[name].holds(pose):
-                    return False, f"in the zone {name} after {tick * run.step:.1f} s"
-        return True, "never in one of them"
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        x, y, _ = trace.path(robot)
+        inside = np.array([trace.zones[name].holds(x, y) for name in self.zones])
+        if not inside.any():
+            return True, "never in one of them"
+        tick = inside.any(0).argmax()
+        return False, f"in the zone {self.zones[inside[:, tick].argmax()]} after {tick * trace.step:.1f} s"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("no-contact")
 class NoContact(Goal):
     """The robot touches nothing: no wall, no thing, no robot.
 
@@ -119,21 +141,19 @@ class NoContact(Goal):
     most: Seconds = 0.0
 
     def _sentence(self) -> str:
-        return (
-            "The robot touches nothing." if not self.most else f"The robot touches things for {self.most:g} s at most."
-        )
+        return f"The robot touches {f'things for {self.most:g} s at most' if self.most else 'nothing'}."
 
-    def _one(self, run: Run, robot: int) -> Finding:
-        ticks = [tick for tick, touching in enumerate(run.touching) if robot in touching]
-        if not ticks:
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        [ticks] = trace.touching[:, robot].nonzero()
+        if not ticks.size:
             return True, "touched nothing"
-        pose = run.poses[ticks[0]][robot]
-        text = f"touched something for {len(ticks) * run.step:.2f} s"
-        where = f", first after {ticks[0] * run.step:.1f} s at ({pose.x:.2f}, {pose.y:.2f})"
-        return len(ticks) * run.step <= self.most + 1e-9, text + where
+        x, y, _ = trace.poses[ticks[0], robot]
+        text = f"touched something for {ticks.size * trace.step:.2f} s"
+        where = f", first after {ticks[0] * trace.step:.1f} s at ({x:.2f}, {y:.2f})"
+        return ticks.size * trace.step <= self.most + 1e-9, text + where
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("distance")
 class Distance(Goal):
     """The length of the robot's true path is in a range.
 
@@ -148,12 +168,13 @@ class Distance(Goal):
     def _sentence(self) -> str:
         return f"The robot drives {_range(self.least, self.most, 'm')}."
 
-    def _one(self, run: Run, robot: int) -> Finding:
-        length = math.fsum(math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairwise(run.path(robot)))
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        x, y, _ = trace.path(robot)
+        length = math.fsum(hypot(np.diff(x), np.diff(y)))
         return _is_in(length, self.least, self.most), f"drove {length:.2f} m"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("turned")
 class TurnedBy(Goal):
     """The robot has turned by an angle in all, to the left minus to the right.
 
@@ -173,12 +194,13 @@ class TurnedBy(Goal):
         least, most = (None if each is None else round(math.degrees(each), 1) for each in (self.least, self.most))
         return f"The robot turns {_range(least, most, 'degrees')} to the left in all."
 
-    def _one(self, run: Run, robot: int) -> Finding:
-        turned = math.fsum(_difference(b.heading, a.heading) for a, b in pairwise(run.path(robot)))
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        _, _, heading = trace.path(robot)
+        turned = math.fsum(turn_of(np.diff(heading)))
         return _is_in(turned, self.least, self.most), f"turned {math.degrees(turned):.0f} degrees in all"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("pose")
 class EndsAt(Goal):
     """The robot ends at a place of the world, at a heading, or both.
 
@@ -193,8 +215,8 @@ class EndsAt(Goal):
     x: Annotated[float, Number(-1000, 1000, "m", otherwise="any")] | None = None
     y: Annotated[float, Number(-1000, 1000, "m", otherwise="any")] | None = None
     within: Metres = 0.02
-    heading: Annotated[float, Degrees(example="90", otherwise="any")] | None = None
-    tolerance: Annotated[float, Degrees(0, 180)] = math.radians(10)
+    heading: Heading | None = None
+    tolerance: Tolerance = math.radians(10)
 
     def __post_init__(self) -> None:
         if self.x is None and self.heading is None:
@@ -205,20 +227,21 @@ class EndsAt(Goal):
         heading = "" if self.heading is None else f" with a heading of {math.degrees(self.heading):.0f} degrees"
         return f"The robot ends{place}{heading}."
 
-    def _one(self, run: Run, robot: int) -> Finding:
-        end, holds, texts = run.poses[-1][robot], True, []
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        x, y, heading = trace.poses[-1, robot]
+        holds, texts = True, []
         if self.x is not None and self.y is not None:
-            away = math.hypot(end.x - self.x, end.y - self.y)
+            away = math.hypot(x - self.x, y - self.y)
             holds = away <= self.within
             texts.append(f"{away:.3f} m from the place")
         if self.heading is not None:
-            error = abs(_difference(end.heading, self.heading))
+            error = abs(math.remainder(heading - self.heading, math.tau))
             holds = holds and error <= self.tolerance
             texts.append(f"{math.degrees(error):.1f} degrees from the heading")
         return holds, f"ended {' and '.join(texts)}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("moved")
 class Moved(Goal):
     """The robot ends at a place that is told as seen from its start.
 
@@ -233,29 +256,28 @@ class Moved(Goal):
     ahead: Shift = 0.0
     left: Shift = 0.0
     within: Metres = 0.01
-    turn: Annotated[float, Degrees(example="90", otherwise="any")] | None = None
-    tolerance: Annotated[float, Degrees(0, 180)] = math.radians(10)
+    turn: Heading | None = None
+    tolerance: Tolerance = math.radians(10)
 
     def _sentence(self) -> str:
         left = f" and {self.left:g} m to the left" if self.left else ""
         turn = "" if self.turn is None else f", turned by {math.degrees(self.turn):.0f} degrees"
         return f"The robot ends {self.ahead:g} m ahead{left} of its start{turn}."
 
-    def _one(self, run: Run, robot: int) -> Finding:
-        start, end = run.poses[0][robot], run.poses[-1][robot]
-        dx, dy = end.x - start.x, end.y - start.y
-        cosine, sine = math.cos(start.heading), math.sin(start.heading)
-        ahead, left = dx * cosine + dy * sine, dy * cosine - dx * sine
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        (x, y, start), (*_, end) = trace.poses[0, robot], trace.poses[-1, robot]
+        dx, dy = trace.poses[-1, robot, :2] - (x, y)
+        ahead, left = dx * math.cos(start) + dy * math.sin(start), dy * math.cos(start) - dx * math.sin(start)
         holds = math.hypot(ahead - self.ahead, left - self.left) <= self.within
         text = f"ended {ahead:.3f} m ahead and {abs(left):.3f} m to the {'left' if left >= 0 else 'right'} of its start"
         if self.turn is not None:
-            turned = _difference(end.heading, start.heading)
-            holds = holds and abs(_difference(turned, self.turn)) <= self.tolerance
+            turned = math.remainder(end - start, math.tau)
+            holds = holds and abs(math.remainder(turned - self.turn, math.tau)) <= self.tolerance
             text += f", turned by {math.degrees(turned):.1f} degrees"
         return holds, text
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("time")
 class TimeGoal(Goal):
     """The program ended by itself within a time.
 
@@ -268,14 +290,12 @@ class TimeGoal(Goal):
     def _sentence(self) -> str:
         return f"The program is done within {self.most:g} s."
 
-    def judge(self, run: Run) -> Finding:
-        """Return whether the goal holds, and what happened."""
-        if not run.has_ended:
-            return False, f"it was not done after {run.time:.1f} s"
-        return run.time <= self.most, f"done after {run.time:.1f} s"
+    def _judge(self, trace: Trace) -> Finding:
+        text = f"done after {trace.time:.1f} s"
+        return trace.has_ended and trace.time <= self.most, text if trace.has_ended else f"it was not {text}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("follow-line")
 class FollowLine(Goal):
     """The robot's middle is near a stripe on the floor.
 
@@ -293,10 +313,7 @@ class FollowLine(Goal):
     covered: Share = 0.0
     stripe: Annotated[int, Whole(1, 1000, example="1")] = 1
 
-    def check(self, zones: Mapping[str, Zone], robots: int, scene: Scene) -> None:
-        """Check what the goal names."""
-        super(FollowLine, self).check(zones, robots, scene)
-        stripes = len(stripes_of(scene))
+    def _check(self, things: Iterable[str], stripes: int) -> None:
         if self.stripe > stripes:
             raise Mistake(f"is {self.stripe}, but the world has {stripes} stripes", path=("stripe",))
 
@@ -304,25 +321,22 @@ class FollowLine(Goal):
         past = f" and comes past {self.covered:.0%} of it" if self.covered else ""
         return f"The robot is within {self.within * 1000:g} mm of the line for {self.share:.0%} of the time{past}."
 
-    def _one(self, run: Run, robot: int) -> Finding:
-        course = run.stripes[self.stripe - 1]
-        path = run.path(robot)[math.ceil(self.after / run.step) :]
-        if not path:
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        course = trace.stripes[self.stripe - 1]
+        x, y, _ = trace.path(robot)[:, math.ceil(self.after / trace.step) :]
+        if not x.size:
             return False, f"the run was over before {self.after:g} s"
-        away = [min(segment_distance(pose.x, pose.y, *a, *b) for a, b in pairwise(course)) for pose in path]
-        share = sum(each <= self.within for each in away) / len(away)
-        text = (
-            f"within {self.within * 1000:g} mm for {share:.0%} of the time, {max(away) * 1000:.0f} mm at its furthest"
-        )
+        away = np.min([line_distance(x, y, *a, *b) for a, b in pairwise(course)], axis=0)
+        near = away <= self.within
+        furthest = f"{away.max() * 1000:.0f} mm at its furthest"
+        text = f"within {self.within * 1000:g} mm for {near.mean():.0%} of the time, {furthest}"
         if not self.covered:
-            return share >= self.share, text
-        near = [pose for pose, distance in zip(path, away, strict=True) if distance <= self.within]
-        places = list(_places(course))
-        past = sum(_is_near(place, near, self.within) for place in places) / len(places)
-        return share >= self.share and past >= self.covered, f"{text}; came past {past:.0%} of the line"
+            return near.mean() >= self.share, text
+        past = np.mean([_comes_past(place, x[near], y[near], self.within + PLACE_STEP) for place in _places(course)])
+        return near.mean() >= self.share and past >= self.covered, f"{text}; came past {past:.0%} of the line"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("requests")
 class Requests(Goal):
     """The number of requests that the program sent is in a range.
 
@@ -336,9 +350,7 @@ class Requests(Goal):
     least: Count = 0
     most: Annotated[int, Whole(0, 1_000_000, example="10", otherwise="no limit")] | None = None
 
-    def check(self, zones: Mapping[str, Zone], robots: int, scene: Scene) -> None:
-        """Check what the goal names."""
-        super(Requests, self).check(zones, robots, scene)
+    def _check(self, things: Iterable[str], stripes: int) -> None:
         if self.command and self.command not in SPECS:
             what = f'is "{self.command}", which is not a command'
             raise Mistake(what, path=("command",), hint=nearest(self.command, SPECS))
@@ -347,43 +359,39 @@ class Requests(Goal):
         what = f"{self.command} requests" if self.command else "requests of any kind"
         return f"The program sends {_range(self.least or None, self.most, what)}."
 
-    def judge(self, run: Run) -> Finding:
-        """Return whether the goal holds, and what happened."""
-        count = run.requests[self.command] if self.command else sum(run.requests.values())
+    def _judge(self, trace: Trace) -> Finding:
+        count = trace.requests[self.command] if self.command else trace.requests.total()
         return _is_in(count, self.least, self.most), f"sent {_number(count, f'{self.command} request'.strip())}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("stands")
 class Stands(Goal):
     """The robot's wheels stand when all is over."""
 
     def _sentence(self) -> str:
         return "The robot stands at the end."
 
-    def _one(self, run: Run, robot: int) -> Finding:
-        left, right = (1000 * speed for speed in run.speeds[robot])
-        if left == right == 0:
-            return True, "its wheels stand"
-        return False, f"its wheels still turn: {left:.0f} mm/s left, {right:.0f} mm/s right"
+    def _one(self, trace: Trace, robot: int) -> Finding:
+        left, right = (1000 * speed for speed in trace.speeds[robot])
+        turning = f"its wheels still turn: {left:.0f} mm/s left, {right:.0f} mm/s right"
+        return (True, "its wheels stand") if left == right == 0 else (False, turning)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("survives")
 class Survives(Goal):
     """The program ended by itself in time, with exit code 0."""
 
     def _sentence(self) -> str:
         return "The program ends by itself without an error."
 
-    def judge(self, run: Run) -> Finding:
-        """Return whether the goal holds, and what happened."""
-        if not run.has_ended:
-            return False, f"it was not done after {run.time:.1f} s"
-        if run.exit_code != 0:
-            return False, f"ended after {run.time:.1f} s with exit code {run.exit_code}"
-        return True, f"ended after {run.time:.1f} s"
+    def _judge(self, trace: Trace) -> Finding:
+        if not trace.has_ended:
+            return False, f"it was not done after {trace.time:.1f} s"
+        code = f" with exit code {trace.exit_code}" if trace.exit_code else ""
+        return not code, f"ended after {trace.time:.1f} s{code}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("lit")
 class Lit(Goal):
     """LEDs of the ring have been on together.
 
@@ -399,14 +407,14 @@ class Lit(Goal):
         often = "" if self.times == 1 else f" {self.times} times"
         return f"The robot switches LED {', '.join(map(str, self.leds))} on{often}."
 
-    def _one(self, run: Run, robot: int) -> Finding:
+    def _one(self, trace: Trace, robot: int) -> Finding:
         mask = sum(1 << led for led in self.leds)
-        flags = [False, *(row[robot] & mask == mask for row in run.lit)]
-        count = sum(b and not a for a, b in pairwise(flags))
+        lit = trace.lit[:, robot] & mask == mask
+        count = int((lit & np.diff(lit, prepend=False)).sum())
         return count >= self.times, f"on {_number(count, 'time')}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("says")
 class Says(Goal):
     """The program printed a text.
 
@@ -425,15 +433,14 @@ class Says(Goal):
     def _sentence(self) -> str:
         return f"The program prints {self.text!r}."
 
-    def judge(self, run: Run) -> Finding:
-        """Return whether the goal holds, and what happened."""
-        if re.search(self.text, run.output, re.MULTILINE):
+    def _judge(self, trace: Trace) -> Finding:
+        if re.search(self.text, trace.output, re.MULTILINE):
             return True, "printed it"
-        lines = run.output.strip().splitlines()
+        lines = trace.output.strip().splitlines()
         return False, f"printed last: {lines[-1][:80]!r}" if lines else "printed nothing"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("push")
 class Push(Goal):
     """The middle of a named box or cylinder is in a zone at the end.
 
@@ -443,29 +450,23 @@ class Push(Goal):
     """
 
     thing: Annotated[str, Text(example='"ball"')]
-    zone: ZoneName
+    zone: Name
 
-    def check(self, zones: Mapping[str, Zone], robots: int, scene: Scene) -> None:
-        """Check what the goal names."""
-        super(Push, self).check(zones, robots, scene)
-        names = [each.name for each in things_of(scene) if each.name]
-        if self.thing not in names:
+    def _check(self, things: Iterable[str], stripes: int) -> None:
+        if self.thing not in things:
             what = f'is "{self.thing}", and the world has no such box or cylinder'
-            raise Mistake(what, path=("thing",), hint=nearest(self.thing, names))
+            raise Mistake(what, path=("thing",), hint=nearest(self.thing, things))
 
     def _sentence(self) -> str:
         return f"{self.thing} lies in {self.zone} at the end."
 
-    def judge(self, run: Run) -> Finding:
-        """Return whether the goal holds, and what happened."""
-        zone = run.zones[self.zone]
-        thing = next(each for each in things_of(run.snapshot) if each.name == self.thing)
-        away = math.hypot(thing.x - zone.x, thing.y - zone.y)
-        text = f"{self.thing} ended {away:.2f} m from the middle of the zone {zone.name}"
-        return zone.holds(Pose(thing.x, thing.y)), text
+    def _judge(self, trace: Trace) -> Finding:
+        zone, (x, y) = trace.zones[self.zone], np.array([trace.things[self.thing]]).T
+        text = f"{self.thing} ended {zone.away(x, y)[0]:.2f} m from the middle of the zone {zone.name}"
+        return zone.holds(x, y)[0], text
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("all-in-zone")
 class AllInZone(Stretch):
     """So many robots are in a zone at the same time.
 
@@ -476,23 +477,22 @@ class AllInZone(Stretch):
         at_end: Whether it must be so at the end.
     """
 
-    zone: ZoneName
+    zone: Name
     count: Annotated[int, Whole(1, 10_000, example="3", otherwise="all robots")] | None = None
 
     def _sentence(self) -> str:
         return f"{'All' if self.count is None else self.count} robots are in {self.zone} together{self._ending()}."
 
-    def judge(self, run: Run) -> Finding:
-        """Return whether the goal holds, and what happened."""
-        zone, wanted = run.zones[self.zone], self.count or run.robots
-        counts = [sum(map(zone.holds, row)) for row in run.poses]
-        best = max(counts)
-        text = f"{_number(wanted, 'robot')} in the zone {zone.name}"
-        missed = f"{best} of {wanted} robots in the zone {zone.name} at most, at {counts.index(best) * run.step:.1f} s"
-        return self._judge(run, [count >= wanted for count in counts], text, missed)
+    def _judge(self, trace: Trace) -> Finding:
+        wanted = self.count or trace.robots
+        inside = trace.zones[self.zone].holds(trace.poses[..., 0], trace.poses[..., 1]).sum(axis=1)
+        text = f"robots in the zone {self.zone}" if wanted != 1 else f"robot in the zone {self.zone}"
+        best = f"{inside.max()} of {wanted} robots in the zone {self.zone} at most"
+        missed = f"{best}, at {inside.argmax() * trace.step:.1f} s"
+        return self._during(trace, inside >= wanted, f"{wanted} {text}", missed)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("gathered")
 class Gathered(Stretch):
     """No two robots are further apart than a distance.
 
@@ -508,15 +508,13 @@ class Gathered(Stretch):
     def _sentence(self) -> str:
         return f"No two robots are more than {self.within:g} m apart{self._ending()}."
 
-    def judge(self, run: Run) -> Finding:
-        """Return whether the goal holds, and what happened."""
-        widths = [max(_distances(row)) for row in run.poses]
-        least = min(widths)
-        missed = f"{least:.2f} m apart at their nearest, at {widths.index(least) * run.step:.1f} s"
-        return self._judge(run, [width <= self.within for width in widths], "gathered", missed)
+    def _judge(self, trace: Trace) -> Finding:
+        widths = reduce(np.maximum, _apart(trace))
+        missed = f"{widths.min():.2f} m apart at their nearest, at {widths.argmin() * trace.step:.1f} s"
+        return self._during(trace, widths <= self.within, "gathered", missed)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@kind("spread")
 class Spread(Stretch):
     """Every two robots are further apart than a distance.
 
@@ -532,54 +530,26 @@ class Spread(Stretch):
     def _sentence(self) -> str:
         return f"Every two robots are at least {self.least:g} m apart{self._ending()}."
 
-    def judge(self, run: Run) -> Finding:
-        """Return whether the goal holds, and what happened."""
-        gaps = [min(_distances(row)) for row in run.poses]
-        best = max(gaps)
-        missed = f"the nearest two were {best:.2f} m apart at best, at {gaps.index(best) * run.step:.1f} s"
-        return self._judge(run, [gap >= self.least for gap in gaps], "spread", missed)
+    def _judge(self, trace: Trace) -> Finding:
+        gaps = reduce(np.minimum, _apart(trace))
+        missed = f"the nearest two were {gaps.max():.2f} m apart at best, at {gaps.argmax() * trace.step:.1f} s"
+        return self._during(trace, gaps >= self.least, "spread", missed)
 
 
-KINDS: dict[str, type[Goal]] = {
-    "reach": Reach,
-    "visit": Visit,
-    "keep-out": KeepOut,
-    "no-contact": NoContact,
-    "distance": Distance,
-    "turned": TurnedBy,
-    "pose": EndsAt,
-    "moved": Moved,
-    "time": TimeGoal,
-    "follow-line": FollowLine,
-    "requests": Requests,
-    "stands": Stands,
-    "survives": Survives,
-    "lit": Lit,
-    "says": Says,
-    "push": Push,
-    "all-in-zone": AllInZone,
-    "gathered": Gathered,
-    "spread": Spread,
-}
-"""The kinds of goals by their names, in the order of the reference page."""
+def _nearest(trace: Trace, robot: int, zone: Zone) -> str:
+    x, y, _ = trace.path(robot)
+    away = zone.away(x, y)
+    where = f"to the middle of the zone {zone.name}, after {away.argmin() * trace.step:.1f} s"
+    return f"came no nearer than {away.min():.2f} m {where}"
 
 
-def stripes_of(scene: Scene) -> list[Sequence[tuple[float, float]]]:
-    """Return the courses of the stripes on a world's floor, in the order of its file."""
-    return [paint.points for paint in scene.paint if isinstance(paint, Stripe)]
-
-
-def things_of(world: Scene | Snapshot) -> list[Box | Cylinder]:
-    """Return the boxes and cylinders of a world."""
-    return [*world.boxes, *world.cylinders]
-
-
-def _distances(row: Sequence[Pose]) -> list[float]:
-    return [math.hypot(a.x - b.x, a.y - b.y) for a, b in combinations(row, 2)] or [0.0]
-
-
-def _difference(heading: float, other: float) -> float:
-    return math.remainder(heading - other, math.tau)
+def _apart(trace: Trace) -> Iterator[Floats]:
+    """Yield how far each two robots are from each other at each tick, m; zeros if there is one alone."""
+    if trace.robots == 1:
+        yield np.zeros(len(trace.poses))
+    for one, other in combinations(range(trace.robots), 2):
+        x, y, _ = trace.path(one) - trace.path(other)
+        yield hypot(x, y)
 
 
 def _is_in(value: float, least: float | None, most: float | None) -> bool:
@@ -597,12 +567,15 @@ def _number(count: int, word: str) -> str:
 
 
 def _places(course: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
-    """Yield places on a line, 1 cm apart."""
+    """Yield places on a line, about :data:`PLACE_STEP` apart."""
     for (x1, y1), (x2, y2) in pairwise(course):
-        count = max(1, round(math.dist((x1, y1), (x2, y2)) / 0.01))
+        count = max(1, round(math.dist((x1, y1), (x2, y2)) / PLACE_STEP))
         for part in range(count):
             yield x1 + (x2 - x1) * part / count, y1 + (y2 - y1) * part / count
 
 
-def _is_near(place: tuple[float, float], path: Sequence[Pose], distance: float) -> bool:
-    return any(math.hypot(pose.x - place[0], pose.y - place[1]) <= distance + 0.01 for pose in path)
+def _comes_past(place: tuple[float, float], x: Floats, y: Floats, reach: float) -> np.bool_:
+    """Return whether one of several places is within reach of a place."""
+    dx, dy = x - place[0], y - place[1]
+    near = (abs(dx) <= reach) & (abs(dy) <= reach)  # mostly few, and a comparison is much quicker than a length
+    return np.any(hypot(dx[near], dy[near]) <= reach)

@@ -30,31 +30,29 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated, Any
 
-from elib.base.errors import ArgumentError, ElibError, SimulationError
+from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import LABS, read_file
 from elib.base.rules import Choice, Delay, Mistake, Number, Probability, Text, Whole, nearest
 from elib.base.tables import MAX_FILE, Key, Pair, Source, Table, keys_of, read_toml
 from elib.lab.goal import Goal, Name, Zone
-from elib.lab.goals import KINDS, EndsAt
+from elib.lab.goals import KINDS
 from elib.link.protocol.profiles import FIRMWARES
 from elib.simulator.emulator.faultscript import load as load_script
 from elib.simulator.emulator.settings import SimulationSettings
-from elib.simulator.physics import Scene
-from elib.simulator.physics.geometry import Place
+from elib.simulator.physics import Scene, Snapshot, Stripe
+from elib.simulator.physics.geometry import Box, Cylinder, Place
 
 FILE = "lab.toml"
 HIDDEN = "teacher/hidden.toml"
 MAX_TIME = 600
 """s. The most robot time of a run: half a minute of computing, and longer than anybody waits for a mark."""
-
-TimeLimit = Annotated[float, Number(1, MAX_TIME, "s", example="60")]
-Robots = Annotated[int, Whole(1, 100, example="4", otherwise="as many as the world names")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,9 +99,9 @@ class Top:
 
     title: Annotated[str, Text(example='"Go 10 cm"')]
     summary: Annotated[str, Text(example='"Drive 10 cm straight ahead and stop."')]
-    time: TimeLimit
+    time: Annotated[float, Number(1, MAX_TIME, "s", example="60")]
     firmware: Annotated[str, Choice(tuple(FIRMWARES), example='"epuck2"')] = "asercom-1.2.2"
-    robots: Robots | None = None
+    robots: Annotated[int, Whole(1, 100, example="4", otherwise="as many as the world names")] | None = None
     number: Annotated[int, Whole(1, 1000, example="3", otherwise="none")] | None = None
 
 
@@ -146,27 +144,27 @@ class GoalTable(Table):
         return GOALS[kind].read(rest, f'a goal of the kind "{kind}"')
 
 
+def _goal(kind: type[Goal]) -> Table:
+    place = [Pair("position", ("x", "y"), "the place", "[0.5, 0.5]")] if hasattr(kind, "x") else []
+    return Table("goal", kind.__doc__ or "", kind, keys_of(kind, *place))
+
+
 KIND = Key("kind", Choice(tuple(KINDS), example='"reach"'), ("kind",), meaning="what the goal is about")
-MIDDLE = Pair("position", ("x", "y"), "its middle", "[0.5, 0.5]")
 TOP = Table("", "What stands above all tables.", Top, keys_of(Top), is_array=False)
 ZONES = Table(
     "zone",
     "Parts of the floor, for goals. They are drawn into the picture of the path.",
     zone,
-    keys_of(zone, MIDDLE, Pair("size", ("width", "depth"), "of a rectangle: along x and along y", "[0.1, 0.2]")),
+    keys_of(
+        zone,
+        Pair("position", ("x", "y"), "its middle", "[0.5, 0.5]"),
+        Pair("size", ("width", "depth"), "of a rectangle: along x and along y", "[0.1, 0.2]"),
+    ),
 )
 VARIANTS = Table(
     "variant", "Worlds in which the program runs, one after the other.", Variant, keys_of(Variant), is_required=True
 )
-GOALS = {
-    name: Table(
-        "goal",
-        kind.__doc__ or "",
-        kind,
-        keys_of(kind, Pair("position", ("x", "y"), "the place", "[0.5, 0.5]")) if kind is EndsAt else keys_of(kind),
-    )
-    for name, kind in KINDS.items()
-}
+GOALS = {name: _goal(kind) for name, kind in KINDS.items()}
 ANY_GOAL = GoalTable("goal", "What the program should reach.", Goal, (KIND,), is_required=True)
 NOTHING = Table("", "", dict, (), is_array=False)
 
@@ -239,46 +237,58 @@ def load_lab(folder: str | Path, *, hidden: bool = False) -> Lab:
             f"there is no lab {str(folder)!r}",
             hint=f"name a folder with a lab.toml, or a lab of elib: {nearest(str(folder), shipped_labs())}",
         )
-    source, parts = _read(path / FILE, TOP, [ZONES, VARIANTS, ANY_GOAL], "the lab")
-    [top] = cast("list[Top]", parts[""])
-    goals = cast("list[Goal]", parts["goal"])
-    given = _Part(source, cast("list[Zone]", parts["zone"]), cast("list[Variant]", parts["variant"]))
-    given.settle(top)
-    both = [given]
+    parts = [_read(path / FILE, TOP, [ZONES, VARIANTS, ANY_GOAL], "the lab")]
     if hidden and (path / HIDDEN).is_file():
-        more, parts = _read(path / HIDDEN, NOTHING, [ZONES, VARIANTS], "the hidden variants")
-        both.append(_Part(more, cast("list[Zone]", parts["zone"]), cast("list[Variant]", parts["variant"])))
-        both[1].settle(top)
-    variants = tuple(variant for part in both for variant in part.variants)
-    lab = Lab(
-        path.resolve(),
-        top.title,
-        top.summary,
-        tuple(goals),
-        variants,
-        tuple(zone for part in both for zone in part.zones),
-    )
-    _check_names(source, goals)
-    names = [variant.name for variant in variants]
-    for part, before in zip(both, (0, len(given.variants)), strict=False):
-        part.check(lab, names, before, source)
+        parts.append(_read(path / HIDDEN, NOTHING, [ZONES, VARIANTS], "the hidden variants"))
+    first, given = parts[0]
+    [top] = given[""]
+    zones = [((source, index), each) for source, part in parts for index, each in enumerate(part["zone"])]
+    variants = [
+        ((source, index), _settled(each, top, os.path.dirname(source.filename)))
+        for source, part in parts
+        for index, each in enumerate(part["variant"])
+    ]
+    both = tuple(each for _, each in variants), tuple(each for _, each in zones)
+    lab = Lab(path.resolve(), top.title, top.summary, tuple(given["goal"]), *both)
+    _check_goals(lab, first)
+    names = [each.name for each in lab.variants]
+    for (source, index), zone in zones:
+        with source.at("zone", index):
+            if zone.variant and zone.variant not in names:
+                raise Mistake(f'is "{zone.variant}"', path=("variant",), hint=nearest(zone.variant, names))
+    for number, ((source, index), variant) in enumerate(variants):
+        with source.at("variant", index):
+            if variant.name in names[:number]:
+                raise Mistake("is there twice", path=("name",))
+            with _named("world", variant.world):
+                scene = Scene.load(variant.world, robots=variant.robots)
+            with _named("fault", variant.fault):
+                if variant.fault is not None:
+                    load_script(variant.fault)
+            robots = variant.robots or len(scene.starts)
+            if not robots:
+                raise Mistake("has no robot", path=("world",))
+        for place, goal in enumerate(lab.goals):
+            with first.at("goal", place), _in(variant):
+                goal.check(lab.zones_of(variant), robots, things_of(scene), len(stripes_of(scene)))
     return lab
+
+
+def things_of(world: Scene | Snapshot) -> dict[str, tuple[float, float]]:
+    """Return the places of the boxes and cylinders that have a name, m."""
+    things: list[Box | Cylinder] = [*world.boxes, *world.cylinders]
+    return {each.name: (each.x, each.y) for each in things if each.name}
+
+
+def stripes_of(scene: Scene) -> list[Sequence[tuple[float, float]]]:
+    """Return the courses of the stripes on a world's floor, in the order of its file."""
+    return [paint.points for paint in scene.paint if isinstance(paint, Stripe)]
 
 
 def settings_of(variant: Variant) -> SimulationSettings:
     """Return the simulation of a variant."""
-    assert variant.firmware is not None
-    return SimulationSettings(
-        variant.world,
-        firmware=variant.firmware,
-        seed=variant.seed,
-        robots=variant.robots,
-        speed="max",
-        latency=variant.latency,
-        jitter=variant.jitter,
-        loss=variant.loss,
-        fault=variant.fault,
-    )
+    own = {name: value for name, value in asdict(variant).items() if name not in ("name", "time")}
+    return SimulationSettings(speed="max", **own)
 
 
 def find_lab(program: str | Path) -> Path:
@@ -304,88 +314,55 @@ def shipped_labs() -> list[str]:
     return sorted(numbers, key=numbers.__getitem__)
 
 
-def _read(path: Path, top: Table, tables: Sequence[Table], what: str) -> tuple[Source, dict[str, list[object]]]:
+def _read(path: Path, top: Table, tables: Sequence[Table], what: str) -> tuple[Source, dict[str, list[Any]]]:
     hint = "name a folder with a lab.toml; elib lab list names those that come with elib"
     content = read_file(str(path), what, largest=MAX_FILE, hint=hint, error=ArgumentError)
     source, document = read_toml(content, str(path), "a lab")
     return source, source.read_all(document, top, tables)
 
 
-def _check_names(source: Source, goals: Sequence[Goal]) -> None:
-    names = [goal.name for goal in goals]
-    for index, goal in enumerate(goals):
-        if goal.name in names[:index]:
-            raise source.error(("goal", index), Mistake(f'is "{goal.name}" again', path=("name",)))
-        for needed in goal.needs:
-            if needed not in names or needed == goal.name:
-                mistake = Mistake(f'names "{needed}", which is not another goal', path=("needs",))
-                raise source.error(("goal", index), Mistake(mistake.what, path=("needs",), hint=nearest(needed, names)))
+def _settled(variant: Variant, top: Top, folder: str) -> Variant:
+    """Return a variant with what holds for all of them, and with the paths of its files as they are from here."""
+
+    def path(name: str) -> str:
+        return os.path.join(folder, name) if name.endswith(".toml") or "/" in name or os.sep in name else name
+
+    return replace(
+        variant,
+        world=path(variant.world),
+        fault=None if variant.fault is None else path(variant.fault),
+        firmware=variant.firmware or top.firmware,
+        robots=variant.robots or top.robots,
+        time=variant.time or top.time,
+    )
 
 
-@dataclass(slots=True)
-class _Part:
-    """What one of the two files says."""
+def _check_goals(lab: Lab, source: Source) -> None:
+    names = [goal.name for goal in lab.goals]
+    for index, goal in enumerate(lab.goals):
+        with source.at("goal", index):
+            if goal.name in names[:index]:
+                raise Mistake(f'is "{goal.name}" again', path=("name",))
+            for needed in goal.needs:
+                if needed not in names or needed == goal.name:
+                    what = f'names "{needed}", which is not another goal'
+                    raise Mistake(what, path=("needs",), hint=nearest(needed, names))
 
-    source: Source
-    zones: list[Zone]
-    variants: list[Variant]
 
-    def settle(self, top: Top) -> None:
-        """Put into each variant what holds for all, and the paths of its files as they are from here."""
-        self.variants = [
-            replace(
-                each,
-                world=self._path(each.world),
-                fault=None if each.fault is None else self._path(each.fault),
-                firmware=each.firmware or top.firmware,
-                robots=each.robots or top.robots,
-                time=each.time or top.time,
-            )
-            for each in self.variants
-        ]
+@contextmanager
+def _named(key: str, value: str | None) -> Iterator[None]:
+    """Let the error of a file that a variant names begin with the key and the name."""
+    try:
+        yield
+    except ElibError as error:
+        raise Mistake(f'is "{value}": {error.message}', path=(key,), hint=error.hint) from error
 
-    def check(self, lab: Lab, names: Sequence[str], before: int, goals: Source) -> None:
-        """Check what no table can know alone.
 
-        Args:
-            lab: The lab.
-            names: The names of all its variants.
-            before: How many of them are in the other file, which comes first.
-            goals: The file with the goals.
-        """
-        for index, zone in enumerate(self.zones):
-            if zone.variant and zone.variant not in names:
-                mistake = Mistake(f'is "{zone.variant}"', path=("variant",), hint=nearest(zone.variant, names))
-                raise self.source.error(("zone", index), mistake)
-        for index, variant in enumerate(self.variants):
-            if variant.name in names[: before + index]:
-                raise self.source.error(("variant", index), Mistake("is there twice", path=("name",)))
-            try:
-                scene = Scene.load(variant.world, robots=variant.robots)
-            except ElibError as error:
-                raise self._about(index, "world", error) from error
-            try:
-                if variant.fault is not None:
-                    load_script(variant.fault)
-            except ElibError as error:
-                raise self._about(index, "fault", error) from error
-            robots = variant.robots or len(scene.starts)
-            if not robots:
-                raise self.source.error(("variant", index), Mistake("has no robot", path=("world",)))
-            for number, goal in enumerate(lab.goals):
-                try:
-                    goal.check(lab.zones_of(variant), robots, scene)
-                except Mistake as mistake:
-                    what = f"{mistake.what}, in the variant {variant.name!r}"
-                    raise goals.error(("goal", number), Mistake(what, path=mistake.path, hint=mistake.hint)) from None
-
-    def _about(self, index: int, key: str, error: ElibError) -> SimulationError:
-        """Return the error of a file that a variant names."""
-        value = getattr(self.variants[index], key)
-        return self.source.error(
-            ("variant", index), Mistake(f'is "{value}": {error.message}', path=(key,), hint=error.hint)
-        )
-
-    def _path(self, name: str) -> str:
-        is_file = name.endswith(".toml") or "/" in name or os.sep in name
-        return os.path.join(os.path.dirname(self.source.filename), name) if is_file else name
+@contextmanager
+def _in(variant: Variant) -> Iterator[None]:
+    """Let a mistake name the variant."""
+    try:
+        yield
+    except Mistake as mistake:
+        what = f"{mistake.what}, in the variant {variant.name!r}"
+        raise Mistake(what, path=mistake.path, hint=mistake.hint) from None

@@ -19,6 +19,7 @@ from pathlib import Path
 from elib.base.errors import ElibError
 from elib.lab import Lab, VariantResult, load_lab, run_variant
 from elib.lab.attempts import Forbidden
+from elib.lab.goal import points
 from elib.lab.sandbox import LIMITS, Child, Limits, start
 from elib.lab.submissions import Submission
 
@@ -155,7 +156,7 @@ def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits
             f"{missing} more variants were not run" if missing > 1 else "one more variant was not run"
         )
     if not result.attempts:
-        result.points = sum(goal.points * result.goals[goal.name] / len(lab.variants) for goal in lab.goals)
+        result.points = points(lab.goals, result.goals, len(lab.variants))
     return result
 
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from elib.base.rules import nearest
+from elib.lab.goal import MISSED
 from elib.lab.labfile import Lab
-from elib.lab.running import MISSED
 
 FOLDER = Path("teacher", "mistakes")
 """In the folder of a lab."""

@@ -16,15 +16,17 @@ from os import PathLike
 from pathlib import Path
 from typing import Literal, Protocol
 
+import numpy as np
+
 from elib.base.errors import ElibError, Unsupported
 from elib.base.timebase import SimulatedLoop
-from elib.lab.goal import Goal, Run, Zone
-from elib.lab.goals import Lit, Requests, stripes_of
-from elib.lab.labfile import Lab, Variant, settings_of
+from elib.lab.goal import GoalResult, Trace, Zone, judge
+from elib.lab.goals import Lit, Requests
+from elib.lab.labfile import Lab, Variant, settings_of, stripes_of, things_of
 from elib.lab.marker import BrokenRule, Marker, ProgramEnded, TimeOver, WallOver
 from elib.simulator.drawing import draw
 from elib.simulator.emulator.simulation import Simulation
-from elib.simulator.physics import Colour, Pose, Snapshot
+from elib.simulator.physics import Pose, Snapshot
 
 WALL = 60.0
 """s of the wall clock for one variant."""
@@ -34,9 +36,6 @@ GRACE = 2.0
 """s of the wall clock in which a program may end after its time was over."""
 MAX_OUTPUT = 1_000_000
 """Bytes of a program's output that are kept."""
-
-MISSED = "failed"
-"""How the text of a goal ends that fails only because it needs another one."""
 
 Ending = Literal["ended", "failed", "time", "wall", "broke"]
 
@@ -56,21 +55,6 @@ class Running(Protocol):
     def kill(self) -> None:
         """End it at once, with all that it started. Safe to repeat."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class GoalResult:
-    """What became of one goal.
-
-    Attributes:
-        goal: The goal.
-        holds: Whether it holds.
-        text: What happened, in words.
-    """
-
-    goal: Goal
-    holds: bool
-    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +143,7 @@ class _Run:
         self._deadline = time.monotonic() + wall
         self._wall = wall
         self._poses: list[list[Pose]] = []
-        self._touching: list[frozenset[int]] = []
+        self._touching: list[list[bool]] = []
         self._lit: list[list[int]] = []
         self._wants_lamps = any(isinstance(goal, Lit) for goal in lab.goals)
 
@@ -186,9 +170,10 @@ class _Run:
             """Note what every robot does in this tick, and come again at the next."""
             world.run_to(simulation.time)
             self._poses.append(world.poses)
-            self._touching.append(frozenset(robot for robot in range(world.robots) if world.touching(robot)))
+            self._touching.append([world.touching(robot) for robot in range(world.robots)])
             if self._wants_lamps:
-                self._lit.append([_bits(robot.lamps.ring) for robot in world.snapshot().robots])
+                rings = [robot.lamps.ring for robot in world.snapshot().robots]
+                self._lit.append([sum(1 << led for led, colour in enumerate(ring) if any(colour)) for ring in rings])
             # Between two ticks: on a tick itself a reading could come before or after it.
             loop.call_at((world.tick + 1.5) * world.scene.step, note)
 
@@ -200,14 +185,14 @@ class _Run:
         if ending in ("ended", "failed"):
             await asyncio.sleep(AFTERWARDS)
         world.run_to(simulation.time)
-        zones = self._lab.zones_of(self._variant)
-        run = Run(
+        snapshot, zones = world.snapshot(), self._lab.zones_of(self._variant)
+        trace = Trace(
             step=world.scene.step,
-            poses=self._poses,
-            touching=self._touching,
-            lit=self._lit,
+            poses=np.array([[(pose.x, pose.y, pose.heading) for pose in row] for row in self._poses]),
+            touching=np.array(self._touching),
+            lit=np.array(self._lit, ndmin=2),
             speeds=[world.wheel_speeds(robot) for robot in range(world.robots)],
-            snapshot=world.snapshot(),
+            things=things_of(snapshot),
             zones=zones,
             stripes=stripes_of(world.scene),
             requests=marker.requests,
@@ -218,16 +203,16 @@ class _Run:
         )
         return VariantResult(
             self._variant,
-            _judged(self._lab.goals, run, why if ending in ("wall", "broke") else ""),
+            judge(self._lab.goals, trace, why if ending in ("wall", "broke") else ""),
             ending,
             why,
             code,
             ended,
-            tuple(tuple(run.path(robot)) for robot in range(world.robots)),
-            run.snapshot,
+            tuple(zip(*self._poses, strict=True)),
+            snapshot,
             tuple(zones.values()),
             marker.requests,
-            running.output,
+            trace.output,
             marker.transcript.hexdigest(),
         )
 
@@ -259,25 +244,6 @@ class _Run:
                 raise WallOver
             time.sleep(0.002)
         return code
-
-
-def _judged(goals: tuple[Goal, ...], run: Run, refusal: str) -> tuple[GoalResult, ...]:
-    """Return what became of the goals; with a *refusal* none of them holds."""
-    if refusal:
-        return tuple(GoalResult(goal, False, refusal) for goal in goals)
-    alone = {goal.name: goal.judge(run) for goal in goals}
-    found = []
-    for goal in goals:
-        holds, text = alone[goal.name]
-        missing = [name for name in goal.needs if not alone[name][0]]
-        if holds and missing:
-            holds, text = False, f"{text}, but {' and '.join(missing)} {MISSED}"
-        found.append(GoalResult(goal, holds, text))
-    return tuple(found)
-
-
-def _bits(ring: tuple[Colour, ...]) -> int:
-    return sum(1 << led for led, colour in enumerate(ring) if any(colour))
 
 
 class PlainProgram:

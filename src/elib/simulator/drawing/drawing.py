@@ -8,9 +8,10 @@ from pathlib import Path
 
 from elib.base.errors import ArgumentError
 from elib.base.files import write_file
+from elib.base.zone import Zone
 from elib.simulator.drawing.png import draw_png
 from elib.simulator.drawing.svg import draw_svg
-from elib.simulator.drawing.top import Trail, Zone
+from elib.simulator.drawing.top import Trail
 from elib.simulator.physics import Snapshot
 
 

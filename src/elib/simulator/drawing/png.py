@@ -8,8 +8,9 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from elib.base.files import write_file
+from elib.base.zone import Zone
 from elib.simulator.drawing.shapes import Circle, Drawing, Picture, Point, Polygon, Stroke, Text
-from elib.simulator.drawing.top import Trail, Zone, top_view
+from elib.simulator.drawing.top import Trail, top_view
 from elib.simulator.physics import Snapshot
 
 if TYPE_CHECKING:

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from html import escape
 from io import BytesIO
 
+from elib.base.zone import Zone
 from elib.simulator.drawing.shapes import Circle, Picture, Point, Polygon, Shape, Stroke, Text
-from elib.simulator.drawing.top import Trail, Zone, top_view
+from elib.simulator.drawing.top import Trail, top_view
 from elib.simulator.physics import Colour, Snapshot
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
 
 from elib.base.rules import Whole
+from elib.base.zone import Zone
 from elib.simulator.drawing.fittings import glow_shapes, lamp_shapes, push_shapes, sound_shapes
 from elib.simulator.drawing.robot import robot_shapes
 from elib.simulator.drawing.shapes import Circle, Drawing, Picture, Point, Polygon, Shape, Stroke, Text, blend
@@ -62,27 +62,6 @@ class Tones:
 
 
 ON_PAPER = Tones()
-
-
-@dataclass(frozen=True, slots=True)
-class Zone:
-    """A part of the floor with a name.
-
-    Attributes:
-        name: Its name.
-        x: Its middle, m.
-        y: Its middle, m.
-        radius: Of a circle, m; 0 for a rectangle.
-        width: Of a rectangle, along x, m.
-        depth: Of a rectangle, along y, m.
-    """
-
-    name: str
-    x: float
-    y: float
-    radius: float = 0.0
-    width: float = 0.0
-    depth: float = 0.0
 
 
 def top_view(
