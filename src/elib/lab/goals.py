@@ -408,7 +408,7 @@ class Lit(Goal):
         return f"The robot switches LED {', '.join(map(str, self.leds))} on{often}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        mask = sum(1 << led for led in self.leds)
+        mask = sum(1 << led for led in set(self.leds))  # a LED may be named twice
         lit = trace.lit[:, robot] & mask == mask
         count = int((lit & np.diff(lit, prepend=False)).sum())
         return count >= self.times, f"on {_number(count, 'time')}"
