@@ -16,7 +16,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "lab"))
 
-from hostile import HOSTILE
+from hostile import HONEST, HOSTILE
 
 from elib.base.errors import Unsupported
 from elib.lab import load_lab
@@ -57,12 +57,12 @@ def main() -> int:
     for mark in marks:
         name = mark.name.removesuffix(".py")
         if name.startswith("hostile_"):
-            wrong += (
-                [name] if HOSTILE[name.removeprefix("hostile_")].cheats and (mark.points or not mark.attempts) else []
-            )
+            hostile = HOSTILE[name.removeprefix("hostile_")]
+            gains = mark.points and (hostile.breaks or HONEST not in hostile.source)
+            wrong += [name] if gains or bool(mark.broke) != hostile.breaks else []
         else:
             is_right = mark.points == mark.most if name.startswith("solution") else mark.points < mark.most
-            wrong += [] if is_right and not mark.attempts else [name]
+            wrong += [] if is_right and not mark.broke else [name]
     print(f"{CLASS} submissions, {HOSTILE_ONES} of them hostile, in {len(lab.variants)} variants: {took:.0f} s")
     print(f"load of the machine at the end, by others too: {os.getloadavg()[0]:.1f}")
     print(f"wrong marks: {wrong or 'none'}; written outside: {'yes' if written else 'nothing'}")

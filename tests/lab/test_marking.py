@@ -83,7 +83,7 @@ FIRST = ("reads_the_solution", "forges_messages")
 @pytest.mark.parametrize(
     "name", [pytest.param(each, marks=() if each in FIRST else pytest.mark.long) for each in TRIED]
 )
-def test_a_hostile_program_gains_nothing_and_is_named(lab: Path, school: Path, name: str) -> None:
+def test_a_hostile_program_gains_nothing(lab: Path, school: Path, name: str) -> None:
     hostile = HOSTILE[name]
     before = sorted(os.listdir(school))
     found = mark_one(lab, school, name, hostile.source, LITTLE)
@@ -91,8 +91,10 @@ def test_a_hostile_program_gains_nothing_and_is_named(lab: Path, school: Path, n
     assert sorted(os.listdir(lab)) == ["lab.toml", "teacher", "world.toml"]
     if hostile.said is not None:
         assert re.search(hostile.said, "; ".join(found.remarks)), found
-    assert bool(found.attempts) == hostile.cheats, found
-    if hostile.cheats or HONEST not in hostile.source:
+    if hostile.shows is not None:
+        assert re.search(hostile.shows, found.output), found
+    assert bool(found.broke) == hostile.breaks, found
+    if hostile.breaks or HONEST not in hostile.source:
         assert found.points == 0, found
 
 
@@ -101,7 +103,7 @@ def test_honest_work_has_its_points_in_every_variant(lab: Path, school: Path) ->
     found = mark_one(lab, school, "anna", HONEST)
     assert (found.points, found.goals) == (4, {"ahead": 2, "end": 2})
     assert [run.variant for run in found.runs] == ["given", "hidden"]
-    assert (found.remarks, found.attempts) == ([], [])
+    assert (found.remarks, found.broke) == ([], "")
     assert all("<svg" in run.picture for run in found.runs)
 
 
@@ -125,7 +127,7 @@ play(go, seconds=10)
 @isolated
 @pytest.mark.long
 @pytest.mark.parametrize("source", [KEEPS, BEHAVES])
-def test_what_elib_does_for_an_honest_program_is_not_named(lab: Path, school: Path, source: str) -> None:
+def test_what_elib_does_for_an_honest_program_works(lab: Path, school: Path, source: str) -> None:
     found = mark_one(lab, school, "anna", source)
     assert (found.points, found.remarks) == (4, []), found.output
 
@@ -142,13 +144,13 @@ def test_a_broken_program_is_explained(lab: Path, school: Path) -> None:
 
 
 @isolated
-def test_a_program_that_a_forbidden_attempt_ended_is_told_of_it_once(lab: Path, school: Path) -> None:
+def test_a_file_elsewhere_is_not_there_and_the_remark_says_so(lab: Path, school: Path) -> None:
     found = mark_one(lab, school, "dora", HONEST + "open('/home/dora/data.csv')\n")
+    assert found.points == 3
     assert found.remarks == [
-        "no points: tried to reach /home/dora/data.csv, which is outside its folder (given)",
-        "one more variant was not run",
+        "it ended with exit code 1: FileNotFoundError: [Errno 2] No such file or directory: "
+        "'/home/dora/data.csv' (given)"
     ]
-    assert "Forbidden: a submission must not try to reach" in found.runs[0].remark, "the details have it"
 
 
 @isolated
@@ -220,7 +222,7 @@ def command(*words: object) -> list[str]:
 @isolated
 @pytest.mark.long
 def test_the_command_writes_a_table_a_spreadsheet_and_a_page(lab: Path, school: Path, tmp_path: Path) -> None:
-    (school / "=evil<script>.py").write_text(HOSTILE["reads_passwords"].source)
+    (school / "=evil<script>.py").write_text(HOSTILE["forges_messages"].source)
     (school / "copy.py").write_text(HONEST)
     words = (school, "--lab", lab, "--csv", tmp_path / "m.csv", "--html", tmp_path / "m.html", "--jobs", 2)
     done = run(command(*words))
@@ -232,7 +234,7 @@ def test_the_command_writes_a_table_a_spreadsheet_and_a_page(lab: Path, school: 
         ("copy.py", "4"),
         ("honest.py", "4"),
     ]
-    assert "tried to reach /etc/passwd" in rows[0]["remarks"]
+    assert "no points: it broke the link's rules" in rows[0]["remarks"]
     page = (tmp_path / "m.html").read_text()
     assert page.count("<svg") == 5
     assert "<script" not in page

@@ -50,7 +50,7 @@ def run(walls: None) -> Iterator[Runs]:
 
 
 def behind_walls(source: str, user: int) -> str:
-    """Return what Python of the system prints behind the same walls, without elib's own hook in the process."""
+    """Return what Python of the system prints behind the same walls."""
     if not Path("/usr/bin/python3").exists():
         pytest.skip("the system has no Python of its own")
     walls = sandbox._walls((), (), Limits(), user == 0)
@@ -67,8 +67,7 @@ USERS = (0, 65534) if os.geteuid() == 0 else (os.geteuid(),)
 
 @pytest.mark.usefixtures("walls")
 @pytest.mark.parametrize("user", USERS)
-def test_the_walls_hold_without_the_hook(user: int) -> None:
-    """The hook only names attempts; what a program can reach is the kernel's affair."""
+def test_the_walls_hold(user: int) -> None:
     said = behind_walls(
         """
 import os, socket
@@ -105,7 +104,6 @@ print("capabilities", [line.split()[1] for line in open("/proc/self/status") if 
 def test_a_program_sees_only_its_own_files(run: Runs) -> None:
     child = run("import helper, os; print(sorted(os.listdir()), helper.NAME)", helper="NAME = 'mine'")
     assert child.output == "['helper.py', 'main.py'] mine\n"
-    assert child.attempts == []
 
 
 HARMLESS = """
@@ -147,10 +145,9 @@ print("all done")
 
 
 @pytest.mark.long
-def test_an_honest_program_is_not_named(run: Runs) -> None:
+def test_what_libraries_do_for_an_honest_program_works(run: Runs) -> None:
     child = run(HARMLESS)
     assert "all done" in child.output, child.output
-    assert child.attempts == []
 
 
 def test_files_of_the_submission_shadow_nothing(run: Runs) -> None:

@@ -135,7 +135,7 @@ def _wrong(lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark]) -
 
 def _print(marked: Sequence[tuple[Lab, Sequence[Mark]]]) -> None:
     heading, *rows = to_rows(marked)
-    cheats = {plain(mark.name).removesuffix(".py") for _, marks in marked for mark in marks if mark.attempts}
+    cheats = {plain(mark.name).removesuffix(".py") for _, marks in marked for mark in marks if mark.broke}
     if not any(row[-1] for row in rows):
         heading, rows = heading[:-1], [row[:-1] for row in rows]
     table = Table(box=None, pad_edge=False, header_style="bold")

@@ -18,7 +18,6 @@ from pathlib import Path
 
 from elib.base.errors import ElibError
 from elib.lab import Lab, VariantResult, load_lab, run_variant
-from elib.lab.attempts import Forbidden
 from elib.lab.goal import points
 from elib.lab.sandbox import LIMITS, Child, Limits, start
 from elib.lab.submissions import Submission
@@ -31,9 +30,6 @@ MAX_ERROR = 120
 """Characters of an error that a remark shows."""
 SHOWN_OUTPUT = 2_000
 """Characters of a program's output in a report: the end, with the traceback."""
-
-FORBIDDEN = f": {Forbidden.__module__}.{Forbidden.__name__}: "
-"""What a remark has of a program that was ended by the error which a forbidden attempt gets."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +58,9 @@ class Mark:
         points: The sum over the goals: points times share of the variants in which the goal holds.
         most: Points that can be reached.
         goals: In how many variants each goal holds, by its name.
-        runs: Each variant; after a forbidden attempt or an exceeded limit the others are not run.
+        runs: Each variant; after a broken rule of the link or an exceeded limit the others are not run.
         remarks: What the teacher should know, in words.
-        attempts: What it tried that is forbidden; it has no points then.
+        broke: How it broke the rules of the link to its robot, or an empty string; it has no points then.
         output: The end of what it printed in the last run.
         alike: Other submissions that are much alike, with the share in percent.
     """
@@ -75,7 +71,7 @@ class Mark:
     goals: dict[str, int] = field(default_factory=dict)
     runs: list[MarkedRun] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-    attempts: list[str] = field(default_factory=list)
+    broke: str = ""
     output: str = ""
     alike: dict[str, int] = field(default_factory=dict)
 
@@ -155,7 +151,7 @@ def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits
         result.remarks.append(
             f"{missing} more variants were not run" if missing > 1 else "one more variant was not run"
         )
-    if not result.attempts:
+    if not result.broke:
         result.points = points(lab.goals, result.goals, len(lab.variants))
     return result
 
@@ -167,19 +163,15 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
         remark += _last_error(child.output)
     elif found.ending == "ended" and not found.opened_robot:
         remark = "it opened no robot"
-    # The first attempt only: how many more there are before its end depends on the computer.
-    attempts = [f"tried {attempt}" for attempt in child.attempts[:1]]
-    if found.ending == "broke" and not child.exceeded and not attempts:
-        attempts.append(found.why)
     name = found.variant.name
-    is_told = bool(child.exceeded) or found.ending in ("failed", "wall") or not found.opened_robot
+    if found.ending == "broke" and not child.exceeded:
+        result.broke = found.why
+    is_told = bool(child.exceeded) or found.ending in ("failed", "wall", "broke") or not found.opened_robot
     # Some programs are meant to go on until the time is over; it explains something only where a goal fails.
     is_told = is_told or (found.ending == "time" and not all(goal.holds for goal in found.goals))
-    is_told = is_told and not (attempts and FORBIDDEN in remark)  # the attempt itself was told
-    for text in (*(f"no points: {each}" for each in attempts), *([remark] if is_told else [])):
-        if not any(text in known for known in result.remarks):
-            result.remarks.append(f"{text} ({name})")
-    result.attempts += [attempt for attempt in attempts if attempt not in result.attempts]
+    text = f"no points: {remark}" if result.broke else remark
+    if is_told and not any(text in known for known in result.remarks):
+        result.remarks.append(f"{text} ({name})")
     for goal in found.goals:
         result.goals[goal.goal.name] += goal.holds
     with contextlib.suppress(ValueError):
@@ -188,7 +180,7 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
         MarkedRun(name, {goal.goal.name: (goal.holds, goal.text) for goal in found.goals}, remark, picture)
     )
     result.output = child.output[-SHOWN_OUTPUT:]
-    return not (attempts or child.exceeded or found.ending == "wall")
+    return not (child.exceeded or found.ending in ("broke", "wall"))
 
 
 def _last_error(output: str) -> str:

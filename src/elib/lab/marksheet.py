@@ -95,7 +95,7 @@ def to_json(lab: Lab, marks: Sequence[Mark]) -> dict[str, object]:
                 "submission": mark.name,
                 "points": round(mark.points, 3),
                 "of": mark.most,
-                "attempts": mark.attempts,
+                "attempts": [mark.broke] if mark.broke else [],
                 "remarks": mark.remarks,
                 "similar": mark.alike,
                 "runs": [
@@ -114,10 +114,10 @@ def to_json(lab: Lab, marks: Sequence[Mark]) -> dict[str, object]:
 
 def _summary(lab: Lab, marks: Sequence[Mark]) -> str:
     full = sum(mark.points == mark.most for mark in marks)
-    forbidden = sum(bool(mark.attempts) for mark in marks)
+    broke = sum(bool(mark.broke) for mark in marks)
     return (
         f"{len(marks)} submissions in {len(lab.variants)} variants. {full} of them hold all goals;"
-        f" {forbidden} tried what is forbidden."
+        f" {broke} broke the rules of the link."
     )
 
 
@@ -129,7 +129,7 @@ def _row(row: list[str], mark: Mark, goals: slice) -> str:
         cells.append(f'<td class="{kind}">{cell}</td>')
     similar = f"<br>similar: {escape(row[-1])}" if row[-1] else ""
     cells.append(f"<td>{escape(row[-2])}{similar}</td>")
-    kind = ' class="cheat"' if mark.attempts else ""
+    kind = ' class="cheat"' if mark.broke else ""
     return f"<tr{kind}>{''.join(cells)}</tr>\n"
 
 

@@ -7,7 +7,6 @@ that is gone with the process. Limits bound what it uses. docs/guides/labs.md sa
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import pickle
 import shutil
@@ -27,8 +26,8 @@ from elib.lab.syscalls import call_filter
 
 CONFINED = Path(__file__).with_name("confined.py")
 """What is run; this process cannot import it on Windows."""
-READY = b"ready"
-"""What it says first."""
+READY = b"ready\n"
+"""What it prints first, when all walls and limits hold."""
 HOME = "/home/student"
 FIRST_USER, USERS = 61184, 4336
 """Numbers that systemd sets aside for users who exist for as long as one process (DynamicUser)."""
@@ -36,8 +35,6 @@ KEPT_START, KEPT_END = 60_000, 4_000
 """Characters kept of what a program prints: the beginning, and the end with its traceback."""
 WATCH_EVERY = 0.1
 """s between two looks at how much memory and processor time all processes of a submission use together."""
-MAX_REPORTS, MAX_ATTEMPTS = 65_536, 20
-"""Bytes of reports that are read, which is what a pipe holds; attempts that are kept, however many were written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,18 +71,13 @@ class Child:
         exceeded: Which limit it exceeded, in words, or an empty string.
     """
 
-    def __init__(
-        self, process: subprocess.Popen[bytes], task: bytes, reports: int, limits: Limits, folder: Path | None
-    ) -> None:
+    def __init__(self, process: subprocess.Popen[bytes], task: bytes, limits: Limits, folder: Path | None) -> None:
         self.exceeded = ""
         self._process = process
-        self._reports = reports
         self._limits = limits
         self._folder = folder
         self._start, self._end = bytearray(), bytearray()
         self._is_over = threading.Event()
-        self._lock = threading.Lock()
-        self._told: tuple[bool, list[str]] | None = None
         self._reader = threading.Thread(target=self._read, args=(task,), daemon=True)
         self._watcher = threading.Thread(target=self._watch, daemon=True)
         self._reader.start()
@@ -95,17 +87,12 @@ class Child:
     def output(self) -> str:
         """What it printed so far; the middle of very much is left out."""
         gap = b"\n[...]\n" if len(self._end) == KEPT_END else b""
-        return (bytes(self._start) + gap + bytes(self._end)).decode(errors="replace")
+        return (bytes(self._start).removeprefix(READY) + gap + bytes(self._end)).decode(errors="replace")
 
     @property
     def began(self) -> bool:
         """Whether it got as far as the submission's program; read it after the end."""
-        return self._tell()[0]
-
-    @property
-    def attempts(self) -> list[str]:
-        """What it tried that has nothing to do with its robot, in words; read it after the end."""
-        return self._tell()[1]
+        return self._start.startswith(READY)
 
     def wait(self, seconds: float) -> None:
         """Wait for its end, so long at most."""
@@ -128,7 +115,6 @@ class Child:
         self._is_over.set()
         self._reader.join(5)
         self._watcher.join(5)
-        self._tell()
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
 
@@ -162,21 +148,6 @@ class Child:
             with contextlib.suppress(OSError):
                 os.kill(number, signal.SIGKILL)
 
-    def _tell(self) -> tuple[bool, list[str]]:
-        """Return whether the program began, and what it tried; the pipe is read once, and never waited for."""
-        with self._lock:
-            if self._told is None:
-                if self._process.poll() is None:
-                    raise RuntimeError("the program still runs")
-                try:
-                    lines = os.read(self._reports, MAX_REPORTS).splitlines()
-                except BlockingIOError:
-                    lines = []
-                os.close(self._reports)
-                attempts = dict.fromkeys(map(_attempt, filter(None, lines[1:])))
-                self._told = (lines[:1] == [READY], list(attempts)[:MAX_ATTEMPTS])
-            return self._told
-
 
 def start(
     files: Mapping[str, bytes],
@@ -198,22 +169,16 @@ def start(
         safe: Whether it runs behind walls; otherwise only the limits hold.
     """
     arguments, path, own = _python()
-    hidden = [place.resolve() for place in hidden]
     folder = None if safe else Path(tempfile.mkdtemp(prefix="elib-mark-"))
     home = HOME if folder is None else str(folder / "student")
     is_root = os.geteuid() == 0
-    reports, told = os.pipe()
-    os.set_blocking(reports, False)
-    os.set_blocking(told, False)
     task = {
         "files": dict(files),
         "main": main,
         "home": home,
         "path": path,
-        "secret": [str(place) for place in hidden],
         "link": link.fileno(),
-        "reports": told,
-        "ready": READY + b"\n",
+        "ready": READY,
         "user": FIRST_USER + os.getpid() % USERS if safe and is_root else 0,
         "limits": {
             # The watcher is more exact, and says why: the kernel counts whole ticks here.
@@ -226,10 +191,10 @@ def start(
         # Without a namespace it would count the processes of all programs of this user.
         | ({"RLIMIT_NPROC": limits.processes} if safe else {}),
     }
-    opened = [link.fileno(), told]
+    opened = [link.fileno()]
     walls: list[str] = []
     if safe:
-        walls = _walls(own, hidden, limits, is_root)
+        walls = _walls(own, [place.resolve() for place in hidden], limits, is_root)
         if (refused := call_filter()) is not None:
             rules, given = os.pipe()
             os.write(given, refused)
@@ -251,7 +216,7 @@ def start(
     finally:
         for descriptor in opened[1:]:
             os.close(descriptor)
-    return Child(process, pickle.dumps(task), reports, limits, folder)
+    return Child(process, pickle.dumps(task), limits, folder)
 
 
 def check_walls() -> None:
@@ -310,14 +275,6 @@ def family(process: int) -> Iterator[int]:
             for thread in Path(f"/proc/{number}/task").iterdir():
                 with contextlib.suppress(OSError):
                     waiting += map(int, (thread / "children").read_text().split())
-
-
-def _attempt(line: bytes) -> str:
-    """Return what a line of the reports says."""
-    with contextlib.suppress(ValueError):
-        if isinstance(said := json.loads(line), str):
-            return said[:200]
-    return "to write into the marker's pipe by hand"
 
 
 def _python() -> tuple[list[str], list[str], list[str]]:
