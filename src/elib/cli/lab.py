@@ -42,9 +42,9 @@ app.command(
     help="""Mark all submissions in a folder, or in several.
 
     Each runs in every variant of the lab, the hidden ones too. It sees neither this computer nor other submissions, and
-    it drives its robot in simulated time, so the marks are the same on every run. A program that breaks the rules of the
-    link to its robot has no points. Programs that are much alike are named. The folders of several labs make one table,
-    a row a student, by the names of files and folders without .py.
+    it drives its robot in simulated time, so the marks are the same on every run. A program that breaks the rules of
+    the link to its robot has no points. Programs that are much alike are named. The folders of several labs make one
+    table, a row a student, by the names of files and folders without .py.
 
     In a lab's teacher/mistakes, one that does not fail as its first line says is named, and the exit code is 1.
     """,  # here, because the list of commands shows its first line and does not import the module
@@ -172,8 +172,7 @@ def check(
     else:
         print(f"{reached:.3g} of {found.points:g} points" + (", all goals hold" if passed else ""))
     if is_wrong:
-        goals = [{each.goal.name: (each.holds, each.text) for each in result.goals} for result in results]
-        wrong = wrong_claim(found, path.read_text("utf-8", "replace"), goals)
+        wrong = wrong_claim(found, path.read_text("utf-8", "replace"), [result.goals for result in results])
         say(f"{path.name}: {wrong or 'it fails as its first line says'}")
         passed = not wrong
     if not passed:

@@ -23,7 +23,7 @@ from typing import Annotated, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from elib.base.rules import Degrees, Mistake, Number, Rule, Several, Text, Whole, nearest
+from elib.base.rules import Mistake, Number, Rule, Text, Whole, nearest
 from elib.base.zone import Zone as NamedZone
 
 MAX_NAMES = 50
@@ -58,15 +58,7 @@ class Names(Rule):
 
 
 Name = Annotated[str, Text(example='"target"')]
-ZoneNames = Annotated[tuple[str, ...], Names(example='["first", "second"]')]
-Metres = Annotated[float, Number(0, 1000, "m", example="0.1")]
-Shift = Annotated[float, Number(-1000, 1000, "m", example="0.1")]
 Seconds = Annotated[float, Number(0, 3600, "s", example="2")]
-Share = Annotated[float, Number(0, 1, example="0.9")]
-Heading = Annotated[float, Degrees(example="90", otherwise="any")]
-Tolerance = Annotated[float, Degrees(0, 180)]
-Count = Annotated[int, Whole(0, 1_000_000, example="10")]
-LedNumbers = Annotated[tuple[int, ...], Several(Whole(0, 7), 1, 8, example="[0, 4]")]
 
 
 @dataclass(frozen=True, slots=True)

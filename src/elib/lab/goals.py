@@ -12,27 +12,8 @@ from typing import Annotated, TypeVar, dataclass_transform
 
 import numpy as np
 
-from elib.base.rules import Degrees, Mistake, Number, Text, Whole, nearest
-from elib.lab.goal import (
-    Count,
-    Finding,
-    Floats,
-    Goal,
-    Heading,
-    LedNumbers,
-    Metres,
-    Name,
-    Seconds,
-    Share,
-    Shift,
-    Stretch,
-    Tolerance,
-    Trace,
-    Zone,
-    ZoneNames,
-    hypot,
-    turn_of,
-)
+from elib.base.rules import Degrees, Mistake, Number, Several, Text, Whole, nearest
+from elib.lab.goal import Finding, Floats, Goal, Name, Names, Seconds, Stretch, Trace, Zone, hypot, turn_of
 from elib.link.protocol.commands import SPECS
 from elib.simulator.physics.geometry import segment_distance
 
@@ -41,6 +22,13 @@ PLACE_STEP = 0.01
 
 KINDS: dict[str, type[Goal]] = {}
 """The kinds of goals by their names, in the order of the reference page."""
+
+ZoneNames = Annotated[tuple[str, ...], Names(example='["first", "second"]')]
+Metres = Annotated[float, Number(0, 1000, "m", example="0.1")]
+Shift = Annotated[float, Number(-1000, 1000, "m", example="0.1")]
+Share = Annotated[float, Number(0, 1, example="0.9")]
+Heading = Annotated[float, Degrees(example="90", otherwise="any")]
+Tolerance = Annotated[float, Degrees(0, 180)]
 
 G = TypeVar("G", bound=type[Goal])
 line_distance = np.vectorize(segment_distance, otypes=[float])
@@ -347,7 +335,7 @@ class Requests(Goal):
     """
 
     command: Annotated[str, Text(example='"proximity"', otherwise="all commands")] = ""
-    least: Count = 0
+    least: Annotated[int, Whole(0, 1_000_000, example="10")] = 0
     most: Annotated[int, Whole(0, 1_000_000, example="10", otherwise="no limit")] | None = None
 
     def _check(self, things: Iterable[str], stripes: int) -> None:
@@ -400,7 +388,7 @@ class Lit(Goal):
         times: How often they went on.
     """
 
-    leds: LedNumbers = (0,)
+    leds: Annotated[tuple[int, ...], Several(Whole(0, 7), 1, 8, example="[0, 4]")] = (0,)
     times: Annotated[int, Whole(1, 10_000, example="3")] = 1
 
     def _sentence(self) -> str:

@@ -66,18 +66,17 @@ class _End(MemoryTransport):
     """The end of a robot's link that the program has, as long as it has it open."""
 
     def __init__(self, index: int, robot: VirtualRobot, on_news: Callable[[], None]) -> None:
+        self._told = 0  # wake_writer reads it from the beginning
+        self._on_news = on_news
         super().__init__("the robot")
         self.index = index
         self.arrived = bytearray()
-        self.is_reported = True
-        self._on_news = on_news
-        self._told = 0
         robot_end = MemoryTransport("the robot")
         self.join(robot_end)
         robot.link.on_down = self._down
         self._robot = robot
         robot.link.attach(robot_end)
-        self.listen(self._arrive, self._note)
+        self.listen(self._arrive, on_news)
 
     def take(self, data: bytes) -> None:
         """Send what the program wrote."""
@@ -103,14 +102,11 @@ class _End(MemoryTransport):
     def wake_writer(self) -> None:
         """Note that the link has taken bytes."""
         super().wake_writer()
-        if self.unsent != getattr(self, "_told", 0):
-            self._note()
+        if self.unsent != self._told:
+            self._on_news()
 
     def _arrive(self, data: bytes) -> None:
         self.arrived += data
-        self._note()
-
-    def _note(self) -> None:
         self._on_news()
 
     def _down(self) -> None:

@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 
 from elib.base.errors import ElibError
-from elib.lab import Lab, VariantResult, load_lab, run_variant
+from elib.lab import GoalResult, Lab, VariantResult, load_lab, run_variant
 from elib.lab.goal import points
 from elib.lab.sandbox import LIMITS, Child, Limits, start
 from elib.lab.submissions import Submission
@@ -38,13 +38,13 @@ class MarkedRun:
 
     Attributes:
         variant: Its name.
-        goals: Whether each goal holds, and what happened, by the goal's name.
+        goals: What became of each goal.
         remark: How it ended, or an empty string if it ended by itself.
         picture: The robots' paths, SVG.
     """
 
     variant: str
-    goals: dict[str, tuple[bool, str]]
+    goals: tuple[GoalResult, ...]
     remark: str = ""
     picture: str = ""
 
@@ -176,9 +176,7 @@ def _add(result: Mark, found: VariantResult, child: Child) -> bool:
         result.goals[goal.goal.name] += goal.holds
     with contextlib.suppress(ValueError):
         picture = found.draw(size=PICTURE_SIZE) or ""
-    result.runs.append(
-        MarkedRun(name, {goal.goal.name: (goal.holds, goal.text) for goal in found.goals}, remark, picture)
-    )
+    result.runs.append(MarkedRun(name, found.goals, remark, picture))
     result.output = child.output[-SHOWN_OUTPUT:]
     return not (child.exceeded or found.ending in ("broke", "wall"))
 

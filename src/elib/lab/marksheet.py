@@ -102,7 +102,7 @@ def to_json(lab: Lab, marks: Sequence[Mark]) -> dict[str, object]:
                     {
                         "variant": run.variant,
                         "remark": run.remark,
-                        "goals": {name: {"holds": holds, "text": text} for name, (holds, text) in run.goals.items()},
+                        "goals": {each.goal.name: {"holds": each.holds, "text": each.text} for each in run.goals},
                     }
                     for run in mark.runs
                 ],
@@ -145,9 +145,9 @@ def _details(index: int, mark: Mark) -> str:
 
 def _figure(run: MarkedRun) -> str:
     goals = "".join(
-        f'<li class="{"all" if holds else "none"}"><b>{escape(name)}</b> {"holds" if holds else "fails"}:'
-        f" {escape(text)}</li>"
-        for name, (holds, text) in run.goals.items()
+        f'<li class="{"all" if each.holds else "none"}"><b>{escape(each.goal.name)}</b>'
+        f" {'holds' if each.holds else 'fails'}: {escape(each.text)}</li>"
+        for each in run.goals
     )
     remark = f"<p>{escape(run.remark)}</p>" if run.remark else ""
     return f"<figure><figcaption>{escape(run.variant)}</figcaption>{run.picture}{remark}<ul>{goals}</ul></figure>"

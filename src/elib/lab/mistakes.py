@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from elib.base.rules import nearest
-from elib.lab.goal import MISSED
+from elib.lab.goal import MISSED, GoalResult
 from elib.lab.labfile import Lab
 
 FOLDER = Path("teacher", "mistakes")
@@ -16,16 +16,13 @@ FOLDER = Path("teacher", "mistakes")
 CLAIM = re.compile(r"# fails: (\S+): (\S.*)")
 """The first line of a mistake: the goal that fails, and the reason for a person."""
 
-Goals = Mapping[str, tuple[bool, str]]
-"""Whether each goal holds in a variant, and what happened, by the goal's name."""
-
 
 def is_mistake(lab: Lab, program: Path) -> bool:
     """Return whether a program, or a folder with its files, is among the mistakes of the lab."""
     return program.resolve().parent == lab.folder / FOLDER
 
 
-def wrong_claim(lab: Lab, text: str, runs: Sequence[Goals]) -> str:
+def wrong_claim(lab: Lab, text: str, runs: Sequence[Sequence[GoalResult]]) -> str:
     """Return why a mistake does not fail as its first line says; an empty string if it does, in one variant at least.
 
     Args:
@@ -42,11 +39,12 @@ def wrong_claim(lab: Lab, text: str, runs: Sequence[Goals]) -> str:
     names = [goal.name for goal in lab.goals]
     if name not in names:
         return f"it should fail {name}, but there is no such goal: {nearest(name, names)}"
-    judged = [goals[name] for goals in runs]
-    if any(not holds and not text.endswith(MISSED) for holds, text in judged):
+    failed = [each for goals in runs for each in goals if not each.holds]
+    if any(each.goal.name == name and not each.text.endswith(MISSED) for each in failed):
         return ""
-    failed = [each for each in names if each != name and any(not goals[each][0] for goals in runs)]
-    others = f"{', '.join(failed)} fails" if failed else "all goals hold"
-    if any(not holds for holds, _ in judged):
+    fail = {each.goal.name for each in failed}
+    also = ", ".join(each for each in names if each in fail - {name})
+    others = f"{also} fails" if also else "all goals hold"
+    if name in fail:
         return f"it should fail {name}, but {name} fails only where another goal fails: {others}"
     return f"it should fail {name}, but {name} holds: {others}"
