@@ -177,7 +177,7 @@ def test_a_mistake_fails_the_goal_that_it_names(name: str, program: str, tried: 
     for variant in lab.variants:
         result = tried(name, path, variant)
         happened.append(told(result))
-        goals.append({each.goal.name: (each.holds, each.text) for each in result.goals})
+        goals.append(result.goals)
         wrong = wrong_claim(lab, (lab.folder / path).read_text(), goals)
         if not wrong:
             return

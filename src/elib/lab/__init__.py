@@ -1,7 +1,8 @@
 """Labs: tasks with goals, which a program is checked against in worlds that it cannot reach.
 
 A lab is a folder with a file ``lab.toml`` (:mod:`elib.lab.labfile`). :func:`run_variant` runs a program over a
-lock-step link (:mod:`elib.lab.marker`), and the goals judge what the robots did (:mod:`elib.lab.goals`).
+lock-step link (:mod:`elib.lab.marker`), and the goals (:mod:`elib.lab.goals`) judge what the robots did. The judging
+needs no process: :mod:`elib.lab.goal` says how it is called with a trace.
 """
 
 from __future__ import annotations

@@ -248,8 +248,14 @@ def load_lab(folder: str | Path, *, hidden: bool = False) -> Lab:
         for source, part in parts
         for index, each in enumerate(part["variant"])
     ]
-    both = tuple(each for _, each in variants), tuple(each for _, each in zones)
-    lab = Lab(path.resolve(), top.title, top.summary, tuple(given["goal"]), *both)
+    lab = Lab(
+        path.resolve(),
+        top.title,
+        top.summary,
+        tuple(given["goal"]),
+        tuple(each for _, each in variants),
+        tuple(each for _, each in zones),
+    )
     _check_goals(lab, first)
     names = [each.name for each in lab.variants]
     for (source, index), zone in zones:
