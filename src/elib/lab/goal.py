@@ -18,7 +18,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, TypeAlias
+from typing import Annotated, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,8 +136,10 @@ class Goal:
         about: What the program should do, in a sentence.
         needs: It holds only if these goals hold in the same variant as well.
         robot: The number of the robot that must meet it, from 1; None for every robot.
+        says: What the program should do, as a format of the goal's fields.
     """
 
+    says: ClassVar[str] = ""
     name: Name
     points: Annotated[float, Number(0, 1000, example="1")] = 1.0
     about: Annotated[str, Text(example='"The robot reaches the target."', otherwise="made from the keys")] = ""
@@ -179,7 +181,7 @@ class Goal:
         """Check what goals of this kind alone name."""
 
     def _sentence(self) -> str:
-        raise NotImplementedError
+        return self.says.format(self)
 
     def _judge(self, trace: Trace) -> Finding:
         """Return what became of the goal: by default that of the first robot which fails it, or else of the first."""
@@ -213,7 +215,9 @@ class Stretch(Goal):
             return held[-1], f"{reached} {end}"
         return True, f"{reached} after {first - self.hold:.1f} s" + (f" and for {self.hold:g} s" if self.hold else "")
 
-    def _ending(self) -> str:
+    @property
+    def ending(self) -> str:
+        """How long it must be so, as the end of the sentence."""
         return (" at the end" if self.at_end else "") + (f" for {self.hold:g} s" if self.hold else "")
 
 

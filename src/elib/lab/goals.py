@@ -55,10 +55,8 @@ class Reach(Stretch):
         at_end: Whether it must be there at the end.
     """
 
+    says = "The robot is in {0.zone}{0.ending}."
     zone: Name
-
-    def _sentence(self) -> str:
-        return f"The robot is in {self.zone}{self._ending()}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
         zone, (x, y, _) = trace.zones[self.zone], trace.path(robot)
@@ -273,10 +271,8 @@ class TimeGoal(Goal):
         most: The greatest robot time, s.
     """
 
+    says = "The program is done within {0.most:g} s."
     most: Seconds
-
-    def _sentence(self) -> str:
-        return f"The program is done within {self.most:g} s."
 
     def _judge(self, trace: Trace) -> Finding:
         text = f"done after {trace.time:.1f} s"
@@ -356,8 +352,7 @@ class Requests(Goal):
 class Stands(Goal):
     """The robot's wheels stand when all is over."""
 
-    def _sentence(self) -> str:
-        return "The robot stands at the end."
+    says = "The robot stands at the end."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
         left, right = (1000 * speed for speed in trace.speeds[robot])
@@ -369,8 +364,7 @@ class Stands(Goal):
 class Survives(Goal):
     """The program ended by itself in time, with exit code 0."""
 
-    def _sentence(self) -> str:
-        return "The program ends by itself without an error."
+    says = "The program ends by itself without an error."
 
     def _judge(self, trace: Trace) -> Finding:
         if not trace.has_ended:
@@ -410,6 +404,7 @@ class Says(Goal):
         text: A regular expression of Python that is searched in what it printed.
     """
 
+    says = "The program prints {0.text!r}."
     text: Annotated[str, Text(example='"done"')]
 
     def __post_init__(self) -> None:
@@ -417,9 +412,6 @@ class Says(Goal):
             re.compile(self.text)
         except re.error as error:
             raise Mistake(f"is not a regular expression: {error}", path=("text",)) from None
-
-    def _sentence(self) -> str:
-        return f"The program prints {self.text!r}."
 
     def _judge(self, trace: Trace) -> Finding:
         if re.search(self.text, trace.output, re.MULTILINE):
@@ -437,6 +429,7 @@ class Push(Goal):
         zone: The zone.
     """
 
+    says = "{0.thing} lies in {0.zone} at the end."
     thing: Annotated[str, Text(example='"ball"')]
     zone: Name
 
@@ -444,9 +437,6 @@ class Push(Goal):
         if self.thing not in things:
             what = f'is "{self.thing}", and the world has no such box or cylinder'
             raise Mistake(what, path=("thing",), hint=nearest(self.thing, things))
-
-    def _sentence(self) -> str:
-        return f"{self.thing} lies in {self.zone} at the end."
 
     def _judge(self, trace: Trace) -> Finding:
         zone, (x, y) = trace.zones[self.zone], np.array([trace.things[self.thing]]).T
@@ -469,7 +459,7 @@ class AllInZone(Stretch):
     count: Annotated[int, Whole(1, 10_000, example="3", otherwise="all robots")] | None = None
 
     def _sentence(self) -> str:
-        return f"{'All' if self.count is None else self.count} robots are in {self.zone} together{self._ending()}."
+        return f"{'All' if self.count is None else self.count} robots are in {self.zone} together{self.ending}."
 
     def _judge(self, trace: Trace) -> Finding:
         wanted = self.count or trace.robots
@@ -490,11 +480,9 @@ class Gathered(Stretch):
         at_end: Whether it must be so at the end.
     """
 
+    says = "No two robots are more than {0.within:g} m apart{0.ending}."
     within: Metres
     at_end: bool = True
-
-    def _sentence(self) -> str:
-        return f"No two robots are more than {self.within:g} m apart{self._ending()}."
 
     def _judge(self, trace: Trace) -> Finding:
         widths = reduce(np.maximum, _apart(trace))
@@ -512,11 +500,9 @@ class Spread(Stretch):
         at_end: Whether it must be so at the end.
     """
 
+    says = "Every two robots are at least {0.least:g} m apart{0.ending}."
     least: Metres
     at_end: bool = True
-
-    def _sentence(self) -> str:
-        return f"Every two robots are at least {self.least:g} m apart{self._ending()}."
 
     def _judge(self, trace: Trace) -> Finding:
         gaps = reduce(np.minimum, _apart(trace))
