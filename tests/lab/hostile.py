@@ -67,7 +67,9 @@ HOSTILE = {
     ),
     "regular_expression": Hostile("import re\nre.match('(a+)+$', 'a' * 40 + 'b')\n", COMPUTED),
     # Other processes.
-    "fork_bomb": Hostile("import os\nwhile True:\n    try: os.fork()\n    except OSError: pass\n", COMPUTED),
+    "fork_bomb": Hostile(
+        "import os\nwhile True:\n    try: os.fork()\n    except OSError: pass\n", f"memory|{COMPUTED}"
+    ),
     "leaves_a_process": before("import os\nif os.fork() == 0:\n    while True: pass"),
     "shell": before("import subprocess\nsubprocess.run(['sh', '-c', 'id'])"),
     "os_system": before("import os\nos.system('id')"),
