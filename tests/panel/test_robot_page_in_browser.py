@@ -76,7 +76,7 @@ async def test_pad_camera_and_stop_are_in_view_on_a_phone_and_the_rest_behind_ta
 
 async def test_a_click_is_acknowledged_at_once_on_a_slow_link(shown):
     async with shown("sim://arena?latency=0.1") as person:
-        await person.press("Lights and sounds")
+        await person.tab.run("location.hash = '#/robot/1/lights'")
         await person.tab.until("!!document.querySelector('.lights button:enabled')")
         # The page draws what a click changed before it hears anything: only then no answer can have come.
         seen = await person.tab.run(
@@ -92,7 +92,7 @@ async def test_a_click_is_acknowledged_at_once_on_a_slow_link(shown):
 
 async def test_space_stops_and_switches_nothing_that_has_the_focus(shown):
     async with shown("sim://arena") as person:
-        await person.press("Lights and sounds")
+        await person.tab.run("location.hash = '#/robot/1/lights'")
         await person.tab.until("!!document.querySelector('.lights button:enabled')")
         for selector in ("[aria-label='LED 2']", ".lights button", ".status button"):
             await person.tab.run(f"document.querySelector({selector!r}).focus()")
@@ -139,7 +139,7 @@ async def test_sensors_and_leds_are_named_in_the_drawing_and_sounds_and_colours_
         assert any("Button" in tile and "no" in tile for tile in tiles)  # type: ignore[union-attr]
         assert any("SD card" in tile and "no" in tile for tile in tiles)  # type: ignore[union-attr]
         assert any("steps" in tile and "cm" in tile for tile in tiles)  # type: ignore[union-attr]
-        await person.press("Lights and sounds")
+        await person.tab.run("location.hash = '#/robot/1/lights'")
         await person.tab.until("!!document.querySelector(`[aria-label='colour of LED3']:enabled`)")
         await person.tab.run(
             "(() => { const colour = document.querySelector(`[aria-label='colour of LED3']`);"
