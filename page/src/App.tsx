@@ -42,7 +42,7 @@ function Header() {
   return (
     <header class="bar">
       <a class="brand" href="#/" aria-label="elib">
-        <img src="icon.svg" alt="" width={22} height={22} />
+        <img src="/icon.svg" alt="" width={22} height={22} />
         <b>elib</b>
       </a>
       <nav aria-label="robots">

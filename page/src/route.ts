@@ -19,6 +19,9 @@ export const place = computed<Place>(() => {
   return { kind: robots.length || !mayConnect ? "all" : "start", robot: "", part: "" };
 });
 
+/** The number of the student of a class whose page this is; empty for everybody else. */
+export const student = /^\/student\/(\d+)/.exec(location.pathname)?.[1] ?? "";
+
 export const address = (robot: string, part = "") => `#/robot/${robot}${part && `/${part}`}`;
 
 export function go(to: string) {

@@ -128,7 +128,8 @@ effect(() => {
 });
 
 function open() {
-  const made = new WebSocket(new URL("ws", location.href.replace(/^http/, "ws").replace(/#.*/, "")));
+  // The page of a student of a class is at /student/7, and its WebSocket below that.
+  const made = new WebSocket(`ws://${location.host}${location.pathname.replace(/\/?$/, "/ws")}`);
   made.binaryType = "arraybuffer";
   made.onmessage = ({ data }) => (typeof data === "string" ? take(JSON.parse(data)) : takeFrame(data));
   made.onclose = () => {

@@ -15,9 +15,12 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
+from browser import Opener, browser, needs_browser
 from page_rig import Page, fetch, opened
 from websockets.exceptions import InvalidStatus
 
+import elib
+from elib.cli.classroom import Classroom, Student
 from elib.panel.panel import ALL, STUDENT, TEACHER, WORLD, Can, Panel
 from elib.panel.server import http
 from elib.panel.server.http import served
@@ -195,3 +198,58 @@ async def test_a_student_who_opens_many_pages_keeps_nobody_out(monkeypatch: pyte
             page = await stack.enter_async_context(opened(url + other))
             await page.ask("subscribe", what="world")
             await until(lambda page=page: page.frames)
+
+
+# -- in a browser --
+
+CONTROLS = "[...document.querySelectorAll('button, select, a, input')].map((each) => each.ariaLabel ?? each.innerText)"
+
+
+@contextlib.asynccontextmanager
+async def lesson(students: int) -> AsyncIterator[tuple[list[Student], Opener]]:
+    """Open a class, as `elib simulate --class` does, and a browser."""
+    room = Classroom(students, robot_port=0, page_port=0)
+    async with room.open(SimulationSettings(world="square")) as there, browser() as open_page:
+        yield there, open_page
+
+
+@needs_browser
+@pytest.mark.long
+async def test_the_teacher_sees_who_drives_and_who_is_stuck_stops_all_and_opens_one() -> None:
+    async with lesson(3) as ((_, two, three, teacher), open_page):
+        tab = await open_page(teacher.page)
+        await tab.size(1440, 900)
+        await tab.until("window.elib && [1, 2, 3].every((k) => elib.worldOf(k).frame.value?.number > 2)")
+        says = "document.querySelector(`.student[aria-label='student {}: {}']`) !== null"
+        await tab.until(says.format(2, "nobody drives"))
+        async with elib.open(two.urls) as robot:
+            await robot.set_speed(1, 1)  # to the wall, and on
+            await tab.until(says.format(2, "a program drives"))
+            await tab.until(says.format(2, "stuck"))
+            assert await tab.run(says.format(3, "nobody drives"))
+        for word, is_paused in (("STOP ALL", "true"), ("Go on", "false")):
+            await tab.run(f"[...document.querySelectorAll('button')].find((b) => b.innerText === {word!r}).click()")
+            await tab.until(f"[1, 2, 3].every((k) => elib.worldOf(k).clock.value.paused === {is_paused})")
+        await tab.run("document.querySelectorAll('.student')[2].click()")
+        await tab.until("document.querySelector('.reach h1')?.innerText === 'Student 3'")
+        assert three.urls in str(await tab.run("document.querySelector('.reach').innerText"))
+        assert two.urls not in str(await tab.run("document.body.innerText"))
+        assert tab.complaints == []
+
+
+@needs_browser
+@pytest.mark.long
+async def test_a_student_is_told_how_to_drive_and_sees_no_control_that_can_only_fail() -> None:
+    async with lesson(2) as ((one, two, _), open_page):
+        tab = await open_page(two.page)
+        await tab.size(390, 844, phone=True)
+        await tab.until("window.elib?.worldOf().frame.value?.number > 2")
+        text = str(await tab.run("document.body.innerText"))
+        for line in ("Student 2", f"elib joystick {two.urls}", f'elib.connect("{two.urls}")'):
+            assert line in text
+        assert one.urls not in text
+        labels = str(await tab.run(f"{CONTROLS}.join()"))
+        for absent in ("STOP", "another robot", "pause", "save", "speed"):
+            assert absent not in labels, labels
+        assert await tab.run("document.documentElement.scrollWidth") == 390
+        assert tab.complaints == []

@@ -2,13 +2,17 @@
 // panel, such as that of `elib simulate --view`, or of a study.
 import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
+import { ArrowLeft } from "lucide";
 import { Button } from "../look/Button";
+import { Icon } from "../look/Icon";
 import { title } from "../look/text";
+import { go, place, student } from "../route";
 import { ask, can, hello, listed, overview, subscribe, worldsOfRobots } from "../store";
 import { useWorld } from "../world/live";
 import { World } from "../world/World";
 import { Card } from "./Card";
 import { Reach } from "./Reach";
+import { Wall } from "./Wall";
 import "./All.css";
 
 const keys = () => listed.value.map(({ key }) => key);
@@ -72,12 +76,20 @@ function Study() {
 }
 
 export function All() {
-  const chosen = useSignal(""),
+  const { part } = place.value,
     worlds = worldsOfRobots.value,
-    shown = worlds.some(([key]) => key === chosen.value) ? chosen.value : (worlds[0]?.[0] ?? ""),
-    { study, robots = [] } = hello.value!;
+    isClass = worlds.length > 1 && !listed.value.length,
+    chosen = worlds.some(([key]) => key === part) ? part : "";
   useEffect(() => subscribe({ what: "overview", rate: 5 }), []);
-  const world = useWorld(shown);
+  return isClass && !chosen ? <Wall /> : <Worlds shown={chosen || (worlds[0]?.[0] ?? "")} isClass={isClass} />;
+}
+
+/** One of the worlds, and the robots; or, of a class, the world of a student. */
+function Worlds({ shown, isClass }: { shown: string; isClass: boolean }) {
+  const worlds = worldsOfRobots.value,
+    { study } = hello.value!,
+    addresses = hello.value!.robots.filter(({ name }) => !isClass || name.split(" ")[0] === shown),
+    world = useWorld(shown);
   return (
     <div class="all" data-world={world.scene.value ? "yes" : "no"}>
       {world.scene.value && (
@@ -86,11 +98,16 @@ export function All() {
         </section>
       )}
       <div class="beside">
-        {worlds.length > 1 && (
+        {isClass && (
+          <a class="row" href="#/all">
+            <Icon of={ArrowLeft} /> All students
+          </a>
+        )}
+        {worlds.length > 1 && !isClass && (
           <select
             aria-label="world that is shown"
             value={shown}
-            onChange={({ currentTarget }) => (chosen.value = currentTarget.value)}
+            onChange={({ currentTarget }) => go(`#/all/${currentTarget.value}`)}
           >
             {worlds.map(([key, name]) => (
               <option key={key} value={key}>
@@ -101,7 +118,9 @@ export function All() {
         )}
         {study && <Study />}
         {listed.value.length > 0 && <AllRobots />}
-        {!listed.value.length && robots.length > 0 && <Reach addresses={robots} />}
+        {!listed.value.length && addresses.length > 0 && (
+          <Reach addresses={addresses} student={student || (isClass ? shown : "")} />
+        )}
       </div>
     </div>
   );

@@ -173,7 +173,7 @@ function ByAddress() {
   );
 }
 
-const picture = (world: string) => `worlds/${world}.png${isDark() ? "?dark" : ""}`;
+const picture = (world: string) => `/worlds/${world}.png${isDark() ? "?dark" : ""}`;
 
 function WorldCard({ name, about, robots, firmware }: WorldInfo) {
   const demos = hello.value!.behaviours.filter(({ elsewhere, world }) => !elsewhere && world.split("?")[0] === name);

@@ -57,6 +57,19 @@ function Toggle({ icon, label, title = label, isOn, act, of }: Choice) {
 }
 
 /** A world: *of* is its key. */
+/** A picture of a world on a canvas, unless that is gone meanwhile: in three dimensions, or flat without WebGL. */
+export async function stageOf(canvas: HTMLCanvasElement, world: Model, isGone: () => boolean): Promise<Stage | null> {
+  const { leds = [], sensors = [] } = hello.value?.ring ?? {};
+  const { View } = await import("./View").catch(() => ({ View: null }));
+  if (isGone()) return null;
+  try {
+    if (!View) throw new Error("this browser cannot draw in three dimensions");
+    return new View(canvas, world, leds, sensors);
+  } catch {
+    return new Flat(canvas, world, leds);
+  }
+}
+
 export function World({ world, of }: { world: Model; of: string }) {
   const canvas = useRef<HTMLCanvasElement>(null),
     stage = useSignal<Stage | null>(null),
@@ -69,22 +82,12 @@ export function World({ world, of }: { world: Model; of: string }) {
   };
   useEffect(() => {
     let isGone = false;
-    const { leds = [], sensors = [] } = hello.value?.ring ?? {};
-    const start = async () => {
-      const { View } = await import("./View").catch(() => ({ View: null }));
-      if (isGone) return;
-      let made: Stage;
-      try {
-        if (!View) throw new Error("this browser cannot draw in three dimensions");
-        made = new View(canvas.current!, world, leds, sensors);
-        made.mode.value = mode.value;
-      } catch {
-        made = new Flat(canvas.current!, world, leds);
-      }
+    stageOf(canvas.current!, world, () => isGone).then((made) => {
+      if (!made) return;
+      if (!(made instanceof Flat)) made.mode.value = mode.value;
       stage.value = Object.assign(canvas.current!, { stage: made }).stage; // for tests, and under the bonnet
       hand.value = new Hand(made, orders.current!, () => can().edit && world.isLive.value, openRobot);
-    };
-    start();
+    });
     return () => {
       isGone = true;
       stage.value?.close();

@@ -1,0 +1,109 @@
+// The wall of a class: the world of each student, live and small, and who drives or is stuck.
+import { computed, effect, signal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { OctagonX, Play } from "lucide";
+import { Button } from "../look/Button";
+import { ask, can, subscribe, worldOf, worldsOfRobots } from "../store";
+import { stageOf } from "../world/World";
+import "./Wall.css";
+
+const RATE = 5; // pictures of each world a second: twenty are looked at, and none is driven here
+const STUCK = 3; // s that wheels turn and the robot stays where it is
+const STEPS = 30; // of the wheels in a second, from which on they turn
+const STILL = 0.004; // m, and 10 times that in rad: a robot that moves less in a second stays
+
+type State = "drives" | "stuck" | "cut" | "free";
+const WORDS: Record<State, string> = {
+  drives: "a program drives",
+  stuck: "stuck",
+  cut: "link cut",
+  free: "nobody drives",
+};
+
+/** How the students are, by their numbers, which are the channels of their worlds, too. */
+const states = signal<Record<string, State>>({});
+const channels = () => worldsOfRobots.value.map(([key]) => Number(key));
+const isPaused = computed(() => channels().some((channel) => worldOf(channel).clock.value.paused));
+
+/** Note once a second how the first robot of a student is. */
+function watch(student: string) {
+  const world = worldOf(Number(student));
+  let before: number[] = [],
+    stuck = 0;
+  return effect(() => {
+    const { encoders, link } = world.readings.value ?? {},
+      [x, y, heading] = world.frame.peek()?.poses ?? [];
+    if (!encoders || !link || x === undefined) return;
+    const now = [...encoders, x, y, heading],
+      [left, right, dx, dy, turned] = now.map((each, k) => Math.abs(each - (before[k] ?? each)));
+    const turns = left + right > STEPS && Math.hypot(dx, dy) < STILL && turned < 10 * STILL;
+    stuck = turns ? stuck + 1 : 0;
+    before = now;
+    const state = link.cut ? "cut" : stuck >= STUCK ? "stuck" : link.connected ? "drives" : "free";
+    if (states.peek()[student] !== state) states.value = { ...states.peek(), [student]: state };
+  });
+}
+
+function Tile({ student }: { student: string }) {
+  const canvas = useRef<HTMLCanvasElement>(null),
+    channel = Number(student),
+    state = states.value[student] ?? "free";
+  useEffect(() => subscribe({ what: "world", of: student, rate: RATE, channel }), [student]);
+  useEffect(() => subscribe({ what: "readings", of: "0", rate: 1, channel }), [student]);
+  useEffect(() => watch(student), [student]);
+  useEffect(() => {
+    let isGone = false;
+    const made = stageOf(canvas.current!, worldOf(channel), () => isGone);
+    return () => {
+      isGone = true;
+      made.then((stage) => stage?.close());
+    };
+  }, [student]);
+  return (
+    <a class="student" href={`#/all/${student}`} data-state={state} aria-label={`student ${student}: ${WORDS[state]}`}>
+      <div>
+        <canvas ref={canvas} />
+      </div>
+      <span class="row">
+        <b>{student}</b>
+        <span class="fill small">{WORDS[state]}</span>
+      </span>
+    </a>
+  );
+}
+
+export function Wall() {
+  const students = worldsOfRobots.value.map(([key]) => key),
+    count = (state: State) => students.filter((each) => states.value[each] === state).length;
+  const all = (what: "pause" | "resume") => () => Promise.all(channels().map((channel) => ask(what, { channel })));
+  return (
+    <div class="wall">
+      <div class="row wrap">
+        <h1>Class of {students.length}</h1>
+        <p class="fill hint" role="status">
+          {count("drives")} drive · {count("stuck")} stuck · {count("free") + count("cut")} without a program
+        </p>
+        {can().speed &&
+          (isPaused.value ? (
+            <Button weight="primary" icon={Play} act={all("resume")}>
+              Go on
+            </Button>
+          ) : (
+            <Button
+              weight="stop"
+              icon={OctagonX}
+              title="All worlds stand still. A program that waits too long for an answer ends with an error."
+              act={all("pause")}
+            >
+              STOP ALL
+            </Button>
+          ))}
+      </div>
+      <div class="students">
+        {students.map((student) => (
+          <Tile key={student} student={student} />
+        ))}
+      </div>
+    </div>
+  );
+}
