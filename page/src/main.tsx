@@ -3,6 +3,7 @@ import "./look/base.css";
 import { App } from "./App";
 import { place } from "./route";
 import * as store from "./store";
+import { degrees, World } from "./world/scene";
 
-Object.assign(window, { elib: { ...store, place } }); // for tests, and for those who look under the bonnet
+Object.assign(window, { elib: { ...store, place, degrees, World } }); // for tests, and for those who look under the bonnet
 render(<App />, document.body);

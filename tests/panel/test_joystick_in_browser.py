@@ -164,6 +164,36 @@ async def test_the_sensors_are_drawn_where_the_robot_has_them(driver):
     assert directions == [pytest.approx(angle, abs=0.001) for angle in SENSOR_DIRECTIONS]
 
 
+async def test_numbers_are_told_as_a_person_would(driver):
+    page = (
+        "(async () => { const { degrees, World, robots } = elib, world = new World(), { scheme, tick } ="
+        " [...robots.values()].at(-1), about = scheme.value;"
+        " const frame = (time, x) => ({ time, count: 1, poses: new Float32Array([x, 0, 0]) });"
+        " world.enter({ robots: 1, walls: [], boxes: [], cylinders: [], lights: [], sounds: [], names: ['one'], clock: {} });"
+        " for (let k = 0; k < 10; k++) world.show(frame(k / 10, k / 100));"
+        " const speed = world.speeds[0];"
+        " for (let k = 0; k < 6; k++) world.show(frame(1 + k / 10, 0.09));"
+        " const one = (name, title, label, unit) => ({ name, title, labels: [label], units: [unit], absent: '' });"
+        " const reading = (value, age = 0.1) => ({ values: [value], physical: null, age, stale: false });"
+        " scheme.value = { ...about, instruments: [one('ground', 'Ground', 'left', 'counts'),"
+        "  one('button', 'Button', 'pressed', ''), one('battery', 'Battery', 'charge', '%')] };"
+        " tick.value = { ...tick.value, readings:"
+        "  { ground: reading(null), button: reading(false), battery: reading(37.2, 2.4) } };"
+        " for (let k = 0; k < 10; k++) await null;"
+        " const tiles = [...document.querySelectorAll('.tile')].map((tile) => tile.textContent);"
+        " scheme.value = about;"
+        " return [degrees(2 * Math.PI - 0.001), degrees(-0.001), degrees(Math.PI / 2), degrees(-Math.PI / 2), speed,"
+        "  world.speeds[0], ...tiles.slice(-3)]; })()"
+    )
+    await driver.tab.until("document.querySelectorAll('.tile').length > 3")
+    found = await driver.tab.run(page)
+    assert found[:4] == [0, 0, 90, 270]  # type: ignore[index]
+    assert found[4] == pytest.approx(0.1, rel=0.01)  # type: ignore[index]
+    assert found[5] < 0.001, "it has stood for half a second"  # type: ignore[index, operator]
+    said = ["Ground no valueleft?counts", "Button pressedno", "Battery 2.4 s oldcharge37%"]
+    assert [" ".join(each.split()) for each in found[6:]] == said  # type: ignore[index]
+
+
 async def test_the_picture_is_upright_as_the_world_is(driver, robot):
     await driver.click("[aria-label='Take picture']")
     await driver.tab.until("!document.querySelector('.frame canvas').hidden")
