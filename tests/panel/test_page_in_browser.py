@@ -243,9 +243,15 @@ async def test_a_chart_stands_while_it_is_paused_shows_a_longer_time_and_is_save
     await driver.tab.until("!!document.querySelector('.chart canvas')")
     drawn = "document.querySelector('.chart canvas').toDataURL()"
     await driver.press("Pause charts")
+    paused = "[...document.querySelectorAll('.charts button')].some(b => b.textContent === 'Continue charts')"
+
+    async def half_a_second() -> None:
+        ticks = await driver.tab.run(f"{TICK}.time")
+        await driver.tab.until(f"{paused} && {TICK}.time > {ticks} + 0.5")
+
+    await half_a_second()  # what is shown from now on is drawn
     before = await driver.tab.run(drawn)
-    ticks = await driver.tab.run(f"{TICK}.time")
-    await driver.tab.until(f"{TICK}.time > {ticks} + 0.5")
+    await half_a_second()
     assert await driver.tab.run(drawn) == before
     await driver.press("Continue charts")
     await driver.tab.until(f"{drawn} !== {before!r}")
@@ -324,9 +330,11 @@ async def test_what_a_recorder_noted_stands_among_the_events_of_its_recording(dr
             recorder.note("three readings were not written", kind="recorder")
     await driver.press("Files")
     await driver.press("noted.mcap")
+    await driver.tab.until("elib.listed.value[1]?.key === elib.place.value.robot")
     await driver.press("Events")
-    said = "[...document.querySelectorAll('.events summary')].map(each => each.textContent)"
-    await driver.tab.until(f"{said}.some(each => each.endsWith('three readings were not writtenRecorder'))")
+    said = "document.querySelector('.events .lines')?.textContent"
+    await driver.tab.until(f"{said}?.includes('three readings were not written')")
+    assert "playing noted.mcap" in str(await driver.tab.run(said)), "the very first line is there, too"
 
 
 async def test_events_that_repeat_themselves_are_one_line_that_counts_and_opens(driver):

@@ -15,7 +15,7 @@ const ARGUMENTS = /\(.*\)(?=: )/; // of a command
 const stateOf = kept(() => ({
   wanted: signal(""),
   hidden: signal<string[]>([]), // kinds
-  cleared: signal(0), // the number of the last line that was cleared
+  cleared: signal(-1), // the number of the last line that was cleared
 }));
 
 /** Lines that say the same but for the arguments of a command, the newest first. */
@@ -40,7 +40,7 @@ export function Events({ robot }: { robot: Robot }) {
   const { wanted, hidden, cleared } = stateOf(robot),
     titles = hello.value?.kinds ?? {},
     lines = robot.lines.value,
-    last = lines.at(-1)?.number ?? 0;
+    last = lines.at(-1)?.number ?? -1;
   const began = useMemo(() => Date.now() - 1000 * (robot.tick.peek()?.time ?? 0), [lines]),
     clock = ({ time }: Line) => <time>{new Date(began + 1000 * time).toTimeString().slice(0, 8)}</time>;
   const isShown = ({ number, kind, text }: Line) =>
