@@ -18,7 +18,8 @@ import {
 import { Icon } from "../look/Icon";
 import { isPhone } from "../look/screen";
 import { address, place } from "../route";
-import { robotOf, subscribe, type Robot as Model } from "../store";
+import type { Can } from "../messages";
+import { can, robotOf, subscribe, type Robot as Model } from "../store";
 import { Behaviours } from "../robot/Behaviours";
 import { Camera } from "../robot/Camera";
 import { Charts } from "../robot/Charts";
@@ -36,18 +37,18 @@ import "../robot/robot.css";
 import "./Robot.css";
 
 type Kind = (props: { robot: Model }) => preact.ComponentChild;
-type Instrument = { name: string; title: string; icon: IconNode; Kind: Kind };
+type Instrument = { name: string; title: string; icon: IconNode; Kind: Kind; needs?: keyof Can };
 
 /** The instruments, one of which is open. On a phone the world and the camera take their turn among them. */
 const INSTRUMENTS: Instrument[] = [
   { name: "sensors", title: "Sensors", icon: Gauge, Kind: Sensors },
   { name: "charts", title: "Charts", icon: ChartLine, Kind: Charts },
-  { name: "behaviours", title: "Behaviours", icon: Sparkles, Kind: Behaviours },
-  { name: "lights", title: "Lights and sounds", icon: Lightbulb, Kind: Lights },
-  { name: "console", title: "Console", icon: Terminal, Kind: Console },
+  { name: "behaviours", title: "Behaviours", icon: Sparkles, Kind: Behaviours, needs: "program" },
+  { name: "lights", title: "Lights and sounds", icon: Lightbulb, Kind: Lights, needs: "drive" },
+  { name: "console", title: "Console", icon: Terminal, Kind: Console, needs: "drive" },
   { name: "events", title: "Events", icon: List, Kind: Events },
   { name: "link", title: "Link", icon: Radio, Kind: Link },
-  { name: "files", title: "Files", icon: FileText, Kind: Files },
+  { name: "files", title: "Files", icon: FileText, Kind: Files, needs: "files" },
 ];
 const VIEWS = [
   { name: "world", title: "World", icon: MapIcon },
@@ -56,9 +57,10 @@ const VIEWS = [
 export function Robot({ id }: { id: string }) {
   const robot = robotOf(id);
   useEffect(() => subscribe({ what: "robot", of: id, rate: 10 }), [id]);
-  const tabs = isPhone() ? [...VIEWS, ...INSTRUMENTS] : INSTRUMENTS,
+  const instruments = INSTRUMENTS.filter(({ needs }) => !needs || can()[needs]),
+    tabs = isPhone() ? [...VIEWS, ...instruments] : instruments,
     chosen = tabs.find(({ name }) => name === place.value.part) ?? tabs[0],
-    open = INSTRUMENTS.find((each) => each === chosen),
+    open = instruments.find((each) => each === chosen),
     isThere = !isOff(robot),
     shows = (view: string) => !isPhone() || chosen.name === view;
   return (

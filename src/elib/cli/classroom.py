@@ -102,7 +102,7 @@ class Classroom:
                     own, worlds[str(number)] = await self._open_world(stack, settings, number, port)
                     robots[str(number)] = own
                     port += len(own) if port else 0
-            can = Can() if self.is_shared else STUDENT  # nobody moves the robots of others
+            can = Can() if self.is_shared else STUDENT  # in a shared world he would move the robots of others
             pages = {
                 key: Panel(is_shared=True, can=can, worlds={"": worlds.get(key) or worlds[""]}, reachable=_named(own))
                 for key, own in robots.items()

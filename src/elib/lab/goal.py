@@ -1,7 +1,7 @@
 """The judging of a lab: zones, the trace of a run, and what all kinds of goals have in common.
 
 It needs no process, no socket and no file. :func:`judge` takes goals, such as those of :mod:`elib.lab.goals`, and a
-plain :class:`Trace` of arrays, whoever noted it::
+plain :class:`Trace` of arrays, from any source::
 
     goal = Reach(name="arrive", zone="target", hold=1.0)
     trace = Trace(step=1 / 64, poses=poses, zones={"target": Zone("target", 0.5, 0.5, radius=0.05)})

@@ -46,7 +46,7 @@ FORM_TIME = 5.0
 """s that a login form may take to come."""
 MAX_PAGES = 64
 MAX_OF_STUDENT = 4
-"""Pages of one student of a class at a time: nobody can keep the others and the teacher out."""
+"""Pages of one student of a class at a time: one student cannot keep the others and the teacher out."""
 OF_STUDENT = 7
 """Connections that each student of a class adds: a whole class opens its pages at the same moment."""
 MESSAGES, MESSAGES_AT_ONCE = 100.0, 200.0
@@ -76,7 +76,7 @@ POLICY = (
     "font-src 'self'; connect-src 'self' ws://{host}; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
 )
 """Scripts, styles, fonts and pictures come from this server; no other site may show the page in a frame."""
-NOBODY: Mapping[str, Panel] = {}
+NO_STUDENTS: Mapping[str, Panel] = {}
 NO_STUDENT = "There is no student with this number."
 NOTE = b"<!-- note -->"
 """Stands in the login page where it says why it is shown again."""
@@ -174,7 +174,7 @@ async def served(
     address: Address,
     token: str | None = None,
     door: Door | None = None,
-    students: Mapping[str, Panel] = NOBODY,
+    students: Mapping[str, Panel] = NO_STUDENTS,
 ) -> AsyncIterator[Server]:
     """Serve the pages of a panel until the block is left; then stop and disconnect every robot.
 

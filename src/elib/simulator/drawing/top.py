@@ -50,10 +50,10 @@ class Tones:
     """The colours around the things of a drawing.
 
     Attributes:
-        paper: Beside the arena.
-        floor: Of bare linoleum.
-        grid: Of the lines on it.
-        edge: Of walls, outlines and words.
+        paper: The colour beside the arena.
+        floor: The colour of bare linoleum.
+        grid: The colour of the lines on the floor.
+        edge: The colour of walls, outlines and words.
     """
 
     paper: Colour = PAPER
