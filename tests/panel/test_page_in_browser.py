@@ -481,9 +481,11 @@ async def test_an_overview_of_twenty_robots_starts_blinks_opens_and_stops_them(v
     ]
     assert world[0] < cards[0]  # type: ignore[index]
     assert world[1] > 700  # type: ignore[index]
-    tabs, right = "document.querySelector('.bar nav')", "getBoundingClientRect().right"
+    tabs, other = "document.querySelector('.bar nav')", "document.querySelector(`[aria-label='another robot']`)"
     assert await visitor.tab.run(f"{tabs}.scrollWidth > {tabs}.clientWidth"), "they scroll"
-    assert await visitor.tab.run(f"{tabs}.lastElementChild.{right} <= {tabs}.{right}"), "another robot is in reach"
+    at = await visitor.middle("[aria-label='another robot']")
+    there = f"{other}.contains(document.elementFromPoint({at[0]}, {at[1]}))"
+    assert await visitor.tab.run(there), "another robot is in reach"
     await visitor.click("[aria-label='let epuck-3 blink']")
     lit = "[...Array(20).keys()].filter(k => frame.ring.subarray(24 * k, 24 * k + 24).some(Boolean))"
     await visitor.tab.until(f"(frame => {lit}.join() === '2')(elib.worldOf().frame.value)")
