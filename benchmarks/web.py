@@ -38,18 +38,24 @@ from panel_rig import Rig, virtual_robot  # noqa: E402
 SECONDS = 10.0
 ROBOTS = 20
 TRIES = 15
-CONNECTED = "[...elib.robots.values()].at(-1)?.tick?.phase === 'connected'"
+CONNECTED = "[...elib.robots.values()].some(({tick}) => (tick?.value ?? tick)?.phase === 'connected')"
+"""Also on older pages, whose tick is no signal."""
 LINKS = {"late": {"latency": 1.0}, "noisy": {"loss": 0.3, "jitter": 0.1}, "cut": {"loss": 1.0}}
 STARTED = """window.addEventListener('pointerdown', (event) => {
   window.pressedAt = performance.timeOrigin + event.timeStamp;
 }, true);
 const timer = setInterval(() => {
   const pad = document.querySelector('.pad');
-  const isOn = window.elib && [...elib.robots.values()].at(-1)?.tick?.phase === 'connected';
-  if (!pad || !isOn) return;
+  if (!pad || !window.elib || !(CONNECTED)) return;
   window.usableAfter = performance.now();
   clearInterval(timer);
-}, 5);"""
+}, 5);""".replace("CONNECTED", CONNECTED)
+FRAMES = """window.framesDrawn = 0;
+const send = WebSocket.prototype.send;
+WebSocket.prototype.send = function (text) {
+  if (text.includes('frame_drawn')) window.framesDrawn += 1;
+  send.call(this, text);
+};"""
 ECHO = """
 import asyncio, json, sys, time
 from aiohttp import web
@@ -198,7 +204,7 @@ async def quickness(program: Program, opened, folder: Path) -> dict[str, float]:
             await tab.mouse("mouseReleased", x, y)
             await asyncio.sleep(0.5)
         found["dead man, ms"] = statistics.median(times)
-        for name, faults in LINKS.items() if program.is_new else ():  # older pages show no mark
+        for name, faults in LINKS.items():
             rig.control.set_faults(0, **faults)
             found[f"click acknowledged on a {name} link, ms"] = await acknowledged(tab)
             rig.control.set_faults(0, **dict.fromkeys(faults, 0.0))
@@ -245,14 +251,15 @@ async def costs(program: Program, opened, folder: Path) -> dict[str, float]:
             await asyncio.sleep(3)
             found["twenty robots, one page, % of a core"] = await share(panel)
             await tab.close()
-    if program.is_new:
-        async with process(*program.command(f"sim://crowd?robots={ROBOTS}"), folder=folder) as (_, address):
-            tab = await opened(address)
-            await tab.size(1440, 900)
-            await tab.until("document.querySelectorAll('article').length >= 20")
-            await asyncio.sleep(5)
-            found["script, ms a frame, twenty robots and their world"] = await script(tab)
-            await tab.close()
+    async with process(*program.command(f"sim://crowd?robots={ROBOTS}"), folder=folder) as (_, address):
+        tab = await opened("about:blank")
+        await tab.call("Page.addScriptToEvaluateOnNewDocument", source=FRAMES)
+        await tab.size(1440, 900)
+        await tab.go(address)
+        await tab.until("document.querySelectorAll('article').length >= 20")
+        await asyncio.sleep(5)
+        found["script, ms a frame, twenty robots and their world"] = await script(tab)
+        await tab.close()
     return found
 
 
@@ -264,10 +271,12 @@ async def script(tab: Tab) -> float:
         metrics = (await tab.call("Performance.getMetrics"))["metrics"]
         return next(each["value"] for each in metrics if each["name"] == "ScriptDuration")
 
-    await tab.run("window.frames_ = 0, elib.listen('frame', () => { window.frames_ += 1; }), 0")
-    before, frames = await spent(), float(await tab.run("window.frames_"))  # type: ignore[arg-type]
+    async def frames() -> float:
+        return float(await tab.run("window.framesDrawn"))  # type: ignore[arg-type]
+
+    before, first = await spent(), await frames()
     await asyncio.sleep(SECONDS)
-    drawn = float(await tab.run("window.frames_")) - frames  # type: ignore[arg-type]
+    drawn = await frames() - first
     return 1000 * (await spent() - before) / drawn
 
 

@@ -166,17 +166,32 @@ PANEL = (1440, 900)
 PHONE = (390, 844)
 FILM = (960, 600)
 """Sizes of the pages, and of the film, pixels."""
+STUDY_TIME = 900.0
+"""s within which 60 generations have been tried out, after the code was compiled."""
 FILM_TIME = 9.0
 """How much of the robot's time the film shows, s."""
-FRAME_PAUSE = 0.5
+FRAME_PAUSE = 0.2
 """s between two frames; the world goes on by a tenth of that."""
 SPEED = "document.querySelector('[aria-label=\"speed of the world\"]')"
-TICK = "[...elib.robots.values()].at(-1)?.tick"
+TIME = "document.querySelector('.world-tools .time')"
+STAGE = "document.querySelector('.world canvas:not(.world-picture)')?.stage"
+REST = f"""(() => {{
+  const kind = Object.getPrototypeOf({STAGE}), {{ draw }} = kind;
+  kind.draw = () => {{}};
+  kind.drawWell = function () {{ this.isStill = true; draw.call(this); }};
+}})()"""
+"""Draw the world only when a picture is taken, but then as well as with a graphics card: without one it takes long."""
+TICK = "[...elib.robots.values()].at(-1)?.tick.value"
 
 
-def press(words: str) -> str:
-    """Return the JavaScript that clicks on a button or a box by its words."""
-    return f"[...document.querySelectorAll('button, label')].find(e => e.textContent.includes({words!r})).click(), 0"
+def press(label: str) -> str:
+    """Return the JavaScript that clicks on a button or a box by its label."""
+    return f"document.querySelector('[aria-label=\"{label}\"]').click(), 0"
+
+
+def behave(robots: str) -> str:
+    """Return the JavaScript that lets robots avoid obstacles; *robots* is an expression for their keys."""
+    return f"elib.ask('behave', {{robots: {robots}, name: 'avoid'}}).then(() => 0)"
 
 
 @contextlib.asynccontextmanager
@@ -198,52 +213,100 @@ async def page(*words: str) -> AsyncIterator[Tab]:
             async with browser() as opened:
                 tab = await opened(address[0])
                 await tab.size(*PANEL)
-                await tab.until("!!window.elib")
+                await tab.until("!!window.elib?.hello.value")
                 yield tab
         finally:
             process.terminate()
             await process.wait()
 
 
+async def take(tab: Tab, name: str, size: tuple[int, int] = PANEL, **options: bool) -> None:
+    """Save a picture of the page."""
+    await tab.size(*size, **options)
+    await asyncio.sleep(1.5)
+    await tab.until(f"!elib.isSilent.value && !{TIME}?.textContent.includes('only')")  # a busy computer is late
+    await shot(tab)
+    await asyncio.sleep(1)  # what is painted on a floor is loaded
+    (IMAGES / name).write_bytes(await shot(tab))
+
+
+async def shot(tab: Tab) -> bytes:
+    """Return a picture of the page, whose world is drawn now."""
+    await tab.run(f"{STAGE}?.drawWell(), 0")
+    return await tab.shot()
+
+
 async def panel_pictures() -> None:
     """Take the pictures of the panel, of the live view and of the page of a study."""
+    for pictures in (robot_pictures, overview_picture, start_picture, live_pictures, study_picture):
+        await pictures()
 
-    async def take(tab: Tab, name: str, size: tuple[int, int] = PANEL, **options: bool) -> None:
-        await tab.size(*size, **options)
-        await asyncio.sleep(1.5)
-        (IMAGES / name).write_bytes(await tab.shot())
 
-    joystick = ("joystick", "--no-browser", "--port", "0")
-    async with page(*joystick, "sim://arena") as tab:
+JOYSTICK = ("joystick", "--no-browser", "--port", "0")
+
+
+async def robot_pictures() -> None:
+    """Take the pictures of the page of a robot."""
+    async with page(*JOYSTICK, "sim://arena") as tab:
         await start(tab)
-        await tab.run(press("Rays"))
-        await asyncio.sleep(6)
+        await asyncio.sleep(12)
         await take(tab, "joystick.png")
+        await tab.run("location.hash = '#/robot/1/charts'")
+        await asyncio.sleep(12)
         await take(tab, "joystick-dark.png", dark=True)
+        await tab.run("location.hash = '#/robot/1'")
         await take(tab, "joystick-phone.png", PHONE, phone=True)
-    async with page(*joystick, "sim://crowd?robots=20") as tab:
+
+
+async def overview_picture() -> None:
+    """Take the picture of all robots."""
+    async with page(*JOYSTICK, "sim://crowd?robots=20") as tab:
+        await rest(tab)
         await asyncio.sleep(5)
-        await tab.run("app.ask('behave', {robots: app.robots.map(robot => robot.key), name: 'avoid'}).then(() => 0)")
-        await asyncio.sleep(5)
+        await tab.run(behave("elib.listed.value.map(({key}) => key)"))
+        await asyncio.sleep(8)
         await take(tab, "joystick-overview.png")
-    async with page(*joystick) as tab:
+
+
+async def start_picture() -> None:
+    """Take the picture of the start page."""
+    async with page(*JOYSTICK) as tab:
         await asyncio.sleep(6)
         await take(tab, "joystick-start.png")
+
+
+async def live_pictures() -> None:
+    """Take the pictures of a world whose robots belong to other programs."""
     async with page("simulate", "soccer", "--robots", "4", "--tcp", "0", "--view", "0") as tab:
-        await asyncio.sleep(4)
+        await rest(tab)
         await tab.run(press("Rays"))
         await take(tab, "live-view.png", (1280, 800))
         await take(tab, "live-view-phone.png", PHONE, phone=True, dark=True)
+
+
+async def study_picture() -> None:
+    """Take the picture of the page of a study."""
     async with page("evolve", "avoid", "--view", "0") as tab:
-        await tab.until("app.place?.study?.generations.length >= 60")
+        async with asyncio.timeout(STUDY_TIME):
+            while not await tab.run("elib.study.value?.first + elib.study.value?.generations.length >= 60"):  # noqa: ASYNC110  # a page
+                await asyncio.sleep(1)
+        await rest(tab)
         await asyncio.sleep(25)
         await take(tab, "evolve.png", (1280, 800))
 
 
+async def rest(tab: Tab) -> None:
+    """Wait until the page has a world, and draw it from now on only when a picture is taken."""
+    await tab.until(f"!!{STAGE}")
+    await tab.run(REST)
+
+
 async def start(tab: Tab) -> None:
-    """Let the first robot avoid obstacles."""
+    """Let the first robot avoid obstacles, with the rays of its sensors."""
     await tab.until(f"{TICK}?.phase === 'connected'")
-    await tab.run("app.ask('behave', {robots: ['1'], name: 'avoid'}).then(() => 0)")
+    await rest(tab)
+    await tab.run(press("Rays"))
+    await tab.run(behave("['1']"))
 
 
 async def film() -> None:
@@ -251,13 +314,12 @@ async def film() -> None:
     frames, times = [], []
     async with page("joystick", "--no-browser", "--port", "0", "sim://arena?seed=1") as tab:
         await start(tab)
-        await tab.run(press("Rays"))
         await asyncio.sleep(1)
-        await tab.run(f"{SPEED}.value = '0.1', {SPEED}.dispatchEvent(new Event('change')), 0")
+        await tab.run(f"{SPEED}.value = '0.1', {SPEED}.dispatchEvent(new Event('change', {{bubbles: true}})), 0")
         while not times or times[-1] < times[0] + FILM_TIME:
-            times.append(float(str(await tab.run(f"parseFloat({SPEED}.nextElementSibling.textContent)"))))
-            with Image.open(io.BytesIO(await tab.shot())) as shot:
-                frames.append(shot.convert("RGB").resize(FILM, Image.Resampling.LANCZOS))
+            times.append(float(str(await tab.run(f"parseFloat({TIME}.textContent)"))))
+            with Image.open(io.BytesIO(await shot(tab))) as image:
+                frames.append(image.convert("RGB").resize(FILM, Image.Resampling.LANCZOS))
             await asyncio.sleep(FRAME_PAUSE)
     durations = [max(round(1000 * (b - a)), 20) for a, b in pairwise(times)] + [1500]
     first, *others = frames
