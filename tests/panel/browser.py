@@ -33,6 +33,8 @@ CHROMIUM_FLAGS = [
     "--no-sandbox",  # it refuses to run as root otherwise
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",  # WebGL without a graphics card; the page is our own
+    "--disable-gpu-rasterization",  # the rest of a page is drawn sooner without an emulated graphics card
+    "--disable-accelerated-2d-canvas",
     "--disable-dev-shm-usage",
     "--disable-background-networking",
     "--disable-component-update",
