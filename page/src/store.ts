@@ -122,7 +122,11 @@ let number = 0;
 let heard = Infinity; // before the first message the page is only opening
 const waiting = new Map<number, (answer: Reply) => void>();
 
-setInterval(() => (isSilent.value = performance.now() - heard > SILENCE), 250);
+let late = 0; // looks in a row that found nothing new: one alone says only that the page was busy itself
+setInterval(() => {
+  late = performance.now() - heard > SILENCE ? late + 1 : 0;
+  isSilent.value = late > 1;
+}, 250);
 effect(() => {
   document.documentElement.dataset.silent = isSilent.value ? "yes" : "no";
 });
@@ -231,6 +235,7 @@ export function subscribe(wanted: Subscription) {
   return () => {
     if (subscriptions.get(name) !== wanted) return;
     subscriptions.delete(name);
-    tell("subscribe", { ...wanted, rate: 0 });
+    // Whoever asks for the same in another way does so at once, and is not told anew of what it knows.
+    queueMicrotask(() => subscriptions.has(name) || tell("subscribe", { ...wanted, rate: 0 }));
   };
 }

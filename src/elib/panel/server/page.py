@@ -282,8 +282,12 @@ class Page(Caller):
         key = wish.what, wish.channel
         if key not in self._streams and len(self._streams) >= MAX_STREAMS:
             raise ArgumentError(f"a page has at most {MAX_STREAMS} subscriptions", hint="end one with a rate of 0")
+        old = self._streams.get(key)
+        if old is not None and wish.rate and old.wish.of == wish.of:
+            old.wish = wish  # at another rate, or with rays: the page need not be told anew of what it knows
+            return
         new = make(self, wish) if wish.rate else None
-        old = self._streams.pop(key, None)
+        self._streams.pop(key, None)
         if new is not None:
             self._streams[key] = new
         if old is not None:
