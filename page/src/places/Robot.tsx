@@ -19,7 +19,7 @@ import { Icon } from "../look/Icon";
 import { isPhone } from "../look/screen";
 import { address, place } from "../route";
 import type { Can } from "../messages";
-import { can, robotOf, subscribe, type Robot as Model } from "../store";
+import { can, robotOf, subscribe, worldOf, type Robot as Model } from "../store";
 import { Behaviours } from "../robot/Behaviours";
 import { Camera } from "../robot/Camera";
 import { Charts } from "../robot/Charts";
@@ -62,6 +62,8 @@ export function Robot({ id }: { id: string }) {
     chosen = tabs.find(({ name }) => name === place.value.part) ?? tabs[0],
     open = instruments.find((each) => each === chosen),
     isThere = !isOff(robot),
+    { of, scene } = worldOf(),
+    wasSeen = of === id && scene.value !== null && !robot.tick.value?.error, // a world outlives the link
     shows = (view: string) => !isPhone() || chosen.name === view;
   return (
     <div class="robot-place" data-there={isThere ? "yes" : "no"}>
@@ -70,7 +72,7 @@ export function Robot({ id }: { id: string }) {
       </section>
       {shows("world") && (
         <section class="stage" aria-label="world">
-          {isThere ? <Stage robot={robot} /> : <Trouble robot={robot} />}
+          {isThere || wasSeen ? <Stage robot={robot} /> : <Trouble robot={robot} />}
         </section>
       )}
       {isThere && shows("camera") && (

@@ -11,6 +11,9 @@ export const hasRays = signal(false);
 /** The world of a robot by its key, or the one that the page shows; it is told while the component is there. */
 export function useWorld(of = "", rate = RATE, channel = 0) {
   const rays = hasRays.value;
-  useEffect(() => subscribe({ what: "world", of, rate, rays, channel }), [of, rate, rays, channel]);
+  useEffect(() => {
+    worldOf(channel).open(of);
+    return subscribe({ what: "world", of, rate, rays, channel });
+  }, [of, rate, rays, channel]);
   return worldOf(channel);
 }

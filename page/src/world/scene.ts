@@ -126,6 +126,13 @@ export class World {
   private beats: [here: number, simulated: number][] = []; // of the last two seconds
   private span = 0.04; // s between two frames
   private added = ""; // the key of a thing that will be selected as soon as it is here
+  of = ""; // the key by which the page has asked for it
+
+  /** Be the world of a key from now on: what was seen of another is gone. */
+  open(of: string) {
+    if (of !== this.of) this.scene.value = null;
+    this.of = of;
+  }
 
   /** Take what the server tells; a scene of null leaves the last one as it was. */
   take(message: NewScene | Change | Readings) {
