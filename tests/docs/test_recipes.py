@@ -586,6 +586,32 @@ def a_sensor_of_the_simulator_is_a_file_and_a_field(copy: Copy) -> Asking:
     assert "`daylight`" in answers.pages[0]
 
 
+@carries_out("a message of the page")
+def a_message_of_the_page_is_one_function(copy: Copy) -> Asking:
+    copy.add(
+        "src/elib/panel/server/messages.py",
+        "# -- robots --\n",
+        '\n\n@request("drive")\ndef wave(page: Page, times: Annotated[int, Meta(ge=1, le=9)]) -> int:\n'
+        '    """Let the robot wave."""\n    return times\n',
+    )
+    answers = yield ask(
+        code="""
+        import sys
+
+        sys.path.insert(0, "docs")
+        from generator.pagetypes import page
+        from elib.panel.server.messages import decode
+
+        types = page()
+        found = ["  wave: { times: number };" in types, "  wave: number;" in types]
+        found += [decode('{"do": "wave", "times": 3}')[1].needs, str(decode('{"do": "wave", "times": 10}')[1])]
+        """,
+    )
+    assert isinstance(answers.found, list)
+    assert answers.found[:3] == [True, True, "drive"]
+    assert "times" in answers.found[3]
+
+
 @carries_out("an error")
 def an_error_is_a_class_its_public_name_and_its_cure(copy: Copy) -> Asking:
     following = "class SimulationError(ElibError):\n"
