@@ -78,11 +78,15 @@ def message(dice: random.Random) -> str:
         "width": 40,
         "height": 40,
         "zoom": 8,
-        "seconds": dice.choice([None, 1.0]),
+        "seconds": 1.0 if what == "seek" else dice.choice([None, 1.0]),
         "share": dice.random(),
         "on": dice.random() < 0.5,
         "url": "sim://",
         "options": {},
+        "speed": dice.choice([0.5, 1, 2]),
+        "ambient": dice.uniform(0, 4095),
+        **{name: dice.random() for name in ("x", "y", "x1", "y1", "x2", "y2")},
+        **{name: dice.randrange(3) for name in ("wall", "box", "cylinder", "light", "sound", "position", "key")},
     }
     about = {name: usual[name] for name in kind.__struct_fields__ if name != "id" and name in usual}
     if dice.random() < 0.5:

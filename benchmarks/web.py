@@ -53,7 +53,7 @@ const timer = setInterval(() => {
 FRAMES = """window.framesDrawn = 0;
 const send = WebSocket.prototype.send;
 WebSocket.prototype.send = function (text) {
-  if (text.includes('frame_drawn')) window.framesDrawn += 1;
+  if (/frames?_drawn/.test(text)) window.framesDrawn += JSON.parse(text).frames?.length ?? 1; // older ones tell of each
   send.call(this, text);
 };"""
 ECHO = """
