@@ -170,7 +170,7 @@ STUDY_TIME = 900.0
 """s within which 60 generations have been tried out, after the code was compiled."""
 FILM_TIME = 9.0
 """How much of the robot's time the film shows, s."""
-FRAME_PAUSE = 0.2
+FRAME_PAUSE = 0.5
 """s between two frames; the world goes on by a tenth of that."""
 SPEED = "document.querySelector('[aria-label=\"speed of the world\"]')"
 TIME = "document.querySelector('.world-tools .time')"
@@ -251,11 +251,11 @@ async def robot_pictures() -> None:
         await start(tab)
         await asyncio.sleep(12)
         await take(tab, "joystick.png")
-        await tab.run("location.hash = '#/robot/1/charts'")
-        await asyncio.sleep(12)
-        await take(tab, "joystick-dark.png", dark=True)
-        await tab.run("location.hash = '#/robot/1'")
         await take(tab, "joystick-phone.png", PHONE, phone=True)
+        await tab.size(*PANEL)
+        await tab.run("location.hash = '#/robot/1/charts'")
+        await asyncio.sleep(20)
+        await take(tab, "joystick-dark.png", dark=True)
 
 
 async def overview_picture() -> None:
@@ -317,7 +317,7 @@ async def film() -> None:
         await asyncio.sleep(1)
         await tab.run(f"{SPEED}.value = '0.1', {SPEED}.dispatchEvent(new Event('change', {{bubbles: true}})), 0")
         while not times or times[-1] < times[0] + FILM_TIME:
-            times.append(float(str(await tab.run(f"parseFloat({TIME}.textContent)"))))
+            times.append(float(str(await tab.run("elib.worldOf().frame.value.time"))))
             with Image.open(io.BytesIO(await shot(tab))) as image:
                 frames.append(image.convert("RGB").resize(FILM, Image.Resampling.LANCZOS))
             await asyncio.sleep(FRAME_PAUSE)
