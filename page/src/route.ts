@@ -13,7 +13,7 @@ export const place = computed<Place>(() => {
   const robots = listed.value,
     mayConnect = hello.value?.can.connect ?? false;
   if (kind === "start" && mayConnect) return { kind, robot: "", part: "" };
-  if (kind === "all") return { kind, robot: "", part: robot };
+  if (kind === "all" && (robots.length || !mayConnect)) return { kind, robot: "", part: robot };
   if (kind === "robot" && robots.some(({ key }) => key === robot)) return { kind, robot, part };
   if (robots.length === 1) return { kind: "robot", robot: robots[0].key, part: "" };
   return { kind: robots.length || !mayConnect ? "all" : "start", robot: "", part: "" };

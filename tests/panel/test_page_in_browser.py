@@ -435,22 +435,24 @@ async def test_options_of_a_behaviour_are_a_form_and_end_ends_it(driver, robot):
 async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_is_taken_back(visitor):
     await visitor.connect_all("sim://crowd?robots=3", 3)
     tick = "elib.robots.get(elib.place.value.robot)?.tick.value"
-    things = "document.querySelector(`.world-part [aria-label='thing in the world']`)"
+    things = "document.querySelector(`[aria-label='thing in the world']`)"
 
     async def show(name: str) -> None:
         # In one step: the tabs are made again when the page shows another robot.
-        tab = f"[...document.querySelectorAll('.tab')].find(tab => tab.textContent === {name!r})"
+        tab = f"[...document.querySelectorAll('.place')].find(tab => tab.textContent === {name!r})"
         await visitor.tab.run(f"{tab}.click()")
         await visitor.tab.until(f"{things}?.selectedOptions[0]?.textContent === {name!r} && !!{tick}")
 
+    async def choose(thing: str) -> None:
+        await visitor.tab.run(f"(l => {{ l.value = {thing!r}; l.dispatchEvent(new Event('change')); }})({things})")
+
+    await visitor.click(".world [aria-label=Details]")
     await show("epuck-3")
     await visitor.tab.until(f"{tick}.phase === 'connected'")
-    await visitor.press("Details")
-    choose = f"(name => {{ const list = {things}; list.value = name; list.onchange(); }})"
-    own = await visitor.tab.run(f"{things}.value")
-    await visitor.tab.run(f"{choose}('')")
+    own = str(await visitor.tab.run(f"{things}.value"))
+    await choose("")
     await slide(visitor, "knob-ambient", 1000)
-    await visitor.tab.run(f"{choose}({own!r})")
+    await choose(own)
     await visitor.tab.until(f"{tick}.readings.ambient_light.values[0] < 1500")
     await slide(visitor, "knob-loss", 1)
     await visitor.tab.until(f"{tick}.readings.proximity.stale && {tick}.link.lost > 0")
@@ -466,6 +468,7 @@ async def test_each_robot_s_world_is_about_its_own_link_and_what_was_made_worse_
     await show("epuck-1")
     await show("epuck-3")
     await visitor.tab.until("document.getElementById('world-link')?.checked === true")
+    await visitor.tab.run("document.getElementById('world-link').closest('details').open = true")
     await visitor.click("#world-link")
     await visitor.tab.until(f"{tick}.phase === 'connected'")
 

@@ -530,7 +530,7 @@ async def test_of_several_worlds_one_is_chosen_in_the_overview_and_a_world_outli
     async with panel(tmp_path, "sim://arena", "sim://square") as url, visiting(open_page, url) as tab:
         shown = f"window.elib && {WORLD}.scene.value?.world"
         choice = named("world that is shown")
-        await tab.until(f"{shown} === 'arena' && {choice}.length === 2")
+        await tab.until(f"{shown} === 'arena' && {choice}?.length === 2")
         await set_value(tab, choice, "2")
         await tab.until(f"{shown} === 'square'")
         await tab.run("location.hash = '#/robot/2'")

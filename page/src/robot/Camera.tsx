@@ -1,7 +1,7 @@
 // The camera: the newest picture, upright, how it is taken, and a file of it.
 import { useSignal } from "@preact/signals";
 import { Camera as Shutter, Download, Settings } from "lucide";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Popup } from "../look/Popup";
 import { age, save } from "../look/text";
@@ -121,7 +121,7 @@ export function Camera({ robot }: { robot: Robot }) {
     bytes = camera ? camera.width * camera.height * (camera.mode === "GREY" ? 1 : 2) : 0,
     pause = camera && limits ? limits.capture + bytes * limits.byte : 0,
     isOff = phase !== "connected";
-  useEffect(() => {
+  useLayoutEffect(() => {
     if (picture && pixels) paint(canvas.current!, picture, pixels);
   }, [pixels]);
   const { width = 0, height = 0, mode = "", age: old = null, stale = false } = picture ?? {},

@@ -374,7 +374,8 @@ class DriveLock:
                 try:
                     await self._stop()
                 except ElibError as error:
-                    self.trouble = self.trouble if self._is_without_robot else error.message
+                    if self._must_stop:  # otherwise the robot is gone, or is another one
+                        self.trouble = error.message
                     await asyncio.sleep(AGAIN)
                 else:
                     # Somebody else may have driven between two stops, so each stop is sent.

@@ -284,7 +284,7 @@ class Page(Caller):
             raise ArgumentError(f"a page has at most {MAX_STREAMS} subscriptions", hint="end one with a rate of 0")
         old = self._streams.get(key)
         if old is not None and wish.rate and old.wish.of == wish.of:
-            old.wish = wish  # at another rate, or with rays: the page need not be told anew of what it knows
+            old.wish = wish  # at another rate, or with rays: what the page knows is not told again
             return
         new = make(self, wish) if wish.rate else None
         self._streams.pop(key, None)
