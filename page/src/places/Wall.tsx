@@ -52,12 +52,8 @@ function Tile({ student }: { student: string }) {
   useEffect(() => subscribe({ what: "readings", of: "0", rate: 1, channel }), [student]);
   useEffect(() => watch(student), [student]);
   useEffect(() => {
-    let isGone = false;
-    const made = stageOf(canvas.current!, worldOf(channel), () => isGone);
-    return () => {
-      isGone = true;
-      made.then((stage) => stage?.close());
-    };
+    const made = stageOf(canvas.current!, worldOf(channel));
+    return () => void made.then((stage) => stage?.close());
   }, [student]);
   return (
     <a class="student" href={`#/all/${student}`} data-state={state} aria-label={`student ${student}: ${WORDS[state]}`}>

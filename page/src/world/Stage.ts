@@ -1,6 +1,9 @@
 // A canvas that shows a world: where one looks from, when it is drawn, and what is written over the picture. How the
 // picture itself is made is left to View (three dimensions) and Flat (two).
 import { effect, signal } from "@preact/signals";
+import { inks } from "../look/canvas";
+import { isDark } from "../look/theme";
+import { hello } from "../store";
 import { CUT, type Place, type World } from "./scene";
 
 export type Mode = "above" | "orbit" | "eye";
@@ -18,10 +21,6 @@ const WIDE = (32 * Math.PI) / 180;
 const EASE = 0.09; // s for two thirds of the way from one place to another
 const BUDGET = 12; // ms in which canvases are drawn before the page gets its turn
 const SMALL = 320; // pixels: a canvas without scale, handle and long names
-// The lens of a robot's camera: ahead of the axle and above the floor, m, and what its chip sees of 640 x 480 pixels.
-const AHEAD = 0.03,
-  ABOVE = 0.028,
-  FIELD = [2 * Math.tan((47 * Math.PI) / 360), 1.5 * Math.tan((47 * Math.PI) / 360)];
 const STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200]; // m
 
 const between = (value: number, low: number, high: number) => Math.max(low, Math.min(high, value));
@@ -72,22 +71,25 @@ export abstract class Stage {
   private isSeen = true;
   private inks = new Map<string, string>();
   private texts = new Map<string, HTMLCanvasElement>();
+  private field: number[]; // of a robot's camera: how wide and how high what it sees is at 1 m
   protected ends: (() => void)[] = [];
 
   constructor(
     readonly canvas: HTMLCanvasElement,
     readonly world: World,
-    readonly leds: number[], // the angles of a robot's ring, rad
   ) {
     this.pen = canvas.getContext("2d")!;
+    this.field = [640, 480].map((pixels) => pixels / hello.value!.body.focal);
     const resized = new ResizeObserver(() => this.fit()),
-      seen = new IntersectionObserver(([entry]) => ((this.isSeen = entry.isIntersecting), this.invalidate())),
-      themed = new MutationObserver(() => this.redress());
+      seen = new IntersectionObserver(([entry]) => ((this.isSeen = entry.isIntersecting), this.invalidate()));
     resized.observe(canvas);
     seen.observe(canvas);
-    themed.observe(document.documentElement, { attributeFilter: ["data-theme", "class"] });
     this.ends = [
-      () => [resized, seen, themed].forEach((each) => each.disconnect()),
+      () => [resized, seen].forEach((each) => each.disconnect()),
+      effect(() => {
+        void isDark();
+        this.redress();
+      }),
       effect(() => {
         if (world.scene.value) this.showAll();
       }),
@@ -122,24 +124,21 @@ export abstract class Stage {
     this.draw(); // at once, for a canvas of another size is empty
   }
 
-  /** Take the colours of the page anew. */
+  /** Take the colours of the page anew, which has another scheme. */
   protected redress() {
     this.inks.clear();
     this.texts.clear();
     this.invalidate();
   }
 
-  /** A colour of the page, by its name in the style sheets. */
+  /** A colour of the page, by its name in tokens.css. */
   ink(name: string) {
-    const known = this.inks.get(name);
-    if (known) return known;
-    this.canvas.style.color = `var(--${name})`;
-    const found = getComputedStyle(this.canvas).color;
+    const found = this.inks.get(name) ?? inks(name)[name];
     this.inks.set(name, found);
     return found;
   }
 
-  hue = (robot: number) => this.ink(`hue-${(robot % 8) + 1}`);
+  hue = (robot: number) => this.ink(`curve-${robot % 8}`);
 
   get isSmall() {
     return this.width < SMALL;
@@ -239,8 +238,9 @@ export abstract class Stage {
 
   /** Look through the camera of a robot: its whole picture fits on the canvas, and around it there is more to see. */
   private look(x: number, y: number, heading: number) {
-    const focal = Math.min((this.width - 16) / FIELD[0], (this.height - 16) / FIELD[1]),
-      at: Three = [x + AHEAD * Math.cos(heading), y + AHEAD * Math.sin(heading), ABOVE],
+    const focal = Math.min((this.width - 16) / this.field[0], (this.height - 16) / this.field[1]),
+      [ahead, above] = hello.value!.body.eye,
+      at: Three = [x + ahead * Math.cos(heading), y + ahead * Math.sin(heading), above],
       quarter = Math.PI / 2;
     this.lens = lensAt(at, quarter, heading - quarter, focal, Infinity, this.width / 2, this.height / 2);
     this.scale = focal / 0.3;
@@ -280,7 +280,7 @@ export abstract class Stage {
     pen.lineCap = pen.lineJoin = "round";
     if (this.world.frame.value) this.write(now);
     if (this.mode.value === "eye") {
-      const [across, down] = FIELD.map((each) => each * this.lens.focal);
+      const [across, down] = this.field.map((each) => each * this.lens.focal);
       pen.fillStyle = "rgba(8, 12, 18, 0.55)";
       pen.beginPath();
       pen.rect(0, 0, width, height);
@@ -330,8 +330,8 @@ export abstract class Stage {
       made.width = Math.ceil((pen.measureText(text).width + 6) * this.density);
       made.height = Math.ceil((size + 8) * this.density);
       pen.scale(this.density, this.density);
-      Object.assign(pen, { font, textBaseline: "top", lineJoin: "round", lineWidth: 3 });
-      Object.assign(pen, { strokeStyle: this.ink("floor"), fillStyle: colour });
+      Object.assign(pen, { font, textBaseline: "top", lineJoin: "round", lineWidth: 3, fillStyle: colour });
+      pen.strokeStyle = this.ink("floor");
       pen.strokeText(text, 3, 4);
       pen.fillText(text, 3, 4);
       this.texts.set(key, made);
@@ -409,19 +409,20 @@ export abstract class Stage {
       low = Math.min(y0 + 8, this.height - 18),
       high = Math.max(x0 - 8, 28);
     const { font } = getComputedStyle(this.canvas);
-    Object.assign(pen, { font, fillStyle: this.ink("faint"), textAlign: "center", textBaseline: "top" });
-    Object.assign(pen, { strokeStyle: this.ink("room"), lineWidth: this.zoom > 1 ? 3 : 0.01 }); // it may stand on the floor
-    const write = (text: string, left: number, top: number) => {
+    Object.assign(pen, { font, fillStyle: this.ink("faint"), strokeStyle: this.ink("room") });
+    pen.lineWidth = this.zoom > 1 ? 3 : 0.01; // it may stand on the floor
+    const write = (metres: number, left: number, top: number, unit = "") => {
+      const text = Number(metres.toFixed(2)) + unit;
       pen.strokeText(text, left, top);
       pen.fillText(text, left, top);
     };
-    const across = Math.floor(width / step + 1e-9),
-      name = (k: number) => `${Number((k * step).toFixed(2))}${k === across ? " m" : ""}`;
-    for (let k = 0, left = x0; k <= across; left = x0 + ++k * step * this.scale)
-      if (left > 0 && left < this.width) write(name(k), Math.min(left, this.width - 20), low);
-    Object.assign(pen, { textAlign: "right", textBaseline: "middle" });
-    for (let k = 0, top = y0; k <= depth / step + 1e-9; top = y0 - ++k * step * this.scale)
-      if (top > 0 && top < low - 8) write(name(k).replace(" m", ""), high, top);
+    [pen.textAlign, pen.textBaseline] = ["center", "top"];
+    for (let x = 0, left = x0; x <= width + 1e-9; left = x0 + (x += step) * this.scale)
+      if (left > 0 && left < this.width)
+        write(x, Math.min(left, this.width - 20), low, x + step > width + 1e-9 ? " m" : "");
+    [pen.textAlign, pen.textBaseline] = ["right", "middle"];
+    for (let y = 0, top = y0; y <= depth + 1e-9; top = y0 - (y += step) * this.scale)
+      if (top > 0 && top < low - 8) write(y, high, top);
   }
 }
 

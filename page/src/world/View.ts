@@ -1,6 +1,7 @@
 // The world in three dimensions. All views of a page share one renderer, which hands each its picture: a browser gives
 // few of them. What is written over the picture has a canvas of its own, because copying pictures takes long.
 import * as three from "three";
+import { hello } from "../store";
 import { epuck, LED_HEIGHT } from "./epuck";
 import { BODY, FRONT, TOUCHING, type World } from "./scene";
 import { Stage } from "./Stage";
@@ -16,27 +17,31 @@ const SLOW = 1 / 27; // s for a picture, beyond which it is drawn less well
 const PATIENCE = 20; // pictures until that is judged
 const STILL = 250; // ms without a change after which it is drawn as well as can be
 const SHINING = 4; // lamps that light up what stands around them; more would take long
-const WALL = 0.006; // m: how thick a wall is shown
 const DARK = 4095, // counts of a light sensor without any light, and in a room as it usually is
   ROOM = 3790;
 const HALO = 0.034; // m across the shine of an LED
+// The colours of a robot: its body with its light off and on, its ring as it stands free or touches something, and LEDs.
+const [CLEAR, GREEN, PALE, RED, WHITE, UNLIT, lit] = Array.from(
+    [0xd6e8da, 0x7dff73, 0xeef5ef, 0xe2402e, 0xfafaf6, 0x9fb59a, 0],
+    (each) => new three.Color(each),
+  ),
+  [ORANGE, OFF] = [
+    [255, 140, 40],
+    [0, 0, 0],
+  ];
 
-const glass = { transparent: true, opacity: 0.5 };
+const painted = { vertexColors: true },
+  over = { transparent: true, depthWrite: false };
 const materials = {
   matte: new three.MeshLambertMaterial(),
-  painted: new three.MeshLambertMaterial({ vertexColors: true }),
-  body: new three.MeshLambertMaterial({ ...glass, opacity: 0.55 }),
-  ring: new three.MeshLambertMaterial({ ...glass, opacity: 0.62, side: three.DoubleSide, depthWrite: false }),
+  painted: new three.MeshLambertMaterial(painted),
+  body: new three.MeshLambertMaterial({ transparent: true, opacity: 0.55 }),
+  ring: new three.MeshLambertMaterial({ ...over, opacity: 0.62, side: three.DoubleSide }),
   lit: new three.MeshBasicMaterial(),
-  flat: new three.MeshBasicMaterial({ transparent: true, opacity: 0.5, depthWrite: false }),
-  ribbon: new three.MeshBasicMaterial({
-    vertexColors: true,
-    transparent: true,
-    depthWrite: false,
-    side: three.DoubleSide,
-  }),
-  halo: new three.PointsMaterial({ vertexColors: true, transparent: true, depthWrite: false }),
-  pool: new three.MeshBasicMaterial({ transparent: true, depthWrite: false, blending: three.AdditiveBlending }),
+  flat: new three.MeshBasicMaterial({ ...over, opacity: 0.5 }),
+  ribbon: new three.MeshBasicMaterial({ ...painted, ...over, side: three.DoubleSide }),
+  halo: new three.PointsMaterial({ ...painted, ...over }),
+  pool: new three.MeshBasicMaterial({ ...over, blending: three.AdditiveBlending }),
 };
 const box = new three.BoxGeometry(1, 1, 1).translate(0, 0, 0.5);
 const shapes = {
@@ -52,6 +57,7 @@ const shapes = {
 let robot: ReturnType<typeof epuck> | null = null;
 const drawn = new OffscreenCanvas(1, 1);
 let renderer: three.WebGLRenderer | null = null;
+const tint = new three.Color();
 let level = 0; // an index of LEVELS
 let pace = 0; // s for a picture, smoothed
 let judged = 0; // pictures that went into it
@@ -86,17 +92,20 @@ function rendererOf(width: number, height: number) {
 
 /** Many things of one shape, drawn at once. */
 class Batch extends three.InstancedMesh {
-  /** Put one of them somewhere, turned and as large as that. */
-  put(k: number, x: number, y: number, z: number, angle = 0, across = 1, along = across, up = across) {
+  /** Put one of them somewhere, in a colour, turned and as large as that. */
+  put(
+    k: number,
+    colour: three.ColorRepresentation,
+    [x, y, z = 0, angle = 0]: ArrayLike<number> & Iterable<number>,
+    across = 1,
+    along = across,
+    up = across,
+  ) {
     const [c, s] = [Math.cos(angle), Math.sin(angle)];
     // prettier-ignore
     this.instanceMatrix.array.set([c * across, s * across, 0, 0, -s * along, c * along, 0, 0, 0, 0, up, 0, x, y, z, 1], 16 * k);
-    this.instanceMatrix.needsUpdate = true;
-  }
-
-  paint(k: number, colour: three.Color) {
-    this.setColorAt(k, colour);
-    this.instanceColor!.needsUpdate = true;
+    this.setColorAt(k, tint.set(colour));
+    this.instanceMatrix.needsUpdate = this.instanceColor!.needsUpdate = true;
   }
 }
 
@@ -124,19 +133,10 @@ class Ribbon extends three.Mesh {
     this.geometry.setIndex(new three.BufferAttribute(corners, 1));
   }
 
-  strip(
-    x1: number,
-    y1: number,
-    x2: number,
-    y2: number,
-    from: number,
-    to: number,
-    { r, g, b }: three.Color,
-    a1: number,
-    a2: number,
-  ) {
-    const far = Math.hypot(x2 - x1, y2 - y1) || 1,
-      [u, v] = [(y1 - y2) / far / 2, (x2 - x1) / far / 2],
+  /** Two ends: x, y, how wide it is there, and how opaque. */
+  strip([x1, y1, from, a1]: number[], [x2, y2, to, a2]: number[], { r, g, b }: three.Color) {
+    const far = 2 * Math.hypot(x2 - x1, y2 - y1) || 1,
+      [u, v] = [(y1 - y2) / far, (x2 - x1) / far],
       { z } = this;
     // prettier-ignore
     this.points.set([x1 + u * from, y1 + v * from, z, x1 - u * from, y1 - v * from, z, x2 + u * to, y2 + v * to, z, x2 - u * to, y2 - v * to, z], 12 * this.strips);
@@ -164,10 +164,10 @@ export class View extends Stage {
   private later = 0; // the timer that draws it well
   private isStill = false; // and that it is being drawn so
 
-  constructor(canvas: HTMLCanvasElement, world: World, leds: number[], sensors: number[]) {
+  constructor(canvas: HTMLCanvasElement, world: World) {
     rendererOf(1, 1); // first of all: where it fails, nothing listens yet
-    super(canvas, world, leds);
-    robot ??= epuck(sensors);
+    super(canvas, world);
+    robot ??= epuck(hello.value!);
     this.picture.className = "world-picture";
     canvas.before(this.picture);
     this.camera.matrixAutoUpdate = false;
@@ -224,26 +224,19 @@ export class View extends Stage {
       { sun, sky } = this;
     sun.position.set(width / 2 - 0.55 * size, depth / 2 - 0.4 * size, 1.3 * size);
     sun.target.position.set(width / 2, depth / 2, 0);
-    Object.assign(sun.shadow.camera, { left: -0.6 * size, right: 0.6 * size, top: 0.6 * size, bottom: -0.6 * size });
-    Object.assign(sun.shadow.camera, { near: 0.3 * size, far: 2.5 * size });
-    sun.shadow.camera.updateProjectionMatrix();
-    sun.shadow.radius = 3;
-    sun.shadow.intensity = 0.8;
-    sun.shadow.normalBias = 0.004;
+    const reach = 0.6 * size;
+    sun.shadow.camera = new three.OrthographicCamera(-reach, reach, reach, -reach, 0.3 * size, 2.5 * size);
+    Object.assign(sun.shadow, { radius: 3, intensity: 0.8, normalBias: 0.004 });
     sun.color = this.colour("sun");
-    sky.color = this.colour("sky");
-    sky.groundColor = this.colour("bounce");
+    [sky.color, sky.groundColor] = [this.colour("sky"), this.colour("bounce")];
     const ground = new three.MeshLambertMaterial({ color: this.ink(floor.colour || floor_png ? "paint" : "floor") });
     this.floor = new three.Mesh(new three.PlaneGeometry(width, depth), ground);
     this.floor.position.set(width / 2, depth / 2, 0);
     this.floor.receiveShadow = true;
     // A lamp's light ends where the floor does.
-    materials.pool.clippingPlanes = [
-      new three.Plane(new three.Vector3(1, 0, 0), 0),
-      new three.Plane(new three.Vector3(-1, 0, 0), width),
-      new three.Plane(new three.Vector3(0, 1, 0), 0),
-      new three.Plane(new three.Vector3(0, -1, 0), depth),
-    ];
+    // prettier-ignore
+    const inside = [[1, 0, 0], [-1, 0, width], [0, 1, 0], [0, -1, depth]];
+    materials.pool.clippingPlanes = inside.map(([x, y, far]) => new three.Plane(new three.Vector3(x, y, 0), far));
     if (floor_png) {
       ground.map = new three.TextureLoader().load(floor_png, () => this.invalidate());
       ground.map.colorSpace = three.SRGBColorSpace;
@@ -251,22 +244,18 @@ export class View extends Stage {
       ground.map.repeat.set(width / floor.width, depth / floor.depth);
     } else {
       if (floor.colour) ground.color.multiply(new three.Color(floor.colour));
-      const lines: three.Vector3[] = [];
-      for (let x = 0.1; x < width - 1e-6; x += 0.1)
-        lines.push(new three.Vector3(x, 0, 0.0005), new three.Vector3(x, depth, 0.0005));
-      for (let y = 0.1; y < depth - 1e-6; y += 0.1)
-        lines.push(new three.Vector3(0, y, 0.0005), new three.Vector3(width, y, 0.0005));
-      const ink = new three.LineBasicMaterial({
-        color: this.ink("grid"),
-        opacity: floor.colour ? 0.3 : 1,
-        transparent: true,
-      });
+      const lines: three.Vector3[] = [],
+        line = (...ends: [number, number][]) => lines.push(...ends.map(([x, y]) => new three.Vector3(x, y, 0.0005)));
+      for (let x = 0.1; x < width - 1e-6; x += 0.1) line([x, 0], [x, depth]);
+      for (let y = 0.1; y < depth - 1e-6; y += 0.1) line([0, y], [width, y]);
+      const opacity = floor.colour ? 0.3 : 1,
+        ink = new three.LineBasicMaterial({ color: this.ink("grid"), opacity, transparent: true });
       this.room.add(new three.LineSegments(new three.BufferGeometry().setFromPoints(lines), ink));
     }
     // Those of the four walls that are nearer than the floor are seen through: they have only an inner side.
     const sides = this.batch("sides", 4, shapes.side, materials.matte, false),
       rims = this.batch("rims", 4, box, materials.matte, false),
-      edge = this.colour("wall");
+      [panel, edge] = [this.ink("panel"), this.ink("wall")];
     const around = [
       [width / 2, 0, Math.PI, width],
       [width, depth / 2, -Math.PI / 2, depth],
@@ -274,11 +263,9 @@ export class View extends Stage {
       [0, depth / 2, Math.PI / 2, depth],
     ];
     around.forEach(([x, y, angle, long], k) => {
-      const [out, up] = [-Math.sin(angle) * 0.0045, Math.cos(angle) * 0.0045];
-      sides.put(k, x, y, 0, angle, long, 1, 0.1);
-      sides.paint(k, this.colour("panel"));
-      rims.put(k, x + out, y + up, -0.002, angle, long + 0.017, 0.008, 0.004);
-      rims.paint(k, edge);
+      sides.put(k, panel, [x, y, 0, angle], long, 1, 0.1);
+      const out = [x - 0.0045 * Math.sin(angle), y + 0.0045 * Math.cos(angle), -0.002, angle];
+      rims.put(k, edge, out, long + 0.017, 0.008, 0.004);
     });
     const lamps = this.world.things.value.light.slice(0, SHINING).map(() => new three.PointLight("#ffcf70"));
     this.room.add(sun, sun.target, sky, this.floor, this.trails, this.rays, this.halos, ...lamps);
@@ -291,32 +278,19 @@ export class View extends Stage {
       blocks = this.batch("boxes", boxes.length, box, materials.matte),
       posts = this.batch("posts", cylinder.length, shapes.post, materials.matte),
       balls = this.batch("balls", cylinder.length, shapes.ball, materials.matte);
-    wall.forEach(({ x1, y1, x2, y2, height, colour }, k) => {
-      const long = Math.hypot(x2 - x1, y2 - y1) + WALL;
-      walls.put(k, (x1 + x2) / 2, (y1 + y2) / 2, 0, Math.atan2(y2 - y1, x2 - x1), long, WALL, height);
-      walls.paint(k, new three.Color(colour));
-    });
-    const boxPoses = this.world.shown("box", now),
-      postPoses = this.world.shown("cylinder", now);
+    wall.forEach(({ x, y, angle, width, depth, height, colour }, k) =>
+      walls.put(k, colour, [x, y, 0, angle], width, depth, height),
+    );
     boxes.forEach(({ width, depth, height, colour }, k) => {
-      blocks.put(k, boxPoses[3 * k], boxPoses[3 * k + 1], 0, boxPoses[3 * k + 2], width, depth, height);
-      blocks.paint(k, new three.Color(colour));
+      const [x, y, angle] = this.world.shown("box", now).subarray(3 * k);
+      blocks.put(k, colour, [x, y, 0, angle], width, depth, height);
     });
     cylinder.forEach(({ radius, height, colour, pushable }, k) => {
       // What gives way and is as wide as it is high is a ball.
-      const isBall = pushable && Math.abs(height - 2 * radius) < 0.2 * radius;
-      (isBall ? balls : posts).put(
-        k,
-        postPoses[3 * k],
-        postPoses[3 * k + 1],
-        0,
-        0,
-        radius,
-        radius,
-        isBall ? radius : height,
-      );
-      (isBall ? posts : balls).put(k, 0, 0, -9, 0, 0);
-      (isBall ? balls : posts).paint(k, new three.Color(colour));
+      const isBall = pushable && Math.abs(height - 2 * radius) < 0.2 * radius,
+        [x, y] = this.world.shown("cylinder", now).subarray(3 * k);
+      posts.put(k, colour, [x, y], isBall ? 0 : radius, undefined, height);
+      balls.put(k, colour, [x, y], isBall ? radius : 0);
     });
     const bulbs = this.batch("bulbs", light.length, shapes.bulb, materials.lit, false),
       stems = this.batch("stems", light.length, shapes.post, materials.matte),
@@ -325,22 +299,18 @@ export class View extends Stage {
       waves = this.batch("waves", 3 * sound.length, shapes.hoop, materials.flat, false),
       shining = this.room.children.filter((each): each is three.PointLight => each instanceof three.PointLight);
     light.forEach(({ x, y, height, intensity }, k) => {
-      bulbs.put(k, x, y, height, 0, 0.013);
-      bulbs.paint(k, new three.Color(intensity ? "#ffe39a" : "#8a8f98"));
-      stems.put(k, x, y, 0, 0, 0.0025, 0.0025, height);
-      stems.paint(k, this.colour("wall"));
-      pools.put(k, x, y, 0.001, 0, Math.min(intensity, 3)); // half of it, in metres, is where it has fallen to 1/e
-      pools.paint(k, this.colour("pool"));
+      bulbs.put(k, intensity ? "#ffe39a" : "#8a8f98", [x, y, height], 0.013);
+      stems.put(k, this.ink("wall"), [x, y], 0.0025, 0.0025, height);
+      pools.put(k, this.ink("pool"), [x, y, 0.001], Math.min(intensity, 3)); // half of it, in m, is where it falls to 1/e
       shining[k]?.position.set(x, y, height + 0.02);
       if (shining[k]) shining[k].intensity = 0.05 * intensity;
     });
     sound.forEach(({ x, y, volume }, k) => {
-      speakers.put(k, x, y, 0, 0, 0.012, 0.012, 0.03);
-      speakers.paint(k, this.colour("noise"));
+      const colour = this.ink("noise");
+      speakers.put(k, colour, [x, y], 0.012, 0.012, 0.03);
       for (let ring = 0; ring < 3; ring++) {
         const isOn = volume > 0 && ring <= Math.min(2, volume / 1000);
-        waves.put(3 * k + ring, x, y, 0.001, 0, isOn ? 0.022 + 0.014 * ring : 0);
-        waves.paint(3 * k + ring, this.colour("noise"));
+        waves.put(3 * k + ring, colour, [x, y, 0.001], isOn ? 0.022 + 0.014 * ring : 0);
       }
     });
   }
@@ -348,6 +318,7 @@ export class View extends Stage {
   private placeRobots(now: number) {
     const { radius } = this.world.scene.value!,
       frame = this.world.frame.value!,
+      { leds: angles } = hello.value!.ring,
       { count, bits, ring } = frame,
       poses = this.world.shown("robot", now),
       size = radius / 0.037,
@@ -358,48 +329,37 @@ export class View extends Stage {
         this.batch("arrow", count, robot!.arrow, materials.lit, false),
       ],
       leds = this.batch("leds", 9 * count, shapes.dot, materials.lit, false);
-    const [clear, green, pale, touching, nose] = ["#d6e8da", "#7dff73", "#eef5ef", "#e2402e", "#fafaf6"].map(
-        (each) => new three.Color(each),
-      ),
-      colour = new three.Color();
     const spots: number[] = [],
       shine: number[] = [];
     for (let k = 0; k < count; k++) {
       const [x, y, heading] = poses.subarray(3 * k),
         scale = this.mode.value === "eye" && k === this.chosen ? 0 : size,
         [c, s] = [scale * Math.cos(heading), scale * Math.sin(heading)];
-      for (const part of parts) part.put(k, x, y, 0, heading, scale);
-      parts[1].paint(k, bits[k] & BODY ? green : clear);
-      parts[2].paint(k, bits[k] & TOUCHING ? touching : pale);
-      parts[3].paint(k, nose);
+      const tints = [WHITE, bits[k] & BODY ? GREEN : CLEAR, bits[k] & TOUCHING ? RED : PALE, WHITE];
+      parts.forEach((part, each) => part.put(k, tints[each], [x, y, 0, heading], scale));
       if (bits[k] & BODY && scale) {
         spots.push(x, y, 0.02);
         shine.push(0.3, 1, 0.28, 0.5);
       }
       for (let led = 0; led < 9; led++) {
         const isFront = led === 8,
-          turn = this.leds[led] ?? 0,
+          turn = angles[led] ?? 0,
           [ahead, left] = isFront ? [0.033, -0.0125] : [0.0342 * Math.cos(turn), 0.0342 * Math.sin(turn)],
           z = (isFront ? 0.0285 : LED_HEIGHT) * size,
-          at = [x + c * ahead - s * left, y + s * ahead + c * left] as const,
-          [r, g, b] = isFront ? (bits[k] & FRONT ? [255, 140, 40] : [0, 0, 0]) : ring.subarray(24 * k + 3 * led),
-          isLit = r + g + b > 0;
-        leds.put(9 * k + led, ...at, z, 0, scale && (isLit ? 0.0034 : isFront ? 0 : 0.0019));
-        leds.paint(
-          9 * k + led,
-          isLit
-            ? colour.setRGB(r / 255, g / 255, b / 255, three.SRGBColorSpace).lerp(nose, 0.25)
-            : colour.set("#9fb59a"),
-        );
+          at = [x + c * ahead - s * left, y + s * ahead + c * left, z],
+          [r, g, b] = isFront ? (bits[k] & FRONT ? ORANGE : OFF) : ring.subarray(24 * k + 3 * led),
+          isLit = r + g + b > 0,
+          colour = isLit ? lit.setRGB(r / 255, g / 255, b / 255, three.SRGBColorSpace).lerp(WHITE, 0.25) : UNLIT;
+        leds.put(9 * k + led, colour, at, scale && (isLit ? 0.0034 : isFront ? 0 : 0.0019));
         if (!isLit || !scale) continue;
-        spots.push(...at, z);
+        spots.push(...at);
         shine.push(r / 255, g / 255, b / 255, 0.85);
       }
     }
     this.halos.geometry.dispose();
     this.halos.geometry = new three.BufferGeometry();
-    this.halos.geometry.setAttribute("position", new three.BufferAttribute(new Float32Array(spots), 3));
-    this.halos.geometry.setAttribute("color", new three.BufferAttribute(new Float32Array(shine), 4));
+    this.halos.geometry.setAttribute("position", new three.Float32BufferAttribute(spots, 3));
+    this.halos.geometry.setAttribute("color", new three.Float32BufferAttribute(shine, 4));
     this.halos.visible = spots.length > 0;
   }
 
@@ -411,27 +371,16 @@ export class View extends Stage {
     trails.begin(paths.reduce((sum, { length }) => sum + length, 0));
     paths.forEach((path, robot) => {
       const hue = new three.Color(this.hue(robot)),
-        fade = (k: number) => 0.2 + (0.75 * k) / path.length;
-      for (let k = 1; k < path.length; k++)
-        trails.strip(...path[k - 1], ...path[k], 0.004, 0.004, hue, fade(k - 1), fade(k));
+        end = (k: number) => [...path[k], 0.004, 0.2 + (0.75 * k) / path.length];
+      for (let k = 1; k < path.length; k++) trails.strip(end(k - 1), end(k), hue);
     });
     trails.end();
     rays.begin(found.length / 5);
     for (let k = 0; k < found.length; k += 5) {
       const [x1, y1, x2, y2, strength] = found.subarray(k),
         lit = Math.min(1, 4 * strength), // a quarter of full scale is very near already
-        meets = lit > 0.02;
-      rays.strip(
-        x1,
-        y1,
-        x2,
-        y2,
-        0.002,
-        meets ? 0.005 + 0.004 * lit : 0.006,
-        far.clone().lerp(near, lit),
-        meets ? 0.95 : 0.35,
-        meets ? 0.75 : 0,
-      );
+        [width, from, to] = lit > 0.02 ? [0.005 + 0.004 * lit, 0.95, 0.75] : [0.006, 0.35, 0];
+      rays.strip([x1, y1, 0.002, from], [x2, y2, width, to], far.clone().lerp(near, lit));
     }
     rays.end();
   }

@@ -7,7 +7,7 @@ import { confirmed } from "../look/Dialog";
 import { Icon } from "../look/Icon";
 import { arrowsMove } from "../look/keys";
 import { address, go } from "../route";
-import { ask, can, hello, listed, subscribe, toast } from "../store";
+import { ask, can, listed, subscribe, toast } from "../store";
 import { Details } from "./Details";
 import { Flat } from "./Flat";
 import { Hand } from "./Hand";
@@ -56,20 +56,19 @@ function Toggle({ icon, label, title = label, isOn, act, of }: Choice) {
   );
 }
 
-/** A world: *of* is its key. */
 /** A picture of a world on a canvas, unless that is gone meanwhile: in three dimensions, or flat without WebGL. */
-export async function stageOf(canvas: HTMLCanvasElement, world: Model, isGone: () => boolean): Promise<Stage | null> {
-  const { leds = [], sensors = [] } = hello.value?.ring ?? {};
+export async function stageOf(canvas: HTMLCanvasElement, world: Model): Promise<Stage | null> {
   const { View } = await import("./View").catch(() => ({ View: null }));
-  if (isGone()) return null;
+  if (!canvas.isConnected) return null;
   try {
     if (!View) throw new Error("this browser cannot draw in three dimensions");
-    return new View(canvas, world, leds, sensors);
+    return new View(canvas, world);
   } catch {
-    return new Flat(canvas, world, leds);
+    return new Flat(canvas, world);
   }
 }
 
+/** A world: *of* is its key. */
 export function World({ world, of }: { world: Model; of: string }) {
   const canvas = useRef<HTMLCanvasElement>(null),
     stage = useSignal<Stage | null>(null),
@@ -81,15 +80,14 @@ export function World({ world, of }: { world: Model; of: string }) {
     if (found) go(address(found.key));
   };
   useEffect(() => {
-    let isGone = false;
-    stageOf(canvas.current!, world, () => isGone).then((made) => {
+    const element = canvas.current!;
+    stageOf(element, world).then((made) => {
       if (!made) return;
-      if (!(made instanceof Flat)) made.mode.value = mode.value;
-      stage.value = Object.assign(canvas.current!, { stage: made }).stage; // for tests, and under the bonnet
+      if (!made.isFlat) made.mode.value = mode.value;
+      stage.value = Object.assign(element, { stage: made }).stage; // for tests, and under the bonnet
       hand.value = new Hand(made, orders.current!, () => can().edit && world.isLive.value, openRobot);
     });
     return () => {
-      isGone = true;
       stage.value?.close();
       hand.value?.close();
     };

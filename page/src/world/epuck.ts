@@ -1,38 +1,32 @@
 // The shapes of an e-puck, in metres: what is opaque, its clear body, its light ring, and the arrow of its front.
-import {
-  BoxGeometry,
-  BufferGeometry,
-  Color,
-  CylinderGeometry,
-  Float32BufferAttribute,
-  RingGeometry,
-  Shape,
-  ShapeGeometry,
-} from "three";
+import * as three from "three";
 import { mergeGeometries } from "three/addons/utils/BufferGeometryUtils.js";
 
-export const LED_HEIGHT = 0.041;
-const WHEEL = 0.0205, // the radius of a wheel, and half the way between both
-  TRACK = 0.0265;
+import type { Hello } from "../messages";
 
-function painted(geometry: BufferGeometry, colour: string) {
-  const { r, g, b } = new Color(colour),
+export const LED_HEIGHT = 0.041;
+
+function painted(geometry: three.BufferGeometry, colour: string) {
+  const { r, g, b } = new three.Color(colour),
     count = geometry.attributes.position.count;
-  return geometry.setAttribute("color", new Float32BufferAttribute(Array(count).fill([r, g, b]).flat(), 3));
+  return geometry.setAttribute("color", new three.Float32BufferAttribute(Array(count).fill([r, g, b]).flat(), 3));
 }
 
 /** An upright cylinder from one height to another. */
 const drum = (radius: number, from: number, to: number, x = 0, y = 0, sides = 22, open = false) =>
-  new CylinderGeometry(radius, radius, to - from, sides, 1, open).rotateX(Math.PI / 2).translate(x, y, (from + to) / 2);
+  new three.CylinderGeometry(radius, radius, to - from, sides, 1, open)
+    .rotateX(Math.PI / 2)
+    .translate(x, y, (from + to) / 2);
 
 const block = (length: number, width: number, from: number, to: number, x: number, y: number, turn = 0) =>
-  new BoxGeometry(length, width, to - from).rotateZ(turn).translate(x, y, (from + to) / 2);
+  new three.BoxGeometry(length, width, to - from).rotateZ(turn).translate(x, y, (from + to) / 2);
 
-/** Everything opaque, in one piece. *sensors*: the directions of the infrared sensors, rad. */
-function solid(sensors: number[]) {
+/** Everything opaque, in one piece. */
+function solid({ ring, body }: Hello) {
+  const [wheel, out] = [body.wheel / 2, body.axle / 2];
   const wheels = [-1, 1].flatMap((side) => [
-    painted(new CylinderGeometry(WHEEL, WHEEL, 0.003, 22).translate(0, side * TRACK, WHEEL), "#17191d"),
-    painted(new CylinderGeometry(0.015, 0.015, 0.004, 12).translate(0, side * TRACK, WHEEL), "#8d949c"),
+    painted(new three.CylinderGeometry(wheel, wheel, 0.003, 22).translate(0, side * out, wheel), "#17191d"),
+    painted(new three.CylinderGeometry(0.015, 0.015, 0.004, 12).translate(0, side * out, wheel), "#8d949c"),
   ]);
   return mergeGeometries([
     ...wheels,
@@ -49,10 +43,10 @@ function solid(sensors: number[]) {
     painted(block(0.005, 0.009, 0.0465, 0.049, 0.002, -0.018), "#d9dde2"), // connector
     painted(block(0.005, 0.009, 0.023, 0.0285, 0.0305, 0), "#15171b"), // camera
     painted(
-      new CylinderGeometry(0.0025, 0.0025, 0.003, 8).rotateZ(Math.PI / 2).translate(0.0338, 0, 0.0258),
+      new three.CylinderGeometry(0.0025, 0.0025, 0.003, 8).rotateZ(Math.PI / 2).translate(0.0338, 0, 0.0258),
       "#56606e",
     ),
-    ...sensors.map((angle) =>
+    ...ring.sensors.map((angle) =>
       painted(block(0.003, 0.005, 0.031, 0.0345, 0.0325 * Math.cos(angle), 0.0325 * Math.sin(angle), angle), "#22262d"),
     ),
   ]);
@@ -67,20 +61,20 @@ function body() {
 }
 
 function arrow() {
-  const shape = new Shape();
+  const shape = new three.Shape();
   shape.moveTo(0.0175, 0);
   shape.lineTo(-0.003, 0.0115);
   shape.lineTo(0.001, 0);
   shape.lineTo(-0.003, -0.0115);
-  return new ShapeGeometry(shape).translate(0, 0, 0.0506);
+  return new three.ShapeGeometry(shape).translate(0, 0, 0.0506);
 }
 
-export const epuck = (sensors: number[]) => ({
-  solid: solid(sensors),
+export const epuck = (about: Hello) => ({
+  solid: solid(about),
   body: body(),
   ring: mergeGeometries([
     drum(0.0356, 0.034, 0.0425, 0, 0, 28, true),
-    new RingGeometry(0.0285, 0.0356, 28).translate(0, 0, 0.0425),
+    new three.RingGeometry(0.0285, 0.0356, 28).translate(0, 0, 0.0425),
   ]),
   arrow: arrow(),
 });

@@ -16,26 +16,18 @@ const ALL_POINTS = 20_000; // of all robots
 const LIFTED = 0.15; // m between two frames: it was put elsewhere, and did not drive there
 const SMOOTH = 0.1; // s of the robot's time over which speeds are smoothed
 const MAX_LISTED = 500; // things of a kind in the list
+const THICK = 0.006; // m: how a wall is shown
 
 export type Kind = "robot" | "cylinder" | "box" | "wall" | "light" | "sound";
 export type Place = { kind: Kind; index: number };
 /** What can be selected and moved. */
 export type Thing = Place & { key: string; name: string };
 export type Pose = [x: number, y: number, angle: number];
-export type Wall = { x1: number; y1: number; x2: number; y2: number; colour: string; height: number; name?: string };
-export type Things = { wall: Wall[]; box: Box[]; cylinder: Cylinder[]; light: Light[]; sound: Sound[] };
-/** What the world is asked to do: an order of its control. */
+/** A wall is a long, thin box. */
+type Things = { wall: Omit<Box, "pushable">[]; box: Box[]; cylinder: Cylinder[]; light: Light[]; sound: Sound[] };
 export type Frame = ReturnType<typeof decode>;
 
-const TITLES: Record<Kind, string> = {
-  robot: "robot",
-  cylinder: "post",
-  box: "box",
-  wall: "wall",
-  light: "lamp",
-  sound: "sound",
-};
-const KINDS = Object.keys(TITLES) as Kind[];
+const KINDS: Kind[] = ["robot", "cylinder", "box", "wall", "light", "sound"];
 /** A request, with its name at `do`. */
 export type Order = { [Name in keyof Asked]: { do: Name } & Asked[Name] }[keyof Asked];
 
@@ -47,8 +39,14 @@ const LOOKS = ["poses", "bits", "ring", "rays"] as const; // what is seen of a f
 const isEqual = (one: ArrayLike<number> | null, other: ArrayLike<number> | null) =>
   one?.length === other?.length && (!one || Array.prototype.every.call(one, (each, k) => each === other![k]));
 
-const wallsOf = (walls: Scene["walls"]): Wall[] =>
-  walls.map(([x1, y1, x2, y2, colour, height]) => ({ x1, y1, x2, y2, colour, height }));
+const wrapped = (angle: number) => Math.atan2(Math.sin(angle), Math.cos(angle));
+
+const wallsOf = (walls: Scene["walls"]): Things["wall"] =>
+  walls.map(([x1, y1, x2, y2, colour, height]) => {
+    const [dx, dy] = [x2 - x1, y2 - y1],
+      [x, y, angle] = [x1 + dx / 2, y1 + dy / 2, Math.atan2(dy, dx)];
+    return { name: "", x, y, angle, width: Math.hypot(dx, dy) + THICK, depth: THICK, height, colour };
+  });
 
 /** An angle in whole degrees, 0 to 359. */
 export function degrees(angle: number) {
@@ -100,11 +98,10 @@ class Glide {
       rest = 1 - (now - this.since) / this.span;
     for (let k = 0; k < to.length; k += 3) {
       const [dx, dy] = [from[k] - to[k], from[k + 1] - to[k + 1]],
-        part = Math.hypot(dx, dy) < LIFTED ? rest : 0,
-        turned = from[k + 2] - to[k + 2];
+        part = Math.hypot(dx, dy) < LIFTED ? rest : 0;
       shown[k] = to[k] + part * dx;
       shown[k + 1] = to[k + 1] + part * dy;
-      shown[k + 2] = to[k + 2] + part * Math.atan2(Math.sin(turned), Math.cos(turned));
+      shown[k + 2] = to[k + 2] + part * wrapped(from[k + 2] - to[k + 2]);
     }
     return shown;
   }
@@ -219,11 +216,9 @@ export class World {
     for (let k = 0; k < count; k++) {
       const [x, y, heading] = poses.subarray(3 * k),
         [oldX, oldY, oldHeading] = old.poses.subarray(3 * k);
-      const along = ((x - oldX) * Math.cos(heading) + (y - oldY) * Math.sin(heading)) / span,
-        turned = heading - oldHeading;
+      const along = ((x - oldX) * Math.cos(heading) + (y - oldY) * Math.sin(heading)) / span;
       this.speeds[2 * k] += share * (along - this.speeds[2 * k]);
-      this.speeds[2 * k + 1] +=
-        share * (Math.atan2(Math.sin(turned), Math.cos(turned)) / span - this.speeds[2 * k + 1]);
+      this.speeds[2 * k + 1] += share * (wrapped(heading - oldHeading) / span - this.speeds[2 * k + 1]);
     }
   }
 
@@ -269,15 +264,15 @@ export class World {
   }
 
   thing(kind: Kind, index: number): Thing {
-    const own = kind === "robot" ? this.scene.value?.names[index] : this.things.value[kind][index]?.name;
-    return { kind, index, key: `${kind}:${index}`, name: own || `${TITLES[kind]} ${index + 1}` };
+    const own = kind === "robot" ? this.scene.value?.names[index] : this.things.value[kind][index]?.name,
+      title = { cylinder: "post", light: "lamp" }[kind as string] ?? kind;
+    return { kind, index, key: `${kind}:${index}`, name: own || `${title} ${index + 1}` };
   }
 
   /** The thing of a key such as "robot:0"; null if there is none. */
   find(key: string) {
-    const kind = KINDS.find((each) => key.startsWith(`${each}:`)),
-      index = Number(key.split(":")[1]);
-    return kind && index < this.count(kind) ? this.thing(kind, index) : null;
+    const [kind, index] = key.split(":") as [Kind, string];
+    return index && Number(index) < this.count(kind) ? this.thing(kind, Number(index)) : null;
   }
 
   /** Whether anything is still on its way to where the last message put it. */
@@ -290,33 +285,23 @@ export class World {
     return this.glides[kind].at(now);
   }
 
+  private what({ kind, index }: Place) {
+    if (kind === "robot") return { radius: this.scene.value?.radius ?? 0, height: ROBOT_HEIGHT };
+    return this.things.value[kind][index] ?? { x: 0, y: 0 }; // it was just removed
+  }
+
   /** Where a thing is and how it is turned. */
-  pose({ kind, index }: Place): Pose {
-    if (kind === "robot") {
-      const [x, y, heading] = this.frame.value?.poses.subarray(3 * index) ?? [0, 0, 0];
-      return [x, y, heading];
-    }
-    const what = this.things.value[kind][index];
-    if (!what) return [0, 0, 0]; // it was just removed
-    if ("x1" in what)
-      return [(what.x1 + what.x2) / 2, (what.y1 + what.y2) / 2, Math.atan2(what.y2 - what.y1, what.x2 - what.x1)];
-    return [what.x, what.y, "angle" in what ? what.angle : 0];
+  pose(thing: Place): Pose {
+    const what = this.what(thing);
+    if ("x" in what) return [what.x, what.y, "angle" in what ? what.angle : 0];
+    const [x = 0, y = 0, heading = 0] = this.frame.value?.poses.subarray(3 * thing.index) ?? [];
+    return [x, y, heading];
   }
 
   /** The radius of the circle around a thing, m. */
-  reach({ kind, index }: Place) {
-    if (kind === "robot") return this.scene.value?.radius ?? 0;
-    const what = this.things.value[kind][index];
-    if (!what) return 0;
-    if ("x1" in what) return Math.hypot(what.x2 - what.x1, what.y2 - what.y1) / 2;
-    if ("radius" in what) return what.radius;
-    return "depth" in what ? Math.hypot(what.width, what.depth) / 2 : 0;
-  }
-
-  /** How high the top of a thing is, m. */
-  height({ kind, index }: Place) {
-    const what = kind === "robot" ? null : this.things.value[kind][index];
-    return kind === "robot" ? ROBOT_HEIGHT : what && "height" in what ? what.height : 0;
+  reach(thing: Place) {
+    const what = this.what(thing);
+    return "depth" in what ? Math.hypot(what.width, what.depth) / 2 : "radius" in what ? what.radius : 0;
   }
 
   /** The thing at a place, robots first; null if there is none. *finger*: its radius, m; *above*: m over the floor. */
@@ -325,26 +310,26 @@ export class World {
       let best: number | null = null,
         nearest = Infinity;
       for (let index = 0; index < this.count(kind); index++) {
-        const thing = { kind, index },
-          [left, low, angle] = this.pose(thing),
+        const [left, low] = this.pose({ kind, index }),
           far = Math.hypot(x - left, y - low);
-        if (far >= nearest || far > Math.max(this.reach(thing), finger) || above > this.height(thing)) continue;
-        if (this.isOn(thing, x - left, y - low, angle, finger)) [best, nearest] = [index, far];
+        if (far < nearest && this.isOn({ kind, index }, x, y, finger, above)) [best, nearest] = [index, far];
       }
       if (best !== null) return this.thing(kind, best);
     }
     return null;
   }
 
-  /** Whether a place, from the middle of a box or a wall, lies on it; what is round is not asked. */
-  private isOn(thing: Place, right: number, up: number, angle: number, finger: number) {
-    const { kind, index } = thing;
-    if (kind !== "box" && kind !== "wall") return true;
-    const along = Math.abs(right * Math.cos(angle) + up * Math.sin(angle)),
-      across = Math.abs(up * Math.cos(angle) - right * Math.sin(angle));
-    if (kind === "wall") return along <= this.reach(thing) + finger && across <= finger;
-    const { width, depth } = this.things.value.box[index];
-    return along <= width / 2 && across <= depth / 2;
+  private isOn(thing: Place, x: number, y: number, finger: number, above: number) {
+    const what = this.what(thing),
+      [left, low, angle] = this.pose(thing),
+      [right, up, c, s] = [x - left, y - low, Math.cos(angle), Math.sin(angle)],
+      more = thing.kind === "wall" ? finger : 0;
+    if (Math.hypot(right, up) > Math.max(this.reach(thing), finger) || above > ("height" in what ? what.height : 0))
+      return false;
+    if (!("depth" in what)) return true;
+    return (
+      Math.abs(right * c + up * s) <= what.width / 2 + more && Math.abs(up * c - right * s) <= what.depth / 2 + more
+    );
   }
 
   /** The order that puts a thing elsewhere; without an angle it stays turned as it is. */
@@ -355,7 +340,7 @@ export class World {
     if (kind === "cylinder") return { do: "move_cylinder", cylinder: index, x, y };
     if (kind === "light") return { do: "set_light", light: index, x, y };
     if (kind === "sound") return { do: "set_sound", sound: index, x, y };
-    const half = this.reach(thing),
+    const half = (this.things.value.wall[index].width - THICK) / 2,
       turned = angle ?? this.pose(thing)[2],
       [dx, dy] = [half * Math.cos(turned), half * Math.sin(turned)];
     return { do: "move_wall", wall: index, x1: x - dx, y1: y - dy, x2: x + dx, y2: y + dy };
