@@ -22,3 +22,8 @@ export function prepared(canvas: HTMLCanvasElement) {
   pen.setTransform(density, 0, 0, density, 0, 0);
   return { pen, width, height };
 }
+
+const STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200]; // m
+
+/** A round number of metres that is at least so many pixels long. */
+export const stepOf = (scale: number, least: number) => STEPS.find((step) => step * scale >= least) ?? 500;

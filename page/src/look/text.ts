@@ -23,7 +23,7 @@ export function bytes(count: number) {
 }
 
 export const milliseconds = (seconds: number | null) =>
-  seconds === null ? "?" : `${number(1000 * seconds, seconds < 0.01 ? 1 : 0)} ms`;
+  seconds === null ? "?" : `${number(1000 * seconds, seconds && seconds < 0.01 ? 1 : 0)} ms`;
 
 /** Let the browser save a file. */
 export function save(blob: Blob, name: string) {

@@ -1,6 +1,6 @@
 // Where a robot without a virtual world has been, and what its infrared sensors have met on the way: an occupancy sketch.
 import { useEffect, useRef } from "preact/hooks";
-import { inks, prepared } from "../look/canvas";
+import { inks, prepared, stepOf } from "../look/canvas";
 import { isDark } from "../look/theme";
 import { number } from "../look/text";
 import { hello, type Robot } from "../store";
@@ -11,7 +11,6 @@ const SIGHT = 0.05; // m: what a sensor that meets nothing has seen to be free
 const FREE = 0.03; // m between the middle and a robot's rim, and a little: where it stands is free
 const SURE = 6; // readings after which a square cannot become surer
 const MAX_CELLS = 40_000;
-const STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5]; // m between two lines of the grid
 
 type Point = [x: number, y: number];
 
@@ -62,7 +61,7 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sket
     if (weight) pen.fillRect(...corner, CELL * scale + 0.6, CELL * scale + 0.6);
   }
   pen.globalAlpha = 1;
-  const step = STEPS.find((each) => each * scale > 36) ?? 10,
+  const step = stepOf(scale, 36),
     [originX, originY] = at(0, 0);
   pen.beginPath();
   for (let x = originX % (step * scale); x < width; x += step * scale) (pen.moveTo(x, 0), pen.lineTo(x, height));

@@ -5,44 +5,27 @@ import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
 import type { LinkFaults, Readings } from "../messages";
 import { Button } from "../look/Button";
-import { number } from "../look/text";
+import { milliseconds, number } from "../look/text";
 import { can } from "../store";
 import type { Orders } from "./orders";
 import { degrees, TOUCHING, type Order, type World } from "./scene";
 
-type Text = (value: number) => string;
-
-const SENSORS = [
-  "front right",
-  "diagonal right",
-  "right",
-  "rear right",
-  "rear left",
-  "left",
-  "diagonal left",
-  "front left",
-];
+const SIDES = "front right,diagonal right,right,rear right,rear left,left,diagonal left,front left".split(",");
 const REMOTE = ["sound", "", "forward", "", "left", "stop", "right", "", "back", ""]; // what the e-puck1 does at a key
 const DARK = 4095; // counts of a light sensor without any light
 const TURN = Math.PI / 12;
 const NEWER = 5; // frames after an answer until readings are surely of after it
-const share: Text = (value) => `${Math.round(100 * value)} %`;
-const milliseconds: Text = (value) => `${Math.round(1000 * value)} ms`;
+const share = (value: number) => `${Math.round(100 * value)} %`;
+const inRoom = (counts: number) => share(1 - counts / DARK);
 
 /** A slider from 0: the name of its value in orders, its label, its highest value, how it is written, and a hint. */
-type Knob<Name = string> = [name: Name, label: string, high: number, text: Text, title?: string];
+type Knob<Name = string> = [name: Name, label: string, high: number, text: (value: number) => string, title?: string];
 const FAULTS: Knob<keyof LinkFaults>[] = [
   ["loss", "Answers lost", 1, share],
   ["latency", "Delay of answers", 1, milliseconds],
   ["jitter", "Delay varies by ±", 0.5, milliseconds],
 ];
-const ROOM: Knob = [
-  "ambient",
-  "Light in the room",
-  DARK,
-  (counts) => share(1 - counts / DARK),
-  "Light sensors read a higher number where it is darker.",
-];
+const ROOM: Knob = ["ambient", "Light in the room", DARK, inRoom, "Light sensors read more where it is darker."];
 const LAMP: Knob = ["intensity", "Brightness", 10, (value) => value.toFixed(1)];
 const NOISE: Knob = ["volume", "Volume at 0.1 m", DARK, (value) => `${Math.round(value)}`];
 const unfolded = signal(["Infrared sensors"]); // it outlives what is selected
@@ -80,8 +63,14 @@ export function Details({ world, orders, turn }: Props) {
   held.current ??= new Held(world, orders);
   const { kind, index = 0, key = "" } = world.selected.value ?? {},
     { light, sound } = world.things.value,
-    isRobot = kind === "robot",
-    shared = { orders, held: held.current };
+    readings = world.readings.value?.robot === index ? world.readings.value : undefined,
+    shared = { orders, held: held.current, readings, robot: index };
+  const sliders: Record<string, [of: Knob, actual: number | undefined, order: Order]> = {
+    "": [ROOM, world.ambient.value, { do: "set_ambient", ambient: 0 }],
+    light: [LAMP, light[index]?.intensity, { do: "set_light", light: index }],
+    sound: [NOISE, sound[index]?.volume, { do: "set_sound", sound: index }],
+  };
+  const [of, actual, order] = sliders[kind ?? ""] ?? [];
   return (
     <>
       <select
@@ -95,40 +84,33 @@ export function Details({ world, orders, turn }: Props) {
         ))}
       </select>
       <dl>
-        {facts(world).map(([name, text]) => (
+        {facts(world, readings).map(([name, text]) => (
           <div key={name}>
             <dt>{name}</dt>
             <dd>{text}</dd>
           </div>
         ))}
       </dl>
-      {can().edit && (isRobot || kind === "box" || kind === "wall") && (
+      {can().edit && ["robot", "box", "wall"].includes(kind ?? "") && (
         <div class="row">
           <Button icon={RotateCcw} aria-label="turn left by 15 degrees" act={() => turn(TURN)} children="15°" />
           <Button icon={RotateCw} aria-label="turn right by 15 degrees" act={() => turn(-TURN)} children="15°" />
         </div>
       )}
-      {can().edit && !kind && (
-        <Slider {...shared} of={ROOM} actual={world.ambient.value} order={{ do: "set_ambient", ambient: 0 }} />
+      {can().edit && of && order && <Slider {...shared} {...{ of, actual, order }} />}
+      {kind === "robot" && <Sensors proximity={readings?.proximity} />}
+      {kind === "robot" && can().edit && (
+        <>
+          <Link {...shared} />
+          <Hands {...shared} />
+        </>
       )}
-      {can().edit && kind === "light" && (
-        <Slider {...shared} of={LAMP} actual={light[index]?.intensity} order={{ do: "set_light", light: index }} />
-      )}
-      {can().edit && kind === "sound" && (
-        <Slider {...shared} of={NOISE} actual={sound[index]?.volume} order={{ do: "set_sound", sound: index }} />
-      )}
-      {isRobot && <Sensors proximity={readingsOf(world, index)?.proximity} />}
-      {isRobot && can().edit && <Link {...shared} readings={readingsOf(world, index)} robot={index} />}
-      {isRobot && can().edit && <Hands {...shared} readings={readingsOf(world, index)} robot={index} />}
     </>
   );
 }
 
-const readingsOf = ({ readings }: World, robot: number) =>
-  readings.value?.robot === robot ? readings.value : undefined;
-
 /** What is known, each with its name. */
-function facts(world: World): [name: string, text: string][] {
+function facts(world: World, readings?: Readings): [name: string, text: string][] {
   const thing = world.selected.value,
     { scene, frame, speeds, things } = world;
   if (!thing) {
@@ -150,7 +132,7 @@ function facts(world: World): [name: string, text: string][] {
   if (box)
     found.push(["size", [box.width, box.depth, box.height].map((each) => number(100 * each, 1)).join(" × ") + " cm"]);
   if (kind !== "robot") return found;
-  const [left, right] = readingsOf(world, index)?.encoders ?? ["–", "–"];
+  const [left, right] = readings?.encoders ?? ["–", "–"];
   return [
     ...found,
     ["heading", `${degrees(angle)}°`],
@@ -202,7 +184,7 @@ function Sensors({ proximity }: { proximity?: number[] }) {
     <Group title="Infrared sensors">
       <p class="hint">True values, without noise</p>
       <div class="bars" role="group" aria-label="infrared sensors, counts">
-        {SENSORS.flatMap((name, k) => [
+        {SIDES.flatMap((name, k) => [
           <span>{`IR${k} ${name}`}</span>,
           <meter aria-hidden="true" max={DARK} value={proximity?.[k] ?? 0} />,
           <span>{proximity?.[k] ?? "–"}</span>,
@@ -254,16 +236,16 @@ function Hands({ orders, held, readings, robot }: OfRobot) {
   const selector = held.shown("selector", readings?.selector ?? 0);
   return (
     <Group title="Robot's controls">
-      <label class="switch">
-        Selector
+      <label class="row">
+        <span class="fill">Selector</span>
         <select id="world-selector" value={selector} onChange={({ currentTarget: { value } }) => turn(Number(value))}>
           {Array.from({ length: 16 }, (_, position) => (
             <option key={position}>{position}</option>
           ))}
         </select>
       </label>
-      <div class="switch">
-        Remote control
+      <div class="row">
+        <span class="fill">Remote control</span>
         <select ref={key} aria-label="key of the remote control">
           {REMOTE.map((what, number) => (
             <option key={number} value={number} children={`${number} ${what}`} />
@@ -285,8 +267,8 @@ function Hands({ orders, held, readings, robot }: OfRobot) {
 
 function Check({ id, label, isOn, act }: { id: string; label: string; isOn: boolean; act: (isOn: boolean) => void }) {
   return (
-    <label class="switch">
-      {label}
+    <label class="row">
+      <span class="fill">{label}</span>
       <input
         {...{ id, type: "checkbox", role: "switch", checked: isOn }}
         onChange={(event) => act(event.currentTarget.checked)}

@@ -1,7 +1,8 @@
 // The world from above on a flat canvas, where the browser has no WebGL. It shows what View shows, plainly.
+import { stepOf } from "../look/canvas";
 import { hello } from "../store";
 import { BODY, FRONT, TOUCHING, type Pose, type World } from "./scene";
-import { Stage, stepOf } from "./Stage";
+import { Stage } from "./Stage";
 
 type Point = [x: number, y: number];
 const EDGE = "rgba(30, 34, 42, 0.5)"; // around things

@@ -1,7 +1,7 @@
 // The hand in the world: what the mouse, fingers or the keys take, put elsewhere, turn, or look at from nearer.
 import type { Orders } from "./orders";
 import type { Thing } from "./scene";
-import type { Mode, Stage } from "./Stage";
+import { MODES, type Stage } from "./Stage";
 
 const STEP = 0.01,
   LONG_STEP = 0.05; // m, for the arrow keys
@@ -10,7 +10,6 @@ const TURN = Math.PI / 12;
 const CLOSER = 1.3; // for a step of the wheel or a key
 const SLOP = 4; // pixels that a pointer may move in a click
 const HEIGHTS = [0.12, 0.08, 0.05, 0.025, 0]; // m: where a ray through the pointer may meet a thing
-const MODES: Mode[] = ["above", "orbit", "eye"];
 
 type Point = [left: number, top: number];
 /** What a pointer holds: a thing at a height, the handle that turns it, or the floor. */
@@ -24,26 +23,22 @@ export class Hand {
   constructor(
     private readonly stage: Stage,
     private readonly orders: Orders,
-    private readonly mayEdit: () => boolean,
     private readonly open: (robot: number) => void,
   ) {
-    const { signal } = this.ending,
-      { canvas } = stage;
-    canvas.addEventListener("pointerdown", (event) => this.take(event), { signal });
-    canvas.addEventListener("pointermove", (event) => this.pull(event), { signal });
-    for (const name of ["pointerup", "pointercancel"] as const)
-      canvas.addEventListener(name, (event) => this.release(event), { signal });
-    canvas.addEventListener("wheel", (event) => this.roll(event), { signal, passive: false });
-    canvas.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
-    canvas.addEventListener("keydown", (event) => this.press(event), { signal });
-    canvas.addEventListener(
-      "dblclick",
-      (event) => {
-        const thing = this.at(event, 9)?.thing;
-        if (thing?.kind === "robot") this.open(thing.index);
-      },
-      { signal },
-    );
+    const options = { signal: this.ending.signal, passive: false },
+      on = <Name extends keyof HTMLElementEventMap>(name: Name, act: (event: HTMLElementEventMap[Name]) => void) =>
+        stage.canvas.addEventListener(name, act, options);
+    on("pointerdown", (event) => this.take(event));
+    on("pointermove", (event) => this.pull(event));
+    on("pointerup", (event) => this.release(event));
+    on("pointercancel", (event) => this.release(event));
+    on("wheel", (event) => this.roll(event));
+    on("contextmenu", (event) => event.preventDefault());
+    on("keydown", (event) => this.press(event));
+    on("dblclick", (event) => {
+      const thing = this.at(event, 9)?.thing;
+      if (thing?.kind === "robot") this.open(thing.index);
+    });
   }
 
   close() {
@@ -67,7 +62,7 @@ export class Hand {
   }
 
   private isOnHandle(event: MouseEvent, finger: number) {
-    const handle = this.mayEdit() && this.stage.handle(),
+    const handle = this.orders.mayEdit && this.stage.handle(),
       [left, top] = this.pixel(event);
     return handle && Math.hypot(handle[0] - left, handle[1] - top) < finger;
   }
@@ -118,7 +113,7 @@ export class Hand {
       else stage.orbitBy(here[0] - before[0], here[1] - before[1]);
       return;
     }
-    if (!this.mayEdit()) return;
+    if (!this.orders.mayEdit) return;
     const [x, y] = stage.toFloor(...here, drag.z),
       [left, low] = world.pose(drag.thing);
     if (drag.turns) this.orders.act(world.move(drag.thing, left, low, Math.atan2(y - low, x - left)));
@@ -140,11 +135,15 @@ export class Hand {
 
   /** Turn what is selected. */
   turn(by: number) {
+    this.move(0, 0, by);
+  }
+
+  private move(right: number, up: number, by?: number) {
     const { world } = this.stage,
       thing = world.selected.value;
-    if (!thing || !this.mayEdit()) return;
+    if (!thing || !this.orders.mayEdit) return;
     const [x, y, angle] = world.pose(thing);
-    this.orders.act(world.move(thing, x, y, angle + by));
+    this.orders.act(world.move(thing, x + right, y + up, by === undefined ? by : angle + by));
   }
 
   private press(event: KeyboardEvent) {
@@ -164,9 +163,9 @@ export class Hand {
       "+": () => stage.zoomBy(CLOSER),
       "-": () => stage.zoomBy(1 / CLOSER),
       0: () => stage.showAll(),
-      b: () => this.mayEdit() && this.orders.add("box", stage.middle),
-      m: () => this.mayEdit() && this.orders.add("wall", stage.middle),
-      Delete: () => this.mayEdit() && this.orders.remove(),
+      b: () => this.orders.add("box", stage.middle),
+      m: () => this.orders.add("wall", stage.middle),
+      Delete: () => this.orders.remove(),
       Escape: () => world.select(null),
     };
     const act = keys[event.key],
@@ -179,13 +178,9 @@ export class Hand {
   }
 
   private shift(right: number, up: number, isLong: boolean) {
-    const { world } = this.stage,
-      thing = world.selected.value,
-      step = isLong ? LONG_STEP : STEP;
-    if (!thing) return this.stage.panBy(-PAN * right, PAN * up);
-    if (!this.mayEdit()) return;
-    const [x, y] = world.pose(thing);
-    return void this.orders.act(world.move(thing, x + right * step, y + up * step));
+    const step = isLong ? LONG_STEP : STEP;
+    if (this.stage.world.selected.value) this.move(right * step, up * step);
+    else this.stage.panBy(-PAN * right, PAN * up);
   }
 
   private next(by: number) {

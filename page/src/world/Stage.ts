@@ -1,12 +1,13 @@
 // A canvas that shows a world: where one looks from, when it is drawn, and what is written over the picture. How the
 // picture itself is made is left to View (three dimensions) and Flat (two).
 import { effect, signal } from "@preact/signals";
-import { inks } from "../look/canvas";
+import { inks, stepOf } from "../look/canvas";
 import { isDark } from "../look/theme";
 import { hello } from "../store";
 import { CUT, type Place, type World } from "./scene";
 
-export type Mode = "above" | "orbit" | "eye";
+export const MODES = ["above", "orbit", "eye"] as const;
+export type Mode = (typeof MODES)[number];
 type Three = [x: number, y: number, z: number];
 /** Where one looks from: the place, three directions, the focal length, and the pixel that one looks at. */
 export type Lens = { at: Three; right: Three; up: Three; back: Three; focal: number; cx: number; cy: number };
@@ -21,14 +22,9 @@ const WIDE = (32 * Math.PI) / 180;
 const EASE = 0.09; // s for two thirds of the way from one place to another
 const BUDGET = 12; // ms in which canvases are drawn before the page gets its turn
 const SMALL = 320; // pixels: a canvas without scale, handle and long names
-const STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200]; // m
-
 const between = (value: number, low: number, high: number) => Math.max(low, Math.min(high, value));
 const dot = (a: Three, b: Three) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const isStill = matchMedia("(prefers-reduced-motion: reduce)");
-
-/** A round number of metres that is at least so many pixels long. */
-export const stepOf = (scale: number, least: number) => STEPS.find((step) => step * scale >= least) ?? 500;
 
 // All canvases of the page share one loop: what does not fit into a frame comes first in the next.
 const due = new Set<Stage>();

@@ -21,8 +21,8 @@ const DARK = 4095, // counts of a light sensor without any light, and in a room 
   ROOM = 3790;
 const HALO = 0.034; // m across the shine of an LED
 // The colours of a robot: its body with its light off and on, its ring as it stands free or touches something, and LEDs.
-const [CLEAR, GREEN, PALE, RED, WHITE, UNLIT, lit] = Array.from(
-    [0xd6e8da, 0x7dff73, 0xeef5ef, 0xe2402e, 0xfafaf6, 0x9fb59a, 0],
+const [CLEAR, GREEN, PALE, RED, WHITE, UNLIT] = Array.from(
+    [0xd6e8da, 0x7dff73, 0xeef5ef, 0xe2402e, 0xfafaf6, 0x9fb59a],
     (each) => new three.Color(each),
   ),
   [ORANGE, OFF] = [
@@ -90,24 +90,8 @@ function rendererOf(width: number, height: number) {
   return renderer;
 }
 
-/** Many things of one shape, drawn at once. */
-class Batch extends three.InstancedMesh {
-  /** Put one of them somewhere, in a colour, turned and as large as that. */
-  put(
-    k: number,
-    colour: three.ColorRepresentation,
-    [x, y, z = 0, angle = 0]: ArrayLike<number> & Iterable<number>,
-    across = 1,
-    along = across,
-    up = across,
-  ) {
-    const [c, s] = [Math.cos(angle), Math.sin(angle)];
-    // prettier-ignore
-    this.instanceMatrix.array.set([c * across, s * across, 0, 0, -s * along, c * along, 0, 0, 0, 0, up, 0, x, y, z, 1], 16 * k);
-    this.setColorAt(k, tint.set(colour));
-    this.instanceMatrix.needsUpdate = this.instanceColor!.needsUpdate = true;
-  }
-}
+/** Something of a shape: x, y, height and angle of where it is, and how large it is along, across and up. */
+type Part = [colour: three.ColorRepresentation, place: number[], along?: number, across?: number, up?: number];
 
 /** Strips that lie flat: trails and rays. */
 class Ribbon extends three.Mesh {
@@ -155,7 +139,7 @@ export class View extends Stage {
   private readonly sun = new three.DirectionalLight();
   private readonly picture = document.createElement("canvas");
   private readonly sky = new three.HemisphereLight();
-  private readonly batches = new Map<string, Batch>();
+  private readonly meshes = new Map<string, three.InstancedMesh>();
   private readonly trails = new Ribbon(0.0015);
   private readonly rays = new Ribbon(0.031);
   private halos = new three.Points(new three.BufferGeometry(), materials.halo);
@@ -188,28 +172,32 @@ export class View extends Stage {
 
   private colour = (name: string) => new three.Color(this.ink(name));
 
-  /** So many of a shape, in this room. */
-  private batch(name: string, count: number, shape: three.BufferGeometry, material: three.Material, casts = true) {
-    let made = this.batches.get(name);
-    if (!made || made.instanceMatrix.count < count) {
-      if (made) {
-        made.dispose();
-        this.room.remove(made);
-      }
-      made = new Batch(shape, material, Math.max(count, 1));
-      made.frustumCulled = false;
-      made.castShadow = casts;
-      made.receiveShadow = material === materials.matte;
-      this.batches.set(name, made);
-      this.room.add(made);
+  /** Put all parts of one shape into the room; they are drawn at once. */
+  private fill(name: string, shape: three.BufferGeometry, material: three.Material, parts: Part[], casts = true) {
+    let mesh = this.meshes.get(name);
+    if (!mesh || mesh.instanceMatrix.count < parts.length) {
+      mesh?.removeFromParent().dispose();
+      mesh = new three.InstancedMesh(shape, material, Math.max(1, parts.length));
+      mesh.frustumCulled = false;
+      mesh.castShadow = casts;
+      mesh.receiveShadow = material === materials.matte;
+      this.meshes.set(name, mesh);
+      this.room.add(mesh);
     }
-    made.count = count;
-    return made;
+    mesh.count = parts.length;
+    for (const [k, [colour, [x, y, z = 0, angle = 0], along = 1, across = along, up = along]] of parts.entries()) {
+      const [c, s] = [Math.cos(angle), Math.sin(angle)];
+      // prettier-ignore
+      mesh.instanceMatrix.array.set([c * along, s * along, 0, 0, -s * across, c * across, 0, 0, 0, 0, up, 0, x, y, z, 1], 16 * k);
+      mesh.setColorAt(k, tint.set(colour));
+    }
+    mesh.instanceMatrix.needsUpdate = true;
+    if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
   }
 
   private clear() {
-    for (const each of this.batches.values()) each.dispose();
-    this.batches.clear();
+    for (const each of this.meshes.values()) each.dispose();
+    this.meshes.clear();
     this.floor?.material.map?.dispose();
     this.floor?.material.dispose();
     this.room.clear();
@@ -253,20 +241,20 @@ export class View extends Stage {
       this.room.add(new three.LineSegments(new three.BufferGeometry().setFromPoints(lines), ink));
     }
     // Those of the four walls that are nearer than the floor are seen through: they have only an inner side.
-    const sides = this.batch("sides", 4, shapes.side, materials.matte, false),
-      rims = this.batch("rims", 4, box, materials.matte, false),
-      [panel, edge] = [this.ink("panel"), this.ink("wall")];
-    const around = [
-      [width / 2, 0, Math.PI, width],
-      [width, depth / 2, -Math.PI / 2, depth],
-      [width / 2, depth, 0, width],
-      [0, depth / 2, Math.PI / 2, depth],
-    ];
-    around.forEach(([x, y, angle, long], k) => {
-      sides.put(k, panel, [x, y, 0, angle], long, 1, 0.1);
-      const out = [x - 0.0045 * Math.sin(angle), y + 0.0045 * Math.cos(angle), -0.002, angle];
-      rims.put(k, edge, out, long + 0.017, 0.008, 0.004);
+    const { matte } = materials,
+      around = [
+        [width / 2, 0, Math.PI, width],
+        [width, depth / 2, -Math.PI / 2, depth],
+        [width / 2, depth, 0, width],
+        [0, depth / 2, Math.PI / 2, depth],
+      ];
+    const sides = around.map(([x, y, angle, long]): Part => [this.ink("panel"), [x, y, 0, angle], long, 1, 0.1]);
+    const rims = around.map(([x, y, angle, long]): Part => {
+      const place = [x - 0.0045 * Math.sin(angle), y + 0.0045 * Math.cos(angle), -0.002, angle];
+      return [this.ink("wall"), place, long + 0.017, 0.008, 0.004];
     });
+    this.fill("sides", shapes.side, matte, sides, false);
+    this.fill("rims", box, matte, rims, false);
     const lamps = this.world.things.value.light.slice(0, SHINING).map(() => new three.PointLight("#ffcf70"));
     this.room.add(sun, sun.target, sky, this.floor, this.trails, this.rays, this.halos, ...lamps);
   }
@@ -274,45 +262,43 @@ export class View extends Stage {
   /** Put all things where they are; called when they have changed, or move. */
   private placeThings(now: number) {
     const { wall, box: boxes, cylinder, light, sound } = this.world.things.value,
-      walls = this.batch("walls", wall.length, box, materials.matte),
-      blocks = this.batch("boxes", boxes.length, box, materials.matte),
-      posts = this.batch("posts", cylinder.length, shapes.post, materials.matte),
-      balls = this.batch("balls", cylinder.length, shapes.ball, materials.matte);
-    wall.forEach(({ x, y, angle, width, depth, height, colour }, k) =>
-      walls.put(k, colour, [x, y, 0, angle], width, depth, height),
-    );
-    boxes.forEach(({ width, depth, height, colour }, k) => {
-      const [x, y, angle] = this.world.shown("box", now).subarray(3 * k);
-      blocks.put(k, colour, [x, y, 0, angle], width, depth, height);
+      { matte, lit, pool, flat } = materials,
+      [boxPoses, postPoses] = [this.world.shown("box", now), this.world.shown("cylinder", now)],
+      [posts, balls]: Part[][] = [[], []];
+    const blocks = [...wall, ...boxes].map(({ x, y, angle, width, depth, height, colour }, at): Part => {
+      const k = at - wall.length,
+        place = k < 0 ? [x, y, 0, angle] : [boxPoses[3 * k], boxPoses[3 * k + 1], 0, boxPoses[3 * k + 2]];
+      return [colour, place, width, depth, height];
     });
     cylinder.forEach(({ radius, height, colour, pushable }, k) => {
+      const place = [postPoses[3 * k], postPoses[3 * k + 1]];
       // What gives way and is as wide as it is high is a ball.
-      const isBall = pushable && Math.abs(height - 2 * radius) < 0.2 * radius,
-        [x, y] = this.world.shown("cylinder", now).subarray(3 * k);
-      posts.put(k, colour, [x, y], isBall ? 0 : radius, undefined, height);
-      balls.put(k, colour, [x, y], isBall ? radius : 0);
+      if (pushable && Math.abs(height - 2 * radius) < 0.2 * radius) balls.push([colour, place, radius]);
+      else posts.push([colour, place, radius, radius, height]);
     });
-    const bulbs = this.batch("bulbs", light.length, shapes.bulb, materials.lit, false),
-      stems = this.batch("stems", light.length, shapes.post, materials.matte),
-      pools = this.batch("pools", light.length, shapes.sheet, materials.pool, false),
-      speakers = this.batch("speakers", sound.length, shapes.post, materials.matte),
-      waves = this.batch("waves", 3 * sound.length, shapes.hoop, materials.flat, false),
-      shining = this.room.children.filter((each): each is three.PointLight => each instanceof three.PointLight);
+    const shining = this.room.children.filter((each): each is three.PointLight => each instanceof three.PointLight),
+      bulbs: Part[] = [],
+      pools: Part[] = [],
+      waves: Part[] = [];
     light.forEach(({ x, y, height, intensity }, k) => {
-      bulbs.put(k, intensity ? "#ffe39a" : "#8a8f98", [x, y, height], 0.013);
-      stems.put(k, this.ink("wall"), [x, y], 0.0025, 0.0025, height);
-      pools.put(k, this.ink("pool"), [x, y, 0.001], Math.min(intensity, 3)); // half of it, in m, is where it falls to 1/e
+      bulbs.push([intensity ? "#ffe39a" : "#8a8f98", [x, y, height], 0.013]);
+      posts.push([this.ink("wall"), [x, y], 0.0025, 0.0025, height]);
+      pools.push([this.ink("pool"), [x, y, 0.001], Math.min(intensity, 3)]); // half of it, in m, is where it falls to 1/e
       shining[k]?.position.set(x, y, height + 0.02);
       if (shining[k]) shining[k].intensity = 0.05 * intensity;
     });
-    sound.forEach(({ x, y, volume }, k) => {
+    for (const { x, y, volume } of sound) {
       const colour = this.ink("noise");
-      speakers.put(k, colour, [x, y], 0.012, 0.012, 0.03);
-      for (let ring = 0; ring < 3; ring++) {
-        const isOn = volume > 0 && ring <= Math.min(2, volume / 1000);
-        waves.put(3 * k + ring, colour, [x, y, 0.001], isOn ? 0.022 + 0.014 * ring : 0);
-      }
-    });
+      posts.push([colour, [x, y], 0.012, 0.012, 0.03]);
+      for (let ring = 0; volume > 0 && ring <= Math.min(2, volume / 1000); ring++)
+        waves.push([colour, [x, y, 0.001], 0.022 + 0.014 * ring]);
+    }
+    this.fill("blocks", box, matte, blocks);
+    this.fill("posts", shapes.post, matte, posts);
+    this.fill("balls", shapes.ball, matte, balls);
+    this.fill("bulbs", shapes.bulb, lit, bulbs, false);
+    this.fill("pools", shapes.sheet, pool, pools, false);
+    this.fill("waves", shapes.hoop, flat, waves, false);
   }
 
   private placeRobots(now: number) {
@@ -322,21 +308,18 @@ export class View extends Stage {
       { count, bits, ring } = frame,
       poses = this.world.shown("robot", now),
       size = radius / 0.037,
-      parts = [
-        this.batch("solid", count, robot!.solid, materials.painted, false),
-        this.batch("body", count, robot!.body, materials.body),
-        this.batch("ring", count, robot!.ring, materials.ring, false),
-        this.batch("arrow", count, robot!.arrow, materials.lit, false),
-      ],
-      leds = this.batch("leds", 9 * count, shapes.dot, materials.lit, false);
+      [solid, body, hoop, arrow, leds]: Part[][] = [[], [], [], [], []];
     const spots: number[] = [],
       shine: number[] = [];
     for (let k = 0; k < count; k++) {
       const [x, y, heading] = poses.subarray(3 * k),
         scale = this.mode.value === "eye" && k === this.chosen ? 0 : size,
         [c, s] = [scale * Math.cos(heading), scale * Math.sin(heading)];
-      const tints = [WHITE, bits[k] & BODY ? GREEN : CLEAR, bits[k] & TOUCHING ? RED : PALE, WHITE];
-      parts.forEach((part, each) => part.put(k, tints[each], [x, y, 0, heading], scale));
+      const place = [x, y, 0, heading];
+      solid.push([WHITE, place, scale]);
+      body.push([bits[k] & BODY ? GREEN : CLEAR, place, scale]);
+      hoop.push([bits[k] & TOUCHING ? RED : PALE, place, scale]);
+      arrow.push([WHITE, place, scale]);
       if (bits[k] & BODY && scale) {
         spots.push(x, y, 0.02);
         shine.push(0.3, 1, 0.28, 0.5);
@@ -349,13 +332,19 @@ export class View extends Stage {
           at = [x + c * ahead - s * left, y + s * ahead + c * left, z],
           [r, g, b] = isFront ? (bits[k] & FRONT ? ORANGE : OFF) : ring.subarray(24 * k + 3 * led),
           isLit = r + g + b > 0,
-          colour = isLit ? lit.setRGB(r / 255, g / 255, b / 255, three.SRGBColorSpace).lerp(WHITE, 0.25) : UNLIT;
-        leds.put(9 * k + led, colour, at, scale && (isLit ? 0.0034 : isFront ? 0 : 0.0019));
+          colour = new three.Color();
+        if (isLit) colour.setRGB(r / 255, g / 255, b / 255, three.SRGBColorSpace).lerp(WHITE, 0.25);
+        leds.push([isLit ? colour : UNLIT, at, scale && (isLit ? 0.0034 : isFront ? 0 : 0.0019)]);
         if (!isLit || !scale) continue;
         spots.push(...at);
         shine.push(r / 255, g / 255, b / 255, 0.85);
       }
     }
+    this.fill("solid", robot!.solid, materials.painted, solid, false);
+    this.fill("body", robot!.body, materials.body, body);
+    this.fill("ring", robot!.ring, materials.ring, hoop, false);
+    this.fill("arrow", robot!.arrow, materials.lit, arrow, false);
+    this.fill("leds", shapes.dot, materials.lit, leds, false);
     this.halos.geometry.dispose();
     this.halos.geometry = new three.BufferGeometry();
     this.halos.geometry.setAttribute("position", new three.Float32BufferAttribute(spots, 3));
@@ -395,7 +384,7 @@ export class View extends Stage {
     if (frame.value) this.placeRobots(now);
     this.drawRibbons();
     const light = Math.min(1.2, (DARK - ambient.value) / (DARK - ROOM)),
-      bright = Number(getComputedStyle(canvas).getPropertyValue("--daylight")) * (0.35 + 0.65 * light);
+      bright = 0.35 + 0.65 * light;
     sun.intensity = 1.75 * bright;
     this.sky.intensity = 1.9 * bright;
 

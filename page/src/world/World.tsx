@@ -14,7 +14,7 @@ import { Hand } from "./Hand";
 import { hasRays } from "./live";
 import { Orders } from "./orders";
 import type { World as Model } from "./scene";
-import type { Mode, Stage } from "./Stage";
+import { MODES, type Mode, type Stage } from "./Stage";
 import "./world.css";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10];
@@ -22,39 +22,37 @@ const STEP = 0.1; // s
 const PAUSE = "it stands still, and the robots' firmware with it. Programs outside get no answers meanwhile.";
 const KEYS =
   "N P select, arrows move, [ ] turn, + − 0 zoom, V changes the camera, B box, M wall, Delete deletes, Escape selects nothing";
-const MODES: [Mode, string, icons.IconNode][] = [
-  ["above", "from above", icons.Map],
-  ["orbit", "in three dimensions", icons.Rotate3d],
-  ["eye", "through the robot's camera", icons.Eye],
-];
+const CAMERAS: Record<Mode, [label: string, icon: icons.IconNode]> = {
+  above: ["from above", icons.Map],
+  orbit: ["in three dimensions", icons.Rotate3d],
+  eye: ["through the robot's camera", icons.Eye],
+};
 
 // They outlive a page of a robot.
 const hasDetails = signal(false);
 const mode = signal<Mode>("orbit");
 
-/** A checkbox, or a radio button of a group, that shows an icon. */
-type Choice = {
-  icon: icons.IconNode;
-  label: string;
-  title?: string;
-  isOn: boolean;
-  act: (isOn: boolean) => void;
-  of?: string;
-};
+/** A checkbox that shows an icon, or a radio button of a group. */
+const toggle = (
+  icon: icons.IconNode,
+  label: string,
+  isOn: boolean,
+  act: (isOn: boolean) => void,
+  title = label,
+  of?: string,
+) => (
+  <label key={label} class="button icon toggle" title={title}>
+    <input
+      {...{ type: of ? "radio" : "checkbox", name: of, "aria-label": label, checked: isOn }}
+      onChange={({ currentTarget }) => act(currentTarget.checked)}
+    />
+    <Icon of={icon} />
+  </label>
+);
 
-function Toggle({ icon, label, title = label, isOn, act, of }: Choice) {
-  const shared = { name: of, "aria-label": label, checked: isOn };
-  return (
-    <label class="toggle" title={title}>
-      <input
-        type={of ? "radio" : "checkbox"}
-        {...shared}
-        onChange={({ currentTarget }) => act(currentTarget.checked)}
-      />
-      <Icon of={icon} />
-    </label>
-  );
-}
+const tool = (icon: icons.IconNode, label: string, act: () => unknown, title = label, disabled = false) => (
+  <Button key={label} weight="quiet" {...{ icon, label, act, title, disabled }} />
+);
 
 /** A picture of a world on a canvas, unless that is gone meanwhile: in three dimensions, or flat without WebGL. */
 export async function stageOf(canvas: HTMLCanvasElement, world: Model): Promise<Stage | null> {
@@ -85,7 +83,7 @@ export function World({ world, of }: { world: Model; of: string }) {
       if (!made) return;
       if (!made.isFlat) made.mode.value = mode.value;
       stage.value = Object.assign(element, { stage: made }).stage; // for tests, and under the bonnet
-      hand.value = new Hand(made, orders.current!, () => can().edit && world.isLive.value, openRobot);
+      hand.value = new Hand(made, orders.current!, openRobot);
     });
     return () => {
       stage.value?.close();
@@ -94,12 +92,10 @@ export function World({ world, of }: { world: Model; of: string }) {
   }, [world]);
   const selected = world.selected.value,
     watched = selected?.kind === "robot" ? selected.index : null;
-  useEffect(
-    () => (watched === null ? undefined : subscribe({ what: "readings", of: String(watched), rate: 8 })),
-    [watched],
-  );
   useEffect(() => {
-    if (watched !== null && stage.value?.followed.value !== null) stage.value?.follow(watched);
+    if (watched === null) return;
+    if (stage.value && stage.value.followed.value !== null) stage.value.follow(watched);
+    return subscribe({ what: "readings", of: String(watched), rate: 8 });
   }, [watched]);
   const isFocused = useSignal(false),
     isOwn = watched !== null && watched === world.scene.value?.own,
@@ -119,9 +115,9 @@ export function World({ world, of }: { world: Model; of: string }) {
           onBlur={() => (isFocused.value = false)}
         />
         <div class="world-zoom">
-          <Button icon={icons.Plus} label="zoom in" act={() => stage.value?.zoomBy(1.4)} />
-          <Button icon={icons.Minus} label="zoom out" act={() => stage.value?.zoomBy(0.7)} />
-          <Button icon={icons.Maximize} label="Fit" act={() => stage.value?.showAll()} />
+          <Button weight="quiet" icon={icons.Plus} label="zoom in" act={() => stage.value?.zoomBy(1.4)} />
+          <Button weight="quiet" icon={icons.Minus} label="zoom out" act={() => stage.value?.zoomBy(0.7)} />
+          <Button weight="quiet" icon={icons.Maximize} label="Fit" act={() => stage.value?.showAll()} />
         </div>
         <p class="world-said" role="status">
           {orders.current.said.value}
@@ -141,88 +137,67 @@ export function World({ world, of }: { world: Model; of: string }) {
 function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; orders: Orders }) {
   const { edit, speed, save } = can(),
     { paused } = world.clock.value,
-    kind = world.selected.value?.kind;
-  type Tool = [icon: icons.IconNode, label: string, act: () => unknown, title?: string, isOff?: boolean];
-  const button = ([icon, label, act, title = label, disabled = false]: Tool) => (
-    <Button key={label} weight="quiet" {...{ icon, label, act, title, disabled }} />
-  );
-  const time: Tool[] = [
-    paused
-      ? [icons.Play, "Continue world", () => orders.send({ do: "resume" })]
-      : [icons.Pause, "Pause world", () => orders.send({ do: "pause" }), `Pause world: ${PAUSE}`],
-    [
-      icons.StepForward,
-      "Step",
-      () => orders.send({ do: "step", seconds: STEP }),
-      `Go on by ${STEP} s; only while paused`,
-      !paused,
-    ],
-  ];
-  const things: Tool[] = [
-    [icons.PackagePlus, "Add a box", () => stage && orders.add("box", stage.middle)],
-    [icons.BrickWall, "Add a wall", () => stage && orders.add("wall", stage.middle)],
-    [
-      icons.Trash2,
-      "Delete",
-      () => orders.remove(),
-      "Take the selected box or wall away",
-      kind !== "box" && kind !== "wall",
-    ],
-  ];
-  const choices: Choice[] = stage
-    ? [
-        {
-          icon: icons.LocateFixed,
-          label: "Follow",
-          title: "Keep the selected robot in the middle",
-          isOn: stage.followed.value !== null,
-          act: (isOn) => stage.follow(isOn ? stage.chosen : null),
-        },
-        {
-          icon: icons.Radar,
-          label: "Rays",
-          title: "Show what the infrared sensors see",
-          isOn: hasRays.value,
-          act: (isOn) => (hasRays.value = isOn),
-        },
-        {
-          icon: icons.Route,
-          label: "Trails",
-          title: "Show where the robots have been",
-          isOn: stage.hasTrails.value,
-          act: (isOn) => (stage.hasTrails.value = isOn),
-        },
-      ]
-    : [];
+    canDelete = ["box", "wall"].includes(world.selected.value?.kind ?? "");
   return (
     <div class="world-tools" inert={!world.isLive.value}>
       {stage && !stage.isFlat && (
         <div class="group" role="radiogroup" aria-label="camera">
-          {MODES.map(([name, label, icon]) => (
-            <Toggle
-              key={name}
-              of="camera"
-              {...{ label, icon }}
-              isOn={stage.mode.value === name}
-              act={() => (stage.mode.value = mode.value = name)}
-            />
-          ))}
+          {MODES.map((each) => {
+            const [label, icon] = CAMERAS[each],
+              turn = () => (stage.mode.value = mode.value = each);
+            return toggle(icon, label, stage.mode.value === each, turn, label, "camera");
+          })}
+        </div>
+      )}
+      {stage && (
+        <div class="group">
+          {toggle(
+            icons.LocateFixed,
+            "Follow",
+            stage.followed.value !== null,
+            (isOn) => stage.follow(isOn ? stage.chosen : null),
+            "Keep the selected robot in the middle",
+          )}
+          {toggle(
+            icons.Radar,
+            "Rays",
+            hasRays.value,
+            (isOn) => (hasRays.value = isOn),
+            "What the infrared sensors see",
+          )}
+          {toggle(
+            icons.Route,
+            "Trails",
+            stage.hasTrails.value,
+            (isOn) => (stage.hasTrails.value = isOn),
+            "Where the robots have been",
+          )}
         </div>
       )}
       <div class="group">
-        {choices.map((each) => (
-          <Toggle key={each.label} {...each} />
-        ))}
-      </div>
-      <div class="group">
-        {speed && time.map(button)}
-        {speed && <Speed world={world} orders={orders} />}
+        {speed && (
+          <>
+            {paused
+              ? tool(icons.Play, "Continue world", () => orders.send({ do: "resume" }))
+              : tool(icons.Pause, "Pause world", () => orders.send({ do: "pause" }), `Pause world: ${PAUSE}`)}
+            {tool(
+              icons.StepForward,
+              "Step",
+              () => orders.send({ do: "step", seconds: STEP }),
+              `Go on by ${STEP} s; only while paused`,
+              !paused,
+            )}
+            <Speed world={world} orders={orders} />
+          </>
+        )}
         <Time world={world} />
       </div>
       <span class="fill" />
       <div class="group">
-        {edit && things.map(button)}
-        {save && button([icons.Save, "Save …", () => keep(world), "Save this world as a file"])}
+        {edit && tool(icons.PackagePlus, "Add a box", () => stage && orders.add("box", stage.middle))}
+        {edit && tool(icons.BrickWall, "Add a wall", () => stage && orders.add("wall", stage.middle))}
+        {edit && tool(icons.Trash2, "Delete", () => orders.remove(), "Take the selected box or wall away", !canDelete)}
+        {save && tool(icons.Save, "Save …", () => keep(world), "Save this world as a file")}
         <Button
           weight="quiet"
           icon={icons.PanelRight}

@@ -1,7 +1,7 @@
 // What a page asks of a virtual world, and what the world says to that.
 import { signal } from "@preact/signals";
 import type { Asked } from "../messages";
-import { reason, request, type Reply } from "../store";
+import { can, reason, request, type Reply } from "../store";
 import type { Order, World } from "./scene";
 
 const PACE = 40; // ms between two orders of a kind
@@ -16,6 +16,10 @@ export class Orders {
   private timer = 0;
 
   constructor(private readonly world: World) {}
+
+  get mayEdit() {
+    return can().edit && this.world.isLive.value;
+  }
 
   /** Ask for a change; null if one of its kind is under way. Of several only the newest waits: a drag makes many. */
   async act(order: Order) {
@@ -46,6 +50,7 @@ export class Orders {
 
   /** Put a box or a wall where there is room, as near to a place as can be. */
   async add(kind: "box" | "wall", [middleX, middleY]: [number, number]) {
+    if (!this.mayEdit) return;
     const half = kind === "box" ? BOX / 2 : WALL / 2;
     let reply: Reply = null;
     for (let turn = 0; turn < TRIALS; turn++) {
@@ -62,10 +67,9 @@ export class Orders {
 
   remove() {
     const thing = this.world.selected.value;
-    if (thing?.kind !== "box" && thing?.kind !== "wall") return;
+    if ((thing?.kind !== "box" && thing?.kind !== "wall") || !this.mayEdit) return;
+    const { kind, index } = thing;
     this.world.select(null);
-    return this.send(
-      thing.kind === "box" ? { do: "remove_box", box: thing.index } : { do: "remove_wall", wall: thing.index },
-    );
+    return this.send(kind === "box" ? { do: "remove_box", box: index } : { do: "remove_wall", wall: index });
   }
 }
