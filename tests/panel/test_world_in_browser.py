@@ -20,7 +20,7 @@ from shared import needs_page, until
 pytestmark = [needs_browser, pytest.mark.long, pytest.mark.asyncio(loop_scope="module"), needs_page]
 
 SIZE = 1440, 900
-STAGE = "document.querySelector('canvas[role=application]').stage"
+STAGE = "document.querySelector('canvas[role=application]')?.stage"
 """Where the page draws the world."""
 WORLD = "elib.worldOf()"
 """What the page knows of the world."""
@@ -41,6 +41,14 @@ HELD_BACK = """
     window.refuse = () => held.forEach((each) => each());
 """
 """Lets what the page asks of a link wait, and refuses it when the test says so."""
+NO_WEBGL = """
+    for (const { prototype } of [HTMLCanvasElement, OffscreenCanvas]) {
+        const real = prototype.getContext;
+        prototype.getContext = function (kind, ...all) {
+            return kind.includes("webgl") ? null : real.call(this, kind, ...all);
+        };
+    }
+"""
 MET = """
     (() => {
         const canvas = document.querySelector(".path canvas"), { width, height } = canvas,
@@ -96,7 +104,7 @@ async def tab(rig, open_page) -> AsyncIterator[Tab]:
 
 async def shows_world(tab: Tab) -> None:
     """Wait until a world with its robots is on the screen."""
-    await tab.until(f"window.elib && {NUMBER} > 2 && {STAGE.replace(').', ')?.')}?.drawn > 2")
+    await tab.until(f"window.elib && {NUMBER} > 2 && {STAGE}?.drawn > 0")
 
 
 async def from_above(tab: Tab) -> None:
@@ -111,7 +119,7 @@ async def pixel(tab: Tab, x: float, y: float) -> tuple[int, ...]:
         f"(() => {{ const stage = {STAGE}, copy = document.createElement('canvas'); stage.draw();"
         f" const [left, top] = stage.toPixel({x}, {y}), pen = copy.getContext('2d');"
         " copy.width = copy.height = 1; pen.imageSmoothingEnabled = false;"
-        " const shown = document.querySelector('canvas.world-picture');"
+        " const shown = document.querySelector('canvas.world-picture') ?? stage.canvas;"
         " pen.drawImage(shown, -Math.floor(left), -Math.floor(top), stage.width, stage.height);"
         " return [...pen.getImageData(0, 0, 1, 1).data]; })()"
     )
@@ -371,6 +379,18 @@ async def test_the_camera_goes_around_the_world_and_looks_through_that_of_a_robo
     seen = f"{STAGE}.toPixel"
     assert await tab.run(f"{seen}(0.9, 0.7)[0] > {middle} && {seen}(0.7, 0.7)[0] < {middle}")
     assert await tab.run(f"{seen}(0.8, 0.4)[2]") == 0
+
+
+async def test_a_browser_without_webgl_shows_the_world_from_above(rig, open_page):
+    async with visiting(open_page, "about:blank") as tab:
+        await tab.call("Page.addScriptToEvaluateOnNewDocument", source=NO_WEBGL)
+        await tab.go(rig.url)
+        await shows_world(tab)
+        assert await tab.run(f"{named('camera')} === null && !document.querySelector('.world-picture')")
+        assert await pixel(tab, 0.4 + 0.1 * 0.037, 0.4) == NOSE
+        assert await pixel(tab, 0.97, 0.2) == (0xD0, 0x40, 0x30)
+        await drag(tab, (0.4, 0.4), (0.3, 0.2))
+        await until(lambda: is_at(rig.control.world.pose(0), 0.3, 0.2))
 
 
 async def test_the_clock_is_stopped_stepped_and_changed_in_speed(rig, tab):

@@ -65,12 +65,13 @@ let judged = 0; // pictures that went into it
 /** The renderer, for pictures of that size; an error where the browser has no WebGL. */
 function rendererOf(width: number, height: number) {
   if (!renderer) {
-    const probe = document.createElement("canvas").getContext("webgl2"),
-      names = probe?.getExtension("WEBGL_debug_renderer_info"),
+    const probe = document.createElement("canvas").getContext("webgl2");
+    if (!probe) throw new Error("this browser has no WebGL");
+    const names = probe.getExtension("WEBGL_debug_renderer_info"),
       isSoftware = /swiftshader|llvmpipe|softpipe|basic render/i.test(
-        names ? probe!.getParameter(names.UNMASKED_RENDERER_WEBGL) : "",
+        names ? probe.getParameter(names.UNMASKED_RENDERER_WEBGL) : "",
       );
-    probe?.getExtension("WEBGL_lose_context")?.loseContext();
+    probe.getExtension("WEBGL_lose_context")?.loseContext();
     renderer = new three.WebGLRenderer({ canvas: drawn, antialias: !isSoftware, powerPreference: "high-performance" });
     renderer.localClippingEnabled = true;
     renderer.shadowMap.type = three.PCFShadowMap;
