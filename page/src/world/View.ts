@@ -360,9 +360,13 @@ export class View extends Stage {
       [far, near] = [this.colour("ray-far"), this.colour("ray")];
     trails.begin(paths.reduce((sum, { length }) => sum + length, 0));
     paths.forEach((path, robot) => {
-      const hue = new three.Color(this.hue(robot)),
-        end = (k: number) => [...path[k], 0.004, 0.2 + (0.75 * k) / path.length];
-      for (let k = 1; k < path.length; k++) trails.strip(end(k - 1), end(k), hue);
+      const hue = new three.Color(this.hue(robot));
+      let last: number[] | null = null;
+      path.forEach(([x, y], k) => {
+        const end = [x, y, 0.004, 0.2 + (0.75 * k) / path.length];
+        if (last) trails.strip(last, end, hue);
+        last = end;
+      });
     });
     trails.end();
     rays.begin(found.length / 5);
