@@ -85,8 +85,8 @@ export function Details({ world, orders, turn }: Props) {
       </select>
       <dl>
         {facts(world, readings).map(([name, text]) => (
-          <div key={name}>
-            <dt>{name}</dt>
+          <div key={name} class="row">
+            <dt class="fill hint">{name}</dt>
             <dd>{text}</dd>
           </div>
         ))}

@@ -123,7 +123,7 @@ export function World({ world, of }: { world: Model; of: string }) {
           {orders.current.said.value}
         </p>
         {hasDetails.value && (
-          <aside class="world-detail" id="world-detail" aria-label="what is selected">
+          <aside class="card stack world-detail" id="world-detail" aria-label="what is selected">
             <Button weight="quiet" icon={icons.X} label="close the details" act={() => (hasDetails.value = false)} />
             <Details key={selected?.key} world={world} orders={orders.current} turn={(by) => hand.value?.turn(by)} />
             {!selected && can().edit && <p class="hint">{`Keys: ${KEYS}`}</p>}
@@ -141,7 +141,7 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
   return (
     <div class="world-tools" inert={!world.isLive.value}>
       {stage && !stage.isFlat && (
-        <div class="group" role="radiogroup" aria-label="camera">
+        <div class="row group" role="radiogroup" aria-label="camera">
           {MODES.map((each) => {
             const [label, icon] = CAMERAS[each],
               turn = () => (stage.mode.value = mode.value = each);
@@ -150,7 +150,7 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
         </div>
       )}
       {stage && (
-        <div class="group">
+        <div class="row group">
           {toggle(
             icons.LocateFixed,
             "Follow",
@@ -174,7 +174,7 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
           )}
         </div>
       )}
-      <div class="group">
+      <div class="row group">
         {speed && (
           <>
             {paused
@@ -193,7 +193,7 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
         <Time world={world} />
       </div>
       <span class="fill" />
-      <div class="group">
+      <div class="row group">
         {edit && tool(icons.PackagePlus, "Add a box", () => stage && orders.add("box", stage.middle))}
         {edit && tool(icons.BrickWall, "Add a wall", () => stage && orders.add("wall", stage.middle))}
         {edit && tool(icons.Trash2, "Delete", () => orders.remove(), "Take the selected box or wall away", !canDelete)}
@@ -235,7 +235,7 @@ function Time({ world }: { world: Model }) {
     { ratio } = world,
     isSlow = ratio !== null && !paused && ratio < 0.85 * speed,
     note = paused ? " paused" : isSlow ? ` only × ${ratio.toFixed(1)}` : "";
-  return <output class="time">{world.isLive.value ? `${time.toFixed(1)} s${note}` : "disconnected"}</output>;
+  return <output class="time small">{world.isLive.value ? `${time.toFixed(1)} s${note}` : "disconnected"}</output>;
 }
 
 async function keep(world: Model) {
