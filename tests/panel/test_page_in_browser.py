@@ -98,6 +98,8 @@ async def test_a_robot_that_is_not_there_is_looked_at_by_the_doctor(visitor, fol
     await visitor.tab.until("!!document.querySelector('.doctor li.failed')")
     assert await visitor.tab.run("document.querySelector('.trouble > p').textContent.length > 10"), "what to try"
     assert "tcp://127.0.0.1:9" not in remembered(folder), "it was never connected"
+    shown = "[!!document.getElementById('stop'), document.querySelectorAll('[role=tab][aria-selected=true]').length]"
+    assert await visitor.tab.run(shown) == [False, 1], "nothing can be stopped, and an instrument is open"
 
 
 async def test_the_start_page_offers_robots_that_were_found_and_worlds_with_a_demo_that_runs(visitor, folder):
@@ -225,6 +227,16 @@ async def test_every_control_has_a_name_and_nothing_is_wider_than_the_screen(dri
             "(b => [b.top >= 0, b.bottom <= innerHeight])(document.getElementById('stop').getBoundingClientRect())"
         )
         assert stop == [True, True]
+
+
+async def test_turning_a_phone_keeps_what_is_open(driver):
+    await driver.tab.size(390, 844, phone=True)
+    await driver.press("Charts")
+    for width, height in ((844, 390), (390, 844), (1440, 900)):
+        await driver.tab.size(width, height)
+        await driver.tab.until(f"window.innerWidth === {width}")
+        await driver.tab.until("document.querySelector('[role=tab][aria-selected=true]')?.textContent === 'Charts'")
+        await driver.tab.until("!!document.querySelector('.chart canvas')")
 
 
 # -- charts, pictures and files --

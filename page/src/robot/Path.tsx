@@ -49,6 +49,7 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sket
       Math.max(...ys) + 0.1,
     ],
     scale = Math.min((width - 40) / (right - left), (height - 40) / (high - low));
+  if (Math.min(width, height) < 60) return; // there is no room for a picture
   const at = (x: number, y: number): Point => [
     width / 2 + (x - (left + right) / 2) * scale,
     height / 2 - (y - (low + high) / 2) * scale,
