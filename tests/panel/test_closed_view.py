@@ -221,12 +221,12 @@ async def test_the_teacher_sees_who_drives_and_who_is_stuck_stops_all_and_opens_
         await tab.size(1440, 900)
         await tab.until("window.elib && [1, 2, 3].every((k) => elib.worldOf(k).frame.value?.number > 2)")
         says = "document.querySelector(`.student[aria-label='student {}: {}']`) !== null"
-        await tab.until(says.format(2, "nobody drives"))
+        await tab.until(says.format(2, "no program"))
         async with elib.open(two.urls) as robot:
             await robot.set_speed(1, 1)  # to the wall, and on
             await tab.until(says.format(2, "a program drives"))
             await tab.until(says.format(2, "stuck"))
-            assert await tab.run(says.format(3, "nobody drives"))
+            assert await tab.run(says.format(3, "no program"))
         for word, is_paused in (("STOP ALL", "true"), ("Go on", "false")):
             await tab.run(f"[...document.querySelectorAll('button')].find((b) => b.innerText === {word!r}).click()")
             await tab.until(f"[1, 2, 3].every((k) => elib.worldOf(k).clock.value.paused === {is_paused})")

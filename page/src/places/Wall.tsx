@@ -17,7 +17,7 @@ const WORDS: Record<State, string> = {
   drives: "a program drives",
   stuck: "stuck",
   cut: "link cut",
-  free: "nobody drives",
+  free: "no program",
 };
 
 /** How the students are, by their numbers, which are the channels of their worlds, too. */

@@ -56,7 +56,7 @@ export function Status({ robot }: { robot: Robot }) {
           {typeof raw === "number" && percent !== null && (
             <span title={`${number(Number(volts), 2)} V`}>battery {number(Number(percent))} %</span>
           )}
-          {answers && median <= SLOW && <span>{answers}</span>}
+          {answers && median <= SLOW && !isPhone() && <span>{answers}</span>}
         </span>
         {can().connect && (
           <>
