@@ -58,7 +58,7 @@ N := 20
 steady: setup ## Run `make test` N times beside two busy loops, to find tests that are not steady
 	@$(BIN)/python tests/steady.py $(N) $(if $(SEED),--seed $(SEED))
 
-check: $(READY) $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, format, types, layers and generated pages
+check: setup $(if $(shell command -v npm 2>/dev/null),check-js) ## Lint, format, types, layers and generated pages
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
