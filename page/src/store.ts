@@ -77,7 +77,7 @@ export class Robot {
     }
     const { left, right } = tick.drive;
     this.history.push({
-      time: tick.time ?? 0,
+      time: tick.time,
       values,
       latency: tick.link?.median ?? null,
       wheels: [left ?? 0, right ?? 0],
