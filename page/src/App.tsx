@@ -31,7 +31,14 @@ function Tab({
     if (isOpen) link.current?.scrollIntoView({ block: "nearest", inline: "center" }); // of twenty robots, some are out of sight
   }, [isOpen]);
   return (
-    <a ref={link} class="place" href={to} title={title} aria-label={label} aria-current={isOpen ? "page" : undefined}>
+    <a
+      ref={link}
+      class="button place"
+      href={to}
+      title={title}
+      aria-label={label}
+      aria-current={isOpen ? "page" : undefined}
+    >
       {children}
     </a>
   );
@@ -40,8 +47,8 @@ function Tab({
 function Header() {
   const { kind, robot } = place.value;
   return (
-    <header class="bar">
-      <a class="brand" href="#/" aria-label="elib">
+    <header class="bar row">
+      <a class="brand row" href="#/" aria-label="elib">
         <img src="/icon.svg" alt="" width={22} height={22} />
         <b>elib</b>
       </a>
@@ -75,7 +82,7 @@ function Header() {
 }
 
 function Place() {
-  if (!hello.value) return <p class="opening">Connecting …</p>;
+  if (!hello.value) return <p class="opening hint">Connecting …</p>;
   const { kind, robot } = place.value;
   if (kind === "start") return <Start />;
   return kind === "robot" ? <Robot key={robot} id={robot} /> : <All />;
@@ -86,19 +93,19 @@ export function App() {
     <>
       <Header />
       {isSilent.value && (
-        <p class="silence" role="alert">
+        <p class="silence alarm" role="alert">
           The program does not answer. What is shown is old.
         </p>
       )}
       <main>
         <Place />
       </main>
-      <div class="toasts" role="status" aria-live="polite">
+      <div class="toasts stack" role="status" aria-live="polite">
         {toasts.value.map(({ id, text }) => (
-          <div class="toast" role="alert" key={id}>
+          <p class="toast alarm row" role="alert" key={id}>
             <span class="fill">{text}</span>
             <Button weight="quiet" icon={X} label="close" act={() => closeToast(id)} />
-          </div>
+          </p>
         ))}
       </div>
       <Dialog stop={stop} />

@@ -11,5 +11,5 @@ export function Code({ text, label }: { text: string; label: string }) {
       view = import("./codeMirror").then(({ reader }) => reader(root, text, label));
     return () => void view.then((made) => made.destroy());
   }, [text]);
-  return <div class="code" ref={box} data-keys="" />;
+  return <div class="code well" ref={box} data-keys="" />;
 }

@@ -18,7 +18,7 @@ export function Copy({ text, label }: { text: string; label: string }) {
     setTimeout(() => (isDone.value = false), 1500);
   };
   return (
-    <div class="copy">
+    <div class="copy well">
       <pre ref={lines}>{text}</pre>
       <Button weight="quiet" icon={isDone.value ? Check : CopyIcon} label={`copy ${label}`} act={copy} />
     </div>

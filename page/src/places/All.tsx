@@ -4,6 +4,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { ArrowLeft } from "lucide";
 import { Button } from "../look/Button";
+import { Select } from "../look/fields";
 import { Icon } from "../look/Icon";
 import { title } from "../look/text";
 import { go, place, student } from "../route";
@@ -16,6 +17,7 @@ import { Wall } from "./Wall";
 import "./All.css";
 
 const keys = () => listed.value.map(({ key }) => key);
+const labelOf = (key: string) => listed.value.find((each) => each.key === key)?.label;
 
 function AllRobots() {
   const behaviours = hello.value!.behaviours.filter(({ elsewhere }) => !elsewhere),
@@ -33,18 +35,13 @@ function AllRobots() {
       </div>
       {can().drive && (
         <div class="row wrap">
-          <select
+          <Select
             class="fill"
             aria-label="behaviour for all robots"
             value={chosen}
-            onChange={({ currentTarget }) => (chosen.value = currentTarget.value)}
-          >
-            {behaviours.map(({ name }) => (
-              <option key={name} value={name}>
-                {title(name)}
-              </option>
-            ))}
-          </select>
+            choices={behaviours.map(({ name }) => [name, title(name)])}
+            choose={(name) => (chosen.value = name)}
+          />
           <Button weight="primary" act={() => ask("behave", { robots: keys(), name: chosen.value })}>
             Start for all
           </Button>
@@ -57,7 +54,7 @@ function AllRobots() {
           <Button act={all("end_behaviour")}>End all</Button>
         </div>
       )}
-      <div class="cards">
+      <div class="cards columns list">
         {listed.value.map(
           (each) => overview.value[each.key] && <Card key={each.key} robot={each} summary={overview.value[each.key]} />,
         )}
@@ -93,28 +90,23 @@ function Worlds({ shown, isClass }: { shown: string; isClass: boolean }) {
   return (
     <div class="all" data-world={world.scene.value ? "yes" : "no"}>
       {world.scene.value && (
-        <section class="stage" aria-label="world">
+        <section class="card stage" aria-label="world">
           <World world={world} of={shown} />
         </section>
       )}
-      <div class="beside">
+      <div class="beside stack">
         {isClass && (
           <a class="row" href="#/all">
             <Icon of={ArrowLeft} /> All students
           </a>
         )}
         {worlds.length > 1 && !isClass && (
-          <select
+          <Select
             aria-label="world that is shown"
             value={shown}
-            onChange={({ currentTarget }) => go(`#/all/${currentTarget.value}`)}
-          >
-            {worlds.map(([key, name]) => (
-              <option key={key} value={key}>
-                {title(name)}, with {listed.value.find((each) => each.key === key)?.label}
-              </option>
-            ))}
-          </select>
+            choices={worlds.map(([key, name]) => [key, `${title(name)}, with ${labelOf(key)}`])}
+            choose={(key) => go(`#/all/${key}`)}
+          />
         )}
         {study && <Study />}
         {listed.value.length > 0 && <AllRobots />}

@@ -52,13 +52,13 @@ export function Card({ robot: { key, label, url }, summary }: { robot: Listed; s
     { phase, phase_text, may_move } = summary,
     told = words(summary);
   return (
-    <article class={`robot-card ${summary.stale ? "stale" : ""}`} aria-label={label}>
+    <article class={`robot-card row ${summary.stale ? "stale" : ""}`} aria-label={label}>
       <Around distances={summary.distances} />
       <div class="fill">
-        <a href={address(key)} title={url}>
+        <a class="short" href={address(key)} title={url}>
           {label}
         </a>
-        <p class="small" data-phase={phase} title={told || phase_text}>
+        <p class="small short" data-phase={phase} title={told || phase_text}>
           {told || (may_move ? "moves" : "stands")}
         </p>
       </div>

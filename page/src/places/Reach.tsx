@@ -3,7 +3,6 @@ import { Copy } from "../look/Copy";
 import type { Reachable } from "../messages";
 import { student } from "../route";
 import { can } from "../store";
-import "./Reach.css";
 
 const program = (url: string) => `import elib
 
@@ -31,16 +30,12 @@ export function Reach({ addresses, student: owner }: { addresses: Reachable[]; s
       {addresses.length > 1 && (
         <>
           <h3>The address of each robot</h3>
-          <dl>
-            {addresses.map(({ name, url }) => (
-              <div key={name} class="row">
-                <dt>{name}</dt>
-                <dd>
-                  <Copy label={`the address of ${name}`} text={url} />
-                </dd>
-              </div>
-            ))}
-          </dl>
+          {addresses.map(({ name, url }) => (
+            <div key={name}>
+              <b>{name}</b>
+              <Copy label={`the address of ${name}`} text={url} />
+            </div>
+          ))}
         </>
       )}
     </section>

@@ -71,7 +71,7 @@ export function Robot({ id }: { id: string }) {
         <Status robot={robot} />
       </section>
       {shows("world") && (
-        <section class="stage" aria-label="world">
+        <section class="card stage" aria-label="world">
           {isThere || wasSeen ? <Stage robot={robot} /> : <Trouble robot={robot} />}
         </section>
       )}
@@ -89,6 +89,7 @@ export function Robot({ id }: { id: string }) {
         {tabs.map(({ name, title, icon }) => (
           <a
             key={name}
+            class="button tab"
             role="tab"
             href={address(id, name)}
             aria-selected={name === chosen.name}
@@ -100,7 +101,7 @@ export function Robot({ id }: { id: string }) {
         ))}
       </nav>
       {open && (
-        <section class="instrument" id="instrument" role="tabpanel" aria-label={open.title}>
+        <section class="card stack instrument" id="instrument" role="tabpanel" aria-label={open.title}>
           {!isPhone() && <h2>{open.title}</h2>}
           <open.Kind key={open.name} robot={robot} />
         </section>

@@ -178,7 +178,7 @@ const picture = (world: string) => `/worlds/${world}.png${isDark() ? "?dark" : "
 function WorldCard({ name, about, robots, firmware }: WorldInfo) {
   const demos = hello.value!.behaviours.filter(({ elsewhere, world }) => !elsewhere && world.split("?")[0] === name);
   return (
-    <article class="card" aria-label={name}>
+    <article class="card stack" aria-label={name}>
       <img src={picture(name)} alt={`${name} from above`} loading="lazy" />
       <div class="row">
         <h3 class="fill">{title(name)}</h3>
@@ -204,9 +204,9 @@ export function Start() {
     look();
   }, []);
   return (
-    <div class="start">
+    <div class="start stack">
       <h1>Which robot do you want to drive?</h1>
-      <div class="first">
+      <div class="first columns">
         <section class="card stack virtual" aria-label="a virtual robot">
           <img src={picture(FIRST)} alt="" />
           <h2>A virtual robot</h2>
@@ -229,7 +229,7 @@ export function Start() {
       </div>
       <section class="stack" aria-label="virtual worlds">
         <h2>More worlds for a virtual robot</h2>
-        <div class="worlds">
+        <div class="worlds columns">
           {hello.value!.worlds.map((world) => (
             <WorldCard key={world.name} {...world} />
           ))}

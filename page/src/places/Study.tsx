@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { inks } from "../look/canvas";
+import { Facts, Select } from "../look/fields";
 import { age, number, title } from "../look/text";
 import { isDark } from "../look/theme";
 import type { StudyAbout, StudyNews } from "../messages";
@@ -15,7 +16,12 @@ const MOST = 2000; // points of a curve: no screen shows more
 const FEW = 12; // of which each is drawn as a point
 const FONT = '12px "Inter Variable"';
 const COMPILING = "The code is compiled first. The first time, this takes a minute or more.";
-const CURVES = ["best", "mean", "middle half", "lowest"];
+const CURVES: [name: string, hue?: string][] = [
+  ["best", "var(--ray)"],
+  ["mean", "var(--trail)"],
+  ["middle half", "color-mix(in srgb, var(--trail) 22%, transparent)"],
+  ["lowest"],
+];
 
 type Generation = StudyNews["generations"][number]; // best, upper quarter, mean, lower quarter, lowest
 
@@ -89,14 +95,17 @@ export function Study({ about }: { about: StudyAbout }) {
     best = bests.at(-1),
     which = Math.min(pointed.value ?? done.length, done.length),
     told = done[which - 1]?.map((value) => number(value, 3)),
+    controllers = bests.map(([from, fitness], k) => [k, `Generation ${from}: ${number(fitness, 3)}`] as const),
     values = told ? [told[0], told[2], `${told[3]} to ${told[1]}`, told[4]] : [];
   return (
     <section class="card stack study" aria-label="study">
       <h2>Study: {title(about.task)}</h2>
       <p>{about.summary}</p>
       <p class="how-far">
-        {outcome ||
-          `${done.length} of ${about.count} generations · ${done.length ? `${age(news?.left ?? 0)} left` : "the first one is being tried out …"}`}
+        <b>
+          {outcome ||
+            `${done.length} of ${about.count} generations · ${done.length ? `${age(news?.left ?? 0)} left` : "the first one is being tried out …"}`}
+        </b>
       </p>
       <progress max={about.count} value={done.length} aria-label="generations done" />
       <p>
@@ -105,29 +114,19 @@ export function Study({ about }: { about: StudyAbout }) {
       <Fitness count={about.count} point={(generation) => (pointed.value = generation)} />
       <div class="legend row wrap small">
         <b>{which > 0 && `Generation ${which}`}</b>
-        {CURVES.map((name, k) => (
-          <span key={name} data-curve={k}>
+        {CURVES.map(([name, hue], k) => (
+          <span key={name} style={hue && { "--hue": hue }}>
             {name} <b>{values[k]}</b>
           </span>
         ))}
       </div>
       <label class="field">
         Who drives
-        <select
+        <Select
           value={String(news?.chosen ?? "")}
-          onChange={({ currentTarget: { value } }) =>
-            ask("choose_controller", { number: value === "" ? null : Number(value) })
-          }
-        >
-          <option value="">Always the best so far</option>
-          {bests
-            .map(([generation, fitness], k) => (
-              <option key={k} value={String(k)}>
-                Generation {generation}: {number(fitness, 3)}
-              </option>
-            ))
-            .reverse()}
-        </select>
+          choices={[["", "Always the best so far"], ...controllers.reverse()]}
+          choose={(value) => ask("choose_controller", { number: value === "" ? null : Number(value) })}
+        />
       </label>
       {news?.shown && (
         <p class="hint">
@@ -136,14 +135,7 @@ export function Study({ about }: { about: StudyAbout }) {
       )}
       <details>
         <summary>Settings</summary>
-        <dl>
-          {Object.entries(about.settings).map(([name, value]) => (
-            <div key={name} class="row">
-              <dt class="hint">{name}</dt>
-              <dd>{value}</dd>
-            </div>
-          ))}
-        </dl>
+        <Facts of={Object.entries(about.settings)} />
       </details>
     </section>
   );

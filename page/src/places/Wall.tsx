@@ -56,9 +56,14 @@ function Tile({ student }: { student: string }) {
     return () => void made.then((stage) => stage?.close());
   }, [student]);
   return (
-    <a class="student" href={`#/all/${student}`} data-state={state} aria-label={`student ${student}: ${WORDS[state]}`}>
+    <a
+      class="card student"
+      href={`#/all/${student}`}
+      data-state={state}
+      aria-label={`student ${student}: ${WORDS[state]}`}
+    >
       <div>
-        <canvas ref={canvas} />
+        <canvas class="over" ref={canvas} />
       </div>
       <span class="row">
         <b>{student}</b>
@@ -95,7 +100,7 @@ export function Wall() {
             </Button>
           ))}
       </div>
-      <div class="students">
+      <div class="students columns">
         {students.map((student) => (
           <Tile key={student} student={student} />
         ))}

@@ -136,7 +136,7 @@ export function Behaviours({ robot }: { robot: Robot }) {
         <>
           {elsewhere && <p class="warn">{`It cannot run here: ${elsewhere}.`}</p>}
           <p class="hint">{`${summary}${world && ` At home in sim://${world}.`}`}</p>
-          <div class="options" ref={form} key={chosen.name}>
+          <div class="options columns" ref={form} key={chosen.name}>
             <Options
               chosen={chosen}
               typed={texts}

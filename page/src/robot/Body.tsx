@@ -71,7 +71,7 @@ function Lamp({ robot, name, kind, command, isOn, colour, x, y, size }: LampProp
       aria-checked={isOn}
       aria-busy={isBusy.value || undefined}
       class={`lamp ${kind}`}
-      style={isOn && lit ? { "--lit": `rgb(${lit})` } : {}}
+      style={{ "--lit": lit ? `rgb(${lit})` : `var(--lit-${kind})` }}
       transform={`translate(${x.toFixed(1)} ${y.toFixed(1)})`}
       onClick={flip}
       onKeyDown={({ key }) => key === "Enter" && flip() /* Space stops the robot */}

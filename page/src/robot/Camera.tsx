@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { Camera as Shutter, Download, Settings } from "lucide";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
+import { Select } from "../look/fields";
 import { Popup } from "../look/Popup";
 import { age, save } from "../look/text";
 import type { CameraSettings, Picture } from "../messages";
@@ -64,17 +65,12 @@ function Fields({ robot }: { robot: Robot }) {
   const list = (label: string, name: "live" | "mode" | "zoom", choices: Choices) => (
     <label class="field">
       {label}
-      <select
+      <Select
         value={String(shown[name])}
         disabled={isOff}
-        onChange={(event) =>
-          set({ [name]: choices.find(([value]) => String(value) === event.currentTarget.value)?.[0] })
-        }
-      >
-        {choices.map(([value, text]) => (
-          <option value={String(value)}>{text}</option>
-        ))}
-      </select>
+        choices={choices.map(([value, text]) => [String(value), text])}
+        choose={(chosen) => set({ [name]: choices.find(([value]) => String(value) === chosen)?.[0] })}
+      />
     </label>
   );
   const size = (label: string, name: "width" | "height") => (
@@ -94,7 +90,7 @@ function Fields({ robot }: { robot: Robot }) {
   );
   const zooms = [...new Set([...(robot.scheme.value?.camera?.zooms ?? ZOOMS), camera?.zoom ?? 1])];
   return (
-    <div class="settings">
+    <div class="settings columns">
       {list("Live", "live", PACES)}
       {camera && ( // over Wi-Fi pictures have one size
         <>
@@ -130,14 +126,14 @@ export function Camera({ robot }: { robot: Robot }) {
     label = `picture of the robot's camera${picture ? `, ${width} by ${height} pixels` : ": none yet"}`;
   return (
     <div class="frame">
-      <canvas ref={canvas} hidden={!picture} class={stale ? "stale" : ""} role="img" aria-label={label} />
+      <canvas ref={canvas} hidden={!picture} class={`over ${stale ? "stale" : ""}`} role="img" aria-label={label} />
       <p class={picture ? "ages" : "none"}>{picture ? about : none}</p>
       {pause > STOP_DELAY && (
         <p class="slow" role="status">
           A picture takes {pause.toFixed(1)} s. A stop waits for it.
         </p>
       )}
-      <div class="tools">
+      <div class="tools stack">
         <Button icon={Shutter} label="Take picture" disabled={isOff} act={() => robot.ask("picture", {})} />
         <Button icon={Download} label="Save PNG" disabled={!picture} act={() => saveLarge(canvas.current!)} />
         <span class="fill" />

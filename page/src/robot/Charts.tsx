@@ -3,6 +3,7 @@ import { signal, useSignal } from "@preact/signals";
 import { Pause, Play, Plus, UnfoldVertical, X, ZoomIn, ZoomOut } from "lucide";
 import { useMemo, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
+import { Check, Select } from "../look/fields";
 import { DIGITS, number, save } from "../look/text";
 import type { Moment, Robot } from "../store";
 import { columns, Plot, ROUND_TRIP, WHEELS, type Choice } from "./Plot";
@@ -48,18 +49,15 @@ function Chart({ robot, chart, remove }: { robot: Robot; chart: ReturnType<typeo
     box.current!.querySelector("canvas")!.toBlob((blob) => blob && save(blob, `${what.name}.png`));
   const choose = (chosen: string) => ((name.value = chosen), (hidden.value = []));
   return (
-    <section class="chart" ref={box} aria-label={`chart: ${what.title}`}>
+    <section class="stack chart" ref={box} aria-label={`chart: ${what.title}`}>
       <div class="row">
-        <select
+        <Select
           class="fill"
           aria-label="what the chart shows"
           value={what.name}
-          onChange={({ currentTarget }) => choose(currentTarget.value)}
-        >
-          {choices.map((each) => (
-            <option value={each.name}>{each.title}</option>
-          ))}
-        </select>
+          choices={choices.map(({ name, title }) => [name, title])}
+          choose={choose}
+        />
         <Button weight="quiet" title="save what is shown as a table" act={saveTable}>
           CSV
         </Button>
@@ -80,17 +78,16 @@ function Chart({ robot, chart, remove }: { robot: Robot; chart: ReturnType<typeo
         {...{ what, data, span: span.value, isFitted: isFitted.value, hidden: hidden.value }}
         point={(at) => (row.value = at)}
       />
-      <div class="curves">
+      <div class="curves columns">
         {what.labels.map((label, k) => {
           const value = data.values[k].at(row.value ?? -1) ?? null,
             text = number(value, DIGITS[what.units[k]] ?? (Number.isInteger(value) ? 0 : 2)),
             toggle = () => (hidden.value = toggled(hidden.value, k));
           return (
-            <label class="check" style={{ "--hue": `var(--curve-${k % 8})` }}>
-              <input type="checkbox" checked={!hidden.value.includes(k)} onChange={toggle} />
-              <span class="fill">{label || what.title}</span>
+            <Check style={{ "--hue": `var(--curve-${k % 8})` }} isOn={!hidden.value.includes(k)} act={toggle}>
+              <span class="fill short">{label || what.title}</span>
               <output>{`${text} ${what.unit ? "" : what.units[k]}`}</output>
-            </label>
+            </Check>
           );
         })}
       </div>
@@ -108,7 +105,7 @@ export function Charts({ robot }: { robot: Robot }) {
   };
   const pause = () => (paused.value = paused.value ? null : robot.history.slice());
   return (
-    <div class="charts" onWheel={wheel}>
+    <div class="stack charts" onWheel={wheel}>
       <div class="row">
         <Button icon={paused.value ? Play : Pause} act={pause}>
           {paused.value ? "Continue charts" : "Pause charts"}

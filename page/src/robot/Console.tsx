@@ -96,9 +96,9 @@ export function Console({ robot }: { robot: Robot }) {
           <Icon of={CornerDownLeft} /> Send
         </button>
       </form>
-      <ul role="listbox" id="console-choices" aria-label="completions">
+      <ul role="listbox" class="row wrap" id="console-choices" aria-label="completions">
         {choices.slice(0, 12).map((each) => (
-          <li role="option" onClick={() => fill(`${each} `)}>
+          <li role="option" class="chip" onClick={() => fill(`${each} `)}>
             {each}
           </li>
         ))}

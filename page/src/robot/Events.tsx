@@ -3,6 +3,7 @@ import { signal } from "@preact/signals";
 import { Eraser } from "lucide";
 import { useMemo } from "preact/hooks";
 import { Button } from "../look/Button";
+import { Check } from "../look/fields";
 import type { Line } from "../messages";
 import { hello, type Robot } from "../store";
 import { kept, toggled } from "./kept";
@@ -66,14 +67,13 @@ export function Events({ robot }: { robot: Robot }) {
         {Object.entries(titles).map(
           ([kind, title]) =>
             lines.some((line) => line.kind === kind) && (
-              <label class="check small">
-                <input
-                  type="checkbox"
-                  checked={!hidden.value.includes(kind)}
-                  onChange={() => (hidden.value = toggled(hidden.value, kind))}
-                />
+              <Check
+                class="small"
+                isOn={!hidden.value.includes(kind)}
+                act={() => (hidden.value = toggled(hidden.value, kind))}
+              >
                 {title}
-              </label>
+              </Check>
             ),
         )}
       </div>

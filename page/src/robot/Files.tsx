@@ -30,7 +30,7 @@ function Writing({ robot, kind, free = "", look }: Props) {
     begins = "It begins when the robot is connected.",
     state = ["connected", "gap"].includes(phase) ? `The file is being written${size}.` : begins;
   return (
-    <section aria-label={kind}>
+    <section class="stack" aria-label={kind}>
       <h3>{kind === "log" ? "Log" : "Recording"}</h3>
       <p class="hint">{ABOUT[kind]}</p>
       <div class="row">
@@ -66,7 +66,7 @@ export function Files({ robot }: { robot: Robot }) {
     <div class="stack files">
       <Writing {...{ robot, look }} kind="log" free={log} />
       <Writing {...{ robot, look }} kind="recording" free={recording} />
-      <section aria-label="recordings">
+      <section class="stack" aria-label="recordings">
         <div class="row">
           <h3 class="fill">Play a recording</h3>
           <Button weight="quiet" icon={RotateCw} label="Look again" act={look} />

@@ -9,7 +9,7 @@ export function Lines({ label, news, children }: { label: string; news?: unknown
     if (news) box.current!.scrollTop = box.current!.scrollHeight;
   }, [news]);
   return (
-    <div class="lines" ref={box} tabIndex={0} role="log" aria-label={label} data-keys="">
+    <div class="lines well" ref={box} tabIndex={0} role="log" aria-label={label} data-keys="">
       {children}
     </div>
   );

@@ -1,6 +1,7 @@
 // How good the link is: how long answers take, and what was lost.
 import { CircleCheck, TriangleAlert, Unplug } from "lucide";
 import { useMemo } from "preact/hooks";
+import { Facts } from "../look/fields";
 import { Icon } from "../look/Icon";
 import { age, milliseconds, number } from "../look/text";
 import type { LinkStats } from "../messages";
@@ -46,14 +47,7 @@ export function Link({ robot }: { robot: Robot }) {
       </p>
       <h3>Time to an answer</h3>
       <Plot what={ROUND_TRIP} data={data} span={SPAN} />
-      <dl>
-        {[["Firmware", robot.scheme.value?.firmware || "?"], ...(link ? rows(link) : [])].map(([title, value]) => (
-          <div class="row">
-            <dt class="fill">{title}</dt>
-            <dd>{value}</dd>
-          </div>
-        ))}
-      </dl>
+      <Facts class="list small" of={[["Firmware", robot.scheme.value?.firmware || "?"], ...(link ? rows(link) : [])]} />
     </div>
   );
 }

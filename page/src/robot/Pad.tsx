@@ -4,6 +4,7 @@ import { SlidersHorizontal } from "lucide";
 import { useEffect, useId, useMemo } from "preact/hooks";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
+import { Check } from "../look/fields";
 import { arrowsMove } from "../look/keys";
 import { Popup } from "../look/Popup";
 import { number } from "../look/text";
@@ -80,10 +81,9 @@ function Sliders({ hands, isOff }: { hands: Hands; isOff: boolean }) {
           </label>
         );
       })}
-      <label class="check">
-        <input type="checkbox" disabled={isOff} onInput={() => (stays.value = !stays.value)} />
+      <Check disabled={isOff} isOn={stays.value} act={(isOn) => (stays.value = isOn)}>
         Sliders stay where I put them
-      </label>
+      </Check>
     </>
   );
 }

@@ -85,7 +85,7 @@ function Tile({ about, reading, converted }: Props) {
           ? "no value"
           : "";
   return (
-    <section class={`tile ${isWide ? "wide" : ""} ${stale ? "stale" : ""}`} aria-label={title}>
+    <section class={`tile well ${isWide ? "wide" : ""} ${stale ? "stale" : ""}`} aria-label={title}>
       <h3 class="row">
         {isRing ? `${title}, ${units[0]}` : title} <span class="fill" />
         <span class="hint age">{note}</span>
@@ -96,7 +96,7 @@ function Tile({ about, reading, converted }: Props) {
             {PICTURES[name](reading, about)}
           </svg>
         )}
-        <div class={isRing ? "values ring" : "values"}>
+        <div class={isRing ? "fill values ring columns" : "fill values"}>
           {!isKeyless &&
             labels.slice(0, values?.length).map((label, k) => {
               const [text, unit, raw] = written(
@@ -140,7 +140,7 @@ export function Sensors({ robot }: { robot: Robot }) {
     <>
       <Body robot={robot} sensors />
       <p class="hint">Around it: infrared light, in counts and cm. Inner ring: light. Click an LED to switch it.</p>
-      <div class="instruments">
+      <div class="instruments columns">
         {instruments
           .filter((each) => !each.absent)
           .map((each) => (

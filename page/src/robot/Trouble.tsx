@@ -53,7 +53,7 @@ export function Trouble({ robot }: { robot: Robot }) {
       )}
       {!doctor && phase === "failed" && <p class="hint">Looking for the cause …</p>}
       {doctor && <p class="hint">What was checked:</p>}
-      <ul class="doctor">
+      <ul class="doctor list">
         {steps.map(({ name, state, detail, fix }) => {
           const [icon, word, kind] = MARKS[state];
           return (

@@ -1,10 +1,11 @@
 // What is known of the selected thing, or of the whole world, and what can be switched there.
-import { signal } from "@preact/signals";
+import { signal, useSignal } from "@preact/signals";
 import { RotateCcw, RotateCw } from "lucide";
 import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
 import type { LinkFaults, Readings } from "../messages";
 import { Button } from "../look/Button";
+import { Check, Facts, Select } from "../look/fields";
 import { milliseconds, number } from "../look/text";
 import { can } from "../store";
 import type { Orders } from "./orders";
@@ -12,6 +13,7 @@ import { degrees, TOUCHING, type Order, type World } from "./scene";
 
 const SIDES = "front right,diagonal right,right,rear right,rear left,left,diagonal left,front left".split(",");
 const REMOTE = ["sound", "", "forward", "", "left", "stop", "right", "", "back", ""]; // what the e-puck1 does at a key
+const POSITIONS = Array.from({ length: 16 }, (_, position) => [position, position] as const); // of the selector
 const DARK = 4095; // counts of a light sensor without any light
 const TURN = Math.PI / 12;
 const NEWER = 5; // frames after an answer until readings are surely of after it
@@ -73,24 +75,13 @@ export function Details({ world, orders, turn }: Props) {
   const [of, actual, order] = sliders[kind ?? ""] ?? [];
   return (
     <>
-      <select
+      <Select
         aria-label="thing in the world"
         value={key}
-        onChange={({ currentTarget: { value } }) => world.select(world.find(value))}
-      >
-        <option value="">whole world</option>
-        {world.all().map(({ key, name }) => (
-          <option key={key} value={key} children={name} />
-        ))}
-      </select>
-      <dl>
-        {facts(world, readings).map(([name, text]) => (
-          <div key={name} class="row">
-            <dt class="fill hint">{name}</dt>
-            <dd>{text}</dd>
-          </div>
-        ))}
-      </dl>
+        choices={[["", "whole world"], ...world.all().map(({ key, name }) => [key, name] as const)]}
+        choose={(chosen) => world.select(world.find(chosen))}
+      />
+      <Facts of={facts(world, readings)} />
       {can().edit && ["robot", "box", "wall"].includes(kind ?? "") && (
         <div class="row">
           <Button icon={RotateCcw} aria-label="turn left by 15 degrees" act={() => turn(TURN)} children="15°" />
@@ -213,7 +204,9 @@ function Link({ orders, held, readings: { link, base } = {} as Readings, robot }
   const cut = (isOn: boolean) => held.ask("cut", isOn, { do: isOn ? "cut" : "mend", robot });
   return (
     <Group title="Link of this robot">
-      <Check id="world-link" label="Cut the link" isOn={isCut} act={cut} />
+      <Check id="world-link" role="switch" isOn={isCut} act={cut}>
+        Cut the link
+      </Check>
       {FAULTS.map((fault) => (
         <Slider
           key={fault[0]}
@@ -229,50 +222,32 @@ function Link({ orders, held, readings: { link, base } = {} as Readings, robot }
 
 /** What a hand can do to the robot itself. */
 function Hands({ orders, held, readings, robot }: OfRobot) {
-  const key = useRef<HTMLSelectElement>(null),
+  const key = useSignal("0"),
     turn = (position: number) => held.ask("selector", position, { do: "turn_selector", robot, position }),
     hold = (pressed: boolean) => held.ask("button", pressed, { do: "press_button", robot, pressed }),
-    press = () => orders.send({ do: "press_remote", robot, key: Number(key.current!.value) });
+    press = () => orders.send({ do: "press_remote", robot, key: Number(key.value) });
   const selector = held.shown("selector", readings?.selector ?? 0);
   return (
     <Group title="Robot's controls">
       <label class="row">
         <span class="fill">Selector</span>
-        <select id="world-selector" value={selector} onChange={({ currentTarget: { value } }) => turn(Number(value))}>
-          {Array.from({ length: 16 }, (_, position) => (
-            <option key={position}>{position}</option>
-          ))}
-        </select>
+        <Select id="world-selector" value={selector} choices={POSITIONS} choose={(value) => turn(Number(value))} />
       </label>
       <div class="row">
         <span class="fill">Remote control</span>
-        <select ref={key} aria-label="key of the remote control">
-          {REMOTE.map((what, number) => (
-            <option key={number} value={number} children={`${number} ${what}`} />
-          ))}
-        </select>
+        <Select
+          aria-label="key of the remote control"
+          value={key}
+          choices={REMOTE.map((what, number) => [number, `${number} ${what}`])}
+          choose={(chosen) => (key.value = chosen)}
+        />
         <Button act={press}>Press</Button>
       </div>
       {typeof readings?.button === "boolean" && (
-        <Check
-          id="world-button"
-          label="User button held down"
-          isOn={held.shown("button", readings.button)}
-          act={hold}
-        />
+        <Check id="world-button" role="switch" isOn={held.shown("button", readings.button)} act={hold}>
+          User button held down
+        </Check>
       )}
     </Group>
-  );
-}
-
-function Check({ id, label, isOn, act }: { id: string; label: string; isOn: boolean; act: (isOn: boolean) => void }) {
-  return (
-    <label class="row">
-      <span class="fill">{label}</span>
-      <input
-        {...{ id, type: "checkbox", role: "switch", checked: isOn }}
-        onChange={(event) => act(event.currentTarget.checked)}
-      />
-    </label>
   );
 }

@@ -153,7 +153,7 @@ export class View extends Stage {
     rendererOf(1, 1); // first of all: where it fails, nothing listens yet
     super(canvas, world);
     robot ??= epuck(hello.value!);
-    this.picture.className = "world-picture";
+    this.picture.className = "world-picture over";
     canvas.before(this.picture);
     this.camera.matrixAutoUpdate = false;
     this.halos.frustumCulled = false;

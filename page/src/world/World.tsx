@@ -4,6 +4,7 @@ import * as icons from "lucide";
 import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
+import { Select } from "../look/fields";
 import { Icon } from "../look/Icon";
 import { arrowsMove } from "../look/keys";
 import { address, go } from "../route";
@@ -43,6 +44,7 @@ const toggle = (
 ) => (
   <label key={label} class="button icon toggle" title={title}>
     <input
+      class="over"
       {...{ type: of ? "radio" : "checkbox", name: of, "aria-label": label, checked: isOn }}
       onChange={({ currentTarget }) => act(currentTarget.checked)}
     />
@@ -103,10 +105,11 @@ export function World({ world, of }: { world: Model; of: string }) {
   // Tell the pad what the arrow keys move while the world has the focus; nothing is the robot of this page.
   useEffect(() => void (arrowsMove.value = moved), [moved]);
   return (
-    <section class="world" aria-label={`world ${world.scene.value?.world ?? ""}`}>
+    <section class="world over" aria-label={`world ${world.scene.value?.world ?? ""}`}>
       <Tools world={world} stage={stage.value} orders={orders.current} />
       <div class="world-view">
         <canvas
+          class="over"
           ref={canvas}
           tabIndex={0}
           role="application"
@@ -215,17 +218,14 @@ function Speed({ world, orders }: { world: Model; orders: Orders }) {
   const { speed, fixed } = world.clock.value,
     speeds = SPEEDS.includes(speed) ? SPEEDS : [...SPEEDS, speed];
   return (
-    <select
+    <Select
       aria-label="speed of the world"
-      value={String(speed)}
+      value={speed}
       disabled={fixed !== ""}
       title={fixed ? `The speed cannot be changed: ${fixed}` : "Programs keep their own time"}
-      onChange={(event) => orders.send({ do: "set_speed", speed: Number(event.currentTarget.value) })}
-    >
-      {speeds.map((each) => (
-        <option key={each} value={String(each)}>{`× ${each}`}</option>
-      ))}
-    </select>
+      choices={speeds.map((each) => [each, `× ${each}`])}
+      choose={(chosen) => orders.send({ do: "set_speed", speed: Number(chosen) })}
+    />
   );
 }
 
