@@ -13,19 +13,9 @@ import { stop, stopped, stops } from "./stop";
 import { can, closeToast, hello, isSilent, listed, toasts } from "./store";
 import "./App.css";
 
-function Tab({
-  to,
-  isOpen,
-  title,
-  label,
-  children,
-}: {
-  to: string;
-  isOpen: boolean;
-  title: string;
-  label?: string;
-  children: preact.ComponentChildren;
-}) {
+type TabProps = { to: string; isOpen: boolean; title: string; label?: string; children: preact.ComponentChildren };
+
+function Tab({ to, isOpen, title, label, children }: TabProps) {
   const link = useRef<HTMLAnchorElement>(null);
   useEffect(() => {
     if (isOpen) link.current?.scrollIntoView({ block: "nearest", inline: "center" }); // of twenty robots, some are out of sight

@@ -96,7 +96,7 @@ async def test_a_robot_is_connected_disconnected_remembered_and_removed(driver, 
 async def test_a_robot_that_is_not_there_is_looked_at_by_the_doctor(visitor, folder):
     await visitor.enter("tcp://127.0.0.1:9")
     await visitor.tab.until("!!document.querySelector('.doctor li.failed')")
-    assert await visitor.tab.run("document.querySelector('.trouble > p').textContent.length > 10"), "what to try"
+    assert await visitor.tab.run("document.querySelector('.trouble .fix').textContent.length > 10"), "what to try"
     assert "tcp://127.0.0.1:9" not in remembered(folder), "it was never connected"
     shown = "[!!document.getElementById('stop'), document.querySelectorAll('[role=tab][aria-selected=true]').length]"
     assert await visitor.tab.run(shown) == [False, 1], "nothing can be stopped, and an instrument is open"

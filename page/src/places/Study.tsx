@@ -1,10 +1,11 @@
 // The study that the page belongs to: the fitness of its generations, how far it is, and which controller drives.
 import { signal, useSignal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
-import uPlot from "uplot";
-import "uplot/dist/uPlot.min.css";
+import { useEffect, useMemo, useRef } from "preact/hooks";
+import type UPlot from "uplot";
+import type { AlignedData } from "uplot";
 import { inks } from "../look/canvas";
 import { Facts, Select } from "../look/fields";
+import { FONT, usePlot, type Options } from "../look/plot";
 import { age, number, title } from "../look/text";
 import { isDark } from "../look/theme";
 import type { StudyAbout, StudyNews } from "../messages";
@@ -14,7 +15,6 @@ import "./Study.css";
 const LEAST = 10; // generations that the axis has room for
 const MOST = 2000; // points of a curve: no screen shows more
 const FEW = 12; // of which each is drawn as a point
-const FONT = '12px "Inter Variable"';
 const COMPILING = "The code is compiled first. The first time, this takes a minute or more.";
 const CURVES: [name: string, hue?: string][] = [
   ["best", "var(--ray)"],
@@ -36,10 +36,13 @@ study.subscribe((news) => {
 /** Best, mean and the band of the middle half over the generations; `point` is told which one the mouse points at. */
 function Fitness({ count, point }: { count: number; point: (generation: number | null) => void }) {
   const box = useRef<HTMLDivElement>(null),
-    plot = useRef<uPlot | null>(null);
-  const done = generations.value,
-    dark = isDark();
-  useEffect(() => {
+    done = generations.value;
+  const data = useMemo(() => {
+    const every = Math.ceil(done.length / MOST) || 1,
+      drawn = done.map((each, k) => [k + 1, each[0], each[2], each[1], each[3]]).filter((_, k) => k % every === 0);
+    return [0, 1, 2, 3, 4].map((row) => drawn.map((each) => each[row])) as AlignedData;
+  }, [done]);
+  const options = (): Options => {
     const { ray, trail, faint, grid } = inks("ray", "trail", "faint", "grid"),
       axis = {
         stroke: faint,
@@ -49,39 +52,21 @@ function Fitness({ count, point }: { count: number; point: (generation: number |
         font: FONT,
         labelFont: FONT,
       },
-      size = () => ({ width: box.current!.clientWidth, height: box.current!.clientHeight }),
-      points = { show: (plot: uPlot) => plot.data[0].length < FEW },
+      points = { show: (plot: UPlot) => plot.data[0].length < FEW },
       edge = { stroke: "transparent", points: { show: false } };
-    const made = new uPlot(
-      {
-        ...size(),
-        legend: { show: false },
-        cursor: { y: false, drag: { x: false } },
-        scales: { x: { time: false, range: (_, __, last) => [1, Math.max(Math.min(LEAST, count), last, 2)] } },
-        axes: [
-          { ...axis, label: "generation", size: 24, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000] },
-          { ...axis, label: "fitness", size: 44 },
-        ],
-        series: [{}, { stroke: ray, width: 2, points }, { stroke: trail, width: 2, points }, edge, edge],
-        bands: [{ series: [3, 4], fill: `color-mix(in srgb, ${trail} 22%, transparent)` }],
-        hooks: { setCursor: [({ cursor, data }) => point(cursor.idx == null ? null : data[0][cursor.idx])] },
-      },
-      [[], [], [], [], []],
-      box.current!,
-    );
-    plot.current = made;
-    const watch = new ResizeObserver(() => made.setSize(size()));
-    watch.observe(box.current!);
-    return () => {
-      watch.disconnect();
-      made.destroy();
+    return {
+      cursor: { y: false, drag: { x: false } },
+      scales: { x: { time: false, range: (_, __, last) => [1, Math.max(Math.min(LEAST, count), last, 2)] } },
+      axes: [
+        { ...axis, label: "generation", size: 24, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000] },
+        { ...axis, label: "fitness", size: 44 },
+      ],
+      series: [{}, { stroke: ray, width: 2, points }, { stroke: trail, width: 2, points }, edge, edge],
+      bands: [{ series: [3, 4], fill: `color-mix(in srgb, ${trail} 22%, transparent)` }],
+      hooks: { setCursor: [({ cursor, data }) => point(cursor.idx == null ? null : data[0][cursor.idx])] },
     };
-  }, [dark, count]);
-  useEffect(() => {
-    const every = Math.ceil(done.length / MOST) || 1,
-      drawn = done.map((each, k) => [k + 1, each[0], each[2], each[1], each[3]]).filter((_, k) => k % every === 0);
-    plot.current?.setData([0, 1, 2, 3, 4].map((row) => drawn.map((each) => each[row])) as uPlot.AlignedData);
-  }, [done, dark, count]);
+  };
+  usePlot(box, options, data, [isDark(), count]);
   const text = `fitness of ${done.length} generations; the newest values stand below`;
   return <div ref={box} class="fitness" role="img" aria-label={text} />;
 }

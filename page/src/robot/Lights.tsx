@@ -7,14 +7,11 @@ import { Body } from "./Body";
 const ALL_LEDS = 8; // the number that means all of them
 const STOP_SOUND = 0;
 
-const hex = (shares: number[]) =>
-  `#${shares
-    .map((share) =>
-      Math.round(2.55 * share)
-        .toString(16)
-        .padStart(2, "0"),
-    )
-    .join("")}`;
+const byte = (share: number) =>
+  Math.round(2.55 * share)
+    .toString(16)
+    .padStart(2, "0");
+const hex = (shares: number[]) => `#${shares.map(byte).join("")}`;
 const shares = (colour: string) =>
   [1, 3, 5].map((at) => Math.round((100 * parseInt(colour.slice(at, at + 2), 16)) / 255) / 100);
 

@@ -1,9 +1,9 @@
-// Curves over time. uPlot draws them, and is loaded when the first ones are shown.
-import { computed, signal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
-import type UPlot from "uplot";
-import "uplot/dist/uPlot.min.css";
+// Curves over time.
+import { computed } from "@preact/signals";
+import { useEffect, useMemo, useRef } from "preact/hooks";
+import type { AlignedData } from "uplot";
 import { inks } from "../look/canvas";
+import { FONT, usePlot, type Options } from "../look/plot";
 import { number } from "../look/text";
 import { isDark } from "../look/theme";
 import type { Instrument } from "../messages";
@@ -24,7 +24,6 @@ const LEAST: Record<string, number> = { counts: 20, "rev/s": 0.1, g: 0.1, ms: 5,
 const GAP = 1; // s without news after which a curve is interrupted
 const SECONDS = [1, 2, 5, 10, 20, 30, 60, 120]; // between two lines
 
-const uPlot = signal<typeof UPlot | null>(null);
 const CURVES = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => `curve-${k}`);
 const ink = computed(() => (isDark(), inks("card", "line", "faint", ...CURVES)));
 
@@ -64,31 +63,19 @@ type Props = {
 export function Plot(props: Props) {
   const { what, data, span, isFitted, hidden } = props;
   const box = useRef<HTMLDivElement>(null),
-    plot = useRef<UPlot>(null),
     now = useRef(props);
   now.current = props;
-  useEffect(() => {
-    if (!uPlot.value) return void import("uplot").then((loaded) => (uPlot.value = loaded.default));
-    const place = box.current!,
-      size = () => ({ width: place.clientWidth, height: place.clientHeight }),
-      made = new uPlot.value({ ...size(), ...options(what, now) }, [[]], place),
-      watch = new ResizeObserver(() => made.setSize(size()));
-    plot.current = made;
-    made.ctx.canvas.ariaHidden = "true"; // what it shows is said by the box
-    watch.observe(place);
-    return () => (watch.disconnect(), made.destroy());
-  }, [uPlot.value]);
+  const aligned = useMemo<AlignedData>(() => [data.times, ...data.values], [data, span, isFitted, hidden, isDark()]),
+    plot = usePlot(box, () => options(what, now), aligned, []);
   useEffect(() => {
     what.labels.forEach((_, k) => plot.current?.setSeries(k + 1, { show: !hidden?.includes(k) }));
-    plot.current?.setData([data.times, ...data.values]);
-  }, [uPlot.value, data, span, isFitted, hidden, isDark()]);
+  }, [plot.current, hidden]);
   return <div class="plot" ref={box} role="img" aria-label={`chart of ${what.title}`} />;
 }
 
-function options(what: Choice, now: { current: Props }): Omit<UPlot.Options, "width" | "height"> {
+function options(what: Choice, now: { current: Props }): Options {
   const line = { stroke: () => ink.value.line, width: 1 },
-    font = "12px Inter Variable, sans-serif",
-    axis = { stroke: () => ink.value.faint, font, labelFont: font, grid: line, ticks: { show: false }, gap: 6 };
+    axis = { stroke: () => ink.value.faint, font: FONT, labelFont: FONT, grid: line, ticks: { show: false }, gap: 6 };
   let seen: [low: number, high: number] | null = null;
   /** The instrument's own ends, unless a person wants what is shown enlarged; otherwise what has been seen so far. */
   const range = (low: number | null, high: number | null): [number, number] => {
@@ -104,7 +91,6 @@ function options(what: Choice, now: { current: Props }): Omit<UPlot.Options, "wi
   const digits = (step: number) => Math.max(0, -Math.floor(Math.log10(step)));
   const ago = (seconds: number) => (seconds ? `${number(seconds)} s` : "now");
   return {
-    legend: { show: false },
     cursor: { y: false, drag: { x: false }, sync: { key: "charts" } },
     hooks: {
       setCursor: [({ cursor }) => now.current.point?.(cursor.idx ?? null)],

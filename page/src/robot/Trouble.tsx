@@ -1,6 +1,6 @@
 // Why a robot is not connected, what was checked, and what to try. It stands where the world would be.
-import { Check, CircleAlert, Copy, Minus, TriangleAlert, type IconNode } from "lucide";
-import { Button } from "../look/Button";
+import { Check, CircleAlert, Minus, TriangleAlert, type IconNode } from "lucide";
+import { Copy } from "../look/Copy";
 import { Icon } from "../look/Icon";
 import type { DiagnosedStep } from "../messages";
 import type { Robot } from "../store";
@@ -14,21 +14,12 @@ const MARKS: Record<DiagnosedStep["state"], [icon: IconNode, word: string, kind:
 
 /** An advice; a command at its end can be copied. */
 function Advice({ text }: { text: string }) {
-  const command = /: (elib .+)$/.exec(text)?.[1];
-  if (!command) return <>{text}</>;
+  const command = /: (elib .+)$/.exec(text)?.[1] ?? "";
   return (
-    <>
-      {text.slice(0, -command.length)}
-      <code>{command}</code>{" "}
-      {navigator.clipboard && ( // browsers copy only on pages of this computer
-        <Button
-          icon={Copy}
-          weight="quiet"
-          label="copy the command"
-          act={() => navigator.clipboard.writeText(command)}
-        />
-      )}
-    </>
+    <div class="fix">
+      <p>Try: {text.slice(0, text.length - command.length)}</p>
+      {command && <Copy text={command} label="the command" />}
+    </div>
   );
 }
 
@@ -46,11 +37,7 @@ export function Trouble({ robot }: { robot: Robot }) {
   return (
     <div class="trouble stack">
       <h2>{error.message}</h2>
-      {error.hint && !steps.some(({ fix }) => fix === error.hint) && (
-        <p>
-          Try: <Advice text={error.hint} />
-        </p>
-      )}
+      {error.hint && !steps.some(({ fix }) => fix === error.hint) && <Advice text={error.hint} />}
       {!doctor && phase === "failed" && <p class="hint">Looking for the cause …</p>}
       {doctor && <p class="hint">What was checked:</p>}
       <ul class="doctor list">
@@ -63,11 +50,7 @@ export function Trouble({ robot }: { robot: Robot }) {
               </span>
               <b>{name}</b>
               {!error.message.endsWith(detail) && <span>{detail}</span>}
-              {fix && (
-                <p class="fix">
-                  Try: <Advice text={fix} />
-                </p>
-              )}
+              {fix && <Advice text={fix} />}
             </li>
           );
         })}
