@@ -3,6 +3,7 @@ import { computed, effect, signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { OctagonX, Play } from "lucide";
 import { Button } from "../look/Button";
+import { stop, stops } from "../stop";
 import { ask, can, subscribe, worldOf, worldsOfRobots } from "../store";
 import { stageOf } from "../world/World";
 import "./Wall.css";
@@ -77,6 +78,10 @@ export function Wall() {
   const students = worldsOfRobots.value.map(([key]) => key),
     count = (state: State) => students.filter((each) => states.value[each] === state).length;
   const all = (what: "pause" | "resume") => () => Promise.all(channels().map((channel) => ask(what, { channel })));
+  useEffect(() => {
+    const before = stops.peek();
+    return stops.subscribe((count) => count > before && can().speed && all("pause")()); // by Space, too
+  }, []);
   return (
     <div class="wall">
       <div class="row wrap">
@@ -94,9 +99,9 @@ export function Wall() {
               weight="stop"
               icon={OctagonX}
               title="All worlds stand still. A program that waits too long for an answer ends with an error."
-              act={all("pause")}
+              act={stop}
             >
-              STOP ALL
+              STOP ALL <kbd>space</kbd>
             </Button>
           ))}
       </div>

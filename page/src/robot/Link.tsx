@@ -47,7 +47,7 @@ export function Link({ robot }: { robot: Robot }) {
       </p>
       <h3>Time to an answer</h3>
       <Plot what={ROUND_TRIP} data={data} span={SPAN} />
-      <Facts class="list small" of={[["Firmware", robot.scheme.value?.firmware || "?"], ...(link ? rows(link) : [])]} />
+      <Facts class="list" of={[["Firmware", robot.scheme.value?.firmware || "?"], ...(link ? rows(link) : [])]} />
     </div>
   );
 }

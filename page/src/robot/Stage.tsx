@@ -6,14 +6,11 @@ import { Path } from "./Path";
 import { Playback } from "./Playback";
 
 export function Stage({ robot }: { robot: Robot }) {
-  const world = useWorld(robot.key);
+  const world = useWorld(robot.key),
+    { world: of = "", index = null } = listed.value.find(({ key }) => key === robot.key) ?? {};
   return (
     <>
-      {world.scene.value ? (
-        <World world={world} of={listed.value.find(({ key }) => key === robot.key)?.world ?? ""} />
-      ) : (
-        <Path robot={robot} />
-      )}
+      {world.scene.value ? <World world={world} of={of} own={index} /> : <Path robot={robot} />}
       {robot.tick.value?.playback && <Playback robot={robot} />}
     </>
   );

@@ -3,13 +3,13 @@ import { signal, useSignal } from "@preact/signals";
 import { RotateCcw, RotateCw } from "lucide";
 import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
-import type { LinkFaults, Readings } from "../messages";
+import { FRAME, type LinkFaults, type Readings } from "../messages";
 import { Button } from "../look/Button";
 import { Check, Facts, Select } from "../look/fields";
 import { milliseconds, number } from "../look/text";
 import { can } from "../store";
 import type { Orders } from "./orders";
-import { degrees, TOUCHING, type Order, type World } from "./scene";
+import { degrees, type Order, type World } from "./scene";
 
 const SIDES = "front right,diagonal right,right,rear right,rear left,left,diagonal left,front left".split(",");
 const REMOTE = ["sound", "", "forward", "", "left", "stop", "right", "", "back", ""]; // what the e-puck1 does at a key
@@ -130,7 +130,7 @@ function facts(world: World, readings?: Readings): [name: string, text: string][
     ["speed", `${number(100 * speeds[2 * index], 1)} cm/s`],
     ["turning", `${number(Math.round((speeds[2 * index + 1] * 180) / Math.PI))} °/s`],
     ["wheel steps", `left ${left}, right ${right}`],
-    ["touches something", (frame.value?.bits[index] ?? 0) & TOUCHING ? "yes" : "no"],
+    ["touches something", (frame.value?.bits[index] ?? 0) & FRAME.touching ? "yes" : "no"],
   ];
 }
 

@@ -1,7 +1,8 @@
 // The world from above on a flat canvas, where the browser has no WebGL. It shows what View shows, plainly.
 import { stepOf } from "../look/canvas";
 import { hello } from "../store";
-import { BODY, FRONT, TOUCHING, type Pose, type World } from "./scene";
+import { FRAME } from "../messages";
+import type { Pose, World } from "./scene";
 import { Stage } from "./Stage";
 
 type Point = [x: number, y: number];
@@ -114,8 +115,8 @@ export class Flat extends Stage {
       { bits, ring } = this.world.frame.value!,
       [c, s] = [radius * Math.cos(heading), radius * Math.sin(heading)],
       place = (ahead: number, left: number): Point => [x + c * ahead - s * left, y + s * ahead + c * left],
-      isLit = bits[k] & BODY;
-    this.disc(x, y, radius, bits[k] & TOUCHING ? "#e2402e" : this.ink("wall"));
+      isLit = bits[k] & FRAME.body;
+    this.disc(x, y, radius, bits[k] & FRAME.touching ? "#e2402e" : this.ink("wall"));
     this.disc(x, y, 0.94 * radius, this.ink("shell"));
     for (const side of [-0.75, 0.75])
       this.shape([place(-0.34, side), place(0.34, side)], "", this.ink("tyre"), 0.18 * radius * this.scale);
@@ -129,6 +130,6 @@ export class Flat extends Stage {
       this.disc(...spot, 0.3 * radius, `rgba(${colour}, 0.28)`);
       this.disc(...spot, 0.15 * radius, `rgb(${colour})`);
     });
-    if (bits[k] & FRONT) this.disc(...place(0.93, -0.34), 0.11 * radius, this.ink("lit-front"));
+    if (bits[k] & FRAME.front) this.disc(...place(0.93, -0.34), 0.11 * radius, this.ink("lit-front"));
   }
 }

@@ -1,7 +1,7 @@
 // The hand in the world: what the mouse, fingers or the keys take, put elsewhere, turn, or look at from nearer.
 import type { Orders } from "./orders";
-import type { Thing } from "./scene";
-import { MODES, type Stage } from "./Stage";
+import { MODES, type Thing } from "./scene";
+import type { Stage } from "./Stage";
 
 const STEP = 0.01,
   LONG_STEP = 0.05; // m, for the arrow keys
@@ -169,7 +169,7 @@ export class Hand {
       Escape: () => world.select(null),
     };
     const act = keys[event.key],
-      isOwn = world.selected.value?.key === `robot:${world.scene.value?.own}`;
+      isOwn = world.selected.value?.key === `robot:${world.own}`;
     // W A S D drive, and arrows the robot of this page.
     if (!act || (isOwn && event.key.startsWith("Arrow"))) return;
     act();

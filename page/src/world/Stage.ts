@@ -1,16 +1,12 @@
 // A canvas that shows a world: where one looks from, when it is drawn, and what is written over the picture. How the
 // picture itself is made is left to View (three dimensions) and Flat (two).
 import { effect, signal } from "@preact/signals";
+import { PerspectiveCamera, Vector3 } from "three";
 import { inks, stepOf } from "../look/canvas";
 import { isDark } from "../look/theme";
+import { FRAME } from "../messages";
 import { hello } from "../store";
-import { CUT, type Place, type World } from "./scene";
-
-export const MODES = ["above", "orbit", "eye"] as const;
-export type Mode = (typeof MODES)[number];
-type Three = [x: number, y: number, z: number];
-/** Where one looks from: the place, three directions, the focal length, and the pixel that one looks at. */
-export type Lens = { at: Three; right: Three; up: Three; back: Three; focal: number; cx: number; cy: number };
+import type { Mode, Place, Pose, World } from "./scene";
 
 const MARGIN = { left: 36, right: 10, top: 10, bottom: 26 }; // pixels around a map, for its scale
 const CLOSEST = 40; // times as large as the whole arena
@@ -23,7 +19,6 @@ const EASE = 0.09; // s for two thirds of the way from one place to another
 const BUDGET = 12; // ms in which canvases are drawn before the page gets its turn
 const SMALL = 320; // pixels: a canvas without scale, handle and long names
 const between = (value: number, low: number, high: number) => Math.max(low, Math.min(high, value));
-const dot = (a: Three, b: Three) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const isStill = matchMedia("(prefers-reduced-motion: reduce)");
 
 // All canvases of the page share one loop: what does not fit into a frame comes first in the next.
@@ -59,7 +54,10 @@ export abstract class Stage {
   turn = 0.4; // rad: from where one looks, in three dimensions
   lean = LEAN;
   scale = 1; // pixels for 1 m in the middle
-  lens: Lens = { at: [0, 0, 1], right: [1, 0, 0], up: [0, 1, 0], back: [0, 0, 1], focal: 1, cx: 0, cy: 0 };
+  readonly camera = new PerspectiveCamera();
+  protected focal = 1; // its focal length, pixels
+  private centre = [0, 0]; // the pixel that one looks at
+  private point = new Vector3(); // for what is just being calculated
   drawn = 0; // how often
   private slant = 0; // 0 straight from above, 1 in three dimensions
   private last = 0; // when it was drawn, s
@@ -145,7 +143,7 @@ export abstract class Stage {
   /** The robot through whose camera one looks, and that is followed first. */
   get chosen() {
     const selected = this.world.selected.value;
-    return selected?.kind === "robot" ? selected.index : (this.world.scene.value?.own ?? 0);
+    return selected?.kind === "robot" ? selected.index : (this.world.own ?? 0);
   }
 
   showAll() {
@@ -161,7 +159,7 @@ export abstract class Stage {
   }
 
   /** Zoom, so that the place under a point of the canvas stays there. */
-  zoomBy(factor: number, left = this.lens.cx, top = this.lens.cy) {
+  zoomBy(factor: number, left = this.centre[0], top = this.centre[1]) {
     const [x, y] = this.toFloor(left, top);
     this.zoom = between(this.zoom * factor, 1, CLOSEST);
     this.place(this.last);
@@ -171,9 +169,9 @@ export abstract class Stage {
 
   /** Move what is in view by so many pixels, as if the floor was pulled. */
   panBy(right: number, down: number) {
-    const { cx, cy } = this.lens,
-      [x, y] = this.toFloor(cx, cy),
-      [newX, newY] = this.toFloor(cx + right, cy + down);
+    const [left, top] = this.centre,
+      [x, y] = this.toFloor(left, top),
+      [newX, newY] = this.toFloor(left + right, top + down);
     this.shift(x - newX, y - newY);
   }
 
@@ -198,8 +196,7 @@ export abstract class Stage {
     const { width, depth } = scene.value,
       poses = this.world.shown("robot", now),
       follows = this.followed.value !== null && frame.value;
-    if (mode === "eye" && frame.value?.count)
-      return this.look(...(poses.subarray(3 * this.chosen) as unknown as Three));
+    if (mode === "eye" && frame.value?.count) return this.look(...(poses.subarray(3 * this.chosen) as unknown as Pose));
     const step = isStill.matches ? 1 : 1 - Math.exp(-Math.min(0.2, now - this.last) / EASE),
       wanted = mode === "above" ? 0 : 1;
     this.slant += step * (wanted - this.slant);
@@ -211,53 +208,70 @@ export abstract class Stage {
         : [width / 2, depth / 2];
     const margin = this.isSmall ? { left: 4, right: 4, top: 4, bottom: 4 } : MARGIN,
       room = [this.width - margin.left - margin.right, this.height - margin.top - margin.bottom],
-      [cx, cy] = [margin.left + room[0] / 2, margin.top + room[1] / 2];
+      [left, top] = [margin.left + room[0] / 2, margin.top + room[1] / 2],
+      lean = this.slant * this.lean,
+      turn = this.slant * this.turn;
+    this.focal = this.height / 2 / Math.tan((NARROW + this.slant * (WIDE - NARROW)) / 2);
     // As large as the whole arena fits in, seen from here: tried, and made better by what sticks out.
-    const [lean, turn] = [this.slant * this.lean, this.slant * this.turn],
-      fov = NARROW + this.slant * (WIDE - NARROW);
     let fitting = Math.min(room[0] / width, room[1] / depth),
       drop = 0; // pixels by which the arena then hangs below the middle
     for (let turns = this.slant ? 4 : 0; turns > 0; turns--) {
-      this.lens = lensAt([width / 2, depth / 2, 0], lean, turn, this.height / 2 / Math.tan(fov / 2), fitting, cx, cy);
+      this.aim(width / 2, depth / 2, 0, lean, turn, this.focal / fitting, left, top);
       const corners = [0, width].flatMap((x) => [0, depth].flatMap((y) => [0, 0.1].map((z) => this.toPixel(x, y, z)))),
-        tops = corners.map(([, top]) => top),
-        reach = Math.max(...corners.map(([left]) => Math.abs(left - cx))),
+        tops = corners.map((each) => each[1]),
+        reach = Math.max(...corners.map((each) => Math.abs(each[0] - left))),
         [high, low] = [Math.min(...tops), Math.max(...tops)];
       fitting *= Math.min(room[0] / 2 / reach, room[1] / (low - high));
-      drop = (high + low) / 2 - cy;
+      drop = (high + low) / 2 - top;
     }
     this.scale = this.zoom * fitting;
-    const focal = this.height / 2 / Math.tan(fov / 2);
-    this.lens = lensAt([...this.middle, 0], lean, turn, focal, this.scale, cx, cy - (follows ? 0 : drop / this.zoom));
+    const [x, y] = this.middle;
+    this.aim(x, y, 0, lean, turn, this.focal / this.scale, left, top - (follows ? 0 : drop / this.zoom));
     return this.slant !== wanted;
   }
 
   /** Look through the camera of a robot: its whole picture fits on the canvas, and around it there is more to see. */
   private look(x: number, y: number, heading: number) {
-    const focal = Math.min((this.width - 16) / this.field[0], (this.height - 16) / this.field[1]),
-      [ahead, above] = hello.value!.body.eye,
-      at: Three = [x + ahead * Math.cos(heading), y + ahead * Math.sin(heading), above],
+    const [ahead, above] = hello.value!.body.eye,
+      [eyeX, eyeY] = [x + ahead * Math.cos(heading), y + ahead * Math.sin(heading)],
       quarter = Math.PI / 2;
-    this.lens = lensAt(at, quarter, heading - quarter, focal, Infinity, this.width / 2, this.height / 2);
-    this.scale = focal / 0.3;
+    this.focal = Math.min((this.width - 16) / this.field[0], (this.height - 16) / this.field[1]);
+    this.aim(eyeX, eyeY, above, quarter, heading - quarter, 0, this.width / 2, this.height / 2);
+    this.scale = this.focal / 0.3;
     return false;
   }
 
+  /** Put the camera so far from a place, leaning from straight above; the place is then seen at a pixel. */
+  private aim(x: number, y: number, z: number, lean: number, turn: number, far: number, left: number, top: number) {
+    const { camera, width, height } = this,
+      size = Math.hypot(this.world.scene.value!.width, this.world.scene.value!.depth);
+    this.centre = [left, top];
+    camera.rotation.set(lean, 0, turn, "ZXY");
+    camera.position.set(x, y, z);
+    camera.translateZ(far);
+    camera.near = Math.max(0.01, far - 2 * size);
+    camera.far = far + 2 * size;
+    camera.fov = ((2 * Math.atan(height / 2 / this.focal)) / Math.PI) * 180;
+    camera.setViewOffset(width, height, width / 2 - left, height / 2 - top, width, height);
+    camera.updateMatrixWorld();
+  }
+
   /** Where on the canvas a place is, pixels, and how many of them there 1 m has; none behind the camera. */
-  toPixel(x: number, y: number, z = 0): Three {
-    const { at, right, up, back, focal, cx, cy } = this.lens,
-      from: Three = [x - at[0], y - at[1], z - at[2]],
-      far = -dot(from, back);
+  toPixel(x: number, y: number, z = 0): [left: number, top: number, scale: number] {
+    const seen = this.point.set(x, y, z).applyMatrix4(this.camera.matrixWorldInverse),
+      far = -seen.z;
     if (far < 1e-3) return [NaN, NaN, 0];
-    return [cx + (focal * dot(from, right)) / far, cy - (focal * dot(from, up)) / far, focal / far];
+    seen.applyMatrix4(this.camera.projectionMatrix);
+    return [((1 + seen.x) / 2) * this.width, ((1 - seen.y) / 2) * this.height, this.focal / far];
   }
 
   /** The place under a point of the canvas, at a height above the floor; far away where one looks over it. */
   toFloor(left: number, top: number, z = 0): [x: number, y: number] {
-    const { at, right, up, back, focal, cx, cy } = this.lens,
-      ray = at.map((_, k) => right[k] * (left - cx) + up[k] * (cy - top) - back[k] * focal),
-      along = ray[2] < -1e-6 ? (z - at[2]) / ray[2] : 1e3;
-    return [at[0] + along * ray[0], at[1] + along * ray[1]];
+    const { position } = this.camera,
+      seen = this.point.set((2 * left) / this.width - 1, 1 - (2 * top) / this.height, 0.5).unproject(this.camera),
+      ray = seen.sub(position).normalize(),
+      along = ray.z < -1e-6 ? (z - position.z) / ray.z : 1e3;
+    return [position.x + along * ray.x, position.y + along * ray.y];
   }
 
   // -- drawing --
@@ -276,7 +290,7 @@ export abstract class Stage {
     pen.lineCap = pen.lineJoin = "round";
     if (this.world.frame.value) this.write(now);
     if (this.mode.value === "eye") {
-      const [across, down] = this.field.map((each) => each * this.lens.focal);
+      const [across, down] = this.field.map((each) => each * this.focal);
       pen.fillStyle = "rgba(8, 12, 18, 0.55)";
       pen.beginPath();
       pen.rect(0, 0, width, height);
@@ -303,14 +317,13 @@ export abstract class Stage {
         [left, top, scale] = this.toPixel(x, y, mode === "above" ? 0 : 0.072),
         size = radius * scale;
       const isOut = left < -size || left > this.width + size || top < -size || top > this.height + size;
-      if (isOut || !(scale > 0)) continue;
-      if (bits[k] & CUT) this.badge(left + 0.75 * size, top - 0.75 * size, Math.max(6, 0.32 * size));
-      if (size < 7) continue;
-      const name = count > 8 || this.isSmall ? `${k + 1}` : names[k],
+      const isCut = bits[k] & FRAME.cut;
+      if (isOut || !(scale > 0) || (size < 7 && !isCut)) continue;
+      const name = (count > 8 || this.isSmall ? `${k + 1}` : names[k]) + (isCut ? ": link cut" : ""),
         isBelow = mode === "above" && top + size + 22 < this.height - (this.isSmall ? 0 : MARGIN.bottom),
         gap = mode !== "above" ? 0 : size + (this.world.selected.value?.key === `robot:${k}` ? 6 : 0),
         letters = Math.round(between(0.45 * size, 11, 14));
-      this.text(name, left, isBelow ? top + gap : top - gap, this.hue(k), letters, isBelow);
+      this.text(name, left, isBelow ? top + gap : top - gap, isCut ? this.ink("bad") : this.hue(k), letters, isBelow);
     }
   }
 
@@ -335,24 +348,6 @@ export abstract class Stage {
     const [across, down] = [made.width / this.density, made.height / this.density];
     const at = between(left - across / 2, 0, Math.max(0, this.width - across));
     this.pen.drawImage(made, at, isBelow ? top : top - down, across, down);
-  }
-
-  /** A link that is cut. */
-  private badge(x: number, y: number, size: number) {
-    const { pen } = this,
-      arm = 0.42 * size;
-    pen.beginPath();
-    pen.arc(x, y, size, 0, 7);
-    pen.fillStyle = this.ink("stop");
-    pen.fill();
-    pen.beginPath();
-    for (const side of [-arm, arm]) {
-      pen.moveTo(x - arm, y - side);
-      pen.lineTo(x + arm, y + side);
-    }
-    pen.strokeStyle = this.ink("on-stop");
-    pen.lineWidth = Math.max(1.5, 0.22 * size);
-    pen.stroke();
   }
 
   /** Where the handle is that turns what is selected, pixels; null if there is none. */
@@ -420,22 +415,4 @@ export abstract class Stage {
     for (let y = 0, top = y0; y <= depth + 1e-9; top = y0 - (y += step) * this.scale)
       if (top > 0 && top < low - 8) write(y, high, top);
   }
-}
-
-/** Look at a place, leaning from straight above, so that 1 m there has *scale* pixels. */
-function lensAt(
-  [x, y, z]: Three,
-  lean: number,
-  turn: number,
-  focal: number,
-  scale: number,
-  cx: number,
-  cy: number,
-): Lens {
-  const [sine, cosine] = [Math.sin(turn), Math.cos(turn)],
-    [low, high] = [Math.sin(lean), Math.cos(lean)],
-    far = focal / scale,
-    back: Three = [low * sine, -low * cosine, high],
-    at: Three = [x + far * back[0], y + far * back[1], z + far * back[2]];
-  return { at, right: [cosine, sine, 0], up: [-high * sine, high * cosine, low], back, focal, cx, cy };
 }

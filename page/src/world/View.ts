@@ -3,7 +3,9 @@
 import * as three from "three";
 import { hello } from "../store";
 import { epuck, LED_HEIGHT } from "./epuck";
-import { BODY, FRONT, TOUCHING, type World } from "./scene";
+import { FRAME } from "../messages";
+import { Flat } from "./Flat";
+import type { World } from "./scene";
 import { Stage } from "./Stage";
 
 const LEVELS = [
@@ -136,7 +138,6 @@ class Ribbon extends three.Mesh {
 
 export class View extends Stage {
   private readonly room = new three.Scene();
-  private readonly camera = new three.Camera();
   private readonly sun = new three.DirectionalLight();
   private readonly picture = document.createElement("canvas");
   private readonly sky = new three.HemisphereLight();
@@ -155,7 +156,6 @@ export class View extends Stage {
     robot ??= epuck(hello.value!);
     this.picture.className = "world-picture over";
     canvas.before(this.picture);
-    this.camera.matrixAutoUpdate = false;
     this.halos.frustumCulled = false;
   }
 
@@ -318,10 +318,10 @@ export class View extends Stage {
         [c, s] = [scale * Math.cos(heading), scale * Math.sin(heading)];
       const place = [x, y, 0, heading];
       solid.push([WHITE, place, scale]);
-      body.push([bits[k] & BODY ? GREEN : CLEAR, place, scale]);
-      hoop.push([bits[k] & TOUCHING ? RED : PALE, place, scale]);
+      body.push([bits[k] & FRAME.body ? GREEN : CLEAR, place, scale]);
+      hoop.push([bits[k] & FRAME.touching ? RED : PALE, place, scale]);
       arrow.push([WHITE, place, scale]);
-      if (bits[k] & BODY && scale) {
+      if (bits[k] & FRAME.body && scale) {
         spots.push(x, y, 0.02);
         shine.push(0.3, 1, 0.28, 0.5);
       }
@@ -331,7 +331,7 @@ export class View extends Stage {
           [ahead, left] = isFront ? [0.033, -0.0125] : [0.0342 * Math.cos(turn), 0.0342 * Math.sin(turn)],
           z = (isFront ? 0.0285 : LED_HEIGHT) * size,
           at = [x + c * ahead - s * left, y + s * ahead + c * left, z],
-          [r, g, b] = isFront ? (bits[k] & FRONT ? ORANGE : OFF) : ring.subarray(24 * k + 3 * led),
+          [r, g, b] = isFront ? (bits[k] & FRAME.front ? ORANGE : OFF) : ring.subarray(24 * k + 3 * led),
           isLit = r + g + b > 0,
           colour = new three.Color();
         if (isLit) colour.setRGB(r / 255, g / 255, b / 255, three.SRGBColorSpace).lerp(WHITE, 0.25);
@@ -369,11 +369,12 @@ export class View extends Stage {
       });
     });
     trails.end();
-    rays.begin(found.length / 5);
+    rays.begin((2 * found.length) / 5);
     for (let k = 0; k < found.length; k += 5) {
       const [x1, y1, x2, y2, strength] = found.subarray(k),
         lit = Math.min(1, 4 * strength), // a quarter of full scale is very near already
-        [width, from, to] = lit > 0.02 ? [0.005 + 0.004 * lit, 0.95, 0.75] : [0.006, 0.35, 0];
+        [width, from, to] = lit > 0.02 ? [0.006 + 0.004 * lit, 1, 0.85] : [0.006, 0.85, 0.15];
+      rays.strip([x1, y1, 0.005, from], [x2, y2, width + 0.003, to], PALE); // without it none is seen on a green floor
       rays.strip([x1, y1, 0.002, from], [x2, y2, width, to], far.clone().lerp(near, lit));
     }
     rays.end();
@@ -381,7 +382,7 @@ export class View extends Stage {
 
   protected paint(now: number, passed: number) {
     const { scene, things, frame, ambient } = this.world,
-      { lens, canvas, camera, sun } = this;
+      { canvas, sun } = this;
     const isNew = this.built[0] !== scene.value || this.built[2] !== things.value.light.length;
     if (isNew) this.enter();
     if (isNew || this.built[1] !== things.value || this.world.isMoving(now)) this.placeThings(now);
@@ -413,26 +414,9 @@ export class View extends Stage {
       sun.shadow.map?.dispose();
       sun.shadow.map = null;
     }
-    camera.matrix
-      .makeBasis(new three.Vector3(...lens.right), new three.Vector3(...lens.up), new three.Vector3(...lens.back))
-      .setPosition(...lens.at);
-    camera.matrixWorldNeedsUpdate = true;
-    const size = Math.hypot(scene.value!.width, scene.value!.depth),
-      far = this.mode.value === "eye" ? 0 : lens.focal / this.scale,
-      close = Math.max(0.01, far - 2 * size),
-      plane = close / lens.focal;
-    camera.projectionMatrix.makePerspective(
-      -lens.cx * plane,
-      (this.width - lens.cx) * plane,
-      lens.cy * plane,
-      (lens.cy - this.height) * plane,
-      close,
-      far + 2 * size,
-    );
-    camera.projectionMatrixInverse.copy(camera.projectionMatrix).invert();
     // Points are as large as the renderer's whole picture and a field of view of 90 degrees would have them.
-    materials.halo.size = (HALO * lens.focal * ratio * this.density * 2) / height;
-    drawing.render(this.room, camera);
+    materials.halo.size = (HALO * this.focal * ratio * this.density * 2) / height;
+    drawing.render(this.room, this.camera);
     this.picture.getContext("bitmaprenderer")!.transferFromImageBitmap(drawn.transferToImageBitmap());
   }
 
@@ -440,5 +424,15 @@ export class View extends Stage {
     this.isStill = true;
     this.draw();
     this.isStill = false;
+  }
+}
+
+/** A picture of a world on a canvas, unless that is gone meanwhile: in three dimensions, or flat without WebGL. */
+export function stageOf(canvas: HTMLCanvasElement, world: World): Stage | null {
+  if (!canvas.isConnected) return null;
+  try {
+    return new View(canvas, world);
+  } catch {
+    return new Flat(canvas, world);
   }
 }

@@ -10,12 +10,11 @@ import { arrowsMove } from "../look/keys";
 import { address, go } from "../route";
 import { ask, can, listed, subscribe, toast } from "../store";
 import { Details } from "./Details";
-import { Flat } from "./Flat";
 import { Hand } from "./Hand";
 import { hasRays } from "./live";
 import { Orders } from "./orders";
-import type { World as Model } from "./scene";
-import { MODES, type Mode, type Stage } from "./Stage";
+import { MODES, type Mode, type World as Model } from "./scene";
+import type { Stage } from "./Stage";
 import "./world.css";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10];
@@ -56,20 +55,12 @@ const tool = (icon: icons.IconNode, label: string, act: () => unknown, title = l
   <Button key={label} weight="quiet" {...{ icon, label, act, title, disabled }} />
 );
 
-/** A picture of a world on a canvas, unless that is gone meanwhile: in three dimensions, or flat without WebGL. */
-export async function stageOf(canvas: HTMLCanvasElement, world: Model): Promise<Stage | null> {
-  const { View } = await import("./View").catch(() => ({ View: null }));
-  if (!canvas.isConnected) return null;
-  try {
-    if (!View) throw new Error("this browser cannot draw in three dimensions");
-    return new View(canvas, world);
-  } catch {
-    return new Flat(canvas, world);
-  }
-}
+/** Draw a world on a canvas; what does that is loaded with the first one. */
+export const stageOf = async (canvas: HTMLCanvasElement, world: Model) =>
+  (await import("./View")).stageOf(canvas, world);
 
-/** A world: *of* is its key. */
-export function World({ world, of }: { world: Model; of: string }) {
+/** A world: *of* is its key, *own* the robot that the place is about, which is selected at first. */
+export function World({ world, of, own = null }: { world: Model; of: string; own?: number | null }) {
   const canvas = useRef<HTMLCanvasElement>(null),
     stage = useSignal<Stage | null>(null),
     hand = useSignal<Hand | null>(null),
@@ -92,6 +83,10 @@ export function World({ world, of }: { world: Model; of: string }) {
       hand.value?.close();
     };
   }, [world]);
+  useEffect(() => {
+    world.own = own;
+    world.select(own === null ? null : world.thing("robot", own));
+  }, [world.scene.value, own]);
   const selected = world.selected.value,
     watched = selected?.kind === "robot" ? selected.index : null;
   useEffect(() => {
@@ -100,7 +95,7 @@ export function World({ world, of }: { world: Model; of: string }) {
     return subscribe({ what: "readings", of: String(watched), rate: 8 });
   }, [watched]);
   const isFocused = useSignal(false),
-    isOwn = watched !== null && watched === world.scene.value?.own,
+    isOwn = watched !== null && watched === own,
     moved = isFocused.value && !isOwn ? (selected?.name ?? "the view") : "";
   // Tell the pad what the arrow keys move while the world has the focus; nothing is the robot of this page.
   useEffect(() => void (arrowsMove.value = moved), [moved]);

@@ -1,14 +1,12 @@
 // What the page knows of a virtual world: the scene as it was sent, its changes, and its frames. It knows no DOM.
 import { batch, signal } from "@preact/signals";
-import type { Asked, Box, Change, Clock, Cylinder, Light, NewScene, Readings, Scene, Sound } from "../messages";
+import { FRAME, type Asked, type Box, type Change, type Clock, type Cylinder, type Light } from "../messages";
+import type { NewScene, Readings, Scene, Sound } from "../messages";
+import { hello } from "../store";
 
-const HEADER = 24; // bytes of a frame before its poses
-const RAYS = 1; // the flag of a frame that has them
-export const TOUCHING = 1,
-  BODY = 2,
-  FRONT = 4,
-  CUT = 8; // the bits of a robot in a frame
-export const ROBOT_HEIGHT = 0.05; // m
+/** From where a world is looked at. */
+export const MODES = ["above", "orbit", "eye"] as const;
+export type Mode = (typeof MODES)[number];
 
 const TRAIL_STEP = 0.004; // m between two points of a trail
 const TRAIL_POINTS = 500; // of one robot: its last two metres or more
@@ -58,14 +56,14 @@ export function degrees(angle: number) {
 export function decode(buffer: ArrayBuffer) {
   const head = new DataView(buffer),
     count = head.getUint32(16, true),
-    hasRays = (head.getUint32(4, true) & RAYS) !== 0;
-  const raysAt = HEADER + 12 * count,
+    hasRays = (head.getUint32(4, true) & FRAME.rays) !== 0;
+  const raysAt = FRAME.header + 12 * count,
     bitsAt = raysAt + (hasRays ? 160 * count : 0);
   return {
     number: head.getUint32(0, true),
     time: head.getFloat64(8, true),
     count,
-    poses: new Float32Array(buffer, HEADER, 3 * count),
+    poses: new Float32Array(buffer, FRAME.header, 3 * count),
     rays: hasRays ? new Float32Array(buffer, raysAt, 40 * count) : null,
     bits: new Uint8Array(buffer, bitsAt, count),
     ring: new Uint8Array(buffer, bitsAt + count, 24 * count),
@@ -117,6 +115,7 @@ export class World {
   readonly looks = signal<Frame | null>(null); // the last frame that looks otherwise than the one before it
   readonly readings = signal<Readings | null>(null);
   readonly selected = signal<Thing | null>(null);
+  own: number | null = null; // the robot that the place of the page is about
   trails: [x: number, y: number][][] = [];
   speeds = new Float32Array(0); // m/s and rad/s of each robot
   private glides = { robot: new Glide(), box: new Glide(), cylinder: new Glide() };
@@ -151,7 +150,7 @@ export class World {
       this.clock.value = scene.clock;
       this.scene.value = scene;
       this.isLive.value = true;
-      this.select(scene.own === null ? null : this.thing("robot", scene.own));
+      this.select(null);
     });
     this.aim();
   }
@@ -286,7 +285,7 @@ export class World {
   }
 
   private what({ kind, index }: Place) {
-    if (kind === "robot") return { radius: this.scene.value?.radius ?? 0, height: ROBOT_HEIGHT };
+    if (kind === "robot") return { radius: this.scene.value?.radius ?? 0, height: hello.value!.body.height };
     return this.things.value[kind][index] ?? { x: 0, y: 0 }; // it was just removed
   }
 
