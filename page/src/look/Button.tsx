@@ -11,10 +11,10 @@ type Own = {
   act: () => unknown;
   children?: ComponentChildren;
 };
-type Props = Own & Omit<JSX.IntrinsicElements["button"], keyof Own | "icon" | "onClick">;
+export type ButtonProps = Own & Omit<JSX.IntrinsicElements["button"], keyof Own | "icon" | "onClick">;
 
 /** A button. While what it asks for waits for an answer, it says so, and asks for nothing more. */
-export function Button({ weight = "plain", icon, label, act, children, class: more = "", ...rest }: Props) {
+export function Button({ weight = "plain", icon, label, act, children, class: more = "", ...rest }: ButtonProps) {
   const isBusy = useSignal(false);
   const press = async () => {
     if (isBusy.value) return;

@@ -21,14 +21,15 @@ function Around({ distances }: { distances: Summary["distances"] }) {
         return (
           <path
             key={sensor}
-            class={metres < NEAR ? "near" : ""}
+            stroke={`var(--${metres < NEAR ? "bad" : "accent"})`}
+            stroke-width={3}
             d={`M ${radius} ${-0.17 * radius} A ${radius} ${radius} 0 0 1 ${radius} ${0.17 * radius}`}
             transform={`rotate(${turn})`}
           />
         );
       })}
-      <circle r="13" />
-      <path class="ahead" d="M0 -8 L6 7 L0 3.5 L-6 7 Z" />
+      <circle r="13" fill="var(--wall)" />
+      <path fill="var(--floor)" d="M0 -8 L6 7 L0 3.5 L-6 7 Z" />
     </svg>
   );
 }

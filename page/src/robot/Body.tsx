@@ -34,8 +34,8 @@ function Sensor({ robot, sensor, angle }: { robot: Robot; sensor: number; angle:
   return (
     <g role="img" class={`sensor ${readings.proximity?.stale ? "stale" : ""}`}>
       <title>{`IR${sensor}, ${name}: ${typeof counts === "number" ? `${counts} counts, ${about}` : "unknown"}`}</title>
-      <path class="beam" d={wedge(angle, RADIUS + 2, end, 0.16)} />
-      {cm && <path class={`near ${share < 0.34 ? "close" : ""}`} d={wedge(angle, end, end + 7 - 3 * share, 0.16)} />}
+      <path fill="url(#infrared)" d={wedge(angle, RADIUS + 2, end, 0.16)} />
+      {cm && <path fill={`var(--${share < 0.34 ? "bad" : "wall"})`} d={wedge(angle, end, end + 7 - 3 * share, 0.16)} />}
       <text x={x} y={y - 11}>{`IR${sensor}`}</text>
       <text x={x} y={y} class="count">
         {number(counts)}
@@ -100,29 +100,29 @@ export function Body({ robot, sensors = false }: { robot: Robot; sensors?: boole
       aria-label="the robot from above, its front upwards"
     >
       <radialGradient id="infrared" gradientUnits="userSpaceOnUse" cx="0" cy="0" r={RADIUS + REACH}>
-        <stop offset="0.5" stop-opacity="0.75" />
-        <stop offset="1" stop-opacity="0.1" />
+        <stop offset="0.5" stop-color="var(--ray)" stop-opacity="0.75" />
+        <stop offset="1" stop-color="var(--ray)" stop-opacity="0.1" />
       </radialGradient>
       {sensors && ring.sensors.map((angle, k) => <Sensor key={k} robot={robot} sensor={k} angle={angle} />)}
-      <circle r={RADIUS} class="rim" />
+      <circle r={RADIUS} fill="var(--shell)" />
       {[drive.left, drive.right].map((speed, wheel) => {
         const long = (38 * (speed ?? 0)) / fastest,
           head = 5 * Math.sign(long);
         return (
           <g key={wheel} transform={`translate(${wheel ? 48 : -48} 0)`}>
-            <rect x={-5} y={-21} width={10} height={42} rx={3} class="tyre" />
+            <rect x={-5} y={-21} width={10} height={42} rx={3} fill="var(--tyre)" />
             <path class="speed" d={Math.abs(long) < 1 ? "" : `M0,0v${-long}m-4,${head}l4,${-head}l4,${head}`} />
           </g>
         );
       })}
-      <circle r={41} class="board" />
+      <circle r={41} fill="var(--board)" />
       {ring.sensors.map((angle, k) => {
         const counts = light?.values?.[k],
           isKnown = typeof counts === "number"; // the fewer counts, the brighter
         return (
           <path
             key={k}
-            class="light"
+            fill="var(--lamplight)"
             d={wedge(angle, 33, 39, 0.19)}
             fill-opacity={isKnown && !light.stale ? 1 - 0.9 * Math.min(1, counts / darkest) : 0}
           >
@@ -130,7 +130,7 @@ export function Body({ robot, sensors = false }: { robot: Robot; sensors?: boole
           </path>
         );
       })}
-      <path d="M0,-30L9,-12L0,-17L-9,-12Z" class="nose" />
+      <path d="M0,-30L9,-12L0,-17L-9,-12Z" fill="var(--on-dark)" />
       {ring.leds.map((angle, led) => {
         const [x, y] = at(angle, 50),
           colour = led % 2 ? lamps.rgb?.[(led - 1) / 2] : undefined,

@@ -1,6 +1,6 @@
 // What a click makes a robot show and play: lights, the colours of the e-puck2, and sounds.
 import { Square, Volume2 } from "lucide";
-import { Button } from "../look/Button";
+import { Button, type ButtonProps } from "../look/Button";
 import type { Robot } from "../store";
 import { Body } from "./Body";
 
@@ -21,27 +21,21 @@ export function Lights({ robot }: { robot: Robot }) {
   const disabled = phase !== "connected",
     command = (name: string, ...values: number[]) => robot.ask("command", { name, arguments: values }),
     { coloured = [], sounds = [] } = robot.scheme.value ?? {};
-  const toggle = (text: string, name: string, isOn: boolean) => (
-    <Button aria-pressed={isOn} disabled={disabled} act={() => command(name, Number(!isOn))}>
-      {text}
-    </Button>
+  const button = (children: string, act: () => unknown, more: Partial<ButtonProps> = {}) => (
+    <Button key={children} {...{ children, disabled, act, ...more }} />
   );
+  const toggle = (text: string, name: string, isOn: boolean) =>
+    button(text, () => command(name, Number(!isOn)), { "aria-pressed": isOn });
   return (
     <div class="lights stack">
       <Body robot={robot} />
       <h3>Lights</h3>
       <div class="row wrap" role="group" aria-label="lights">
-        <Button disabled={disabled} aria-label="all ring LEDs on" act={() => command("set_led", ALL_LEDS, 1)}>
-          All on
-        </Button>
-        <Button disabled={disabled} aria-label="all ring LEDs off" act={() => command("set_led", ALL_LEDS, 0)}>
-          All off
-        </Button>
+        {button("All on", () => command("set_led", ALL_LEDS, 1), { "aria-label": "all ring LEDs on" })}
+        {button("All off", () => command("set_led", ALL_LEDS, 0), { "aria-label": "all ring LEDs off" })}
         {toggle("Body", "set_body_led", Boolean(lamps.body))}
         {toggle("Front", "set_front_led", Boolean(lamps.front))}
-        <Button disabled={disabled} title="All LEDs blink for a moment" act={() => robot.ask("blink", {})}>
-          Find it: blink
-        </Button>
+        {button("Find it: blink", () => robot.ask("blink", {}), { title: "All LEDs blink for a moment" })}
       </div>
       {lamps.rgb && (
         <>
@@ -68,14 +62,8 @@ export function Lights({ robot }: { robot: Robot }) {
       )}
       <h3>Sounds</h3>
       <div class="row wrap" role="group" aria-label="sounds">
-        {sounds.map((name, k) => (
-          <Button key={k} icon={Volume2} disabled={disabled} act={() => command("play_sound", k + 1)}>
-            {name}
-          </Button>
-        ))}
-        <Button weight="quiet" icon={Square} disabled={disabled} act={() => command("play_sound", STOP_SOUND)}>
-          Stop sound
-        </Button>
+        {sounds.map((name, k) => button(name, () => command("play_sound", k + 1), { icon: Volume2 }))}
+        {button("Stop sound", () => command("play_sound", STOP_SOUND), { icon: Square, weight: "quiet" })}
       </div>
     </div>
   );

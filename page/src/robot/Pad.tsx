@@ -45,15 +45,19 @@ function Stick({ hands, echo, help }: { hands: Hands; echo: Wheels; help: string
       onLostPointerCapture={letGo}
     >
       <svg viewBox="-105 -105 210 210" aria-hidden="true">
-        <circle r="100" class="rim" />
-        <circle r="58" class="line" />
-        <path d="M-78,0H-14M14,0H78M0,-78V-14M0,14V78" class="line" />
-        {[0, 90, 180, 270].map((turn) => (
-          <path key={turn} d="M-8,-83L0,-91L8,-83" class="arrow" transform={`rotate(${turn})`} />
-        ))}
+        <circle r="100" fill="var(--sunken)" />
+        <circle r="58" />
+        <path d="M-78,0H-14M14,0H78M0,-78V-14M0,14V78" />
+        <g stroke="var(--faint)" stroke-width="3" stroke-linecap="round">
+          {[0, 90, 180, 270].map((turn) => (
+            <path key={turn} d="M-8,-83L0,-91L8,-83" transform={`rotate(${turn})`} />
+          ))}
+        </g>
         <circle r="26" class="knob" cx={REACH * x} cy={-REACH * y} />
         {(left !== 0 || right !== 0) && (
-          <circle r="7" class="echo" cx={(REACH / 2) * (left - right)} cy={(-REACH / 2) * (left + right)} />
+          <g fill="var(--motion)" stroke="var(--tyre)">
+            <circle r="7" cx={(REACH / 2) * (left - right)} cy={(-REACH / 2) * (left + right)} />
+          </g>
         )}
       </svg>
     </div>

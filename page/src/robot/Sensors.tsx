@@ -19,9 +19,9 @@ const Bars: Picture = ({ values }, { low, high }) =>
     const y = 28 + (k - (values.length - 1) / 2) * Math.min(14, 56 / values.length),
       share = value === null ? 0 : clamped((Number(value) - (low ?? 0)) / ((high ?? 4095) - (low ?? 0)));
     return (
-      <g key={k} transform={`translate(3 ${y})`}>
-        <path class="groove" d="M0,0H50" />
-        {share > 0 && <path class="bar" d={`M0,0H${50 * share}`} />}
+      <g key={k} transform={`translate(3 ${y})`} stroke-width={7}>
+        <path stroke="var(--line)" d="M0,0H50" />
+        {share > 0 && <path stroke="var(--accent)" d={`M0,0H${50 * share}`} />}
       </g>
     );
   });
@@ -32,9 +32,11 @@ const Bubble: Picture = ({ physical }) => {
     far = Math.max(0.3, Math.hypot(x, y, z));
   return (
     <g transform="translate(28 28)">
-      <circle class="dish" r={27} />
-      <path class="line" d="M-27,0H27M0,-27V27" />
-      <circle class={z < 0 ? "bubble over" : "bubble"} r={7} cx={(-20 * x) / far} cy={(20 * y) / far} />
+      <circle fill="var(--card)" r={27} />
+      <path d="M-27,0H27M0,-27V27" />
+      <g fill={`var(--${z < 0 ? "bad" : "good"})`} stroke="none">
+        <circle r={7} cx={(-20 * x) / far} cy={(20 * y) / far} />
+      </g>
     </g>
   );
 };
@@ -43,9 +45,11 @@ const Bubble: Picture = ({ physical }) => {
 const Dial: Picture = ({ values }) => (
   <g transform="translate(28 28)">
     {Array.from({ length: 16 }, (_, k) => (
-      <path key={k} class="line" d="M0,-26V-21" transform={`rotate(${22.5 * k})`} />
+      <path key={k} d="M0,-26V-21" transform={`rotate(${22.5 * k})`} />
     ))}
-    <path class="hand" d="M0,4V-18" transform={`rotate(${22.5 * Number(values?.[0] ?? 0)})`} />
+    <g stroke="var(--accent)" stroke-width={4}>
+      <path d="M0,4V-18" transform={`rotate(${22.5 * Number(values?.[0] ?? 0)})`} />
+    </g>
   </g>
 );
 
