@@ -16,14 +16,18 @@ const LINKS = {
 function write({ errors, metafile, outputFiles }) {
   if (errors.length) return;
   const files = Object.fromEntries(outputFiles.map((file) => [basename(file.path), file.contents]));
+  const named = (entry) =>
+    basename(Object.keys(metafile.outputs).find((name) => metafile.outputs[name].entryPoint === entry));
+  // The page that asks for a token knows this one by its name, and the page itself does not need it.
+  files["login.css"] = files[named("src/login.css")];
+  delete files[named("src/login.css")];
   // The styles of lazy parts too: esbuild loads only their scripts by itself.
   const links = Object.entries(LINKS).flatMap(([end, link]) =>
     Object.keys(files)
-      .filter((name) => name.endsWith(end))
+      .filter((name) => name.endsWith(end) && name !== "login.css")
       .map(link),
   );
-  const [main] = Object.entries(metafile.outputs).find(([, { entryPoint }]) => entryPoint === "src/main.tsx");
-  links.push(`<script type="module" src="/${basename(main)}"></script>`);
+  links.push(`<script type="module" src="/${named("src/main.tsx")}"></script>`);
   files["licences.txt"] = licences(metafile);
   for (const name of readdirSync(join(HERE, "public"))) files[name] = readFileSync(join(HERE, "public", name));
   const index = String(files["index.html"]).replace("<!-- built -->", links.join("\n    "));
@@ -57,7 +61,7 @@ function licence(name) {
 
 const page = await context({
   absWorkingDir: HERE,
-  entryPoints: ["src/main.tsx"],
+  entryPoints: ["src/main.tsx", "src/login.css"],
   outdir: INTO,
   bundle: true,
   splitting: true,

@@ -42,7 +42,7 @@ function Header() {
         <img src="/icon.svg" alt="" width={22} height={22} />
         <b>elib</b>
       </a>
-      <nav aria-label="robots">
+      <nav class="row scrolls" aria-label="robots">
         {listed.value.length > 1 && (
           <Tab to="#/all" isOpen={kind === "all"} title="all robots and their world">
             All robots
@@ -72,7 +72,7 @@ function Header() {
 }
 
 function Place() {
-  if (!hello.value) return <p class="opening hint">Connecting …</p>;
+  if (!hello.value) return <p class="trouble hint">Connecting …</p>;
   const { kind, robot } = place.value;
   if (kind === "start") return <Start />;
   return kind === "robot" ? <Robot key={robot} id={robot} /> : <All />;

@@ -1,4 +1,5 @@
 import { render } from "preact";
+import "./font.css";
 import "./look/base.css";
 import { App } from "./App";
 import { place } from "./route";

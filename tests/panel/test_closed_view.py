@@ -227,9 +227,14 @@ async def test_the_teacher_sees_who_drives_and_who_is_stuck_stops_all_and_opens_
             await tab.until(says.format(2, "a program drives"))
             await tab.until(says.format(2, "stuck"))
             assert await tab.run(says.format(3, "no program"))
+        paused = "[1, 2, 3].every((k) => elib.worldOf(k).clock.value.paused === {})"
         for word, is_paused in (("STOP ALL", "true"), ("Go on", "false")):
-            await tab.run(f"[...document.querySelectorAll('button')].find((b) => b.innerText === {word!r}).click()")
-            await tab.until(f"[1, 2, 3].every((k) => elib.worldOf(k).clock.value.paused === {is_paused})")
+            await tab.run(
+                f"[...document.querySelectorAll('button')].find((b) => b.innerText.includes({word!r})).click()"
+            )
+            await tab.until(paused.format(is_paused))
+        await tab.key(" ", "Space")
+        await tab.until(paused.format("true"))
         await tab.run("document.querySelectorAll('.student')[2].click()")
         await tab.until("document.querySelector('.reach h1')?.innerText === 'Student 3'")
         assert three.urls in str(await tab.run("document.querySelector('.reach').innerText"))
@@ -252,4 +257,6 @@ async def test_a_student_is_told_how_to_drive_and_sees_no_control_that_can_only_
         for absent in ("STOP", "another robot", "pause", "save", "speed"):
             assert absent not in labels, labels
         assert await tab.run("document.documentElement.scrollWidth") == 390
+        cut_off = "[...document.querySelectorAll('.reach pre')].filter((each) => each.scrollWidth > each.clientWidth)"
+        assert await tab.run(f"{cut_off}.length") == 0
         assert tab.complaints == []

@@ -551,12 +551,13 @@ async def test_of_several_worlds_one_is_chosen_in_the_overview_and_a_world_outli
         shown = f"window.elib && {WORLD}.scene.value?.world"
         choice = named("world that is shown")
         await tab.until(f"{shown} === 'arena' && {choice}?.length === 2")
+        assert await tab.run(SELECTED) == "", "no robot is the one that the place is about"
         await set_value(tab, choice, "2")
         await tab.until(f"{shown} === 'square'")
         await tab.run("location.hash = '#/robot/2'")
         await shows_world(tab)
         tools = "document.querySelector('.world-tools')"
-        await tab.until(f"elib.place.value.kind === 'robot' && {tools}?.inert === false")
+        await tab.until(f"elib.place.value.kind === 'robot' && {tools}?.inert === false && {SELECTED} === 'robot:0'")
         await tab.run("elib.ask('disconnect', { robot: '2' }).then(() => 0)")
         await tab.until(f"elib.robots.get('2').tick.value.phase === 'disconnected' && {tools}?.inert")
         assert await tab.run(f"{shown} === 'square' && {STAGE}.width > 0"), "it stays as it was seen last"

@@ -1,11 +1,10 @@
 // Light or dark: as the computer has it, or as the person chose on this page.
 import { effect, signal } from "@preact/signals";
+import { media } from "./screen";
 
 const KEY = "elib-theme";
-const system = matchMedia("(prefers-color-scheme: dark)");
 const chosen = signal(localStorage.getItem(KEY));
-const isSystemDark = signal(system.matches);
-system.addEventListener("change", ({ matches }) => (isSystemDark.value = matches));
+const isSystemDark = media("(prefers-color-scheme: dark)");
 
 export const isDark = () => (chosen.value ? chosen.value === "dark" : isSystemDark.value);
 

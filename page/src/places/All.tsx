@@ -13,6 +13,7 @@ import { useWorld } from "../world/live";
 import { World } from "../world/World";
 import { Card } from "./Card";
 import { Reach } from "./Reach";
+import { Study } from "./Study";
 import { Wall } from "./Wall";
 import "./All.css";
 
@@ -63,15 +64,6 @@ function AllRobots() {
   );
 }
 
-/** The study, whose charts only its page loads. */
-function Study() {
-  const part = useSignal<typeof import("./Study") | null>(null);
-  useEffect(() => {
-    import("./Study").then((loaded) => (part.value = loaded));
-  }, []);
-  return part.value && <part.value.Study about={hello.value!.study!} />;
-}
-
 export function All() {
   const { part } = place.value,
     worlds = worldsOfRobots.value,
@@ -108,7 +100,7 @@ function Worlds({ shown, isClass }: { shown: string; isClass: boolean }) {
             choose={(key) => go(`#/all/${key}`)}
           />
         )}
-        {study && <Study />}
+        {study && <Study about={study} />}
         {listed.value.length > 0 && <AllRobots />}
         {!listed.value.length && addresses.length > 0 && (
           <Reach addresses={addresses} student={student || (isClass ? shown : "")} />

@@ -10,10 +10,10 @@ const SLOW = 0.3; // s until an answer, from which on it is worth a word
 const NEAR = 0.03; // m to something that a robot is about to touch
 
 /** The robot from above, ahead is up; an arc for each sensor that sees something, the farther the farther away. */
-function Around({ distances }: { distances: Summary["distances"] }) {
+function Around({ distances, isOld }: { distances: Summary["distances"]; isOld: boolean }) {
   const { sensors } = hello.value!.ring;
   return (
-    <svg viewBox="-27 -27 54 54" aria-hidden="true">
+    <svg class={isOld ? "icon stale" : "icon"} viewBox="-27 -27 54 54" width={48} fill="none" aria-hidden="true">
       {distances.map((metres, sensor) => {
         if (metres === null) return null;
         const turn = -90 - (180 / Math.PI) * sensors[sensor],
@@ -51,15 +51,16 @@ const words = ({ phase, phase_text, behaviour, error, driver, median, battery }:
 export function Card({ robot: { key, label, url }, summary }: { robot: Listed; summary: Summary }) {
   const robot = robotOf(key),
     { phase, phase_text, may_move } = summary,
+    isBad = phase === "failed" || phase === "gap",
     told = words(summary);
   return (
-    <article class={`robot-card row ${summary.stale ? "stale" : ""}`} aria-label={label}>
-      <Around distances={summary.distances} />
+    <article class="robot-card row" aria-label={label}>
+      <Around distances={summary.distances} isOld={summary.stale} />
       <div class="fill">
         <a class="short" href={address(key)} title={url}>
           {label}
         </a>
-        <p class="small short" data-phase={phase} title={told || phase_text}>
+        <p class={`small short ${isBad ? "bad" : ""}`} data-phase={phase} title={told || phase_text}>
           {told || (may_move ? "moves" : "stands")}
         </p>
       </div>

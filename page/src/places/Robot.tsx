@@ -85,7 +85,7 @@ export function Robot({ id }: { id: string }) {
           <Pad robot={robot} />
         </section>
       )}
-      <nav class="rail" role="tablist" aria-label="parts of the page" aria-orientation="vertical">
+      <nav class="rail scrolls" role="tablist" aria-label="parts of the page" aria-orientation="vertical">
         {tabs.map(({ name, title, icon }) => (
           <a
             key={name}

@@ -33,8 +33,7 @@ const until = (isSo: () => boolean) =>
     const end = effect(() => {
       if (isSo()) resolve();
     });
-    setTimeout(resolve, CONNECTING);
-    setTimeout(() => end(), CONNECTING);
+    setTimeout(() => (end(), resolve()), CONNECTING);
   });
 
 /** Take the robots of a URL into the panel and show them; return their keys. */

@@ -14,11 +14,11 @@ const STEPS = 30; // of the wheels in a second, from which on they turn
 const STILL = 0.004; // m, and 10 times that in rad: a robot that moves less in a second stays
 
 type State = "drives" | "stuck" | "cut" | "free";
-const WORDS: Record<State, string> = {
-  drives: "a program drives",
-  stuck: "stuck",
-  cut: "link cut",
-  free: "no program",
+const WORDS: Record<State, [words: string, kind: string]> = {
+  drives: ["a program drives", "good"],
+  stuck: ["stuck", "warn"],
+  cut: ["link cut", "warn"],
+  free: ["no program", ""],
 };
 
 /** How the students are, by their numbers, which are the channels of their worlds, too. */
@@ -48,7 +48,8 @@ function watch(student: string) {
 function Tile({ student }: { student: string }) {
   const canvas = useRef<HTMLCanvasElement>(null),
     channel = Number(student),
-    state = states.value[student] ?? "free";
+    state = states.value[student] ?? "free",
+    [words, kind] = WORDS[state];
   useEffect(() => subscribe({ what: "world", of: student, rate: RATE, channel }), [student]);
   useEffect(() => subscribe({ what: "readings", of: "0", rate: 1, channel }), [student]);
   useEffect(() => watch(student), [student]);
@@ -57,18 +58,13 @@ function Tile({ student }: { student: string }) {
     return () => void made.then((stage) => stage?.close());
   }, [student]);
   return (
-    <a
-      class="card student"
-      href={`#/all/${student}`}
-      data-state={state}
-      aria-label={`student ${student}: ${WORDS[state]}`}
-    >
+    <a class="card student" href={`#/all/${student}`} data-state={state} aria-label={`student ${student}: ${words}`}>
       <div>
         <canvas class="over" ref={canvas} />
       </div>
       <span class="row">
         <b>{student}</b>
-        <span class="fill small">{WORDS[state]}</span>
+        <span class={`fill small ${kind}`}>{words}</span>
       </span>
     </a>
   );

@@ -107,7 +107,7 @@ export function Behaviours({ robot }: { robot: Robot }) {
     isPaused = play.phase === "paused",
     isReady = !elsewhere && robot.tick.value?.phase === "connected";
   return (
-    <div class="stack grows behaviours">
+    <div class="stack fill behaviours">
       <div class="row">
         <select
           class="fill"

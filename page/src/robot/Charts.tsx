@@ -105,7 +105,7 @@ export function Charts({ robot }: { robot: Robot }) {
   };
   const pause = () => (paused.value = paused.value ? null : robot.history.slice());
   return (
-    <div class="stack charts" onWheel={wheel}>
+    <div class="stack fill charts" onWheel={wheel}>
       <div class="row">
         <Button icon={paused.value ? Play : Pause} act={pause}>
           {paused.value ? "Continue charts" : "Pause charts"}

@@ -71,7 +71,7 @@ export function Console({ robot }: { robot: Robot }) {
   }
 
   return (
-    <div class="stack grows console">
+    <div class="stack fill console">
       <Lines label="answers" news={said.value}>
         {said.value.length === 0 && <p class="hint">What you send and what the robot answers stands here.</p>}
         {said.value.map(([kind, text]) => (

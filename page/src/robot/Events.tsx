@@ -48,7 +48,7 @@ export function Events({ robot }: { robot: Robot }) {
     number > cleared.value && !hidden.value.includes(kind) && text.toLowerCase().includes(wanted.value.toLowerCase());
   const groups = grouped(lines.filter(isShown));
   return (
-    <div class="stack grows events">
+    <div class="stack fill events">
       <div class="row">
         <input
           type="search"

@@ -41,7 +41,7 @@ export function Link({ robot }: { robot: Robot }) {
     [icon, kind, text] = link && isOn ? verdict(link) : [Unplug, "", "Not connected."],
     data = useMemo(() => columns(ROUND_TRIP, robot.history, SPAN), [robot.tick.value]);
   return (
-    <div class={`stack grows link ${isOn ? "" : "stale"}`}>
+    <div class={`stack fill link ${isOn ? "" : "stale"}`}>
       <p class={`row ${kind}`}>
         <Icon of={icon} /> {text}
       </p>

@@ -35,29 +35,31 @@ export function Status({ robot }: { robot: Robot }) {
   };
   return (
     <>
-      <div class="row wrap">
-        <h1 title={entry?.url}>{entry?.label}</h1>
-        <p class="chip" role="status" data-phase={phase}>
-          {phase_text}
-        </p>
-        {log && (
-          <span class="row small">
-            <Icon of={FileText} size={14} /> writing a log
-          </span>
-        )}
-        {recorder && (
-          <span class="row small bad">
-            <Icon of={Circle} size={12} /> recording
-          </span>
-        )}
-        {median > SLOW && <span class="warn">slow: {answers}</span>}
-        <span class="fill" />
-        <span class="hint facts">
-          {typeof raw === "number" && percent !== null && (
-            <span title={`${number(Number(volts), 2)} V`}>battery {number(Number(percent))} %</span>
+      <div class="row">
+        <div class="row wrap fill">
+          <h1 title={entry?.url}>{entry?.label}</h1>
+          <p class="chip" role="status" data-phase={phase}>
+            {phase_text}
+          </p>
+          {log && (
+            <span class="row small">
+              <Icon of={FileText} size={14} /> writing a log
+            </span>
           )}
-          {answers && median <= SLOW && !isPhone() && <span>{answers}</span>}
-        </span>
+          {recorder && (
+            <span class="row small bad">
+              <Icon of={Circle} size={12} /> recording
+            </span>
+          )}
+          {median > SLOW && <span class="warn">slow: {answers}</span>}
+          <span class="fill" />
+          <span class="hint facts">
+            {typeof raw === "number" && percent !== null && (
+              <span title={`${number(Number(volts), 2)} V`}>battery {number(Number(percent))} %</span>
+            )}
+            {answers && median <= SLOW && !isPhone() && <span>{answers}</span>}
+          </span>
+        </div>
         {can().connect && (
           <>
             <Button

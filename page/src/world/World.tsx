@@ -19,7 +19,16 @@ import "./world.css";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10];
 const STEP = 0.1; // s
-const PAUSE = "it stands still, and the robots' firmware with it. Programs outside get no answers meanwhile.";
+/** What the tools do, where their names do not say it. */
+const HINTS: Record<string, string> = {
+  Follow: "Keep the selected robot in the middle",
+  Rays: "What the infrared sensors see",
+  Trails: "Where the robots have been",
+  "Pause world": "It stands still, and the robots' firmware with it. Programs outside get no answers meanwhile.",
+  Step: `Go on by ${STEP} s; only while paused`,
+  Delete: "Take the selected box or wall away",
+  "Save …": "Save this world as a file",
+};
 const KEYS =
   "N P select, arrows move, [ ] turn, + − 0 zoom, V changes the camera, B box, M wall, Delete deletes, Escape selects nothing";
 const CAMERAS: Record<Mode, [label: string, icon: icons.IconNode]> = {
@@ -33,15 +42,8 @@ const hasDetails = signal(false);
 const mode = signal<Mode>("orbit");
 
 /** A checkbox that shows an icon, or a radio button of a group. */
-const toggle = (
-  icon: icons.IconNode,
-  label: string,
-  isOn: boolean,
-  act: (isOn: boolean) => void,
-  title = label,
-  of?: string,
-) => (
-  <label key={label} class="button icon toggle" title={title}>
+const toggle = (icon: icons.IconNode, label: string, isOn: boolean, act: (isOn: boolean) => void, of?: string) => (
+  <label key={label} class="button icon toggle" title={HINTS[label] ?? label}>
     <input
       class="over"
       {...{ type: of ? "radio" : "checkbox", name: of, "aria-label": label, checked: isOn }}
@@ -51,8 +53,8 @@ const toggle = (
   </label>
 );
 
-const tool = (icon: icons.IconNode, label: string, act: () => unknown, title = label, disabled = false) => (
-  <Button key={label} weight="quiet" {...{ icon, label, act, title, disabled }} />
+const tool = (icon: icons.IconNode, label: string, act: () => unknown, disabled = false) => (
+  <Button key={label} weight="quiet" title={HINTS[label] ?? label} {...{ icon, label, act, disabled }} />
 );
 
 /** Draw a world on a canvas; what does that is loaded with the first one. */
@@ -135,41 +137,24 @@ export function World({ world, of, own = null }: { world: Model; of: string; own
 function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; orders: Orders }) {
   const { edit, speed, save } = can(),
     { paused } = world.clock.value,
+    follows = (stage?.followed.value ?? null) !== null,
     canDelete = ["box", "wall"].includes(world.selected.value?.kind ?? "");
   return (
-    <div class="world-tools" inert={!world.isLive.value}>
+    <div class="world-tools row wrap scrolls" inert={!world.isLive.value}>
       {stage && !stage.isFlat && (
         <div class="row group" role="radiogroup" aria-label="camera">
           {MODES.map((each) => {
             const [label, icon] = CAMERAS[each],
               turn = () => (stage.mode.value = mode.value = each);
-            return toggle(icon, label, stage.mode.value === each, turn, label, "camera");
+            return toggle(icon, label, stage.mode.value === each, turn, "camera");
           })}
         </div>
       )}
       {stage && (
         <div class="row group">
-          {toggle(
-            icons.LocateFixed,
-            "Follow",
-            stage.followed.value !== null,
-            (isOn) => stage.follow(isOn ? stage.chosen : null),
-            "Keep the selected robot in the middle",
-          )}
-          {toggle(
-            icons.Radar,
-            "Rays",
-            hasRays.value,
-            (isOn) => (hasRays.value = isOn),
-            "What the infrared sensors see",
-          )}
-          {toggle(
-            icons.Route,
-            "Trails",
-            stage.hasTrails.value,
-            (isOn) => (stage.hasTrails.value = isOn),
-            "Where the robots have been",
-          )}
+          {toggle(icons.LocateFixed, "Follow", follows, (isOn) => stage.follow(isOn ? stage.chosen : null))}
+          {toggle(icons.Radar, "Rays", hasRays.value, (isOn) => (hasRays.value = isOn))}
+          {toggle(icons.Route, "Trails", stage.hasTrails.value, (isOn) => (stage.hasTrails.value = isOn))}
         </div>
       )}
       <div class="row group">
@@ -177,14 +162,8 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
           <>
             {paused
               ? tool(icons.Play, "Continue world", () => orders.send({ do: "resume" }))
-              : tool(icons.Pause, "Pause world", () => orders.send({ do: "pause" }), `Pause world: ${PAUSE}`)}
-            {tool(
-              icons.StepForward,
-              "Step",
-              () => orders.send({ do: "step", seconds: STEP }),
-              `Go on by ${STEP} s; only while paused`,
-              !paused,
-            )}
+              : tool(icons.Pause, "Pause world", () => orders.send({ do: "pause" }))}
+            {tool(icons.StepForward, "Step", () => orders.send({ do: "step", seconds: STEP }), !paused)}
             <Speed world={world} orders={orders} />
           </>
         )}
@@ -194,8 +173,8 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
       <div class="row group">
         {edit && tool(icons.PackagePlus, "Add a box", () => stage && orders.add("box", stage.middle))}
         {edit && tool(icons.BrickWall, "Add a wall", () => stage && orders.add("wall", stage.middle))}
-        {edit && tool(icons.Trash2, "Delete", () => orders.remove(), "Take the selected box or wall away", !canDelete)}
-        {save && tool(icons.Save, "Save …", () => keep(world), "Save this world as a file")}
+        {edit && tool(icons.Trash2, "Delete", () => orders.remove(), !canDelete)}
+        {save && tool(icons.Save, "Save …", () => keep(world))}
         <Button
           weight="quiet"
           icon={icons.PanelRight}
