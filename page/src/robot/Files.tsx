@@ -14,9 +14,15 @@ const ABOUT = {
   recording: "Everything: each byte, each reading, each event. It can be played here, repeated and compared.",
 };
 
-type Props = { robot: Robot; kind: "log" | "recording"; free?: string; look: () => Promise<void> };
+type Props = {
+  robot: Robot;
+  kind: "log" | "recording";
+  free?: string;
+  isLooking: boolean;
+  look: () => Promise<void>;
+};
 
-function Writing({ robot, kind, free = "", look }: Props) {
+function Writing({ robot, kind, free = "", isLooking, look }: Props) {
   const { log = null, recorder = null, phase = "failed" } = robot.tick.value ?? {},
     isOn = (kind === "log" ? log : recorder) !== null,
     typed = useSignal<string | null>(null), // null: the free name that the program proposes
@@ -37,11 +43,13 @@ function Writing({ robot, kind, free = "", look }: Props) {
         <input
           {...({ type: "text", class: "fill", maxLength: 80, spellcheck: false } as const)}
           aria-label={`file of the ${kind}`}
-          disabled={isOn}
+          disabled={isOn || (isLooking && typed.value === null)} // else what is typed now joins the name that comes
           value={name}
           onInput={({ currentTarget }) => (typed.value = currentTarget.value)}
         />
-        <Button act={turn}>{isOn ? "Stop" : "Start"}</Button>
+        <Button disabled={!isOn && !name} act={turn}>
+          {isOn ? "Stop" : "Start"}
+        </Button>
       </div>
       <p role="status">{isOn && state}</p>
     </section>
@@ -50,11 +58,14 @@ function Writing({ robot, kind, free = "", look }: Props) {
 
 export function Files({ robot }: { robot: Robot }) {
   const found = useSignal<FileList | null>(null),
+    isLooking = useSignal(true),
     { log, recording, recordings } = found.value ?? {},
     folder = hello.value?.folder;
   /** Look into the folder: which recordings it has, and which names are free. */
   const look = async () => {
+    isLooking.value = true;
     found.value = (await ask("files", {})) ?? found.value;
+    isLooking.value = false;
   };
   useEffect(() => void look(), []);
   const play = async (name: string) => {
@@ -64,8 +75,8 @@ export function Files({ robot }: { robot: Robot }) {
   const day = (time: number) => new Date(1000 * time).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
   return (
     <div class="stack files">
-      <Writing {...{ robot, look }} kind="log" free={log} />
-      <Writing {...{ robot, look }} kind="recording" free={recording} />
+      <Writing {...{ robot, look }} isLooking={isLooking.value} kind="log" free={log} />
+      <Writing {...{ robot, look }} isLooking={isLooking.value} kind="recording" free={recording} />
       <section class="stack" aria-label="recordings">
         <div class="row">
           <h3 class="fill">Play a recording</h3>
