@@ -48,17 +48,23 @@ def now() -> float:
 async def until(is_so: Callable[[], T | Awaitable[T]]) -> T:  # clock: the place for it
     """Wait in the event loop until ``is_so()`` gives something true, and return that; fail after :data:`PATIENCE`.
 
-    ``is_so`` may be a coroutine function.
+    ``is_so`` may be a coroutine function. A failure says how often it was answered: never if what it asks stands still.
     """
-    end = now() + PATIENCE
+    end, answers = now() + PATIENCE, 0
     while True:
         value = is_so()
-        if inspect.isawaitable(value):
-            async with asyncio.timeout_at(end):
-                value = await value
+        try:
+            async with asyncio.timeout_at(end) as bound:
+                if inspect.isawaitable(value):
+                    value = await value
+                answers += 1
+        except TimeoutError:  # a look was on its way: nearly always so when a browser is asked
+            if not bound.expired():
+                raise
+            value = None
         if value:
             return value
-        assert now() < end, f"this did not come in {PATIENCE} s"
+        assert now() < end, f"this did not come in {PATIENCE} s; {answers} looks were answered"
         await asyncio.sleep(LOOK)
 
 

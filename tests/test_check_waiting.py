@@ -1,8 +1,12 @@
 """The check that refuses tests which race the wall clock."""
 
+import asyncio
+
 import pytest
 
 from check_waiting import Reader
+from elib.testing import simulated
+from shared import PATIENCE, until
 
 RACES = [
     ("await asyncio.sleep(0.3)", "asyncio.sleep() sleeps"),
@@ -53,3 +57,14 @@ def test_what_waits_for_an_outcome_passes(line):
 def test_in_simulated_time_everything_may_wait():
     for before in ("@simulated", "@inside(elib.open, SIM)", "# clock: simulated"):
         assert races("await asyncio.sleep(1)", before) == []
+
+
+@pytest.mark.parametrize(("answers", "said"), [(True, r"; [1-9]\d* looks"), (False, "; 0 looks")])
+@simulated
+async def test_a_wait_that_fails_says_how_often_it_was_answered(answers, said):
+    async def look() -> bool:
+        await asyncio.sleep(1 if answers else 2 * PATIENCE)
+        return False
+
+    with pytest.raises(AssertionError, match=said):
+        await until(look)
