@@ -196,19 +196,9 @@ async def served(
         runner = web.AppRunner(server.application(), shutdown_timeout=CLOSING_TIME)
         await runner.setup()
         assert runner.server is not None
-        http = partial(
-            _Http,
-            runner.server,
-            loop=asyncio.get_running_loop(),
-            access_log=None,  # type: ignore[arg-type]  # as its own runner takes it
-            logger=SILENT,
-            keepalive_timeout=REQUEST_TIME * time_factor(),
-            lingering_time=0.0,  # do not wait for the rest of a body after the answer
-            max_line_size=MAX_LINE,
-            max_field_size=MAX_HEADER,
-        )
-        connections = _Connections(http, OF_STUDENT * len(students))
-        listener = await asyncio.get_running_loop().create_server(connections.protocol, sock=address.socket)
+        connections: dict[_Connection, str] = {}
+        connect = partial(_Connection, runner.server, connections, OF_STUDENT * len(students))
+        listener = await asyncio.get_running_loop().create_server(connect, sock=address.socket)
         try:
             yield server
         finally:
@@ -216,7 +206,8 @@ async def served(
             moving = await panel.close()
             listener.close()
             await server.close()
-            connections.close()
+            for connection in tuple(connections):
+                connection.abort()
             await runner.cleanup()
     check_standing(moving)
 
@@ -411,8 +402,69 @@ class Server:
         return await pages.answer(request)
 
 
-class _Http(web.RequestHandler):
-    """aiohttp's end of a connection. It answers by itself what it cannot read as a request."""
+class _Connection(web.RequestHandler):
+    """aiohttp's end of a connection. It ends one that is one too many, sends too much, or does not read.
+
+    Args:
+        server: aiohttp's own server.
+        others: All connections that are open, with their addresses; this one is added.
+        more: How many there may be beyond the usual.
+    """
+
+    def __init__(self, server: web.Server, others: dict[_Connection, str], more: int) -> None:
+        super().__init__(
+            server,
+            loop=asyncio.get_running_loop(),
+            access_log=None,  # type: ignore[arg-type]  # as its own runner takes it
+            logger=SILENT,
+            keepalive_timeout=REQUEST_TIME * time_factor(),
+            lingering_time=0.0,  # do not wait for the rest of a body after the answer
+            max_line_size=MAX_LINE,
+            max_field_size=MAX_HEADER,
+        )
+        self.abort: Callable[[], None] = lambda: None
+        self._others, self._more = others, more
+        self._bytes = Bucket(BYTES, BYTES_AT_ONCE)
+        self._reading_time = READING_TIME * time_factor()
+        self._unread: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self.abort = transport.abort
+        address = str((transport.get_extra_info("peername") or ("",))[0])
+        there = list(self._others.values())
+        if len(there) >= MAX_CONNECTIONS + self._more or there.count(address) >= MAX_OF_ONE:
+            self.abort()
+            return
+        self._others[self] = address
+        super().connection_made(transport)
+
+    def data_received(self, data: bytes) -> None:
+        if not self._bytes.take(len(data)):
+            self.abort()
+            return
+        try:
+            super().data_received(data)
+        except ValueError:  # what no parser has thought of
+            self.abort()
+
+    def pause_writing(self) -> None:
+        self._unread = self._loop.call_later(self._reading_time, self.abort)
+        super().pause_writing()
+
+    def resume_writing(self) -> None:
+        self._end_timer()
+        super().resume_writing()
+
+    def connection_lost(self, exc: BaseException | None) -> None:
+        self._end_timer()
+        if self._others.pop(self, None) is not None:
+            super().connection_lost(exc)
+
+    def _end_timer(self) -> None:
+        if self._unread is not None:
+            self._unread.cancel()
+            self._unread = None
 
     def handle_error(
         self,
@@ -421,107 +473,13 @@ class _Http(web.RequestHandler):
         exc: BaseException | None = None,
         message: str | None = None,
     ) -> web.StreamResponse:
-        """Answer like everywhere, and repeat nothing of what came."""
+        """Answer by itself what cannot be read as a request: like everywhere, and repeating nothing of what came."""
         response = super().handle_error(request, status, exc, "That is not a request.")
         response.headers.update(HEADERS)
         response.headers["Content-Security-Policy"] = "default-src 'none'; frame-ancestors 'none'"
         response.headers["Cache-Control"] = "no-store"
         response.headers["Server"] = "elib"  # no application removes aiohttp's own
         return response
-
-
-class _Connections:
-    """The connections of a server, whose number is bounded.
-
-    Args:
-        make: Makes a protocol that answers requests.
-        more: How many there may be beyond the usual.
-    """
-
-    def __init__(self, make: Callable[[], asyncio.Protocol], more: int = 0) -> None:
-        self.make = make
-        self._more = more
-        self._open: dict[asyncio.Transport, str] = {}
-
-    def protocol(self) -> asyncio.Protocol:
-        """Return the protocol of a new connection."""
-        return _Connection(self)
-
-    def admit(self, transport: asyncio.Transport) -> bool:
-        """Count a new connection; return False if there are too many."""
-        address = str((transport.get_extra_info("peername") or ("",))[0])
-        same = sum(each == address for each in self._open.values())
-        if len(self._open) >= MAX_CONNECTIONS + self._more or same >= MAX_OF_ONE:
-            return False
-        self._open[transport] = address
-        return True
-
-    def dismiss(self, transport: asyncio.Transport) -> None:
-        """Note that a connection has ended."""
-        self._open.pop(transport, None)
-
-    def close(self) -> None:
-        """End all connections at once."""
-        for transport in tuple(self._open):
-            transport.abort()
-
-
-class _Connection(asyncio.Protocol):
-    """One connection: it passes on what comes to aiohttp, and ends what sends too much or does not read.
-
-    Args:
-        connections: All of them.
-    """
-
-    def __init__(self, connections: _Connections) -> None:
-        self._connections = connections
-        self._loop = asyncio.get_running_loop()
-        self._factor = time_factor()
-        self._bytes = Bucket(BYTES, BYTES_AT_ONCE)
-        self._http: asyncio.Protocol | None = None
-        self._unread: asyncio.TimerHandle | None = None
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
-        if not self._connections.admit(transport):
-            transport.abort()
-            return
-        self._http = self._connections.make()
-        self._http.connection_made(transport)
-
-    def data_received(self, data: bytes) -> None:
-        if self._http is None or not self._bytes.take(len(data)):
-            self._transport.abort()
-            return
-        try:
-            self._http.data_received(data)
-        except ValueError:  # what no parser has thought of
-            self._transport.abort()
-
-    def eof_received(self) -> bool | None:
-        return None if self._http is None else self._http.eof_received()
-
-    def pause_writing(self) -> None:
-        if self._http is not None:
-            self._unread = self._loop.call_later(READING_TIME * self._factor, self._transport.abort)
-            self._http.pause_writing()
-
-    def resume_writing(self) -> None:
-        if self._http is not None:
-            self._end_timer()
-            self._http.resume_writing()
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        self._end_timer()
-        self._connections.dismiss(self._transport)
-        if self._http is not None:
-            self._http.connection_lost(exc)
-
-    def _end_timer(self) -> None:
-        if self._unread is not None:
-            self._unread.cancel()
-            self._unread = None
 
 
 @dataclass(frozen=True, slots=True)
