@@ -72,7 +72,7 @@ def standing(slot: Slot) -> bool:
 async def test_live_topics_have_the_names_and_schemas_of_a_recording(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     async with door() as (panel, url), connected_to(url) as client:
-        panel.slots["1"].start_recorder(str(path))
+        panel.slots["1"].records.recording.start(str(path))
         await until(lambda: "/readings/proximity" in client.topics)
         await client.subscribe(*sorted(client.topics))
         for name in (

@@ -231,10 +231,10 @@ async def test_the_folder_offers_its_recordings_and_names_that_are_free(tmp_path
 async def test_a_log_and_a_recording_can_be_asked_for_before_the_robot_is_connected(tmp_path: Path) -> None:
     panel = Panel(folder=tmp_path)
     slot = panel.slot(key := panel.add(SIM))
-    slot.start_log(str(tmp_path / "run.log"))
-    slot.start_recorder(str(tmp_path / "run.mcap"))
+    slot.records.log.start(str(tmp_path / "run.log"))
+    slot.records.recording.start(str(tmp_path / "run.mcap"))
     assert not any(tmp_path.iterdir())  # noqa: ASYNC240
-    assert (slot.records.armed_log, slot.records.armed_recording) == (f"{tmp_path}/run.log", f"{tmp_path}/run.mcap")
+    assert (slot.records.log.armed, slot.records.recording.armed) == (f"{tmp_path}/run.log", f"{tmp_path}/run.mcap")
     panel.connect(key)
     while slot.phase is not Phase.CONNECTED:  # noqa: ASYNC110  # in simulated time
         await asyncio.sleep(0.1)
@@ -255,11 +255,11 @@ async def test_a_log_of_a_robot_that_could_not_be_prepared_goes_on_at_the_next_c
 
     panel = Panel(folder=tmp_path)
     slot = panel.slot(panel.add(SIM))
-    slot.start_log(str(tmp_path / "run.log"))
+    slot.records.log.start(str(tmp_path / "run.log"))
     with monkeypatch.context() as patch:
         patch.setattr(lifecycle, "prepare", refuse)
         assert not await slot.connect()
-    assert slot.records.armed_log
+    assert slot.records.log.armed
     assert await slot.connect()
     await panel.close()
     assert " ok stop " in (tmp_path / "run.log").read_text()

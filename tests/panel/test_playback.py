@@ -21,7 +21,7 @@ async def recorded(path: Path) -> None:
     slot = Slot(SIM)
     await slot.connect()
     slot.watch_camera(None)
-    slot.start_recorder(str(path))
+    slot.records.recording.start(str(path))
     for action in (1, 0):
         await asyncio.sleep(1)
         await slot.command("set_led", 3, action)

@@ -196,13 +196,13 @@ async def test_what_is_told_is_in_the_event_log_and_readings_are_not(slot: Slot)
 
 
 async def test_log_and_recording_are_written_and_end_with_the_connection(slot: Slot, tmp_path: Path) -> None:
-    slot.start_log(str(tmp_path / "run.log"))
-    slot.start_recorder(str(tmp_path / "run.mcap"))
+    slot.records.log.start(str(tmp_path / "run.log"))
+    slot.records.recording.start(str(tmp_path / "run.mcap"))
     await asyncio.sleep(0.5)
     with pytest.raises(ArgumentError, match="exists"):
-        slot.start_recorder(str(tmp_path / "run.mcap"))
+        slot.records.recording.start(str(tmp_path / "run.mcap"))
     with pytest.raises(ArgumentError, match="cannot be written"):
-        slot.start_log(str(tmp_path / "no" / "run.log"))
+        slot.records.log.start(str(tmp_path / "no" / "run.log"))
     await slot.disconnect()
     assert "GetIR" in (tmp_path / "run.log").read_text() or (tmp_path / "run.log").stat().st_size > 0
     assert (tmp_path / "run.mcap").stat().st_size > 1000
@@ -417,7 +417,7 @@ async def test_with_the_last_page_polling_ends_and_begins_again_with_the_next(sl
 
 async def test_a_recording_goes_on_when_nobody_watches(slot: Slot, tmp_path: Path) -> None:
     slot.join("page")
-    slot.start_recorder(str(tmp_path / "run.mcap"))
+    slot.records.recording.start(str(tmp_path / "run.mcap"))
     slot.leave("page")
     await asyncio.sleep(3)
     assert slot.watcher.age("proximity") < 0.2
@@ -446,7 +446,7 @@ async def test_the_panel_s_own_recording_is_played_as_it_happened(firmware: str,
 
     slot = Slot(f"{SIM}&firmware={firmware}")
     await slot.connect()
-    slot.start_recorder(str(path))
+    slot.records.recording.start(str(path))
     await asyncio.sleep(1)
     await slot.command("set_camera", 40, 40, 8, elib.CameraMode.COLOUR)
     picture = await slot.take_picture()
@@ -503,7 +503,7 @@ async def test_a_recording_that_is_not_there_is_said() -> None:
 async def test_a_recording_can_be_gone_on_with_in_the_panel(tmp_path: Path) -> None:
     slot = Slot(SIM)
     await slot.connect()
-    slot.start_recorder(str(tmp_path / "run.mcap"))
+    slot.records.recording.start(str(tmp_path / "run.mcap"))
     await asyncio.sleep(1)
     await slot.disconnect()
     forked = Slot(f"replay://{tmp_path}/run.mcap?fork=0.5&speed=max")
@@ -526,7 +526,7 @@ async def test_what_elib_did_not_write_into_a_recording_is_passed_over(tmp_path:
     ]
     slot = Slot(SIM)
     await slot.connect()
-    slot.start_recorder(str(tmp_path / "run.mcap"))
+    slot.records.recording.start(str(tmp_path / "run.mcap"))
     await slot.disconnect()
     playback = Playback(parse_url(f"replay://{tmp_path}/run.mcap"))
     playback.recording.began = 0.0

@@ -107,7 +107,7 @@ async def _opened(
             _write_layout(layout, [prefix_of(key, count) for key in panel.slots])
         if record is not None:
             for key, slot in panel.slots.items():
-                slot.start_recorder(record if count == 1 else _numbered(record, key))
+                slot.records.recording.start(record if count == 1 else _numbered(record, key))
         async with opened(panel, address, origins=origins, token=token, on_refused=_complain):
             place = f"ws://{joined(reachable(address.host), address.port)}/{token or ''}"
             if token is not None:

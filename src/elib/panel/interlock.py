@@ -221,60 +221,22 @@ class Bridge(Portal):
 
     def call(self, coroutine: Coroutine[Any, Any, T], *, is_last: bool = False) -> T:
         """Run *coroutine* in the loop and return its result."""
-        return self.wait(self.start(coroutine))
+        if threading.get_ident() == self._thread_ident:
+            coroutine.close()
+            raise RuntimeError("a blocking call in the panel's own event loop would wait for ever")
+        hold: Hold | None = getattr(self._local, "hold", None)
+        future = self.begin(coroutine if hold is None else _released(hold, coroutine))
+        try:
+            return future.result()
+        except concurrent.futures.CancelledError:
+            raise LinkClosed("the call was cancelled") from None
 
-    def start(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
+    def begin(self, coroutine: Coroutine[Any, Any, T]) -> concurrent.futures.Future[T]:
         """Let *coroutine* run in the loop and return its future at once."""
         if self.is_closed:
             coroutine.close()
             raise LinkClosed("the behaviour was ended")
         return asyncio.run_coroutine_threadsafe(coroutine, self.loop)
-
-    begin = start
-
-    def wait(self, future: concurrent.futures.Future[T], timeout: float | None = None) -> T:
-        """Wait for *future* and return its result.
-
-        Args:
-            future: A future of :meth:`start`.
-            timeout: Seconds of the loop's time; None waits as long as the call takes.
-
-        Raises:
-            TimeoutError: The time is over; the call goes on.
-        """
-        if threading.get_ident() == self._thread_ident:
-            raise RuntimeError("a blocking call in the panel's own event loop would wait for ever")
-        expiry = None if timeout is None else self.start(asyncio.sleep(timeout))
-        hold: Hold | None = getattr(self._local, "hold", None)
-        lock, is_waiting = threading.Lock(), True
-
-        awaited: set[concurrent.futures.Future[Any]] = {future} if expiry is None else {future, expiry}
-
-        def wake(_: object) -> None:
-            # On the loop's thread, before the waiting thread wakes up: the time must not advance in between.
-            with lock:
-                if is_waiting and hold is not None:
-                    hold.acquire()
-
-        if hold is not None:
-            for each in awaited:
-                each.add_done_callback(wake)
-            with lock:
-                if not any(each.done() for each in awaited):
-                    hold.release()
-        concurrent.futures.wait(awaited, return_when=concurrent.futures.FIRST_COMPLETED)
-        with lock:
-            is_waiting = False
-            if hold is not None:
-                hold.acquire()
-        if expiry is not None:
-            expiry.cancel()
-        if not future.done():
-            raise TimeoutError(f"no outcome within {timeout:g} s; the call goes on")
-        try:
-            return future.result()
-        except concurrent.futures.CancelledError:
-            raise LinkClosed("the call was cancelled") from None
 
     def later(self, function: Callable[[], None], name: str) -> None:
         """Run *function* on another thread; it may block or raise without harm to the link."""
@@ -294,3 +256,13 @@ class Bridge(Portal):
         """Take no more calls."""
         self.is_closed = True
         self._pool.close()
+
+
+async def _released(hold: Hold, coroutine: Coroutine[Any, Any, T]) -> T:
+    """Let time pass while a thread waits for *coroutine*; both changes are made on the loop's own thread."""
+    hold.release()
+    try:
+        return await coroutine
+    finally:
+        coroutine.close()
+        hold.acquire()

@@ -9,7 +9,8 @@ import dataclasses
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+
+import msgspec
 
 from elib.base.pose import Pose
 from elib.base.timebase import require_speed
@@ -137,7 +138,8 @@ class Playback:
         self.on_entry(entry, now)
         data, name = entry.data, entry.topic.removeprefix(READINGS.name)
         if name in v.READING_TYPES:
-            self.on_reading(name, _reading(v.READING_TYPES[name], entry, now))
+            stamp = {"time": now, "origin": ORIGIN}
+            self.on_reading(name, msgspec.convert({**data, **stamp}, v.READING_TYPES[name]))
         elif entry.topic == PICTURES.name:
             self.on_reading(IMAGE, _picture(entry, now))
         elif entry.topic in (MEASURED.name, ODOMETRY.name):
@@ -165,26 +167,6 @@ class Playback:
         self.on_line(
             "call", f"{text}: {'ok' if data['ok'] else str(data['error']).partition(chr(10))[0]}", not data["ok"]
         )
-
-
-def _reading(kind: type[v.Reading], entry: Entry, now: float) -> v.Reading:
-    """Return a reading by the fields of its message.
-
-    Raises:
-        KeyError: A field is missing.
-        TypeError: One is no number.
-    """
-    names = [field.name for field in dataclasses.fields(kind) if field.name not in ("time", "origin")]
-    fields = {name: _numbers(entry.data[name]) for name in names}
-    return kind(**fields, time=now, origin=ORIGIN)
-
-
-def _numbers(value: object) -> Any:
-    if isinstance(value, list):
-        return tuple(map(_numbers, value))
-    if value is None or isinstance(value, int | float):
-        return value
-    raise TypeError("not a number")
 
 
 def _picture(entry: Entry, now: float) -> Image:

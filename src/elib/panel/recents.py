@@ -13,6 +13,7 @@ import msgspec
 from msgspec import Struct
 
 from elib.base.errors import ArgumentError, ElibError
+from elib.base.files import write_file
 from elib.link.transport import parse_url
 
 MAX_KEPT = 12
@@ -102,20 +103,12 @@ class RecentRobots:
 
     def _write(self, urls: list[str], is_damaged: bool) -> bool:
         """Replace the file in one step, so that another program never reads half of it."""
-        text = json.dumps({"robots": urls}, indent=1, ensure_ascii=False)
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             if is_damaged:  # a person may want to see what it was
-                os.replace(self.path, self.path.with_suffix(".damaged"))
-            handle, name = tempfile.mkstemp(dir=self.path.parent, prefix=self.path.stem)
-            try:
-                with open(handle, "w", encoding="utf-8") as file:
-                    file.write(text)
-                os.replace(name, self.path)
-            except BaseException:
-                os.unlink(name)
-                raise
-        except (OSError, UnicodeError):
+                self.path.replace(self.path.with_suffix(".damaged"))
+            write_file(self.path, json.dumps({"robots": urls}, indent=1, ensure_ascii=False).encode())
+        except (OSError, UnicodeError, ElibError):
             return False
         return True
 

@@ -74,6 +74,7 @@ class Slot:
         error: Why it is not connected, after a failure.
         diagnosis: What the doctor found after a failure, or None.
         drive: The drive lock: who drives, and how.
+        records: The log and the recording that are written of it.
         edition: A number that changes when firmware, lamps, instruments or world may have changed.
         runner: Runs behaviours on this robot.
         log: The event log.
@@ -90,7 +91,7 @@ class Slot:
         self.edition = 0
         self._loop = asyncio.get_running_loop()
         self.log = EventLog()
-        self.records = Records(lambda text, is_bad: self.note(text, kind="panel", is_bad=is_bad))
+        self.records = Records(lambda: self._robot, lambda text, is_bad: self.note(text, kind="panel", is_bad=is_bad))
         self.watcher = ReadingsWatcher(lambda text: self.log.note("link", text, is_bad=True), self._lost)
         self._parting: asyncio.Task[None] | None = None
         self.drive = DriveLock(lambda *speeds: lifecycle.drive(self.robot, *speeds), lambda: lifecycle.stop(self.robot))
@@ -202,7 +203,7 @@ class Slot:
             async with asyncio.timeout(OPENING_TIME):
                 await robot.__aenter__()
                 self._robot = robot
-                self.records.begin(robot)
+                self.records.begin()
                 line, profile = virtual(robot), robot.context.profile
                 camera = None if line is None else lifecycle.live_camera(line.simulation.settings.baud, profile.zooms)
                 self._has_live_camera = camera is not None or profile.codec == "wifi"
@@ -430,22 +431,6 @@ class Slot:
                 await asyncio.sleep(BLINK_TIME)
         for name, arguments in restoring_calls(before):
             await self.command(name, *arguments)
-
-    def start_log(self, path: str) -> None:
-        """Append a line for each call to a file; without a robot, from the moment when it is connected.
-
-        Raises:
-            ElibError: The file cannot be written.
-        """
-        self.records.start_log(self._robot, path)
-
-    def start_recorder(self, path: str) -> None:
-        """Record everything into a new file; without a robot, from the moment when it is connected.
-
-        Raises:
-            ElibError: The file cannot be written.
-        """
-        self.records.start_recorder(self._robot, path)
 
     @property
     def playback(self) -> Playback:

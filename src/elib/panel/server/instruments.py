@@ -292,7 +292,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> Tick:
         trail=_trail(slot, cursor),
         lines=_lines(slot, cursor),
         link=_link(slot),
-        log=slot.records.armed_log or (None if slot.records.log is None else slot.records.log.target),
+        log=_log(slot),
         recorder=_recorder(slot),
         playback=_playback(slot),
         live=slot.watcher.pictures,
@@ -461,9 +461,13 @@ def _playback(slot: Slot) -> Playing | None:
     return Playing(round(slot.playback.at, 2), round(slot.playback.length, 2), slot.playback.is_paused)
 
 
+def _log(slot: Slot) -> str | None:
+    log = slot.records.log
+    return log.armed or (None if log.file is None else log.file.target)
+
+
 def _recorder(slot: Slot) -> RecorderState | None:
-    recorder = slot.records.recorder
-    if recorder is None:
-        armed = slot.records.armed_recording
-        return RecorderState(armed, 0, 0) if armed else None
-    return RecorderState(str(recorder.path), recorder.size, recorder.messages)
+    recording = slot.records.recording
+    if recording.file is None:
+        return RecorderState(recording.armed, 0, 0) if recording.armed else None
+    return RecorderState(str(recording.file.path), recording.file.size, recording.file.messages)

@@ -307,25 +307,25 @@ def files(page: Page) -> FileList:
 @request("files")
 def start_log(page: Page, robot: Key, name: Name) -> None:
     """Write a log; if the robot is not connected yet, from the moment it is."""
-    page.panel.slot(robot).start_log(str(page.panel.folder.log(name)))
+    page.panel.slot(robot).records.log.start(str(page.panel.folder.log(name)))
 
 
 @request("files")
 def stop_log(page: Page, robot: Key) -> None:
     """Write the log no more."""
-    page.panel.slot(robot).records.stop_log()
+    page.panel.slot(robot).records.log.stop()
 
 
 @request("files")
 def start_recording(page: Page, robot: Key, name: Name) -> None:
     """Record everything; if the robot is not connected yet, from the moment it is."""
-    page.panel.slot(robot).start_recorder(str(page.panel.folder.recording(name)))
+    page.panel.slot(robot).records.recording.start(str(page.panel.folder.recording(name)))
 
 
 @request("files")
 def stop_recording(page: Page, robot: Key) -> None:
     """Record no more."""
-    page.panel.slot(robot).records.stop_recorder()
+    page.panel.slot(robot).records.recording.stop()
 
 
 @request("files")
