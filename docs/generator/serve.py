@@ -13,10 +13,10 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from elib.doors.robots import connected
 from elib.doors.serve.answers import PROTOCOL, TOLD
-from elib.doors.serve.client import MAX_WATCHES
+from elib.doors.serve.client import DOOR_MESSAGES, MAX_WATCHES
 from elib.doors.serve.door import MAX_PROGRAMS, PATH, ProgramDoor
 from elib.doors.serve.door import MESSAGES as RATE
-from elib.doors.serve.messages import COMMANDS, DOOR_MESSAGES
+from elib.doors.serve.messages import COMMANDS
 from elib.doors.serve.schema import reading_kinds, schema
 from elib.panel.drivelock import DEAD_MAN
 from elib.panel.server.conversation import ANSWERS, MAX_MESSAGE, MAX_WAITING, Message

@@ -114,14 +114,14 @@ async def panel(folder: Path, *urls: str, port: int = 0) -> AsyncIterator[str]:
     with mock.patch.dict(os.environ, own(folder)):
         robots = Panel(folder=folder)
         address = listen(port=port)
-        async with served(robots, address) as server:
+        async with served(robots, address):
             try:
                 for url in urls:
                     for key in robots.add_all(url, is_trusted=True):
                         robots.connect(key)
                 yield address.url
             finally:
-                server.is_ending = True
+                robots.is_ending = True
                 await robots.close()
 
 

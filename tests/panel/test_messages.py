@@ -116,7 +116,7 @@ async def ears(tmp_path) -> AsyncIterator[Ears]:
         panel.connect(key)
     ears = Ears()
     request = mock.Mock(**{"transport.get_write_buffer_size.return_value": 0})
-    ears.page = Page(panel, request, ears, decode, lambda: False)
+    ears.page = Page(panel, request, ears, decode)
     yield ears
     await ears.page.close()
     await panel.close()

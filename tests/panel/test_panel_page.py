@@ -73,7 +73,7 @@ async def test_a_page_that_leaves_stops_what_it_drove() -> None:
 async def test_what_a_page_sent_while_the_program_ends_is_not_carried_out() -> None:
     async with guarded(urls=["sim://"]) as rig, opened(rig.url) as page:
         key = await page.connected()
-        rig.server.is_ending = True
+        rig.panel.is_ending = True
         await page.tell("steer", robot=key, left=1, right=1)
         await page.tell("add", url="sim://line")
         assert (await page.ask("find"))["error"]["kind"] == "LinkClosed"

@@ -168,6 +168,7 @@ class Panel:
         study: As given.
         folder: As given.
         recents: As given.
+        is_ending: Whether the program ends. Then pages are still told what happens, but what they ask for is not done.
         on_empty: Called when the last page was closed.
         on_visit: Called when a page was opened.
     """
@@ -190,6 +191,7 @@ class Panel:
         self.study = study
         self.folder = Folder(Path.cwd() if folder is None else folder)
         self.recents = RecentRobots() if recents is None else recents
+        self.is_ending = False
         self.on_empty: Callable[[], object] = lambda: None
         self.on_visit: Callable[[], object] = lambda: None
         self._slots: dict[str, Slot] = {}
@@ -242,11 +244,10 @@ class Panel:
         """
         if len(self._slots) >= MAX_ROBOTS:
             raise ArgumentError(f"the panel has {MAX_ROBOTS} robots, and room for no more")
-        slot = Slot(self._url(url, is_trusted), name=_line("the name", name, MAX_NAME))
+        slot = Slot(self._url(url, is_trusted), name=_line("the name", name, MAX_NAME), key=str(self._number + 1))
         self._number += 1
-        key = str(self._number)
-        self._slots[key] = slot
-        return key
+        self._slots[slot.key] = slot
+        return slot.key
 
     def add_all(self, url: object, *, is_trusted: bool = False) -> list[str]:
         """Make a place for each robot of a URL, as :meth:`add` does for one: a URL of a world may have several robots.

@@ -66,10 +66,12 @@ class Slot:
     Args:
         url: URL that will be opened.
         name: Name of the robot; the URL unless given.
+        key: Its key in the panel.
 
     Attributes:
         url: As given.
         name: As given.
+        key: As given.
         phase: How the robot is connected.
         error: Why it is not connected, after a failure.
         diagnosis: What the doctor found after a failure, or None.
@@ -81,10 +83,11 @@ class Slot:
         watcher: The newest readings, and where the robot was.
     """
 
-    def __init__(self, url: str, *, name: str = "") -> None:
+    def __init__(self, url: str, *, name: str = "", key: str = "") -> None:
         parse_url(url)
         self.url = url
         self.name = name or url
+        self.key = key
         self.phase = Phase.DISCONNECTED
         self.error: ElibError | None = None
         self.diagnosis: Diagnosis | None = None

@@ -1,31 +1,33 @@
-"""One program that is connected: it carries out what the program asks for, and answers every request once."""
+"""One program that is connected: what it may ask of the door itself, a method a message, and what is done.
+
+A message is a JSON object such as ``{"do": "drive", "id": 7, "robot": "1"}``.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated
 
 from aiohttp import WSCloseCode, web
+from msgspec import Meta
 
 from elib import __version__
 from elib.base.errors import ArgumentError, ElibError, LinkClosed, LinkLost, MotionInterrupted
-from elib.doors.serve.answers import PROTOCOL, Event, Readings, RobotInfo, Watched, Welcome
+from elib.doors.serve.answers import PROTOCOL, Driven, Event, Readings, RobotInfo, Watched, Welcome
 from elib.doors.serve.values import all_plain, plain
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Reading
 from elib.panel import lifecycle
 from elib.panel.drivelock import DEAD_MAN
-from elib.panel.server.access import is_same
-from elib.panel.server.conversation import Caller, Decoded, Error, Message, Trouble
+from elib.panel.panel import Panel
+from elib.panel.server.access import Access, is_same
+from elib.panel.server.conversation import Caller, Decode, Error, Message, Table, Trouble
 from elib.panel.slot import Phase, Slot, may_drive
 from elib.robot.actions import CatalogueEntry
 from elib.robot.snapshot import WATCHABLE, watched_names
 from elib.simulator.emulator.control_server import Bucket, time_factor
-
-if TYPE_CHECKING:
-    from elib.panel.server.http import Server
 
 MAX_WATCHES = 8
 """Watches of one program."""
@@ -33,20 +35,40 @@ MAX_WAIT = 20.0
 """s within which a request is answered whatever happens; the slowest command, the calibration, has 8 s."""
 EVENT_PERIOD = 0.1
 """s between two looks into the event logs."""
+SLOWEST, FASTEST = 0.1, 50.0
+"""Range of the rate of a watch, Hz: over Bluetooth, no robot answers more than some 40 questions a second."""
 AGAIN = 0.2
 """s until a robot is asked again whose link was down, or whose answers did not come."""
 
 log = logging.getLogger("elib.serve")
+
+Robot = Annotated[str, Meta(max_length=12, description="Key of the robot; not needed where there is only one.")]
+Name = Annotated[str, Meta(max_length=20, extra_json_schema={"enum": list(WATCHABLE)})]
+
+
+class AboutRobot(Message):
+    """Is about one robot.
+
+    Attributes:
+        robot: Key of the robot; not needed where there is only one.
+    """
+
+    robot: Robot = ""
+
+
+DOOR_MESSAGES = Table()
+"""The messages that are not commands of the robot, by their names."""
 
 
 class Client(Caller):
     """One program, from the opening of its WebSocket to its end.
 
     Args:
-        server: The server that it came to.
+        panel: The robots.
         request: The request that opened the WebSocket.
         ws: The WebSocket.
         decode: Gives number and request of a text, or what is wrong with it.
+        access: Knows the token.
         hello_time: s that it may take to show the token.
     """
 
@@ -57,16 +79,17 @@ class Client(Caller):
 
     def __init__(
         self,
-        server: Server,
+        panel: Panel,
         request: web.Request,
         ws: web.WebSocketResponse,
-        decode: Callable[[str], Decoded],
+        decode: Decode,
+        access: Access,
         hello_time: float,
     ) -> None:
-        super().__init__(server.panel, request, ws, decode, lambda: server.is_ending)
-        self.is_let_in = server.access.token is None
+        super().__init__(panel, request, ws, decode)
+        self.is_let_in = access.token is None
         self._name = ""
-        self._server, self._hello_time = server, hello_time
+        self._access, self._hello_time = access, hello_time
         self._address = request.remote or ""
         self._watches: dict[tuple[str, tuple[str, ...]], asyncio.Task[None]] = {}
         self._minded: set[Slot] = set()
@@ -114,16 +137,16 @@ class Client(Caller):
             raise ArgumentError(f"there is no robot {key!r}", hint=f"there are {_listed(slots)}")
         return found
 
-    def _key_of(self, slot: Slot) -> str:
-        return next(key for key, each in self.panel.slots.items() if each is slot)
-
-    def greet(self, name: str, token: str) -> Welcome:
-        """Let a program in, and return what it is told first.
-
-        Raises:
-            ArgumentError: It does not show the token, or its name cannot be shown.
-        """
-        access = self._server.access
+    @DOOR_MESSAGES.request(is_greeting=True)
+    def hello(
+        self,
+        name: Annotated[str, Meta(max_length=80, description="Name of the program, for the event log.")] = "",
+        token: Annotated[
+            str, Meta(max_length=200, description="The token that the door printed, if it asks for one.")
+        ] = "",
+    ) -> Welcome:
+        """Say who connects, and ask which robots there are. It comes first where a token is needed."""
+        access = self._access
         if access.token is not None and not self.is_let_in:
             if not access.may_try(self._address):
                 raise ArgumentError("too many wrong tokens came from this address", hint="wait ten seconds")
@@ -154,27 +177,42 @@ class Client(Caller):
         for slot in self._met:
             slot.drive.beat(self.key)
 
-    def driven(self) -> list[str]:
-        """Return the keys of the robots that the program drives."""
-        return [key for key, slot in self.panel.slots.items() if slot.drive.driver == self.key]
+    @DOOR_MESSAGES.request(base=AboutRobot)
+    def drive(
+        self,
+        robot: str,
+        *,
+        force: Annotated[
+            bool, Meta(description="Whether to take over from another driver, who is stopped first.")
+        ] = False,
+    ) -> None:
+        """Take the wheel: from now on this program may move the robot, and no other.
 
-    def take(self, key: str, *, by_force: bool) -> None:
-        """Let the program drive a robot, also one that somebody has stopped.
-
-        Raises:
-            ArgumentError: Another one drives it.
-            LinkClosed: The robot is not connected.
+        While the robot may move, the program has to send a message at least every 0.3 s. The first command that moves a
+        robot which no client drives takes the wheel, too.
         """
-        slot = self.slot(key)
-        robot = slot.robot
-        before = slot.drive.driver
-        if not slot.drive.take(self.key, by_force=by_force):
+        slot = self.slot(robot)
+        connected, before = slot.robot, slot.drive.driver
+        if not slot.drive.take(self.key, by_force=force):
             raise _refusal(slot)
         slot.drive.unlatch(self.key)
         self._halts[slot] = slot.drive.stop_count
         self._mind(slot)
         if before != self.key:
-            slot.note(f"{self._name or self.key} drives {robot.name}")
+            slot.note(f"{self._name or self.key} drives {connected.name}")
+
+    @DOOR_MESSAGES.request(base=AboutRobot)
+    def leave(self, robot: str) -> None:
+        """Give the wheel back: the robot stops."""
+        slot = self.slot(robot)
+        self._minded.discard(slot)
+        self._halts.pop(slot, None)
+        slot.drive.leave(self.key)
+
+    @DOOR_MESSAGES.request()
+    def beat(self) -> Driven:
+        """Say that the program is still there. The result names the robots that it drives."""
+        return Driven([key for key, slot in self.panel.slots.items() if slot.drive.driver == self.key])
 
     async def command(self, key: str, entry: CatalogueEntry, arguments: Sequence[object]) -> object:
         """Send a command to a robot and return its answer.
@@ -216,17 +254,6 @@ class Client(Caller):
             self._halts[slot] += 1
         await robot.within(lifecycle.patience(robot)).stop()
 
-    def leave(self, key: str) -> None:
-        """Give the wheel of a robot back; the robot stops.
-
-        Raises:
-            ArgumentError: There is no such robot.
-        """
-        slot = self.slot(key)
-        self._minded.discard(slot)
-        self._halts.pop(slot, None)
-        slot.drive.leave(self.key)
-
     def _mind(self, slot: Slot) -> None:
         """Tell the program from now on when the robot is stopped under it."""
         self._minded.add(slot)
@@ -245,8 +272,7 @@ class Client(Caller):
                     told.discard(slot)
                 elif slot not in told:
                     told.add(slot)
-                    key = next((key for key, each in self.panel.slots.items() if each is slot), "")
-                    await self.tell(Error(robot=key, error=Trouble.of(error)))
+                    await self.tell(Error(robot=slot.key, error=Trouble.of(error)))
                 if slot.drive.driver != self.key:
                     self._minded.discard(slot)
                     told.discard(slot)
@@ -270,18 +296,24 @@ class Client(Caller):
 
     # -- watching --
 
-    def watch(self, key: str, readings: Sequence[str], rate: float) -> Watched:
-        """Begin to watch readings of a robot, or change the rate.
+    @DOOR_MESSAGES.request(base=AboutRobot)
+    def watch(
+        self,
+        robot: str,
+        readings: Annotated[
+            tuple[Name, ...],
+            Meta(max_length=len(WATCHABLE), description="Names of the readings; all sensors of the firmware if empty."),
+        ] = (),
+        rate: Annotated[float, Meta(ge=SLOWEST, le=FASTEST, description="Messages a second, Hz.")] = 20.0,
+    ) -> Watched:
+        """Ask for readings again and again: a ``readings`` message comes so many times a second, or as fast as the link is.
 
-        Raises:
-            ArgumentError: There is no such robot or reading, or the program has too many watches.
-            Unsupported: The robot's firmware does not have a reading.
-            LinkClosed: The robot is not connected.
-        """
-        slot = self.slot(key)
+        Several watches of one robot differ in their readings; the same readings again only change the rate.
+        """  # noqa: E501  # the schema has its first line
+        slot = self.slot(robot)
         context = slot.context or slot.robot.context
         names = watched_names(readings, context.profile)
-        where = self._key_of(slot), names
+        where = slot.key, names
         if where not in self._watches and len(self._watches) >= MAX_WATCHES:
             raise ArgumentError(f"there are {MAX_WATCHES} watches, and no more are possible", hint="unwatch one")
         if (old := self._watches.pop(where, None)) is not None:
@@ -319,15 +351,24 @@ class Client(Caller):
         self._watches.pop((key, names), None)
         await self.tell(Error(robot=key, error=Trouble.of(error or over)))
 
-    def unwatch(self, key: str, readings: Sequence[str]) -> None:
-        """End a watch of a robot, or all of them."""
-        own = self._key_of(self.slot(key))
+    @DOOR_MESSAGES.request(base=AboutRobot)
+    def unwatch(
+        self,
+        robot: str,
+        readings: Annotated[
+            tuple[Name, ...],
+            Meta(max_length=len(WATCHABLE), description="Names of the readings as in watch; every watch if empty."),
+        ] = (),
+    ) -> None:
+        """End a watch of these readings, or all watches of the robot."""
+        own = self.slot(robot).key
         for where in tuple(self._watches):
             if where[0] == own and (not readings or set(where[1]) == set(readings)):
                 self._watches.pop(where).cancel()
 
-    def tell_events(self, *, on: bool) -> None:
-        """Begin to tell what happens, or end it."""
+    @DOOR_MESSAGES.request()
+    def events(self, *, on: Annotated[bool, Meta(description="Whether events are wanted.")] = True) -> None:
+        """Ask for what happens on the robots and their links, as ``event`` messages, or end that."""
         if self._events is not None:
             self._events.cancel()
             self._events = None
@@ -366,7 +407,7 @@ class Client(Caller):
 
     async def close(self) -> None:
         """Leave all robots: what the program drove stops now; every request that waits is answered."""
-        self.tell_events(on=False)
+        self.events(on=False)
         if self._minding is not None:
             self._minding.cancel()
         for watch in self._watches.values():

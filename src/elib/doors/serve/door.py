@@ -69,7 +69,7 @@ class ProgramDoor:
     def _client(self, request: web.Request, ws: web.WebSocketResponse) -> Client:
         assert self._server is not None
         _keep_little(request)
-        return Client(self._server, request, ws, decode, HELLO_TIME)
+        return Client(self._server.panel, request, ws, decode, self._server.access, HELLO_TIME)
 
     def refusal(self, request: web.Request, access: Access) -> tuple[int, str] | None:
         """Return status and text for a request that is refused; None if it may go on.
@@ -85,7 +85,7 @@ class ProgramDoor:
 
     async def answer(self, request: web.Request, server: Server) -> web.StreamResponse:
         """Hear one program until it leaves, or until it breaks a rule."""
-        if server.is_ending:
+        if server.panel.is_ending:
             return web.Response(status=503, text="The program ends.")
         self._server = server
         self._callers.on_visit = server.panel.on_visit

@@ -1,7 +1,6 @@
-"""What a program may send: one function a message, with its fields, and what is done.
+"""What a program may send: the messages of the door itself, and one made from each row of the catalogue of commands.
 
-A message is a JSON object such as ``{"do": "set_speed", "id": 7, "left": 0.5, "right": 0.5}``. The messages of the door
-itself are the functions below; one for each command of the robot is made from the catalogue of commands.
+A message is a JSON object such as ``{"do": "set_speed", "id": 7, "left": 0.5, "right": 0.5}``.
 """
 
 from __future__ import annotations
@@ -14,110 +13,11 @@ from typing import Annotated, Union
 from msgspec import Meta
 from msgspec.json import Decoder
 
-from elib.doors.serve.answers import Driven, Watched, Welcome
-from elib.doors.serve.client import Client
+from elib.doors.serve.client import DOOR_MESSAGES, AboutRobot, Client
 from elib.link.protocol.profiles import FIRMWARES, rule
 from elib.link.protocol.quantities import Quantity
-from elib.panel.server.conversation import Decoded, Message, Result, Table, decoded, message_of
+from elib.panel.server.conversation import Decoded, Message, Result, decoded, message_of
 from elib.robot.actions import CatalogueEntry, catalogue
-from elib.robot.snapshot import WATCHABLE
-
-SLOWEST, FASTEST = 0.1, 50.0
-"""Range of the rate of a watch, Hz: over Bluetooth, no robot answers more than some 40 questions a second."""
-
-Robot = Annotated[str, Meta(max_length=12, description="Key of the robot; not needed where there is only one.")]
-
-
-Name = Annotated[str, Meta(max_length=20, extra_json_schema={"enum": list(WATCHABLE)})]
-
-
-class AboutRobot(Message):
-    """Is about one robot.
-
-    Attributes:
-        robot: Key of the robot; not needed where there is only one.
-    """
-
-    robot: Robot = ""
-
-
-DOOR_MESSAGES = Table()
-"""The messages that are not commands of the robot, by their names."""
-
-
-@DOOR_MESSAGES.request(is_greeting=True)
-def hello(
-    client: Client,
-    name: Annotated[str, Meta(max_length=80, description="Name of the program, for the event log.")] = "",
-    token: Annotated[
-        str, Meta(max_length=200, description="The token that the door printed, if it asks for one.")
-    ] = "",
-) -> Welcome:
-    """Say who connects, and ask which robots there are. It comes first where a token is needed."""
-    return client.greet(name, token)
-
-
-@DOOR_MESSAGES.request(base=AboutRobot)
-def drive(
-    client: Client,
-    robot: str,
-    *,
-    force: Annotated[bool, Meta(description="Whether to take over from another driver, who is stopped first.")] = False,
-) -> None:
-    """Take the wheel: from now on this program may move the robot, and no other.
-
-    While the robot may move, the program has to send a message at least every 0.3 s. The first command that moves a
-    robot which no client drives takes the wheel, too.
-    """
-    client.take(robot, by_force=force)
-
-
-@DOOR_MESSAGES.request(base=AboutRobot)
-def leave(client: Client, robot: str) -> None:
-    """Give the wheel back: the robot stops."""
-    client.leave(robot)
-
-
-@DOOR_MESSAGES.request()
-def beat(client: Client) -> Driven:
-    """Say that the program is still there. The result names the robots that it drives."""
-    return Driven(client.driven())
-
-
-@DOOR_MESSAGES.request(base=AboutRobot)
-def watch(
-    client: Client,
-    robot: str,
-    readings: Annotated[
-        tuple[Name, ...],
-        Meta(max_length=len(WATCHABLE), description="Names of the readings; all sensors of the firmware if empty."),
-    ] = (),
-    rate: Annotated[float, Meta(ge=SLOWEST, le=FASTEST, description="Messages a second, Hz.")] = 20.0,
-) -> Watched:
-    """Ask for readings again and again: a ``readings`` message comes so many times a second, or as fast as the link is.
-
-    Several watches of one robot differ in their readings; the same readings again only change the rate.
-    """
-    return client.watch(robot, readings, rate)
-
-
-@DOOR_MESSAGES.request(base=AboutRobot)
-def unwatch(
-    client: Client,
-    robot: str,
-    readings: Annotated[
-        tuple[Name, ...],
-        Meta(max_length=len(WATCHABLE), description="Names of the readings as in watch; every watch if empty."),
-    ] = (),
-) -> None:
-    """End a watch of these readings, or all watches of the robot."""
-    client.unwatch(robot, readings)
-
-
-@DOOR_MESSAGES.request()
-def events(client: Client, *, on: Annotated[bool, Meta(description="Whether events are wanted.")] = True) -> None:
-    """Ask for what happens on the robots and their links, as ``event`` messages, or end that."""
-    client.tell_events(on=on)
 
 
 def _command(entry: CatalogueEntry) -> type[Message]:

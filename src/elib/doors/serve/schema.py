@@ -10,7 +10,8 @@ import msgspec
 
 from elib.base.plaintext import summary
 from elib.doors.serve.answers import PROTOCOL, TOLD, Welcome
-from elib.doors.serve.messages import DOOR_MESSAGES, MESSAGES
+from elib.doors.serve.client import DOOR_MESSAGES
+from elib.doors.serve.messages import MESSAGES
 from elib.doors.serve.values import ROLES
 from elib.link.protocol import values as v
 from elib.link.protocol.values import READING_TYPES, FieldInfo, Reading, Sensors, describe

@@ -122,7 +122,7 @@ class Table(dict[str, type[Message]]):
     """The messages that one kind of caller may say, by their names."""
 
     def request(self, needs: str = "", *, name: str = "", **more: Any) -> Callable[[F], F]:
-        """Return a decorator by which a function becomes a message: its name, its arguments and its docstring.
+        """Return a decorator by which a function or a method becomes a message: its name, arguments and docstring.
 
         Args:
             needs: What a page must be able to do.
@@ -132,9 +132,8 @@ class Table(dict[str, type[Message]]):
 
         def add(act: F) -> F:
             hints = get_type_hints(act, include_extras=True)
-            _, *fields = (
-                each.replace(annotation=hints[each.name]) for each in inspect.signature(act).parameters.values()
-            )
+            _, *given = inspect.signature(act).parameters.values()
+            fields = [each.replace(annotation=hints[each.name]) for each in given]
             more.setdefault("answers", _awaited(hints["return"]))
             self.put(message_of(act, name or act.__name__, fields, act.__doc__, needs=needs, **more))
             return act
@@ -147,6 +146,7 @@ class Table(dict[str, type[Message]]):
 
 
 Decoded = tuple[int, Message | ArgumentError]
+Decode = Callable[[str], Decoded]
 
 
 class _Numbered(Struct):
@@ -234,7 +234,6 @@ class Caller:
         request: The request that opened the WebSocket.
         ws: The WebSocket.
         decode: Gives number and message of a text, or what is wrong with it.
-        is_ending: Whether the server ends: then nothing is carried out any more.
 
     Attributes:
         panel: As given.
@@ -252,19 +251,12 @@ class Caller:
     """s within which a request is answered whatever happens; None if that is left to the request."""
     logger: ClassVar[logging.Logger]
 
-    def __init__(
-        self,
-        panel: Panel,
-        request: web.BaseRequest,
-        ws: web.WebSocketResponse,
-        decode: Callable[[str], Decoded],
-        is_ending: Callable[[], bool],
-    ) -> None:
+    def __init__(self, panel: Panel, request: web.BaseRequest, ws: web.WebSocketResponse, decode: Decode) -> None:
         self.panel = panel
         self._met: set[Slot] = set()
         self.key = f"{self.kind}-{secrets.token_hex(8)}"
         self.is_let_in = True
-        self._ws, self._decode, self._is_ending = ws, decode, is_ending
+        self._ws, self._decode = ws, decode
         assert request.transport is not None
         self._transport = request.transport
         self._loop = asyncio.get_running_loop()
@@ -300,7 +292,7 @@ class Caller:
             await self._answer(number, ArgumentError(GREETING))
             return GREETING
         try:
-            if self._is_ending():
+            if self.panel.is_ending:
                 raise LinkClosed(f"{self.served_by} ends")
             self.admit(message)
             result = message.carry_out(self)

@@ -202,7 +202,8 @@ async def served(
         try:
             yield server
         finally:
-            server.is_ending = True  # before the robots are stopped: no page drives them again
+            for each in (panel, *students.values()):
+                each.is_ending = True  # before the robots are stopped: no page drives them again
             moving = await panel.close()
             listener.close()
             await server.close()
@@ -215,24 +216,17 @@ async def served(
 class Server:
     """Answers the requests of browsers.
 
-    Args:
-        panel: The robots.
-        address: Where it is served.
-        token: What a browser must show.
-        door: One more address for programs.
-        students: What the students of a class see without the token, each at ``/student/KEY``.
+    Its arguments are those of :func:`served`.
 
     Attributes:
-        panel: As given.
+        panel: The robots.
         access: Who may use the page.
         url: The URL of the page.
-        is_ending: Whether the program ends. Then pages are still told what happens, but what they ask for is not done.
     """
 
     def __init__(
         self, panel: Panel, address: Address, token: str | None, door: Door | None, students: Mapping[str, Panel]
     ) -> None:
-        self.is_ending = False
         self.panel, self._door = panel, door
         self.access, self.url = Access(address.host, address.port, token), address.url
         self._files = _static_files()
@@ -262,7 +256,6 @@ class Server:
 
     async def close(self) -> None:
         """Close all pages, and the door."""
-        self.is_ending = True
         if self._door is not None:
             await self._door.close()
         all_pages = self._pages, *self._students.values()
@@ -383,7 +376,7 @@ class Server:
         """Return the pages of a panel, of which there are none yet."""
 
         def page(request: web.Request, ws: web.WebSocketResponse) -> Page:
-            return Page(panel, request, ws, decode, lambda: self.is_ending)
+            return Page(panel, request, ws, decode)
 
         full = f"{most} pages are open. Close some, and try again."
         return Callers(page, most, full, (MESSAGES, MESSAGES_AT_ONCE))
@@ -393,7 +386,7 @@ class Server:
             return web.Response(status=403, text="Only the page itself may connect.")
         if "Sec-WebSocket-Protocol" in request.headers:
             return web.Response(status=400, text="This address is for WebSockets.")
-        if self.is_ending:
+        if self.panel.is_ending:
             return web.Response(status=503, text="The program ends.")
         key = request.match_info.get("key")
         pages = self._pages if key is None else self._students.get(key)

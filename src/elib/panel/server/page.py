@@ -17,7 +17,7 @@ from elib.base.errors import ArgumentError
 from elib.panel.behaviours import BehaviourAbout, Play, catalogue
 from elib.panel.events import KINDS
 from elib.panel.panel import Can, Generation, Listed, Panel, Reachable, StudyAbout, StudyState
-from elib.panel.server.conversation import Caller, Decoded, Message, Told
+from elib.panel.server.conversation import Caller, Decode, Message, Told
 from elib.panel.server.instruments import Scheme, Summary, Tick
 from elib.panel.server.pictures import WorldInfo, world_list
 from elib.simulator.drawing.robot import LED_ANGLES
@@ -228,13 +228,6 @@ class ListStream(Stream):
 class Page(Caller):
     """One browser page, from the opening of its WebSocket to its end.
 
-    Args:
-        panel: The robots.
-        request: The request that opened the WebSocket.
-        ws: The page's WebSocket.
-        decode: Gives number and message of a text, or what is wrong with it.
-        is_ending: Whether the server ends.
-
     Attributes:
         updates: How many updates it was sent.
     """
@@ -244,15 +237,8 @@ class Page(Caller):
     closing_reason = "not a message of the page"
     logger = log
 
-    def __init__(
-        self,
-        panel: Panel,
-        request: web.BaseRequest,
-        ws: web.WebSocketResponse,
-        decode: Callable[[str], Decoded],
-        is_ending: Callable[[], bool],
-    ) -> None:
-        super().__init__(panel, request, ws, decode, is_ending)
+    def __init__(self, panel: Panel, request: web.BaseRequest, ws: web.WebSocketResponse, decode: Decode) -> None:
+        super().__init__(panel, request, ws, decode)
         self.updates = 0
         self._telling: set[asyncio.Future[Any]] = set()
         self._streams: dict[tuple[str, int], Stream] = {}
