@@ -166,7 +166,7 @@ def test_a_name_that_does_not_exist_would_be_noticed(world: dict[str, object]) -
 
 def test_every_word_that_is_said_to_be_written_on_the_panel_is_in_its_source() -> None:
     panel = "".join(path.read_text() for path in PANEL.rglob("*") if path.suffix in (".py", ".js"))
-    panel += "".join(f'"{each.title}"' for each in instruments(None))
+    panel += "".join(f'"{each.title}"' for each in instruments())
     for row in ROWS:
         if row.section == "Elib Joystick":
             for words in re.findall(r"\*\*(.+?)\*\*", row.remark):

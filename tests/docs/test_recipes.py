@@ -512,7 +512,7 @@ class Distance(Single):
         from elib.panel.gauges import instruments
         with elib.connect("sim://?firmware=epuck2&speed=max") as robot:
             snapshot = next(iter(robot.watch("humidity")))
-        gauge = next(each for each in instruments(None) if each.name == "humidity")
+        gauge = next(each for each in instruments() if each.name == "humidity")
         found = [snapshot.humidity == elib.Humidity(45), gauge.title, gauge.units, gauge.high]
         """,
     )
@@ -537,8 +537,8 @@ def an_instrument_of_the_panel_follows_from_its_reading_and_its_range_is_a_case(
         from elib.link.protocol.profiles import EPUCK2
         from elib.robot.snapshot import SENSORS
 
-        kinds = [next(each for each in instruments(p) if each.name == "temperature") for p in (None, EPUCK2)]
-        found = [[each.name for each in instruments(None)] == list(SENSORS), *((each.low, each.high) for each in kinds)]
+        kinds = [next(each for each in instruments(name) if each.name == "temperature") for name in ("", EPUCK2.name)]
+        found = [[each.name for each in instruments()] == list(SENSORS), *((each.low, each.high) for each in kinds)]
         """
     )
     assert answers.found == [True, [-40, 85], [0, 50]]

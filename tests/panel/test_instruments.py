@@ -46,7 +46,7 @@ def seen(slot: Slot, cursor: Cursor | None = None) -> Any:
 
 
 def test_a_charge_is_in_percent_and_yes_and_no_are_no_numbers() -> None:
-    gauges = {each.name: each for each in instruments(None)}
+    gauges = {each.name: each for each in instruments()}
     assert gauges["battery"].units[2] == "%"
     assert list(numbers(v.Battery(900, 3.67, 0.372))) == [900, 3.67, pytest.approx(37.2)]
     assert list(numbers(v.Battery(900, None, None))) == [900, None, None]
@@ -55,8 +55,8 @@ def test_a_charge_is_in_percent_and_yes_and_no_are_no_numbers() -> None:
 
 
 def test_every_reading_of_every_firmware_has_an_instrument() -> None:
-    for profile in (None, *PROFILES.values()):
-        there = instruments(profile)
+    for firmware in ("", *PROFILES):
+        there = instruments(firmware)
         assert [each.name for each in there] == list(SENSORS)
         assert all(len(each.labels) == len(each.units) for each in there)
         assert all(each.low is None or each.high is None or each.low < each.high for each in there)
@@ -68,7 +68,7 @@ async def test_before_the_first_reading_nothing_is_known_and_all_is_grey() -> No
     assert (shown["phase"], shown["link"], shown["pose"], shown["picture"]) == ("disconnected", None, None, None)
     assert set(shown["readings"]) == set(SENSORS)
     assert shown["readings"]["proximity"] == {"values": None, "physical": None, "age": None, "stale": True}
-    encoders = next(each for each in instruments(None) if each.name == "encoders")
+    encoders = next(each for each in instruments() if each.name == "encoders")
     assert words(encoders, None) == (("left", "?", "steps"), ("right", "?", "steps"))
     assert (slot.watcher.age("encoders"), slot.is_stale("encoders")) == (math.inf, True)
 

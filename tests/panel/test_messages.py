@@ -61,6 +61,11 @@ def test_a_message_takes_no_field_beside_its_own() -> None:
         assert isinstance(found, ArgumentError), found
 
 
+@pytest.mark.parametrize("name", [None, 7, "a" * 1000])
+def test_a_behaviour_is_named_by_a_short_text(name: object) -> None:
+    assert isinstance(decode(json.dumps({"do": "behave", "robots": ["1"], "name": name}))[1], ArgumentError)
+
+
 @given(st.text() | BROKEN)
 def test_text_that_is_no_message_is_refused_and_nothing_else_happens(text: str) -> None:
     assert isinstance(decode(text)[1], ArgumentError)

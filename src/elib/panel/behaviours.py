@@ -13,8 +13,8 @@ import inspect
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
+from concurrent.futures import Future
 from typing import Annotated, Protocol
 
 from msgspec import Meta, Struct
@@ -40,8 +40,6 @@ from elib.robot.blocking import BlockingEpuck
 
 KEPT = 500
 """Lines of a behaviour's own log that are kept."""
-MAX_NAME = 80
-"""Characters of a behaviour's name."""
 ENDING_TIME = 10.0
 """s that a behaviour may take to end: three stops that are not confirmed take 7.5 s. It cannot drive meanwhile."""
 GROUPS = {"vehicles": 0, "samples of 2011": 1, "swarm": 2, "tools": 3}
@@ -101,7 +99,6 @@ class BehaviourRunner:
         self.line_count = 0
         self.is_held = False
         self._slot = slot
-        self._pages: set[str] = set()
         self._loop = asyncio.get_running_loop()
         self._task: asyncio.Task[None] | None = None
         self._going_on: asyncio.Task[None] | None = None
@@ -120,11 +117,6 @@ class BehaviourRunner:
         """How long it has been running, or ran, s."""
         return 0.0 if self._context is None else self._ended if not self.is_active else self._context.time
 
-    @property
-    def is_watched(self) -> bool:
-        """Whether a page shows the panel."""
-        return bool(self._pages)
-
     # -- what a page does --
 
     def start(self, name: str, options: Mapping[str, object] | None = None, *, channel: Channel | None = None) -> None:
@@ -139,7 +131,7 @@ class BehaviourRunner:
             ArgumentError: There is no such behaviour or option, it cannot run here, or a behaviour or a person drives.
             LinkClosed: The robot is not connected.
         """
-        what = find(_checked(name))
+        what = find(name)
         if what.style in ELSEWHERE:
             raise ArgumentError(
                 f"{what.name} cannot run in the panel: {ELSEWHERE[what.style]}", hint=f"elib run {what.name}"
@@ -225,16 +217,6 @@ class BehaviourRunner:
             await asyncio.wait([task], timeout=timeout)
         return self._task is None
 
-    def join(self, page: str) -> None:
-        """Record that a page shows the panel."""
-        self._pages.add(page)
-
-    def leave(self, page: str) -> None:
-        """Record that a page was closed; with the last one the behaviour ends."""
-        self._pages.discard(page)
-        if not self._pages:
-            self.halt("ended, because the last page was closed")
-
     # -- how --
 
     def _on_hand(self, what: str) -> None:
@@ -293,30 +275,23 @@ class BehaviourRunner:
         """Run a behaviour in the blocking style, in a thread of its own."""
         bridge = Bridge(self._loop)
         bridge.before_close = robot.close
-        done: asyncio.Future[RunResult] = self._loop.create_future()
+        outcome: Future[RunResult] = Future()
+        outcome.set_running_or_notify_cancel()  # from now on nobody cancels it
         hold = bridge.hold()
 
         def work() -> None:
             try:
-                outcome = run_behaviour_blocking(what, BlockingEpuck(robot, bridge), options=options, run=context)
+                done = run_behaviour_blocking(what, BlockingEpuck(robot, bridge), options=options, run=context)
             except BaseException as error:
-                self._deliver(done, partial(done.set_exception, error))
+                outcome.set_exception(error)
             else:
-                self._deliver(done, partial(done.set_result, outcome))
+                outcome.set_result(done)
 
         threading.Thread(target=lambda: bridge.run(work, hold), name=f"elib behaviour {what.name}", daemon=True).start()
         try:
-            await done
+            await asyncio.wrap_future(outcome)
         finally:
             bridge.close()
-
-    def _deliver(self, done: asyncio.Future[RunResult], put: Callable[[], None]) -> None:
-        def deliver() -> None:
-            if not done.done():
-                put()
-
-        with contextlib.suppress(RuntimeError):  # the panel has closed meanwhile
-            self._loop.call_soon_threadsafe(deliver)
 
     async def _go_on(self, interlock: Interlock) -> None:
         try:
@@ -427,19 +402,8 @@ def source_of(name: str) -> str:
     Raises:
         ArgumentError: There is no such behaviour, or its file is not installed.
     """
-    what = find(_checked(name))
+    what = find(name)
     try:
         return inspect.getsource(sys.modules[what.function.__module__])
     except (OSError, TypeError):
         raise ArgumentError(f"the source of {what.name} is not installed") from None
-
-
-def _checked(name: object) -> str:
-    """Return the name of a behaviour as a page sent it.
-
-    Raises:
-        ArgumentError: It is not a text, or too long.
-    """
-    if not isinstance(name, str) or len(name) > MAX_NAME:
-        raise ArgumentError("a behaviour is named by a short text")
-    return name

@@ -156,7 +156,7 @@ def result_text(value: object, firmware: str = "") -> str:
         case Image():
             return f"{value.width} x {value.height} pixels, {value.mode.name}"
         case v.Sensors():
-            known = {each.name: each for each in instruments(FIRMWARES.get(firmware))}
+            known = {each.name: each for each in instruments(firmware)}
             there = [name for name in SENSORS if getattr(value, name) is not None]
             return "\n".join(f"{known[name].title}: {_words(getattr(value, name), firmware, name)}" for name in there)
         case v.Version():
@@ -175,7 +175,7 @@ def result_text(value: object, firmware: str = "") -> str:
 
 
 def _words(value: v.Reading, firmware: str, name: str) -> str:
-    instrument = next(each for each in instruments(FIRMWARES.get(firmware)) if each.name == name)
+    instrument = next(each for each in instruments(firmware) if each.name == name)
     return ", ".join(" ".join(part for part in parts if part) for parts in words(instrument, value))
 
 

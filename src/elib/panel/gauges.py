@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import cast
 
 from msgspec import Struct
 
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Profile
+from elib.link.protocol.profiles import FIRMWARES
 from elib.robot.snapshot import SENSORS
 
 
@@ -53,20 +55,14 @@ def _number(value: float | None) -> str:
     return str(value) if isinstance(value, int) else f"{value:.4g}"
 
 
-def instruments(profile: Profile | None) -> tuple[Instrument, ...]:
+@cache
+def instruments(firmware: str = "") -> tuple[Instrument, ...]:
     """Return all readings but the picture, in the order of :class:`elib.Sensors`.
 
     Args:
-        profile: Profile of the firmware, which decides the ranges; None before it is known.
+        firmware: Name of the firmware, which decides the ranges; empty before it is known.
     """
-    name = "" if profile is None else profile.name
-    known = _KNOWN.get(name)
-    if known is None:
-        known = _KNOWN[name] = tuple(_instrument(reading, profile) for reading in SENSORS)
-    return known
-
-
-_KNOWN: dict[str, tuple[Instrument, ...]] = {}
+    return tuple(_instrument(reading, FIRMWARES.get(firmware)) for reading in SENSORS)
 
 
 def _instrument(name: str, profile: Profile | None) -> Instrument:

@@ -151,23 +151,15 @@ class Study(Protocol):
 class Panel:
     """The robots of one panel.
 
-    Args:
+    Attributes:
         is_shared: Whether other computers reach it. Then a page may not name files of this computer.
         can: What its pages can do.
-        worlds: Controls of simulations that are shown beside those of the robots, by any keys that no robot has.
+        worlds: Controls of simulations that are shown beside those of the robots, by any keys that no robot has. They
+            may change.
         reachable: How programs open the robots of these worlds.
         study: The study to which the pages belong, if they belong to one.
         folder: Where logs, recordings and pictures go; the current folder if None.
         recents: The robots that were used before; those of this user if None.
-
-    Attributes:
-        is_shared: As given.
-        can: As given.
-        worlds: As given; they may change.
-        reachable: As given.
-        study: As given.
-        folder: As given.
-        recents: As given.
         is_ending: Whether the program ends. Then pages are still told what happens, but what they ask for is not done.
         on_empty: Called when the last page was closed.
         on_visit: Called when a page was opened.

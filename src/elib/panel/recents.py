@@ -46,11 +46,8 @@ class _Kept(Struct):
 class RecentRobots:
     """The URLs of robots, the newest first. Nothing here fails: a file that cannot be read or written is empty.
 
-    Args:
-        path: The file; in the user's state folder if None.
-
     Attributes:
-        path: As given.
+        path: The file; in the user's state folder unless given.
     """
 
     def __init__(self, path: str | Path | None = None) -> None:

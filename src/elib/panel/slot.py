@@ -63,15 +63,10 @@ class Phase(enum.Enum):
 class Slot:
     """A robot's place in the panel. It outlives its connections.
 
-    Args:
+    Attributes:
         url: URL that will be opened.
         name: Name of the robot; the URL unless given.
         key: Its key in the panel.
-
-    Attributes:
-        url: As given.
-        name: As given.
-        key: As given.
         phase: How the robot is connected.
         error: Why it is not connected, after a failure.
         diagnosis: What the doctor found after a failure, or None.
@@ -105,6 +100,7 @@ class Slot:
         self._tasks: set[asyncio.Task[object]] = set()
         self._doctor: asyncio.Task[object] | None = None
         self._opening: asyncio.Task[bool] | None = None
+        self._pages: set[str] = set()
         self._viewers: set[str] = set()
         self._has_live_camera = False
         self._was_live_chosen = False
@@ -459,7 +455,7 @@ class Slot:
 
     def join(self, page: str) -> None:
         """Note that a page is open that may show the robot."""
-        self.runner.join(page)
+        self._pages.add(page)
         self.watcher.wake()
 
     def look(self, page: str) -> None:
@@ -485,9 +481,11 @@ class Slot:
         """
         self.drive.leave(page)
         self.look_away(page)
-        self.runner.leave(page)
-        if not self.runner.is_watched and not self.records.is_writing:
-            self.watcher.rest()
+        self._pages.discard(page)
+        if not self._pages:
+            self.runner.halt("ended, because the last page was closed")
+            if not self.records.is_writing:
+                self.watcher.rest()
 
     # -- events --
 

@@ -86,11 +86,7 @@ class ReadingsWatcher:
             ArgumentError: The rate is not a number from 1 to 50.
         """
         self._rate = Number(SLOW, FAST, "Hz").require(rate, "the rate of the sensors")
-        old = self._tasks.pop("", None)
-        if old is not None:
-            old.cancel()
-        if self._robot is not None and not self._rests:
-            self._follow("", self._rate)
+        self._follow("", self._rate)
 
     def age(self, name: str) -> float:
         """Return how old a reading is, s; infinite before the first one."""
@@ -106,8 +102,7 @@ class ReadingsWatcher:
         """Watch *robot*; its trail begins again."""
         self._robot = robot
         self.forget()
-        if not self._rests:
-            self._go_on()
+        self._go_on()
 
     def rest(self) -> None:
         """Ask the robot for nothing until :meth:`wake`; what was read stays."""
@@ -122,9 +117,8 @@ class ReadingsWatcher:
             self._go_on()
 
     def _go_on(self) -> None:
-        if self._robot is not None:
-            self._follow("", self._rate)
-            self.watch_camera(self._pictures)
+        self._follow("", self._rate)
+        self.watch_camera(self._pictures)
 
     def forget(self) -> None:
         """Forget the readings and the trail."""
@@ -151,11 +145,7 @@ class ReadingsWatcher:
         if seconds is not None:
             Number(QUICKEST, SLOWEST, "s").require(seconds, "the time between two pictures")
         self._pictures = seconds
-        old = self._tasks.pop(IMAGE, None)
-        if old is not None:
-            old.cancel()
-        if seconds is not None and self._robot is not None and not self._rests:
-            self._follow(IMAGE, 1 / seconds)
+        self._follow(IMAGE, None if seconds is None else 1 / seconds)
 
     def put(self, pose: Pose) -> None:
         """Add a point to the trail if the robot has moved."""
@@ -163,8 +153,12 @@ class ReadingsWatcher:
             self.trail.append(pose)
             self.trail_count += 1
 
-    def _follow(self, name: str, rate: float) -> None:
-        assert self._robot is not None
+    def _follow(self, name: str, rate: float | None) -> None:
+        """Watch all sensors, or the camera, at another rate, in place of the watch before; None ends that."""
+        if (old := self._tasks.pop(name, None)) is not None:
+            old.cancel()
+        if rate is None or self._robot is None or self._rests:
+            return
         work = self._watch(self._robot, [name] if name else [], rate)
         task = self._tasks[name] = self._loop.create_task(work, name=f"elib panel watches {name or 'all'}")
         task.add_done_callback(lambda ended: self._tasks.pop(name) if self._tasks.get(name) is ended else None)

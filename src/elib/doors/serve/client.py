@@ -63,13 +63,7 @@ DOOR_MESSAGES = Table()
 class Client(Caller):
     """One program, from the opening of its WebSocket to its end.
 
-    Args:
-        panel: The robots.
-        request: The request that opened the WebSocket.
-        ws: The WebSocket.
-        decode: Gives number and request of a text, or what is wrong with it.
-        access: Knows the token.
-        hello_time: s that it may take to show the token.
+    It is made as every caller; *access* knows the token, and *hello_time* is s that it may take to show it.
     """
 
     kind = "program"

@@ -236,7 +236,6 @@ class Caller:
         decode: Gives number and message of a text, or what is wrong with it.
 
     Attributes:
-        panel: As given.
         key: Its name at the drive locks. A caller acts under this name alone: no message has one.
         is_let_in: Whether it has shown the token, if there is one.
     """

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Annotated, Literal, TypeVar
 
+import msgspec
 from msgspec import Meta, Struct
 
 from elib.base.body import STEPS_PER_REVOLUTION, WHEEL_CIRCUMFERENCE
@@ -155,8 +156,8 @@ class Lines(Struct):
     lines: list[Line]
 
 
-class LinkStats(Struct):
-    """Statistics of the link, s and counts, and the share of lost and refused commands."""
+class LinkStats(Struct, kw_only=True):
+    """Statistics of the link, s and counts, and the share of lost commands; JSON has null for what is not known."""
 
     median: float | None
     p99: float | None
@@ -166,7 +167,7 @@ class LinkStats(Struct):
     unsent: int
     resyncs: int
     resets: int
-    loss: float | None
+    loss: float | None = None
     age: float | None
     waiting: int
 
@@ -246,7 +247,7 @@ class Cursor:
 def scheme(slot: Slot) -> Scheme:
     """Return what a page must know once."""
     profile = FIRMWARES.get(slot.firmware)
-    found = Scheme(slot.edition, slot.firmware, slot.drive.fastest, WHEEL_CIRCUMFERENCE, instruments(profile))
+    found = Scheme(slot.edition, slot.firmware, slot.drive.fastest, WHEEL_CIRCUMFERENCE, instruments(slot.firmware))
     if profile is None:
         return found
     if "set_camera" not in profile.absent:
@@ -274,14 +275,9 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> Tick:
         phase=slot.phase.name.lower(),
         phase_text=slot.phase.value,
         error=None if slot.error is None else Trouble.of(slot.error),
-        doctor=_doctor(slot),
+        doctor=None if slot.diagnosis is None else msgspec.convert(slot.diagnosis, Doctor, from_attributes=True),
         drive=Drive(
-            driver=drive.driver,
-            left=_finite(left),
-            right=_finite(right),
-            limit=round(drive.limit, 5),
-            may_move=drive.may_move,
-            trouble=drive.trouble,
+            drive.driver, round(left, 5), round(right, 5), round(drive.limit, 5), drive.may_move, drive.trouble
         ),
         readings=_readings(slot),
         lamps=_lamps(slot),
@@ -333,7 +329,7 @@ def _small(value: float | None) -> float | None:
 
 def _readings(slot: Slot) -> dict[str, Reading]:
     found: dict[str, Reading] = {}
-    for each in instruments(FIRMWARES.get(slot.firmware)):
+    for each in instruments(slot.firmware):
         reading = slot.readings.get(each.name)
         if each.absent:
             continue
@@ -356,12 +352,6 @@ def _distances(slot: Slot) -> list[float | None]:
 def _pose(slot: Slot) -> Pose | None:
     pose = slot.watcher.trail[-1] if slot.watcher.trail else None
     return None if pose is None else (round(pose.x, 5), round(pose.y, 5), round(pose.heading, 5))
-
-
-def _doctor(slot: Slot) -> Doctor | None:
-    if slot.diagnosis is None:
-        return None
-    return Doctor([DiagnosedStep(step.name, step.state, step.detail, step.fix) for step in slot.diagnosis.steps])
 
 
 def _wheels(slot: Slot) -> tuple[float, float]:
@@ -439,20 +429,12 @@ def _link(slot: Slot) -> LinkStats | None:
     health = slot.statistics
     if health is None:
         return None
-    sent = health.count + health.lost + health.refused
-    return LinkStats(
-        median=_finite(health.median),
-        p99=_finite(health.p99),
-        count=health.count,
-        lost=health.lost,
-        refused=health.refused,
-        unsent=health.unsent,
-        resyncs=health.resyncs,
-        resets=health.resets,
-        loss=_finite(health.lost / sent) if sent else None,
-        age=_finite(health.age, 3) if slot.phase in (Phase.CONNECTED, Phase.GAP) else None,
-        waiting=slot.robot.session.waiting,
-    )
+    found = msgspec.convert(health, LinkStats, from_attributes=True)
+    if sent := health.count + health.lost + health.refused:
+        found.loss = health.lost / sent
+    if slot.phase not in (Phase.CONNECTED, Phase.GAP):
+        found.age = None
+    return found
 
 
 def _playback(slot: Slot) -> Playing | None:

@@ -144,12 +144,8 @@ class Wish(NamedTuple):
 class Stream:
     """Tells one page of one thing, again and again.
 
-    Args:
-        page: The page.
-        wish: What it wants.
-
     Attributes:
-        wish: As given.
+        wish: What the page wants.
     """
 
     fastest: ClassVar[float] = 1 / LOOK
