@@ -24,8 +24,7 @@ from elib.panel.recents import RecentRobots
 from elib.panel.server import messages
 from elib.panel.server.conversation import MAX_WAITING
 from elib.panel.server.messages import MESSAGES, decode
-from elib.panel.server.page import Page
-from elib.panel.server.streams import RobotStream
+from elib.panel.server.page import Page, RobotStream
 from elib.records import timeline
 from shared import needs_page, until
 
@@ -121,7 +120,7 @@ async def ears(tmp_path) -> AsyncIterator[Ears]:
         panel.connect(key)
     ears = Ears()
     request = mock.Mock(**{"transport.get_write_buffer_size.return_value": 0})
-    ears.page = Page(panel, request, ears, decode)
+    ears.page = Page(panel, decode, request, ears)
     yield ears
     await ears.page.close()
     await panel.close()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from elib.base.errors import ArgumentError
-from elib.panel.files import Folder
+from elib.panel.files import LOG, RECORDING, Folder
 
 
 def test_a_plain_name_is_a_file_of_the_folder(tmp_path: Path) -> None:
@@ -19,7 +19,7 @@ def test_a_plain_name_is_a_file_of_the_folder(tmp_path: Path) -> None:
         (" Lauf 2 ", "Lauf 2.log"),
         ("Übung_1-a.LOG", "Übung_1-a.LOG"),
     ):
-        assert Folder(tmp_path).log(name) == tmp_path.resolve() / file
+        assert Folder(tmp_path).file(name, LOG) == tmp_path.resolve() / file
 
 
 def test_what_leads_elsewhere_or_is_no_name_is_refused(tmp_path: Path) -> None:
@@ -60,7 +60,7 @@ def test_what_leads_elsewhere_or_is_no_name_is_refused(tmp_path: Path) -> None:
     ]
     for name in names:
         with pytest.raises(ArgumentError):
-            raise AssertionError(f"{name!r} is {Folder(tmp_path).log(name)}")
+            raise AssertionError(f"{name!r} is {Folder(tmp_path).file(name, LOG)}")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -68,11 +68,11 @@ def test_a_recording_is_new_and_a_log_may_go_on(tmp_path: Path) -> None:
     folder = Folder(tmp_path)
     (tmp_path / "run.mcap").touch()
     (tmp_path / "run.log").touch()
-    assert folder.log("run").exists()
+    assert folder.file("run", LOG).exists()
     with pytest.raises(ArgumentError, match="exists") as refused:
-        folder.recording("run")
+        folder.new_file("run", RECORDING)
     assert "run-2.mcap" in str(refused.value)
-    assert folder.recording("other").name == "other.mcap"
+    assert folder.new_file("other", RECORDING).name == "other.mcap"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="links and pipes need rights there")
@@ -86,7 +86,7 @@ def test_links_pipes_and_folders_are_no_files(tmp_path: Path) -> None:
     (inside / "folder.log").mkdir()
     for name in ("link", "dangling", "pipe", "folder"):
         with pytest.raises(ArgumentError, match="not a plain file"):
-            Folder(inside).log(name)
+            Folder(inside).file(name, LOG)
 
 
 def test_a_free_name_is_offered_and_is_one_that_will_be_taken(tmp_path: Path) -> None:
@@ -102,7 +102,7 @@ def test_a_free_name_is_offered_and_is_one_that_will_be_taken(tmp_path: Path) ->
         ("<script>", "script.log"),
     ):
         assert folder.free(stem, ".log") == name
-        assert folder.log(folder.free(stem * 50, ".log"))
+        assert folder.file(folder.free(stem * 50, LOG), LOG)
 
 
 def test_a_folder_that_is_none_is_refused(tmp_path: Path) -> None:

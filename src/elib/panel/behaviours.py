@@ -168,8 +168,7 @@ class BehaviourRunner:
     def resume(self) -> None:
         """Continue the behaviour: the wheels turn again as before, as soon as the stop is confirmed.
 
-        Raises:
-            ArgumentError: A person drives.
+        An ArgumentError says that a person drives.
         """
         if self.is_held:
             self.is_held, self.phase, self.reason = False, RunPhase.IDLE, ""
@@ -183,12 +182,7 @@ class BehaviourRunner:
         self._going_on = self._loop.create_task(self._go_on(self._interlock), name="elib behaviour goes on")
 
     def hold(self, name: str, reason: str) -> None:
-        """Show a program that a person has stopped as paused, until a person continues it; no behaviour starts before.
-
-        Args:
-            name: Name of the program.
-            reason: Why it pauses.
-        """
+        """Show a program that a person has stopped as paused until a person continues it; nothing starts before."""
         self.halt()
         self.name, self.state, self.error, self.reason = name, "", "", reason
         self.phase, self.is_held = RunPhase.PAUSED, True
@@ -397,11 +391,7 @@ def catalogue() -> list[BehaviourAbout]:
 
 
 def source_of(name: str) -> str:
-    """Return the text of the file that a behaviour is written in.
-
-    Raises:
-        ArgumentError: There is no such behaviour, or its file is not installed.
-    """
+    """Return the text of the file that a behaviour is written in; an ArgumentError says that there is none."""
     what = find(name)
     try:
         return inspect.getsource(sys.modules[what.function.__module__])

@@ -50,10 +50,8 @@ class ConsoleAnswer:
 def parse(line: object) -> Call:
     """Return what was typed as a command: ``set_speed 0.1 0.2``, ``set_speed(0.1, 0.2)``, ``text D,100,-100``.
 
-    Ranges are not checked here but before it is sent, because they depend on the firmware.
-
-    Raises:
-        ArgumentError: The line is too long, there is no such command, or it takes other arguments.
+    An ArgumentError says why it is none. Ranges are not checked here but before it is sent, because they depend on the
+    firmware.
     """
     if not isinstance(line, str) or len(line) > MAX_COMMAND or not line.strip().isprintable():
         raise ArgumentError(f"a command is one line of at most {MAX_COMMAND} characters")
@@ -103,10 +101,8 @@ def complete(line: object, firmware: str = "") -> list[str]:
 def help_line(name: str, firmware: str = "") -> str:
     """Return how a command is called and what its arguments may be, on one line; *name* may be a line begun with it.
 
-    The ranges are those of the firmware, or the widest ones if that is empty.
-
-    Raises:
-        ArgumentError: There is no such command.
+    The ranges are those of the firmware, or the widest ones if that is empty. An ArgumentError says that there is no
+    such command.
     """
     found = _CALL.fullmatch(name)
     entry = _entry(found[1] if found else name)

@@ -17,6 +17,7 @@ from collections.abc import Awaitable, Callable, Mapping
 
 from elib.base.errors import ElibError
 from elib.base.rules import Number
+from elib.base.tasks import end_tasks
 
 DEAD_MAN = 0.3
 """s of silence of the page that drives after which the stop is sent: with a round trip it stands within 0.5 s."""
@@ -162,16 +163,10 @@ class DriveLock:
         return bool(self.driver) and (self._target != STANDING or self.may_move)
 
     def take(self, page: str, *, by_force: bool = False) -> bool:
-        """Let *page* drive if no other page does, or take over from the other page, whose drive is stopped first.
+        """Let *page* drive if no other page does; return whether it drives.
 
-        From now on *page* has to steer, or to :meth:`beat`, every tenth of a second.
-
-        Args:
-            page: Name of the page.
-            by_force: Whether to take over; the person at *page* was asked and wants to.
-
-        Returns:
-            Whether *page* drives.
+        With *by_force*, which the person at *page* was asked for, it takes over from another page, whose drive is
+        stopped first. From now on *page* has to steer, or to :meth:`beat`, every tenth of a second.
         """
         if self._is_without_robot or (self.driver not in ("", page) and not by_force):
             return False
@@ -184,18 +179,10 @@ class DriveLock:
         return True
 
     def steer(self, page: str, left: float, right: float) -> bool:
-        """Set the wheels, as shares of the speed limit; also called to say that nothing has changed.
+        """Set the wheels, -1..1 of the speed limit; also called to say that nothing has changed.
 
-        Args:
-            page: Name of the page; it drives from now on if no other page does.
-            left: -1..1.
-            right: -1..1.
-
-        Returns:
-            Whether *page* drives.
-
-        Raises:
-            ArgumentError: A value is not a finite number.
+        *page* drives from now on if no other page does; return whether it drives. An ArgumentError says that a value is
+        not a finite number.
         """
         stick = self._wheel("left", left), self._wheel("right", right)
         target = _near_stop(stick[0] * self.limit), _near_stop(stick[1] * self.limit)
@@ -217,13 +204,10 @@ class DriveLock:
             self._happen(Event.STICK_RELEASED)
 
     def note_command(self, page: str) -> bool:
-        """Note that *page* moves the robot otherwise than by the stick: the page drives now, and has to :meth:`beat`.
+        """Note that *page* moves the robot otherwise than by the stick; return whether it may: no other page drives.
 
-        Args:
-            page: Name of the page; empty for a page that will not beat, so that the robot stops soon.
-
-        Returns:
-            Whether the page may do so: no other page drives.
+        It drives now, and has to :meth:`beat`. An empty *page* stands for one that will not, so that the robot stops
+        soon.
         """
         if self._is_without_robot or self.driver not in ("", page):
             return False
@@ -236,11 +220,7 @@ class DriveLock:
         return True
 
     def limit_to(self, share: float) -> None:
-        """Set the highest speed of a wheel, as a share of what the robot can do.
-
-        Raises:
-            ArgumentError: The share is not a number from 0 to 1.
-        """
+        """Set the highest speed of a wheel, 0..1 of what the robot can do; an ArgumentError refuses any other."""
         self.limit = Number(0, 1).require(share, "the speed limit")
 
     def beat(self, page: str) -> bool:
@@ -263,8 +243,8 @@ class DriveLock:
     def stop(self, page: str = "") -> None:
         """Stop the robot and the program that drives it; every page may. A held stick must be released first.
 
-        Args:
-            page: A program that stops the robot, and may move it again at once if it drives it; empty for a person.
+        *page* is a program that stops the robot, and may move it again at once if it drives it; it is empty for a
+        person.
         """
         self.stop_count += 1
         self.on_hand("stop")
@@ -286,19 +266,14 @@ class DriveLock:
     def note_rest(self, move_count: int) -> None:
         """Note that the robot has confirmed speeds of 0 to a program.
 
-        Args:
-            move_count: :attr:`move_count` when they were sent; if it has moved since, they say nothing.
+        They say nothing if it has moved since they were sent, when :attr:`move_count` was *move_count*.
         """
         if move_count == self.move_count:
             self._sent = None
             self._happen(Event.REST)
 
     def attach(self, fastest: float) -> None:
-        """Note that there is a robot, and that it stands.
-
-        Args:
-            fastest: Highest speed of its wheels, rev/s.
-        """
+        """Note that there is a robot, and that it stands; *fastest* is the highest speed of its wheels, rev/s."""
         self.fastest, self.trouble, self._sent = fastest, "", STANDING
         self._happen(Event.ATTACH)
 
@@ -314,11 +289,7 @@ class DriveLock:
     async def close(self) -> None:
         """End all driving; nothing more is sent."""
         self._happen(Event.CLOSE)
-        tasks = [task for task in (self._sending, self._stopping) if task is not None]
-        for task in tasks:
-            task.cancel()
-        if tasks:
-            await asyncio.wait(tasks)
+        await end_tasks(self._sending, self._stopping)
 
     # -- how --
 

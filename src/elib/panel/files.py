@@ -34,27 +34,14 @@ class Folder:
         if not self.path.is_dir():
             raise ArgumentError(f"{str(path)!r} is not a folder", hint="make it first, or name another")
 
-    def log(self, name: object) -> Path:
-        """Return the path of a log, which may exist; it raises what :meth:`file` raises."""
-        return self.file(name, LOG)
-
-    def recording(self, name: object) -> Path:
-        """Return the path of a recording, which must not exist yet; it raises what :meth:`file` raises."""
-        return self._new(name, RECORDING)
-
-    def world(self, name: object) -> Path:
-        """Return the path of a world file, which must not exist yet; it raises what :meth:`file` raises."""
-        return self._new(name, WORLD)
-
     def file(self, name: object, suffix: str) -> Path:
         """Return the path of a file of this folder.
+
+        An ArgumentError says that it is not a plain name, has another ending, or that a link or a folder has that name.
 
         Args:
             name: As typed; the ending may be left out.
             suffix: The ending it must have, like ``.log``.
-
-        Raises:
-            ArgumentError: It is not a plain name, it has another ending, or a link or a folder has that name.
         """
         path = self.path / plain_name(name, suffix)
         # A link could lead anywhere; a pipe or a device would never take the bytes.
@@ -65,9 +52,7 @@ class Folder:
     def free(self, stem: str, suffix: str) -> str:
         """Return a name that no file has: ``run.log``, ``run-2.log`` and so on.
 
-        Args:
-            stem: How it begins, any text; characters that a name cannot have become dashes.
-            suffix: Its ending.
+        *stem* is any text; characters that a name cannot have become dashes.
         """
         kept = "".join(letter if letter.isalnum() or letter in "_-" else "-" for letter in stem)
         clean = re.sub("-+", "-", kept).strip("-")[: MAX_NAME - 20] or "run"
@@ -78,7 +63,8 @@ class Folder:
                 return name
         raise AssertionError("numbers never end")
 
-    def _new(self, name: object, suffix: str) -> Path:
+    def new_file(self, name: object, suffix: str) -> Path:
+        """Return the path of a file that must not exist yet, as :meth:`file` does."""
         path = self.file(name, suffix)
         if path.exists():
             raise ArgumentError(f"{path.name!r} exists", hint=f"{self.free(path.stem, suffix)!r} is free")
@@ -86,11 +72,7 @@ class Folder:
 
 
 def plain_name(name: object, suffix: str) -> str:
-    """Return *name* with its ending.
-
-    Raises:
-        ArgumentError: It is not the plain name of a file, or it has another ending.
-    """
+    """Return *name* with its ending; an ArgumentError says that it is not the plain name of such a file."""
     if not isinstance(name, str):
         raise ArgumentError("the name of a file must be a text")
     text = name.strip()

@@ -59,8 +59,7 @@ def _number(value: float | None) -> str:
 def instruments(firmware: str = "") -> tuple[Instrument, ...]:
     """Return all readings but the picture, in the order of :class:`elib.Sensors`.
 
-    Args:
-        firmware: Name of the firmware, which decides the ranges; empty before it is known.
+    The firmware decides the ranges; it is empty before it is known.
     """
     return tuple(_instrument(reading, FIRMWARES.get(firmware)) for reading in SENSORS)
 

@@ -80,8 +80,7 @@ class Interlock(ForwardingChannel):
     async def resume(self) -> None:
         """Set the wheels as before the pause, then let all commands pass.
 
-        Raises:
-            ElibError: The robot did not confirm the speed; the behaviour stays paused.
+        If the robot does not confirm the speed, that is raised, and the behaviour stays paused.
         """
         if self.is_paused and self._speed is not None:
             self._drive.note_move()

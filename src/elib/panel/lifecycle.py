@@ -33,14 +33,11 @@ def live_camera(baud: int, zooms: tuple[int, ...] | None) -> Camera | None:
 
     A stop overtakes all that waits, but a robot that sends a picture hears nothing until the picture has left. A pixel
     in colour is two bytes, and a byte takes 87 us at 115,200 baud: 24 x 18 pixels leave within 0.098 s. A larger
-    picture, 40 x 40, would take 0.30 s.
+    picture, 40 x 40, would take 0.30 s. On a line that is too slow for any there is none.
 
     Args:
         baud: Speed of the robot's line, bit/s; 0 for a line that takes no time.
         zooms: The zoom factors that work; None if every factor works.
-
-    Returns:
-        The settings, or None if the line is too slow for a live picture.
     """
     quarter = MAX_QUARTER
     if baud:
@@ -64,15 +61,7 @@ def patience(robot: Epuck) -> float:
 async def prepare(robot: Epuck, camera: Camera = CAMERA) -> float:
     """Begin as the joystick of 2011 did: stop, set the camera, switch all lamps off.
 
-    Args:
-        robot: An open robot.
-        camera: Settings of its camera. Over Wi-Fi a camera has none.
-
-    Returns:
-        The highest speed of the robot's wheels, rev/s.
-
-    Raises:
-        ElibError: The robot did not confirm a command.
+    Return the highest speed of the robot's wheels, rev/s. Over Wi-Fi a camera has no settings.
     """
     patient = robot.within(patience(robot))
     await patient.stop()

@@ -14,6 +14,7 @@ from typing import Protocol
 from msgspec import Struct
 
 from elib.base.errors import ArgumentError, ElibError, LinkLost
+from elib.base.tasks import Tasks
 from elib.link.transport import robots_of
 from elib.link.transport.url import parse_url
 from elib.panel.files import LOG, RECORDING, Folder
@@ -37,14 +38,7 @@ PARTING = 3.0
 class Can(Struct, frozen=True):
     """What the pages of a panel can do.
 
-    Attributes:
-        drive: Steer robots and send them commands.
-        edit: Change the world.
-        speed: Pause the world, and set its speed.
-        save: Save the world.
-        connect: Connect robots by their URLs, and remove them.
-        files: Write logs and recordings, and play them.
-        program: Start behaviours.
+    :data:`REFUSALS` says of each what it is.
     """
 
     drive: bool = False
@@ -56,6 +50,16 @@ class Can(Struct, frozen=True):
     program: bool = False
 
 
+REFUSALS = {
+    "drive": "drive robots, nor send them commands",
+    "edit": "change the world",
+    "speed": "pause the world, nor set its speed",
+    "save": "save the world",
+    "connect": "connect robots",
+    "files": "read or write files of the computer that serves it",
+    "program": "start programs",
+}
+"""What a page cannot do, in the words of a refusal."""
 ALL = Can(drive=True, edit=True, speed=True, save=True, connect=True, files=True, program=True)
 """Of a person at a panel of robots."""
 WORLD = Can(edit=True, speed=True, save=True)
@@ -190,7 +194,7 @@ class Panel:
         self._asked: dict[str, str] = {}
         self._parting: set[Slot] = set()
         self._number = 0
-        self._tasks: set[asyncio.Task[object]] = set()
+        self._tasks = Tasks()
 
     @property
     def slots(self) -> Mapping[str, Slot]:
@@ -198,11 +202,7 @@ class Panel:
         return MappingProxyType(self._slots)
 
     def slot(self, key: object) -> Slot:
-        """Return the robot with a key.
-
-        Raises:
-            ArgumentError: There is no such robot, or it was taken out.
-        """
+        """Return the robot with a key; an ArgumentError says that there is none, or that it was taken out."""
         found = self._slots.get(key) if isinstance(key, str) else None
         if found is None:
             raise ArgumentError("there is no such robot in the panel", hint="it may have been taken out meanwhile")
@@ -244,9 +244,7 @@ class Panel:
     def add_all(self, url: object, *, is_trusted: bool = False) -> list[str]:
         """Make a place for each robot of a URL, as :meth:`add` does for one: a URL of a world may have several robots.
 
-        Raises:
-            ArgumentError: The URL is wrong, or the panel is full.
-            LinkNotFound: There is no such world.
+        LinkNotFound says that there is no such world.
         """
         text = self._url(url, is_trusted)
         urls = [text] if parse_url(text).scheme != "sim" else [str(each) for each in robots_of(text)]
@@ -263,42 +261,29 @@ class Panel:
         return text
 
     def add_recording(self, name: object) -> str:
-        """Make a place for a recording of the folder, and return its key.
-
-        Raises:
-            ArgumentError: There is no such recording.
-        """
+        """Make a place for a recording of the folder, and return its key; an ArgumentError says that there is none."""
         path = self.folder.file(name, RECORDING)
         if not path.exists():
             raise ArgumentError(f"there is no recording {path.name!r} in the folder")
         return self.add(f"replay://{path}", path.name, is_trusted=True)
 
-    def remove(self, key: object) -> asyncio.Task[object]:
-        """Take a robot out of the panel; the returned task stops and disconnects it.
-
-        Raises:
-            ArgumentError: There is no robot with that key.
-        """
+    def remove(self, key: object) -> asyncio.Task[None]:
+        """Take a robot out of the panel; the returned task stops and disconnects it."""
         slot = self.slot(key)
-        assert isinstance(key, str)
-        del self._slots[key]
+        del self._slots[slot.key]
         self._parting.add(slot)
-        task = self.begin(_part(slot))
+        task = self._tasks.begin(_part(slot), "elib panel disconnects")
         task.add_done_callback(lambda _: self._parting.discard(slot))
         return task
 
     def connect(self, key: object) -> None:
-        """Begin to connect a robot; :attr:`Slot.phase` says how far it is.
+        """Begin to connect a robot; :attr:`Slot.phase` says how far it is."""
+        self._tasks.begin(self._connect(self.slot(key)), "elib panel connects")
 
-        Raises:
-            ArgumentError: There is no robot with that key.
-        """
-        self.begin(self._connect(self.slot(key), self._asked.get(str(key), "")))
-
-    async def _connect(self, slot: Slot, asked: str) -> None:
+    async def _connect(self, slot: Slot) -> None:
         """Connect a robot; what was asked for is remembered as soon as one of its robots answers."""
         if await slot.connect() and slot.is_connected:
-            self.recents.add(asked or slot.url)
+            self.recents.add(self._asked.get(slot.key, slot.url))
 
     def labels(self) -> list[Listed]:
         """Return every robot, in order; no label stands twice."""
@@ -329,28 +314,14 @@ class Panel:
             if slot.is_connected:
                 slot.stop()
 
-    def begin(self, work: object) -> asyncio.Task[object]:
-        """Run a coroutine for the panel, also after the page that asked for it was closed."""
-        task: asyncio.Task[object] = asyncio.get_running_loop().create_task(work, name="elib panel")  # type: ignore[arg-type]
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-        return task
-
     async def close(self) -> list[str]:
-        """Stop and disconnect every robot at once, within a bound.
-
-        Returns:
-            The names of those that did not confirm that they stand.
-        """
+        """Stop and disconnect every robot at once, within a bound; return the names of those that may still move."""
         slots = [*self._slots.values(), *self._parting]
         for slot in slots:
             if slot.control is not None:
                 slot.control.resume()  # in a paused world no robot could confirm anything
         self.stop_all()
-        for task in tuple(self._tasks):
-            task.cancel()
-        if self._tasks:
-            await asyncio.wait(self._tasks)
+        await self._tasks.end()
         await asyncio.gather(*map(_part, slots))
         self._slots.clear()
         return [slot.name for slot in slots if slot.drive.may_move]
@@ -373,11 +344,7 @@ def short(url: str) -> str:
 
 
 def check_standing(moving: Sequence[str]) -> None:
-    """Complain of the robots that did not confirm their last stop, by their names, if there are any.
-
-    Raises:
-        LinkLost: There are.
-    """
+    """Raise LinkLost if there are robots, named here, that did not confirm their last stop."""
     if moving:
         raise LinkLost(
             f"{', '.join(moving)} did not confirm that it stands: it may still be moving",
@@ -394,11 +361,7 @@ async def _part(slot: Slot) -> None:
 
 
 def _line(what: str, text: object, longest: int) -> str:
-    """Return a line of text that a page sent.
-
-    Raises:
-        ArgumentError: It is not a short line of text.
-    """
+    """Return a line of text that a page sent; an ArgumentError says that it is not a short one."""
     if not isinstance(text, str):
         raise ArgumentError(f"{what} is not a text")
     text = text.strip()
@@ -410,11 +373,7 @@ def _line(what: str, text: object, longest: int) -> str:
 
 
 def _refuse_files(text: str) -> None:
-    """Refuse a URL by which a page on another computer would read files of this one.
-
-    Raises:
-        ArgumentError: The URL names a file.
-    """
+    """Refuse a URL by which a page on another computer would read files of this one, by an ArgumentError."""
     url = parse_url(text)
     names_file = url.scheme == "replay" or (url.scheme == "sim" and url.target not in ("", *gallery()))
     names_file = names_file or any(url.keys.get(key) for key in ("hardware", "profile"))

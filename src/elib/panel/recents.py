@@ -64,11 +64,7 @@ class RecentRobots:
         return self._read()[0]
 
     def add(self, url: str) -> bool:
-        """Remember a robot as the newest; return whether that could be written.
-
-        Raises:
-            ArgumentError: It is not a URL.
-        """
+        """Remember a robot as the newest; return whether that was written. An ArgumentError refuses what is no URL."""
         _check(url)
         urls, is_damaged = self._read()
         return self._write([url, *(each for each in urls if each != url)][:MAX_KEPT], is_damaged)
@@ -111,11 +107,7 @@ class RecentRobots:
 
 
 def _check(url: object) -> None:
-    """Refuse what is not the URL of a robot.
-
-    Raises:
-        ArgumentError: It is not a URL.
-    """
+    """Raise an ArgumentError if this is not the URL of a robot."""
     if not isinstance(url, str) or not url.strip() or len(url) > MAX_URL or not url.isprintable():
         raise ArgumentError(f"a robot's URL is one line of 1 to {MAX_URL} characters")
     parse_url(url)

@@ -39,8 +39,7 @@ class Writing(Generic[T]):
     def start(self, path: str) -> None:
         """Write into a file, instead of the one before; without a robot, from the moment when one is connected.
 
-        Raises:
-            ElibError: The file cannot be written, or the extra ``record`` is not installed.
+        An ElibError says that the file cannot be written, or that the extra ``record`` is not installed.
         """
         self.stop()
         robot = self._robot()

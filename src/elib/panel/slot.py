@@ -11,6 +11,7 @@ import copy
 import enum
 
 from elib.base.errors import ArgumentError, ElibError, LinkClosed
+from elib.base.tasks import Tasks, end_tasks
 from elib.link.protocol.actuators import ALL, restoring_calls
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import Context
@@ -97,8 +98,8 @@ class Slot:
         self.runner = BehaviourRunner(self)
         self._robot: Epuck | None = None
         self._playback: Playback | None = None
-        self._tasks: set[asyncio.Task[object]] = set()
-        self._doctor: asyncio.Task[object] | None = None
+        self._tasks = Tasks()
+        self._doctor: asyncio.Task[None] | None = None
         self._opening: asyncio.Task[bool] | None = None
         self._pages: set[str] = set()
         self._viewers: set[str] = set()
@@ -109,11 +110,7 @@ class Slot:
 
     @property
     def robot(self) -> Epuck:
-        """The robot.
-
-        Raises:
-            LinkClosed: The robot is not connected.
-        """
+        """The robot; LinkClosed is raised while it is not connected."""
         if self._playback is not None:
             raise LinkClosed(
                 f"{self.name} is a recording: it can be watched, and told nothing",
@@ -167,11 +164,8 @@ class Slot:
     async def connect(self) -> bool:
         """Open the link, stop the robot, set its camera and switch its lamps off; then watch its sensors.
 
-        A recording is played from its beginning instead; at its end it is disconnected.
-
-        Returns:
-            Whether the robot is connected, or the recording is played. If not, :attr:`error` says why, and the doctor
-            looks for the cause.
+        A recording is played from its beginning instead; at its end it is disconnected. Return whether the robot is
+        connected, or the recording is played. If not, :attr:`error` says why, and the doctor looks for the cause.
         """
         if self.phase in (Phase.CONNECTING, Phase.CONNECTED, Phase.GAP, Phase.PLAYING):
             return self.is_connected or self.phase is Phase.PLAYING
@@ -182,17 +176,14 @@ class Slot:
         except asyncio.CancelledError:
             me = asyncio.current_task()
             if me is not None and me.cancelling():
-                opening.cancel()
-                await asyncio.wait([opening])
+                await end_tasks(opening)
                 raise
             return False  # disconnected meanwhile
         finally:
             self._opening = None
 
     async def _open(self) -> bool:
-        if self._doctor is not None:  # it may hold the port
-            self._doctor.cancel()
-            await asyncio.wait([self._doctor])
+        await end_tasks(self._doctor)  # it may hold the port
         url = parse_url(self.url)
         if url.scheme == "replay" and "fork" not in url.keys:
             return self._play(url)
@@ -239,7 +230,7 @@ class Slot:
         self.phase = Phase.PLAYING
         self.edition += 1
         self.log.note("panel", f"playing {playback.recording.name} ({self.firmware})")
-        self._begin(self._follow(playback))
+        self._tasks.begin(self._follow(playback), "elib panel plays")
         return True
 
     async def _follow(self, playback: Playback) -> None:
@@ -264,17 +255,12 @@ class Slot:
         return asyncio.shield(self._parting)
 
     async def _disconnect(self) -> None:
-        if self._opening is not None:
-            self._opening.cancel()
-            await asyncio.wait([self._opening])
+        await end_tasks(self._opening)
         robot, self._robot = self._robot, None
         self.runner.halt()
         self.drive.detach()
         await self.watcher.end()
-        for task in tuple(self._tasks):
-            task.cancel()
-        if self._tasks:
-            await asyncio.wait(self._tasks)
+        await self._tasks.end()
         self._playback = None
         if robot is not None:
             error = await robot.stop_and_close()
@@ -307,7 +293,7 @@ class Slot:
         self.error = error
         self.phase = Phase.FAILED
         self.log.note("link", self.error.message, is_bad=True)
-        self._doctor = self._begin(self._ask_doctor())
+        self._doctor = self._tasks.begin(self._ask_doctor(), "elib panel asks the doctor")
 
     async def _ask_doctor(self) -> None:
         with contextlib.suppress(ElibError, OSError):
@@ -325,20 +311,12 @@ class Slot:
         return self.phase not in (Phase.CONNECTED, Phase.PLAYING) or self.watcher.is_stale(name)
 
     def watch_camera(self, seconds: float | None) -> None:
-        """Take a picture every so many seconds, 0.4 to 60; None ends that.
-
-        Raises:
-            ArgumentError: The time is not a number from 0.4 to 60.
-        """
+        """Take a picture every so many seconds, 0.4 to 60; None ends that."""
         self.watcher.watch_camera(seconds)
         self._was_live_chosen = True
 
     async def take_picture(self) -> Image:
-        """Take one picture.
-
-        Raises:
-            ElibError: The picture did not arrive.
-        """
+        """Take one picture; an ElibError says why it did not arrive."""
         request = SPECS[IMAGE].request(self.robot.context)
         picture = await self.robot.within(request.timeout).image()
         self.readings[IMAGE] = picture
@@ -352,7 +330,7 @@ class Slot:
         self.drive.detach()
         self.log.note("link", error.message, is_bad=True)
         if robot is not None:
-            self._begin(robot.close())
+            self._tasks.begin(robot.close(), "elib panel closes")
         self.edition += 1
 
     # -- what it is told --
@@ -362,11 +340,6 @@ class Slot:
 
         A command that may move the robot has the same dead man's switch as the stick: *page* drives from then on, and
         has to call ``drive.beat(page)`` every tenth of a second.
-
-        Args:
-            name: Name of the command.
-            arguments: Arguments of the command.
-            page: The page that sends it.
 
         Raises:
             ArgumentError: There is no such command, an argument is wrong, or another page drives; nothing was sent.
@@ -392,11 +365,7 @@ class Slot:
         return value
 
     async def set_camera(self, width: int, height: int, zoom: int, mode: CameraMode) -> None:
-        """Set the camera, then light the lamps again that an e-puck1 switches off with it.
-
-        Raises:
-            ElibError: An argument is wrong, or the robot did not confirm a command.
-        """
+        """Set the camera, then light the lamps again that an e-puck1 switches off with it."""
         memory = self.robot.context.last_set
         before = copy.deepcopy(memory)
         await self.command("set_camera", width, height, zoom, mode)
@@ -409,11 +378,8 @@ class Slot:
         """Let all LEDs blink for about two seconds, then show what they showed before.
 
         It goes on when the task that waits here is cancelled, as when a page was closed.
-
-        Raises:
-            ElibError: The robot did not confirm a command, or was disconnected meanwhile.
         """
-        blinking = self._begin(self._blink())
+        blinking = self._tasks.begin(self._blink(), "elib panel blinks")
         # A page that was closed meanwhile does not ask any more how it ended.
         blinking.add_done_callback(lambda task: task.cancelled() or task.exception())
         await asyncio.wait([blinking])
@@ -433,11 +399,7 @@ class Slot:
 
     @property
     def playback(self) -> Playback:
-        """The recording that is played.
-
-        Raises:
-            ArgumentError: No recording is played.
-        """
+        """The recording that is played; an ArgumentError says that there is none."""
         if self._playback is None:
             raise ArgumentError(f"{self.name} is not a recording that is being played", hint="press Play")
         return self._playback
@@ -506,12 +468,6 @@ class Slot:
     def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
         """Add a line to the event log."""
         self.log.note(kind, text, is_bad=is_bad)
-
-    def _begin(self, work: object) -> asyncio.Task[object]:
-        task: asyncio.Task[object] = self._loop.create_task(work, name="elib panel")  # type: ignore[arg-type]
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-        return task
 
 
 def may_drive(name: str, arguments: tuple[object, ...]) -> bool:

@@ -11,6 +11,7 @@ from elib.base.errors import ElibError
 from elib.base.infrared import wall_distance
 from elib.base.pose import Pose
 from elib.base.rules import Number
+from elib.base.tasks import end_tasks
 from elib.behaviours import OpenAir
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Proximity, Reading
@@ -46,6 +47,8 @@ class ReadingsWatcher:
         trail: Where the robot was by its odometry, or in its world, oldest first.
         trail_count: Number of points that the trail ever had.
         trail_began: That number when the robot was last connected: earlier points are of another journey.
+        rate: Snapshots of all sensors a second.
+        pictures: Seconds between two live pictures; None if there are none.
     """
 
     def __init__(self, complain: Callable[[str], object], on_lost: Callable[[ElibError], object]) -> None:
@@ -55,16 +58,11 @@ class ReadingsWatcher:
         self._complain, self._on_lost = complain, on_lost
         self._loop = asyncio.get_running_loop()
         self._tasks: dict[str, asyncio.Task[None]] = {}
-        self._rate = RATE
-        self._pictures: float | None = None
+        self.rate = RATE
+        self.pictures: float | None = None
         self._robot: Epuck | None = None
         self._rests = False
         self._open_air, self._near = OpenAir(), Proximity()
-
-    @property
-    def pictures(self) -> float | None:
-        """Seconds between two live pictures; None if there are none."""
-        return self._pictures
 
     @property
     def distances(self) -> list[float]:
@@ -74,19 +72,10 @@ class ReadingsWatcher:
         """
         return [wall_distance(counts) for counts in self._near]
 
-    @property
-    def rate(self) -> float:
-        """Snapshots of all sensors a second."""
-        return self._rate
-
     def watch_sensors(self, rate: float) -> None:
-        """Read all sensors so many times a second, 1 to 50.
-
-        Raises:
-            ArgumentError: The rate is not a number from 1 to 50.
-        """
-        self._rate = Number(SLOW, FAST, "Hz").require(rate, "the rate of the sensors")
-        self._follow("", self._rate)
+        """Read all sensors so many times a second; an ArgumentError refuses a rate that is not from 1 to 50."""
+        self.rate = Number(SLOW, FAST, "Hz").require(rate, "the rate of the sensors")
+        self._follow("", self.rate)
 
     def age(self, name: str) -> float:
         """Return how old a reading is, s; infinite before the first one."""
@@ -95,7 +84,7 @@ class ReadingsWatcher:
 
     def is_stale(self, name: str) -> bool:
         """Return whether a reading is too old to be believed. A picture that was asked for once is not."""
-        period = self._pictures if name == IMAGE else 1 / self._rate
+        period = self.pictures if name == IMAGE else 1 / self.rate
         return period is not None and self.age(name) > max(STALE, PERIODS * period)
 
     def begin(self, robot: Epuck) -> None:
@@ -117,8 +106,8 @@ class ReadingsWatcher:
             self._go_on()
 
     def _go_on(self) -> None:
-        self._follow("", self._rate)
-        self.watch_camera(self._pictures)
+        self._follow("", self.rate)
+        self.watch_camera(self.pictures)
 
     def forget(self) -> None:
         """Forget the readings and the trail."""
@@ -130,21 +119,13 @@ class ReadingsWatcher:
     async def end(self) -> None:
         """End watching; what was read stays."""
         self._robot = None
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        if tasks:
-            await asyncio.wait(tasks)
+        await end_tasks(*self._tasks.values())
 
     def watch_camera(self, seconds: float | None) -> None:
-        """Take a picture every so many seconds, 0.4 to 60; None ends that.
-
-        Raises:
-            ArgumentError: The time is not a number from 0.4 to 60.
-        """
+        """Take a picture every so many seconds; None ends that. An ArgumentError refuses what is not from 0.4 to 60."""
         if seconds is not None:
             Number(QUICKEST, SLOWEST, "s").require(seconds, "the time between two pictures")
-        self._pictures = seconds
+        self.pictures = seconds
         self._follow(IMAGE, None if seconds is None else 1 / seconds)
 
     def put(self, pose: Pose) -> None:

@@ -1,11 +1,20 @@
-"""What the door sends to programs: one class a message."""
+"""What the door sends to programs: one class a message, and values as JSON has them."""
 
 from __future__ import annotations
 
+import base64
+import functools
+import io
+import math
+from collections.abc import Mapping
 from typing import Annotated
 
 from msgspec import Meta, Struct
 
+from elib.base.errors import ElibError
+from elib.link.protocol.image import Image
+from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.values import READING_TYPES, Reading, Role, Sensors, describe
 from elib.panel.server.conversation import Answer, Error, Failure, Json, Text, Told
 from elib.panel.slot import Phase
 
@@ -80,3 +89,64 @@ class Event(Told, tag="event", kw_only=True):
 
 TOLD: tuple[type[Told], ...] = (Answer, Failure, Error, Readings, Event)
 """All of them."""
+
+ROLES = (Role.NUMBER, Role.CONVERTED, Role.PHYSICAL)
+"""Fields of a reading that a program is told; constants are not needed where the converted numbers are there."""
+
+
+def plain(value: object) -> Json:
+    """Return the result of a command as objects, lists, numbers and texts; a picture has its pixels as a PNG file.
+
+    Raises:
+        Unsupported: A picture is in YUV, which elib does not decode.
+    """
+    match value:
+        case float():
+            return value if math.isfinite(value) else None
+        case None | bool() | int() | str():
+            return value
+        case Reading():
+            found = {name: plain(getattr(value, name)) for name in _names(type(value))}  # type: ignore[arg-type]  # classes have hashes
+            return found | {"time": _moment(value.time)}
+        case Image():
+            return {
+                "width": value.width,
+                "height": value.height,
+                "mode": CameraMode(value.mode).name.lower(),
+                "png": _png(value),
+                "time": _moment(value.time),
+            }
+        case list() | tuple():
+            return [plain(each) for each in value]
+    return value.tolist()  # type: ignore[attr-defined]  # an array of NumPy, which is not imported for this
+
+
+def all_plain(readings: Mapping[str, Reading | Image]) -> dict[str, Json]:
+    """Return readings by name; null for a picture that cannot be decoded."""
+    found: dict[str, Json] = {}
+    for name, each in readings.items():
+        try:
+            found[name] = plain(each)
+        except ElibError:
+            found[name] = None
+    return found
+
+
+@functools.cache
+def _names(kind: type[Reading]) -> tuple[str, ...]:
+    if kind is Sensors:
+        return tuple(READING_TYPES)
+    return tuple(info.name for info in describe(kind, *ROLES))
+
+
+@functools.lru_cache(8)
+def _png(image: Image) -> str:
+    import PIL.Image
+
+    stream = io.BytesIO()
+    PIL.Image.fromarray(image.pixels).save(stream, "PNG")
+    return base64.b64encode(stream.getvalue()).decode("ascii")
+
+
+def _moment(seconds: float) -> float | None:
+    return round(seconds, 6) if math.isfinite(seconds) else None

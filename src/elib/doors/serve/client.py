@@ -15,8 +15,17 @@ from msgspec import Meta
 
 from elib import __version__
 from elib.base.errors import ArgumentError, ElibError, LinkClosed, LinkLost, MotionInterrupted
-from elib.doors.serve.answers import PROTOCOL, Driven, Event, Readings, RobotInfo, Watched, Welcome
-from elib.doors.serve.values import all_plain, plain
+from elib.doors.serve.answers import (
+    PROTOCOL,
+    Driven,
+    Event,
+    Readings,
+    RobotInfo,
+    Watched,
+    Welcome,
+    all_plain,
+    plain,
+)
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Reading
 from elib.panel import lifecycle
@@ -74,13 +83,13 @@ class Client(Caller):
     def __init__(
         self,
         panel: Panel,
-        request: web.Request,
-        ws: web.WebSocketResponse,
         decode: Decode,
+        request: web.BaseRequest,
+        ws: web.WebSocketResponse,
         access: Access,
         hello_time: float,
     ) -> None:
-        super().__init__(panel, request, ws, decode)
+        super().__init__(panel, decode, request, ws)
         self.is_let_in = access.token is None
         self._name = ""
         self._access, self._hello_time = access, hello_time
@@ -116,11 +125,7 @@ class Client(Caller):
     # -- robots --
 
     def slot(self, key: str) -> Slot:
-        """Return a robot by its key; without a key the only one.
-
-        Raises:
-            ArgumentError: There is no such robot, or it is not clear which one is meant.
-        """
+        """Return a robot by its key, without a key the only one; an ArgumentError says that there is no such robot."""
         slots = self.panel.slots
         if not key:
             if len(slots) != 1:
@@ -209,11 +214,7 @@ class Client(Caller):
         return Driven([key for key, slot in self.panel.slots.items() if slot.drive.driver == self.key])
 
     async def command(self, key: str, entry: CatalogueEntry, arguments: Sequence[object]) -> object:
-        """Send a command to a robot and return its answer.
-
-        Raises:
-            ElibError: The robot did not carry it out, or another one drives it.
-        """
+        """Send a command to a robot and return its answer."""
         slot = self.slot(key)
         if may_drive(entry.name, tuple(arguments)):
             if slot.drive.driver not in ("", self.key):
@@ -229,11 +230,7 @@ class Client(Caller):
                 self._mind(slot)
 
     async def stop(self, key: str) -> None:
-        """Stop a robot, or all; wait until they have confirmed it.
-
-        Raises:
-            ElibError: A robot did not confirm it.
-        """
+        """Stop a robot, or all; wait until they have confirmed it."""
         connected = [slot for slot in self.panel.slots.values() if slot.is_connected]
         slots = [self.slot(key)] if key or not connected else connected
         ends = await asyncio.gather(*map(self._stop, slots), return_exceptions=True)

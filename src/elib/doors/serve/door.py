@@ -69,7 +69,7 @@ class ProgramDoor:
     def _client(self, request: web.Request, ws: web.WebSocketResponse) -> Client:
         assert self._server is not None
         _keep_little(request)
-        return Client(self._server.panel, request, ws, decode, self._server.access, HELLO_TIME)
+        return Client(self._server.panel, decode, request, ws, self._server.access, HELLO_TIME)
 
     def refusal(self, request: web.Request, access: Access) -> tuple[int, str] | None:
         """Return status and text for a request that is refused; None if it may go on.

@@ -9,10 +9,9 @@ from typing import Any, cast, get_args, get_type_hints
 import msgspec
 
 from elib.base.plaintext import summary
-from elib.doors.serve.answers import PROTOCOL, TOLD, Welcome
+from elib.doors.serve.answers import PROTOCOL, ROLES, TOLD, Welcome
 from elib.doors.serve.client import DOOR_MESSAGES
 from elib.doors.serve.messages import MESSAGES
-from elib.doors.serve.values import ROLES
 from elib.link.protocol import values as v
 from elib.link.protocol.values import READING_TYPES, FieldInfo, Reading, Sensors, describe
 from elib.panel.server.conversation import Message

@@ -24,6 +24,7 @@ from msgspec import Meta, Struct
 from msgspec.json import Decoder
 
 from elib.base.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
+from elib.base.tasks import Tasks
 from elib.simulator.emulator.control_server import Bucket, time_factor
 
 if TYPE_CHECKING:
@@ -74,11 +75,7 @@ class Message(Struct, tag_field="do", forbid_unknown_fields=True, kw_only=True):
     id: Number = 0
 
     def carry_out(self, caller: Any) -> Result:
-        """Do it for *caller*, and return the result, or an awaitable of it.
-
-        Raises:
-            ElibError: It cannot be done.
-        """
+        """Do it for *caller*, and return the result, or an awaitable of it; an ElibError says why it cannot be done."""
         return type(self).act(caller, **{name: getattr(self, name) for name in self.__struct_fields__ if name != "id"})
 
 
@@ -160,15 +157,9 @@ _NUMBERED = Decoder(_Numbered)
 
 
 def decoded(decoder: Decoder[Any], text: str, hint: Callable[[object], str] = lambda do: "") -> Decoded:
-    """Return the number of a message, and what was said; of a wrong message, what is wrong with it.
+    """Return the number of a message, or 0, and what was said; of a wrong message, what is wrong with it.
 
-    Args:
-        decoder: Decodes the messages.
-        text: What came.
-        hint: Gives what to try, from what stands at ``do``.
-
-    Returns:
-        The number is 0 if a wrong message has none.
+    *hint* gives what to try, from what stands at ``do``.
     """
     try:
         message = decoder.decode(text)
@@ -231,9 +222,9 @@ class Caller:
 
     Args:
         panel: The robots.
+        decode: Gives number and message of a text, or what is wrong with it.
         request: The request that opened the WebSocket.
         ws: The WebSocket.
-        decode: Gives number and message of a text, or what is wrong with it.
 
     Attributes:
         key: Its name at the drive locks. A caller acts under this name alone: no message has one.
@@ -250,7 +241,7 @@ class Caller:
     """s within which a request is answered whatever happens; None if that is left to the request."""
     logger: ClassVar[logging.Logger]
 
-    def __init__(self, panel: Panel, request: web.BaseRequest, ws: web.WebSocketResponse, decode: Decode) -> None:
+    def __init__(self, panel: Panel, decode: Decode, request: web.BaseRequest, ws: web.WebSocketResponse) -> None:
         self.panel = panel
         self._met: set[Slot] = set()
         self.key = f"{self.kind}-{secrets.token_hex(8)}"
@@ -259,15 +250,11 @@ class Caller:
         assert request.transport is not None
         self._transport = request.transport
         self._loop = asyncio.get_running_loop()
-        self._requests: set[asyncio.Future[Any]] = set()
+        self._requests = Tasks()
         self._due = 0.0
 
     def admit(self, message: Message) -> None:
-        """Check that the caller may say this now, before it is carried out.
-
-        Raises:
-            ArgumentError: It may not.
-        """
+        """Check that the caller may say this now, before it is carried out; an ArgumentError says why it may not."""
         return
 
     def meet(self) -> None:
@@ -302,21 +289,16 @@ class Caller:
                     raise ArgumentError(
                         f"{MAX_WAITING} requests wait for their answers, and no more can", hint="wait for answers"
                     )
-                self._begin(self._finish(number, result))
+                self._requests.begin(self._finish(number, result), "elib request")
                 return ""
         except Exception as error:
             await self._answer(number, error)
             return "" if self.is_let_in else "this is not the token"
         if self._pause() > 0:
-            self._begin(self._answer_later(number, result))
+            self._requests.begin(self._answer_later(number, result), "elib answer")
         else:
             await self._answer(number, result)
         return ""
-
-    def _begin(self, work: Awaitable[None]) -> None:
-        task = asyncio.ensure_future(work)
-        self._requests.add(task)
-        task.add_done_callback(self._requests.discard)
 
     async def _finish(self, number: int, work: Awaitable[object]) -> None:
         """Wait for the result of a request, and answer it."""
@@ -381,11 +363,7 @@ class Caller:
     # -- its connection --
 
     async def converse(self, messages: Bucket) -> tuple[WSCloseCode, str]:
-        """Hear the caller until it leaves, or breaks a rule; return why it is heard no longer.
-
-        Args:
-            messages: How many messages it may send.
-        """
+        """Hear the caller until it leaves, breaks a rule or sends too much; return why it is heard no longer."""
         async for message in self._ws:
             if not messages.take():
                 return WSCloseCode.POLICY_VIOLATION, "too many messages"
@@ -404,11 +382,7 @@ class Caller:
             slot.leave(self.key)
         self._met = set()
         await asyncio.sleep(0)  # so that every request has begun, and answers when it is cancelled
-        tasks = tuple(self._requests)
-        for task in tasks:
-            task.cancel()
-        if tasks:
-            await asyncio.wait(tasks)
+        await self._requests.end()
 
 
 def _failure(number: int, error: Trouble) -> bytes:

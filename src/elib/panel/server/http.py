@@ -157,13 +157,7 @@ def _end_when_empty(panel: Panel, seconds: float, stop: asyncio.Event) -> None:
 
 
 def own_address(place: str) -> Address:
-    """Take a port that this computer alone reaches: ``HOST:PORT``, ``PORT``, or "" for the first free one.
-
-    Raises:
-        ArgumentError: *place* is not an address, or other computers could reach it.
-        LinkBusy: The port is taken, or all that were tried are.
-        LinkDenied: This user may not use the port.
-    """
+    """Take a port that this computer alone reaches: ``HOST:PORT``, ``PORT``, or "" for the first free one."""
     sock = bind(place, VIEW_PORT)
     return Address(sock, sock.getsockname()[0], is_shared=False)
 
@@ -374,12 +368,8 @@ class Server:
 
     def _callers(self, panel: Panel, most: int) -> Callers[Page]:
         """Return the pages of a panel, of which there are none yet."""
-
-        def page(request: web.Request, ws: web.WebSocketResponse) -> Page:
-            return Page(panel, request, ws, decode)
-
         full = f"{most} pages are open. Close some, and try again."
-        return Callers(page, most, full, (MESSAGES, MESSAGES_AT_ONCE))
+        return Callers(partial(Page, panel, decode), most, full, (MESSAGES, MESSAGES_AT_ONCE))
 
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if "Origin" not in request.headers:  # browsers name it for every WebSocket

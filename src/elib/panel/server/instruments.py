@@ -263,9 +263,7 @@ def scheme(slot: Slot) -> Scheme:
 def tick(slot: Slot, cursor: Cursor | None = None) -> Tick:
     """Return what changes ten times a second.
 
-    Args:
-        slot: The robot.
-        cursor: What this page has seen of trail, event log and pictures; moved on. Without one all counts as new.
+    The cursor says what the page has seen of trail, event log and pictures, and is moved on. Without one all is new.
     """
     cursor = Cursor() if cursor is None else cursor
     drive = slot.drive
@@ -401,10 +399,7 @@ def _picture(slot: Slot, cursor: Cursor) -> Picture | None:
 def _behind(kept: Sequence[T], count: int, seen: int) -> tuple[bool, list[T], int]:
     """Return whether a page must begin again, what is new to it, and how much it has then seen.
 
-    Args:
-        kept: The newest of all that there ever were.
-        count: How many there ever were.
-        seen: How many of those the page has seen.
+    *kept* are the newest of *count* that there ever were; the page has *seen* so many of those.
     """
     first = count - len(kept)
     is_whole = seen < first or seen > count or seen == 0

@@ -22,14 +22,8 @@ def in_thread(
 ) -> Iterator[tuple[T, asyncio.AbstractEventLoop]]:
     """Keep a page open until the block is left, on an event loop in a thread of its own.
 
-    Args:
-        context: Makes what serves the page; it is called in that thread.
-
-    Yields:
-        What the context gives, and the event loop, which takes work by ``call_soon_threadsafe``.
-
-    Raises:
-        ElibError: The page cannot be opened.
+    *context* makes what serves the page, in that thread. What it gives is yielded with the event loop, which takes work
+    by ``call_soon_threadsafe``.
     """
     opened: Future[T] = Future()
     loop, stop = asyncio.new_event_loop(), asyncio.Event()

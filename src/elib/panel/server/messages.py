@@ -19,10 +19,10 @@ from elib.base.files import write_file
 from elib.link.protocol.quantities import CameraMode
 from elib.panel import console
 from elib.panel.behaviours import source_of
+from elib.panel.files import LOG, RECORDING, WORLD
 from elib.panel.panel import FileList
 from elib.panel.server.conversation import Answer, Decoded, Error, Failure, Message, Table, Told, decoded, message_of
-from elib.panel.server.page import Hello, Page, Stream, Update, Wish
-from elib.panel.server.streams import OverviewStream, RobotStream, StudyStream
+from elib.panel.server.page import Hello, OverviewStream, Page, RobotStream, Stream, StudyStream, Update, Wish
 from elib.panel.server.world import Change, NewScene, Readings, ReadingsStream, WorldStream
 from elib.simulator.emulator.control import ORDERS
 from elib.simulator.emulator.control_server import obey
@@ -87,7 +87,7 @@ def frames_drawn(
 ) -> None:
     """Say which frames of worlds the page has drawn: channel and number of each, the newest of a channel is enough."""
     for channel, number in frames:
-        page.frame_drawn(channel, number)
+        page.drawn(number, channel)
 
 
 # -- robots --
@@ -307,7 +307,7 @@ def files(page: Page) -> FileList:
 @request("files")
 def start_log(page: Page, robot: Key, name: Name) -> None:
     """Write a log; if the robot is not connected yet, from the moment it is."""
-    page.panel.slot(robot).records.log.start(str(page.panel.folder.log(name)))
+    page.panel.slot(robot).records.log.start(str(page.panel.folder.file(name, LOG)))
 
 
 @request("files")
@@ -319,7 +319,7 @@ def stop_log(page: Page, robot: Key) -> None:
 @request("files")
 def start_recording(page: Page, robot: Key, name: Name) -> None:
     """Record everything; if the robot is not connected yet, from the moment it is."""
-    page.panel.slot(robot).records.recording.start(str(page.panel.folder.recording(name)))
+    page.panel.slot(robot).records.recording.start(str(page.panel.folder.new_file(name, RECORDING)))
 
 
 @request("files")
@@ -354,9 +354,7 @@ def pause_playback(page: Page, robot: Key, *, on: bool) -> None:
 @request()
 def choose_controller(page: Page, number: Annotated[int, Meta(ge=0)] | None) -> None:
     """Let one of the best controllers of the study drive in the world; null for the newest at any time."""
-    if page.panel.study is None:
-        raise ArgumentError("this page does not belong to a study", hint="elib evolve TASK --view opens one")
-    page.panel.study.choose(number)
+    page.study().choose(number)
 
 
 class SavedWorld(Struct):
@@ -369,7 +367,7 @@ class SavedWorld(Struct):
 @request("save")
 def save_world(page: Page, name: Name, about: Text = "", channel: Channel = 0) -> SavedWorld:
     """Save the world of a channel, as it is now, as a world file of the folder."""
-    path = page.panel.folder.world(name)
+    path = page.panel.folder.new_file(name, WORLD)
     write_file(path, written_scene(page.control(channel).scene(), about).encode())
     return SavedWorld(path.name, f"sim://{path}")
 

@@ -9,16 +9,18 @@ from collections import deque
 from collections.abc import Callable, Coroutine, Iterable, Sequence
 from typing import Any, ClassVar, NamedTuple
 
+import msgspec
 from aiohttp import WSCloseCode, web
 from msgspec import UNSET, Struct, UnsetType
 
 from elib.base.body import AXLE, FOCAL, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_DIAMETER
 from elib.base.errors import ArgumentError
-from elib.panel.behaviours import BehaviourAbout, Play, catalogue
+from elib.base.tasks import Tasks
+from elib.panel.behaviours import BehaviourAbout, Play, catalogue, runner_state
 from elib.panel.events import KINDS
-from elib.panel.panel import Can, Generation, Listed, Panel, Reachable, StudyAbout, StudyState
+from elib.panel.panel import REFUSALS, Can, Generation, Listed, Panel, Reachable, Study, StudyAbout, StudyState
 from elib.panel.server.conversation import Caller, Decode, Message, Told
-from elib.panel.server.instruments import Scheme, Summary, Tick
+from elib.panel.server.instruments import Cursor, Scheme, Summary, Tick, scheme, summary, tick
 from elib.panel.server.pictures import WorldInfo, world_list
 from elib.simulator.drawing.robot import LED_ANGLES
 from elib.simulator.emulator.control import Control
@@ -28,16 +30,6 @@ from elib.simulator.physics.optics import ABOVE, FORWARD
 
 MAX_STREAMS = 128
 """Subscriptions of one page: two for each world of a large class, and more."""
-REFUSALS = {
-    "drive": "drive robots, nor send them commands",
-    "edit": "change the world",
-    "speed": "pause the world, nor set its speed",
-    "save": "save the world",
-    "connect": "connect robots",
-    "files": "read or write files of the computer that serves it",
-    "program": "start programs",
-}
-
 AHEAD = 3
 """Messages of one stream on their way to a page that has not drawn them yet, at most."""
 SHARE = 0.1
@@ -221,6 +213,66 @@ class ListStream(Stream):
             yield self._update()
 
 
+class RobotStream(Stream):
+    """One robot. When it ends, what the page drove stops."""
+
+    def __init__(self, page: Page, wish: Wish) -> None:
+        self._slot = page.panel.slot(wish.of)
+        self._cursor, self._edition, self._lines = Cursor(), -1, 0
+        super().__init__(page, wish)
+        page.meet()
+        self._slot.look(page.key)
+
+    def end(self) -> None:
+        """Tell nothing more; the page drives no more, unless it has subscribed to the same robot again."""
+        super().end()
+        if not self._page.shows(self.wish.of):
+            self._slot.drive.leave(self._page.key)
+            self._slot.look_away(self._page.key)
+
+    def _next(self) -> Iterable[Update]:
+        slot = self._slot
+        if self._page.panel.slots.get(self.wish.of) is not slot:
+            return  # it was taken out of the panel
+        update = self._update()
+        update.place = self.wish.of
+        update.robot = RobotNews(tick(slot, self._cursor), runner_state(slot.runner, self._lines))
+        if self._edition != slot.edition:
+            self._edition = slot.edition
+            update.robot.scheme = scheme(slot)
+        self._lines = slot.runner.line_count
+        yield update
+
+
+class OverviewStream(Stream):
+    """All robots in short, and their worlds."""
+
+    def _next(self) -> Iterable[Update]:
+        panel = self._page.panel
+        update = self._update()
+        update.worlds = [(key, control.world.scene.name) for key, control in panel.all_worlds().items()]
+        update.overview = {key: summary(slot) for key, slot in panel.slots.items()}
+        yield update
+
+
+class StudyStream(Stream):
+    """The study to which the page belongs."""
+
+    def __init__(self, page: Page, wish: Wish) -> None:
+        self._study, self._first = page.study(), 0
+        self._told: StudyState | None = None
+        super().__init__(page, wish)
+
+    def _next(self) -> Iterable[Update]:
+        first, state = self._first, self._study.state()
+        generations = self._study.generations(first)
+        if generations or state != self._told:
+            update = self._update()
+            update.study = StudyNews(**msgspec.structs.asdict(state), first=first, generations=generations)
+            self._first, self._told = first + len(generations), state
+            yield update
+
+
 class Page(Caller):
     """One browser page, from the opening of its WebSocket to its end.
 
@@ -233,33 +285,25 @@ class Page(Caller):
     closing_reason = "not a message of the page"
     logger = log
 
-    def __init__(self, panel: Panel, request: web.BaseRequest, ws: web.WebSocketResponse, decode: Decode) -> None:
-        super().__init__(panel, request, ws, decode)
+    def __init__(self, panel: Panel, decode: Decode, request: web.BaseRequest, ws: web.WebSocketResponse) -> None:
+        super().__init__(panel, decode, request, ws)
         self.updates = 0
-        self._telling: set[asyncio.Future[Any]] = set()
+        self._telling = Tasks()
         self._streams: dict[tuple[str, int], Stream] = {}
         self._list = ListStream(self)
 
     # -- what the page says --
 
     def admit(self, message: Message) -> None:
-        """Check that the page may say this.
-
-        Raises:
-            ArgumentError: It cannot do that.
-        """
+        """Check that the page may say this; an ArgumentError says what it cannot do."""
         if message.needs and not getattr(self.panel.can, message.needs):
             raise ArgumentError(f"this page cannot {REFUSALS[message.needs]}")
 
     def subscribe(self, wish: Wish, make: Callable[[Page, Wish], Stream]) -> None:
         """Tell the page of something from now on, in place of what it wanted by the same name and channel.
 
-        Args:
-            wish: What it wants; a rate of 0 ends it.
-            make: Makes the stream.
-
-        Raises:
-            ArgumentError: There is no such robot or study, or the page has too many subscriptions.
+        A rate of 0 ends that. An ArgumentError says that there is no such robot or study, or that there are too many
+        subscriptions. *make* makes the stream.
         """
         key = wish.what, wish.channel
         if key not in self._streams and len(self._streams) >= MAX_STREAMS:
@@ -275,17 +319,11 @@ class Page(Caller):
         if old is not None:
             old.end()
 
-    def drawn(self, number: int) -> None:
-        """Note which updates are on the screen."""
+    def drawn(self, number: int, channel: int | None = None) -> None:
+        """Note which updates are on the screen, or which frames of the world of a channel."""
         for stream in (self._list, *self._streams.values()):
-            if stream.wish.what != "world":
+            if (stream.wish.channel if stream.wish.what == "world" else None) == channel:
                 stream.drawn(number)
-
-    def frame_drawn(self, channel: int, number: int) -> None:
-        """Note which frames of a world are on the screen."""
-        stream = self._streams.get(("world", channel))
-        if stream is not None:
-            stream.drawn(number)
 
     def shows(self, robot: str) -> bool:
         """Return whether the page has subscribed to a robot."""
@@ -297,22 +335,23 @@ class Page(Caller):
         return None if stream is None else stream.control
 
     def control(self, channel: int) -> Control:
-        """Return the same.
-
-        Raises:
-            ArgumentError: There is none.
-        """
+        """Return the same; an ArgumentError says that there is none."""
         found = self.world(channel)
         if found is None:
             raise ArgumentError("there is no virtual world here", hint="a real robot has its own")
         return found
 
+    def study(self) -> Study:
+        """Return the study to which the page belongs; an ArgumentError says that there is none."""
+        if self.panel.study is None:
+            raise ArgumentError("this page does not belong to a study", hint="elib evolve TASK --view opens one")
+        return self.panel.study
+
     # -- what the page is told --
 
     def begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
         """Tell the page something in a task of its own. If that fails, the page ends: the browser opens it again."""
-        task = asyncio.ensure_future(work)
-        self._telling.add(task)
+        task = self._telling.begin(work, "elib page")
         task.add_done_callback(self._broke)
         return task
 
@@ -334,19 +373,16 @@ class Page(Caller):
 
     # -- the end --
 
-    def _broke(self, task: asyncio.Future[Any]) -> None:
-        self._telling.discard(task)
+    def _broke(self, task: asyncio.Task[Any]) -> None:
         error = None if task.cancelled() else task.exception()
         if error is not None and not isinstance(error, ConnectionError):
             log.error("a page failed", exc_info=error)
             closing = self._ws.close(code=WSCloseCode.INTERNAL_ERROR, message=b"the program made a mistake")
-            self._telling.add(asyncio.ensure_future(closing))
+            self._telling.begin(closing, "elib page ends")
 
     async def close(self) -> None:
         """Leave all robots: what the page drove stops now."""
-        telling = tuple(self._telling)
-        for task in telling:
+        for task in self._telling:
             task.cancel()
         await super().close()
-        if telling:
-            await asyncio.wait(telling)
+        await self._telling.end()

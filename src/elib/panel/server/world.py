@@ -302,14 +302,8 @@ def change(old: Snapshot, new: Snapshot, channel: int = 0) -> Change:
 def readings(control: Control, snapshot: Snapshot, robot: int, channel: int = 0) -> Readings:
     """Return what one robot perceives and how it is connected.
 
-    The infrared readings are those of the beams: a reading the robot is told counts into the world's hash, and a page
-    that looks must not change it.
-
-    Args:
-        control: Knows the links.
-        snapshot: The world, with beams.
-        robot: Which one.
-        channel: The page's own number for the world.
+    The infrared readings are those of the beams of *snapshot*: a reading the robot is told counts into the world's
+    hash, and a page that looks must not change it.
     """
     virtual = control.simulation.robots.get(robot)
     proximity = [beam.reading for beam in snapshot.robots[robot].beams]
