@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import secrets
 import sys
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
@@ -16,15 +15,16 @@ from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
 from elib.base.files import write_file
 from elib.base.rules import PORT_NUMBER
-from elib.cli.joystick import TOKEN_BYTES, Host
 from elib.robot.running import run_coroutine
-from elib.simulator.emulator.loopback import LOOPBACK, joined, reachable
+from elib.simulator.emulator import loopback
 
 if TYPE_CHECKING:
     from elib.panel.server.listening import Address
 
 PORT = 8765
 """The port that the Foxglove app proposes; the next ones follow."""
+GUESSED = ("ws://127.0.0.1:", "ws://[::1]:")
+"""The addresses whose ports a page in a browser tries."""
 
 Robots = Annotated[str, Cli(help="sim://crowd?robots=3, serial:///dev/rfcomm0, replay://run.mcap, ...; several too.")]
 DoorPort = Annotated[
@@ -32,11 +32,11 @@ DoorPort = Annotated[
     PORT_NUMBER,
     Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on)."),
 ]
-View = Annotated[bool, Cli(name="--view", help="Show the same robots in the browser too, to watch and to stop them.")]
-Origins = Annotated[
-    list[str] | None,
-    Cli(name="--allow-origin", metavar="URL", help="A page that may connect, beside the Foxglove app's; several too."),
+Host = Annotated[
+    str | None,
+    Cli(name="--host", metavar="H", help="Address of this computer alone (default: one that no page can guess)."),
 ]
+View = Annotated[bool, Cli(name="--view", help="Show the same robots in the browser too, to watch and to stop them.")]
 LayoutFile = Annotated[
     str | None, Cli(name="--layout", metavar="FILE", help="Write a layout for the app, to be imported there.")
 ]
@@ -49,9 +49,8 @@ RecordTo = Annotated[
 def foxglove(
     *urls: Robots,
     port: DoorPort = None,
-    host: Host = LOOPBACK,
+    host: Host = None,
     view: View = False,
-    allow_origin: Origins = None,
     layout: LayoutFile = None,
     record: RecordTo = None,
 ) -> None:
@@ -72,35 +71,30 @@ def foxglove(
         raise Unsupported(
             "elib foxglove needs the package foxglove-sdk, which is not installed", hint=install("foxglove")
         ) from None
-    from elib.doors.foxglove.relay import ORIGINS
+    from elib.doors.foxglove.door import hidden_host
     from elib.doors.robots import hold_open
     from elib.panel.server.listening import listen
 
+    if host is not None:
+        host, _ = loopback.address(loopback.joined(host, port or PORT))
     with contextlib.ExitStack() as stack:
-        address = listen(host, port, first=PORT)
+        address = listen(host or hidden_host(), port, first=PORT)
         stack.callback(address.socket.close)
         page = listen() if view else None
         if page is not None:
             stack.callback(page.socket.close)
         stack.enter_context(contextlib.suppress(KeyboardInterrupt))
-        origins = (*ORIGINS, *(allow_origin or ()))
-        run_coroutine(lambda: hold_open(_opened(urls, address, page, origins, layout, record)))
+        run_coroutine(lambda: hold_open(_opened(urls, address, page, layout, record)))
 
 
 @contextlib.asynccontextmanager
 async def _opened(
-    urls: Sequence[str],
-    address: Address,
-    page: Address | None,
-    origins: Sequence[str],
-    layout: str | None,
-    record: str | None,
+    urls: Sequence[str], address: Address, page: Address | None, layout: str | None, record: str | None
 ) -> AsyncIterator[None]:
     """Serve robots until the block is left; then stop and disconnect them."""
     from elib.doors.foxglove.door import opened, prefix_of
     from elib.doors.robots import connected
 
-    token = secrets.token_urlsafe(TOKEN_BYTES) if address.is_shared else None
     async with connected(urls, page=page) as panel:
         count = len(panel.slots)
         if layout is not None:
@@ -108,10 +102,10 @@ async def _opened(
         if record is not None:
             for key, slot in panel.slots.items():
                 slot.records.recording.start(record if count == 1 else _numbered(record, key))
-        async with opened(panel, address, origins=origins, token=token, on_refused=_complain):
-            place = f"ws://{joined(reachable(address.host), address.port)}/{token or ''}"
-            if token is not None:
-                print("The connection is not encrypted: use this in a network you trust.", file=sys.stderr)
+        place = f"ws://{loopback.joined(*address.socket.getsockname()[:2])}/"
+        async with opened(panel, address):
+            if place.startswith(GUESSED):
+                print("Every page in a browser of this computer can open this address, and drive.", file=sys.stderr)
             print(place, flush=True)
             app = f"https://app.foxglove.dev/?ds=foxglove-websocket&ds.url={quote(place, safe='')}"
             print(f"In the browser: {app}", file=sys.stderr)
@@ -130,7 +124,3 @@ def _numbered(path: str, key: str) -> str:
     """Return the name of one robot's recording."""
     found = Path(path)
     return str(found.with_name(f"{found.stem}-{key}{found.suffix}"))
-
-
-def _complain(origin: str) -> None:
-    print(f"a page of {origin[:80]!a} was refused; --allow-origin lets it in", file=sys.stderr)

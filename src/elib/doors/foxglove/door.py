@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import secrets
 import threading
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Collection, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from typing import Any
 
 import foxglove
@@ -21,21 +22,21 @@ from foxglove.websocket import (
     WebSocketServer,
 )
 
-from elib.base.errors import ElibError
+from elib.base.errors import ElibError, LinkError
 from elib.doors.foxglove.commands import CLIENT_TOPICS, DRIVE, MAX_MESSAGE, Commands
 from elib.doors.foxglove.parameters import Parameters, Value
-from elib.doors.foxglove.relay import ORIGINS, SECRET, SECRET_CHANNEL, Relay, free_target
 from elib.doors.foxglove.topics import Topics
 from elib.panel.panel import Panel
 from elib.panel.server.listening import Address
 from elib.panel.slot import Phase, Slot
+from elib.simulator.emulator.loopback import LOOPBACK, bound
 
 PERIOD = 0.1
 """s between two looks at what changed: links, parameters, lines of the event log, who looks at the camera."""
 BACKLOG = 256
 """Messages that may wait for a slow client; the oldest ones are dropped."""
 MAX_CHANNELS = 200
-"""Topics that one client may advertise; one that advertises more is disconnected."""
+"""Advertisements of one client that are heard; it needs three for each robot."""
 WAITING = 8
 """Messages of one topic of one client that may wait for the event loop; the oldest ones are dropped."""
 PATIENCE = 1.0
@@ -49,40 +50,39 @@ def prefix_of(key: str, robots: int) -> str:
     return "" if robots == 1 else f"/robot{key}"
 
 
+def hidden_host() -> str:
+    """Return an address of this computer alone that a page in a browser cannot guess.
+
+    The server of the SDK asks no one who comes, and a browser lets every page try the ports of 127.0.0.1. There are 16
+    million addresses beside that one. Where the system has no others, this is 127.0.0.1 all the same.
+    """
+    host = f"127.{1 + secrets.randbelow(254)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
+    with contextlib.suppress(LinkError):
+        bound(host, 0).close()
+        return host
+    return LOOPBACK
+
+
 @contextlib.asynccontextmanager
-async def opened(
-    panel: Panel,
-    address: Address,
-    *,
-    origins: Collection[str] = ORIGINS,
-    token: str | None = None,
-    on_refused: Callable[[str], object] = lambda origin: None,
-) -> AsyncIterator[FoxgloveDoor]:
+async def opened(panel: Panel, address: Address) -> AsyncIterator[FoxgloveDoor]:
     """Serve the robots of a panel to Foxglove until the block is left.
 
     Args:
         panel: The robots; all that are there now.
-        address: A bound port.
-        origins: Pages that may connect; ``*`` lets all in.
-        token: What a client must have as the path of its URL; None asks for nothing.
-        on_refused: Called with the origin of a page that was refused.
+        address: A port of this computer; its socket is closed, for the SDK opens its own there.
     """
     # The SDK writes what is wrong with clients' messages to the terminal, which strangers should not be able to fill.
     foxglove.set_log_level(logging.CRITICAL)
     door = FoxgloveDoor(panel)
-    server = door.start(await free_target())
-    relay = Relay(address, (door.host, server.port), origins, token, on_refused)
-    door.relay = relay
+    server = door.start(address)
     ticking = asyncio.get_running_loop().create_task(door.tick(), name="elib foxglove")
     try:
-        await relay.open()
         yield door
     finally:
-        await relay.close()  # first of all: no client drives any more
+        await asyncio.to_thread(server.stop)  # first of all: no client drives any more
         ticking.cancel()
         await asyncio.wait([ticking])
         await door.close()
-        await asyncio.to_thread(server.stop)
 
 
 class FoxgloveDoor(ServerListener):
@@ -93,15 +93,9 @@ class FoxgloveDoor(ServerListener):
 
     Args:
         panel: The robots.
-
-    Attributes:
-        host: Address at which the server of the SDK listens.
-        relay: The port that clients open.
     """
 
     def __init__(self, panel: Panel) -> None:
-        self.host = ""
-        self.relay: Relay | None = None
         self._loop = asyncio.get_running_loop()
         self._context = foxglove.Context()
         self._server: WebSocketServer | None = None
@@ -123,20 +117,20 @@ class FoxgloveDoor(ServerListener):
         self._refresh()
         # What threads of the SDK note for the event loop.
         self._lock = threading.Lock()
-        self._secrets: dict[int, str] = {}
         self._advertised: dict[int, dict[int, tuple[str, str]]] = {}
         self._waiting: dict[tuple[int, int], deque[tuple[str, str, bytes]]] = {}
         self._gone: set[tuple[int, str]] = set()
         self._wanted: dict[str, Value] = {}
         self._is_woken = False
 
-    def start(self, host: str) -> WebSocketServer:
-        """Start the server of the SDK on a free port."""
-        self.host = host
+    def start(self, address: Address) -> WebSocketServer:
+        """Start the server of the SDK."""
+        host, port = address.socket.getsockname()[:2]
+        address.socket.close()
         self._server = foxglove.start_server(
             name="elib",
             host=host,
-            port=0,
+            port=port,
             capabilities=[Capability.ClientPublish, Capability.Parameters],
             server_listener=self,
             supported_encodings=["json"],
@@ -174,31 +168,19 @@ class FoxgloveDoor(ServerListener):
 
     def on_client_advertise(self, client: Client, channel: ClientChannel) -> None:
         """Note a topic of a client."""
-        with self._lock:
-            if channel.topic.startswith(SECRET):
-                secret = channel.topic.removeprefix(SECRET)
-                if client.id not in self._secrets and self.relay is not None and self.relay.owns(secret):
-                    self._secrets[client.id] = secret
-                return
-            if client.id not in self._secrets:
-                return
-            channels = self._advertised.setdefault(client.id, {})
-            if len(channels) >= MAX_CHANNELS:
-                self._call(self._drop, client.id)
-                return
-            is_ours = channel.topic in self._kinds
-            channels[channel.id] = self._kinds.get(channel.topic, ("", ""))
-        if not is_ours:
+        if channel.topic not in self._kinds:
             self._call(self._complain, "", f"{channel.topic[:80]!r} is not a topic that a client may publish here")
-        elif channel.encoding != "json":
+            return
+        if channel.encoding != "json":
             self._call(self._complain, "", f"{channel.topic} is JSON, not {channel.encoding[:20]!r}")
+        with self._lock:
+            channels = self._advertised.setdefault(client.id, {})
+            if len(channels) < MAX_CHANNELS:
+                channels[channel.id] = self._kinds[channel.topic]
 
     def on_client_unadvertise(self, client: Client, client_channel_id: int) -> None:
         """Note that a client has left a topic; the SDK says so too when the client has gone."""
         with self._lock:
-            if client_channel_id == SECRET_CHANNEL:
-                self._secrets.pop(client.id, None)
-                return
             channels = self._advertised.get(client.id, {})
             key, topic = channels.pop(client_channel_id, ("", ""))
             self._waiting.pop((client.id, client_channel_id), None)
@@ -230,12 +212,11 @@ class FoxgloveDoor(ServerListener):
         """Note new values. They are told to all clients when they hold, and so are the old ones of those refused."""
         values = self._values
         with self._lock:
-            if client.id in self._secrets:
-                for each in parameters:
-                    value: Any = each.get_value()
-                    if each.name in values and isinstance(value, bool | int | float | str):
-                        self._wanted[each.name] = value[:MAX_MESSAGE] if isinstance(value, str) else value
-                self._wake()
+            for each in parameters:
+                value: Any = each.get_value()
+                if each.name in values and isinstance(value, bool | int | float | str):
+                    self._wanted[each.name] = value[:MAX_MESSAGE] if isinstance(value, str) else value
+            self._wake()
         return [Parameter(each.name, value=values[each.name]) for each in parameters if each.name in values]
 
     def _wake(self) -> None:
@@ -271,11 +252,6 @@ class FoxgloveDoor(ServerListener):
         if wanted:
             # Later, because the SDK's answer, with the values from before, may still be on its way to the clients.
             self._loop.call_later(PERIOD, self._refresh, *wanted)
-
-    def _drop(self, client: int) -> None:
-        secret = self._secrets.get(client)
-        if secret is not None and self.relay is not None:
-            self.relay.drop(secret)
 
     def _refresh(self, *told: str) -> None:
         """Tell clients which parameters have changed, and those in *told* in any case."""

@@ -3,118 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from elib.base.body import WHEEL_CIRCUMFERENCE
 from elib.base.errors import ArgumentError
 from elib.base.rules import Flag, Number
 from elib.panel.slot import LIVE, Slot
-from elib.panel.watching import FAST, QUICKEST, SLOW, SLOWEST
 
 Value = bool | int | float | str
 
 
-@dataclass(frozen=True, slots=True)
-class Setting:
-    """One parameter.
+class Setting(NamedTuple):
+    """How a parameter is read, and how it is set; one that can only be read has no way to set it."""
 
-    Attributes:
-        name: Its name, below the robot's own.
-        about: What it means, for the documentation.
-        read: Returns its value.
-        change: Sets it; None for a parameter that can only be read.
-    """
-
-    name: str
-    about: str
     read: Callable[[Slot], Value]
-    change: Callable[[Slot, Value], object] | None = None
-
-
-def number(value: Value, low: float, high: float) -> float:
-    """Return a number of a client.
-
-    Raises:
-        ArgumentError: It is not a number in this range.
-    """
-    return float(Number(low, high).require(value, "it"))
-
-
-def switch(value: Value) -> bool:
-    """Return a switch of a client.
-
-    Raises:
-        ArgumentError: It is neither true nor false.
-    """
-    return bool(Flag().require(value, "it"))
+    change: Callable[[Slot, Any], object] | None = None
 
 
 def _fastest(slot: Slot) -> float:
     return slot.drive.fastest * WHEEL_CIRCUMFERENCE
 
 
-def _top_speed(slot: Slot, value: Value) -> None:
-    slot.drive.limit_to(number(value, 0.0, _fastest(slot)) / _fastest(slot))
+def _set_top_speed(slot: Slot, value: object) -> None:
+    slot.drive.limit_to(Number(0.0, _fastest(slot), "m/s").require(value, "it") / _fastest(slot))
 
 
-def _camera(slot: Slot, value: Value) -> None:
-    slot.watch_camera(LIVE if switch(value) else None)
+def _set_camera(slot: Slot, value: object) -> None:
+    slot.watch_camera(LIVE if Flag().require(value, "it") else None)
 
 
-def _period(slot: Slot, value: Value) -> None:
-    slot.watch_camera(number(value, QUICKEST, SLOWEST))
+def _set_paused(slot: Slot, value: object) -> None:
+    slot.playback.pause(on=Flag().require(value, "it"))
 
 
-def _hold(slot: Slot, value: Value) -> None:
-    slot.playback.pause(on=switch(value))
+def _set_position(slot: Slot, value: object) -> None:
+    slot.playback.seek(Number(0.0, slot.playback.length, "s").require(value, "it"))
 
 
-def _seek(slot: Slot, value: Value) -> None:
-    slot.playback.seek(number(value, 0.0, slot.playback.length))
-
-
-OF_EVERY_ROBOT = (
-    Setting("/name", "name of the robot", lambda slot: slot.name),
-    Setting("/state", "whether it is connected", lambda slot: slot.phase.value),
-)
-OF_ROBOTS = (
-    *OF_EVERY_ROBOT,
-    Setting("/firmware", "its firmware", lambda slot: slot.firmware),
-    Setting("/driver", "who drives; empty while no client or page does", lambda slot: slot.drive.driver),
-    Setting(
-        "/top_speed",
-        "highest speed of a wheel, m/s, up to what the robot can do",
-        lambda slot: round(slot.drive.limit * _fastest(slot), 6),
-        _top_speed,
+OF_EVERY_ROBOT = {
+    "/name": Setting(lambda slot: slot.name),
+    "/state": Setting(lambda slot: slot.phase.value),
+}
+OF_ROBOTS = OF_EVERY_ROBOT | {
+    "/firmware": Setting(lambda slot: slot.firmware),
+    "/driver": Setting(lambda slot: slot.drive.driver),  # empty while no client or page drives
+    "/top_speed": Setting(lambda slot: round(slot.drive.limit * _fastest(slot), 6), _set_top_speed),  # of a wheel, m/s
+    "/rate": Setting(lambda slot: slot.watcher.rate, lambda slot, value: slot.watcher.watch_sensors(value)),  # Hz
+    "/camera": Setting(lambda slot: slot.watcher.pictures is not None, _set_camera),
+    # s between two pictures; setting it switches the camera on
+    "/picture_period": Setting(
+        lambda slot: float(slot.watcher.pictures or LIVE), lambda slot, value: slot.watch_camera(value)
     ),
-    Setting(
-        "/rate",
-        f"how often all sensors are read, {SLOW:g} to {FAST:g} times a second",
-        lambda slot: slot.watcher.rate,
-        lambda slot, value: slot.watcher.watch_sensors(number(value, SLOW, FAST)),
-    ),
-    Setting(
-        "/camera", "whether pictures are taken all the time", lambda slot: slot.watcher.pictures is not None, _camera
-    ),
-    Setting(
-        "/picture_period",
-        f"s between two pictures, {QUICKEST:g} to {SLOWEST:g}; setting it switches the camera on",
-        lambda slot: float(slot.watcher.pictures or LIVE),
-        _period,
-    ),
-)
-OF_RECORDINGS = (
-    *OF_EVERY_ROBOT,
-    Setting(
-        "/paused", "whether the recording is held", lambda slot: slot.is_playing and slot.playback.is_paused, _hold
-    ),
-    Setting(
-        "/position",
-        "s from the beginning of the recording; setting it goes there",
-        lambda slot: round(slot.playback.at, 1) if slot.is_playing else 0.0,
-        _seek,
-    ),
-)
+}
+OF_RECORDINGS = OF_EVERY_ROBOT | {
+    "/paused": Setting(lambda slot: slot.is_playing and slot.playback.is_paused, _set_paused),
+    "/position": Setting(lambda slot: round(slot.playback.at, 1) if slot.is_playing else 0.0, _set_position),  # s
+}
 
 
 class Parameters:
@@ -128,7 +72,8 @@ class Parameters:
     def __init__(self, slot: Slot, prefix: str) -> None:
         self._slot = slot
         is_recording = slot.url.startswith("replay:") and "fork=" not in slot.url
-        self._settings = {prefix + each.name: each for each in (OF_RECORDINGS if is_recording else OF_ROBOTS)}
+        settings = OF_RECORDINGS if is_recording else OF_ROBOTS
+        self._settings = {prefix + name: setting for name, setting in settings.items()}
 
     def values(self) -> Mapping[str, Value]:
         """Return all of them by name."""
