@@ -20,7 +20,6 @@ from mcp.client.client import Client
 from mcp.client.stdio import StdioServerParameters, stdio_client
 from mcp_types import CallToolRequestParams, CallToolResult
 
-from elib.base.errors import ArgumentError
 from elib.cli import main
 from elib.doors.agent.driver import CallRefused
 from elib.doors.agent.limits import Limits
@@ -78,8 +77,12 @@ def door_of(tools):
 
 
 async def call(tools, name, /, **arguments):
-    tool = tools.tools[name]
-    return await tools.call(tool, tool.check(arguments))
+    """Call a tool; return its data, its text, whether it has a picture, and whether it failed."""
+    result = await tools.call(name, arguments)
+    text, *pictures = result.content
+    return SimpleNamespace(
+        data=result.structured_content, text=text.text, picture=bool(pictures), is_error=result.is_error
+    )
 
 
 async def test_a_client_drives_looks_and_reads_by_a_process_of_its_own():
@@ -121,8 +124,12 @@ async def test_the_wheels_stand_after_the_client_is_killed():
 @simulated
 async def test_the_wheels_stand_half_a_second_after_the_caller_cancelled_or_is_gone(is_cancelled):
     async with tools_on() as tools:
-        door, is_gone = door_of(tools), asyncio.Event()
-        request = SimpleNamespace(scope={"elib.gone": is_gone})
+        door, is_gone = door_of(tools), False
+
+        async def is_disconnected():
+            return is_gone
+
+        request = SimpleNamespace(is_disconnected=is_disconnected)
         asked = CallToolRequestParams(name="drive", arguments={"distance": 0.28, "speed": 0.03})
         calling = asyncio.create_task(door._call(SimpleNamespace(request=request), asked))
         start = world_of(tools).pose(0)
@@ -130,7 +137,7 @@ async def test_the_wheels_stand_half_a_second_after_the_caller_cancelled_or_is_g
         if is_cancelled:
             calling.cancel()
         else:
-            is_gone.set()
+            is_gone = True
         await asyncio.sleep(STANDING)
         assert speeds(tools) == (0, 0)
         there = went(tools, start)
@@ -253,19 +260,24 @@ async def test_a_persons_stop_holds_until_the_person_continues():
 @simulated
 async def test_wrong_arguments_are_refused_with_the_rule():
     async with tools_on() as tools:
-        for name, arguments in (
-            ("drive", {"distance": math.nan}),
-            ("drive", {"distance": True}),
-            ("drive", {"distance": 0.1, "speed": 0.2}),
-            ("drive", {"distance": 0.1, "robot": "2"}),
-            ("turn", {"angle": 10**400}),
-            ("turn", {}),
-            ("set_leds", {"ring": [1] * 8}),
-            ("run_behaviour", {"name": "../avoid"}),
-            ("status", {"more": 1}),
+        for name, arguments, *rules in (
+            ("drive", {"distance": math.nan}, "distance", "finite number"),
+            ("drive", {"distance": True}, "distance", "valid number"),
+            ("drive", {"distance": "0.1"}, "distance", "valid number"),
+            ("drive", {"distance": 0.1, "speed": 0.2}, "speed", "less than or equal to 0.1"),
+            ("drive", {"distance": 0.1, "robot": "2"}, "robot", "should be '1'"),
+            ("turn", {"angle": 10**400}, "angle", "valid number"),
+            ("turn", {}, "angle", "required"),
+            ("set_leds", {"ring": [1] * 8}, "ring", "valid boolean"),
+            ("run_behaviour", {"name": "../avoid"}, "name", "'avoid'"),
+            ("status", {"more": 1}, "more", "not permitted"),
+            ("trun", {}, "there is no tool", "did you mean turn?"),
         ):
-            with pytest.raises(ArgumentError):
-                tools.tools[name].check(arguments)
+            refused = await call(tools, name, **arguments)
+            assert refused.is_error
+            assert "Nothing was sent" in refused.text
+            assert all(each in refused.text for each in rules), refused.text
+        assert tools.budget.calls == LIMITS.calls
         with pytest.raises(CallRefused):
             tools.drivers["1"].slot.stop()
             tools.drivers["1"].check_free()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import socket
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Annotated, TextIO
 
@@ -83,19 +85,29 @@ def agent(
     speeds = {speed_of(url) for url in urls}
     if len(speeds) > 1 or "max" in speeds:
         raise ArgumentError("an agent's robots share one clock, which cannot jump", hint="use speed=10, or no speed")
-    from elib.doors.agent.running import run
+    from elib.doors.agent.pipes import standard_pipes
+    from elib.doors.agent.server import opened, serve_pipes, served
+    from elib.doors.robots import hold_open
 
     with contextlib.ExitStack() as stack:
         file = None if log is None else stack.enter_context(_opened(log))
         stack.enter_context(contextlib.suppress(KeyboardInterrupt))
-        if http:
-            socket = stack.enter_context(contextlib.closing(bind("" if port is None else str(port), PORT)))
-            run_coroutine(lambda: run(urls, limits, file=file, view=view, http=socket), speeds.pop())
-        else:
-            from elib.doors.agent.pipes import standard_pipes
 
+        @contextlib.asynccontextmanager
+        async def by_http(bound: socket.socket) -> AsyncIterator[None]:
+            async with opened(urls, limits, file=file, view=view) as door, served(door, bound):
+                yield
+
+        async def by_pipes(source: int, target: int) -> None:
+            async with opened(urls, limits, file=file, view=view) as door:
+                await serve_pipes(door, source, target)
+
+        if http:
+            bound = stack.enter_context(contextlib.closing(bind("" if port is None else str(port), PORT)))
+            run_coroutine(lambda: hold_open(by_http(bound)), speeds.pop())
+        else:
             pipes = stack.enter_context(standard_pipes())
-            run_coroutine(lambda: run(urls, limits, file=file, view=view, pipes=pipes), speeds.pop())
+            run_coroutine(lambda: by_pipes(*pipes), speeds.pop())
 
 
 def _check_real(urls: tuple[str, ...], is_allowed: bool) -> bool:

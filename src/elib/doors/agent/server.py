@@ -6,24 +6,39 @@ import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import Mapping
+import socket
+import sys
+import threading
+import webbrowser
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from typing import Any, TextIO, cast
 
 import mcp_types as types
+import uvicorn
 from mcp.server.context import ServerRequestContext
 from mcp.server.lowlevel.server import Server
 from mcp.server.stdio import stdio_server
+from mcp.server.transport_security import TransportSecuritySettings
+from mcp_types import CallToolResult
 
 from elib import __version__
 from elib.base.errors import ArgumentError
-from elib.doors.agent.pipes import LAST_WORDS, Complaints, Lines, Output
-from elib.doors.agent.tool import Result, Tool
-from elib.doors.agent.tools import Tools, wrong
+from elib.doors.agent.limits import Limits
+from elib.doors.agent.pipes import MAX_LINE, Complaints, Pipes
+from elib.doors.agent.results import answer, refused, text_of
+from elib.doors.agent.tools import Tools
+from elib.doors.robots import connected
+from elib.panel.server.listening import listen
 
 MAX_LOGGED = 300
 """Characters of arguments and results that a line of the log keeps."""
 MAX_CALLS = 32
 """Calls that may be under way at once; more are refused."""
+PERIOD = 0.05
+"""s from one look at whether the caller over HTTP is still there to the next."""
+IDLE_TIME = 600.0
+"""s without a request over HTTP after which a session ends."""
+MAX_SESSIONS, MAX_CONNECTIONS = 16, 64
 INSTRUCTIONS = """\
 You drive e-puck robots: small two-wheeled robots, 7 cm wide, with eight infrared sensors that see about 5 cm far, a
 camera and LEDs. Every tool is a complete action: when it returns, the wheels stand, and the result says what happened
@@ -47,10 +62,10 @@ class Journal:
         self._loop = asyncio.get_running_loop()
         self._began = self._loop.time()
 
-    def write(self, name: str, arguments: Mapping[str, object], result: Result, seconds: float) -> None:
+    def write(self, name: str, arguments: Mapping[str, object], result: CallToolResult, seconds: float) -> None:
         """Write one call."""
         asked = json.dumps(arguments, ensure_ascii=False, default=str)[:MAX_LOGGED]
-        said = result.text.partition("\n")[0][:MAX_LOGGED]
+        said = text_of(result).partition("\n")[0][:MAX_LOGGED]
         line = f"{name[:80]} {asked}: {said}"
         driver = self._tools.drivers.get(str(arguments.get("robot", next(iter(self._tools.drivers)))))
         if driver is not None:
@@ -65,7 +80,7 @@ class Journal:
             # As text if they are long, or hold NaN or an infinity, which a reader of JSON refuses.
             "arguments": arguments if len(asked) < MAX_LOGGED and _is_strict(arguments) else asked,
             "is_error": result.is_error,
-            "result": result.data,
+            "result": result.structured_content,
         }
         try:
             self._file.write(json.dumps(entry, ensure_ascii=False, default=str) + "\n")
@@ -86,7 +101,7 @@ class AgentDoor:
     def __init__(self, tools: Tools, journal: Journal) -> None:
         self._tools, self._journal = tools, journal
         self._loop = asyncio.get_running_loop()
-        self._calls: set[asyncio.Task[Result]] = set()
+        self._calls: set[asyncio.Task[CallToolResult]] = set()
         self.server: Server[Any] = Server(
             "elib",
             version=__version__,
@@ -99,66 +114,62 @@ class AgentDoor:
     async def _list(
         self, context: ServerRequestContext[Any], params: types.PaginatedRequestParams | None
     ) -> types.ListToolsResult:
-        return types.ListToolsResult(tools=[_described(tool) for tool in self._tools.tools.values()])
+        return types.ListToolsResult(
+            tools=[
+                types.Tool(
+                    name=tool.name,
+                    title=tool.title,
+                    description=tool.description,
+                    input_schema=tool.parameters,
+                    annotations=tool.annotations,
+                )
+                for tool in self._tools.tools.values()
+            ]
+        )
 
-    async def _call(
-        self, context: ServerRequestContext[Any], params: types.CallToolRequestParams
-    ) -> types.CallToolResult:
+    async def _call(self, context: ServerRequestContext[Any], params: types.CallToolRequestParams) -> CallToolResult:
         began = self._loop.time()
         arguments = params.arguments or {}
-        try:
-            checked = self._checked(params.name, arguments)
-        except ArgumentError as error:
-            result = wrong(error)
+        if len(self._calls) >= MAX_CALLS and params.name != "stop":
+            result = refused(ArgumentError(f"{MAX_CALLS} calls are under way", hint="wait for their results"))
         else:
-            result = await self._carried_out(self._tools.tools[params.name], checked, gone(context))
+            result = await self._carried_out(params.name, arguments, context.request)
         self._journal.write(params.name, arguments, result, self._loop.time() - began)
-        return _answer(result)
+        return result
 
-    def _checked(self, name: str, arguments: Mapping[str, object]) -> dict[str, object]:
-        tool = self._tools.tools.get(name)
-        if tool is None:
-            raise ArgumentError(f"there is no tool {name[:80]!r}", hint=f"choose one of {', '.join(self._tools.tools)}")
-        if len(self._calls) >= MAX_CALLS and name != "stop":
-            raise ArgumentError(f"{MAX_CALLS} calls are under way", hint="wait for their results")
-        return tool.check(arguments)
+    async def _carried_out(self, name: str, arguments: Mapping[str, Any], request: Any) -> CallToolResult:
+        """Carry out a call in a task of its own; when its caller cancels it or is gone, its robot stops at once.
 
-    async def _carried_out(self, tool: Tool, arguments: Mapping[str, object], is_gone: asyncio.Event | None) -> Result:
-        """Carry out a call in a task of its own; when its caller cancels it or is gone, its robot stops at once."""
-        task = self._loop.create_task(self._tools.call(tool, arguments), name=f"elib agent calls {tool.name}")
+        Args:
+            name: The tool.
+            arguments: Its arguments.
+            request: The request over HTTP, which knows whether its connection is closed; None for stdio.
+        """
+        task = self._loop.create_task(self._tools.call(name, arguments), name=f"elib agent calls {name[:80]}")
         self._calls.add(task)
         task.add_done_callback(self._ended)
-        leaving = None if is_gone is None else self._loop.create_task(is_gone.wait())
         try:
-            if leaving is not None:
-                await asyncio.wait([task, leaving], return_when=asyncio.FIRST_COMPLETED)
-                if not task.done():
-                    self._cancel(tool, arguments, task)
+            while request is not None and not (await asyncio.wait([task], timeout=PERIOD))[0]:
+                if await request.is_disconnected():
+                    self._cancel(name, arguments, task)
+                    break
             return await asyncio.shield(task)
         except asyncio.CancelledError:
-            self._cancel(tool, arguments, task)
+            self._cancel(name, arguments, task)
             raise
-        finally:
-            if leaving is not None:
-                leaving.cancel()
 
-    def _cancel(self, tool: Tool, arguments: Mapping[str, object], task: asyncio.Task[Result]) -> None:
-        if task.done() or tool.is_reading or tool.name == "stop":
-            return
-        self._tools.cancel(arguments, task)
-        cancelled = Result({"ended": "cancelled"}, "the caller cancelled the call, or is gone", is_error=True)
-        self._journal.write(tool.name, arguments, cancelled, 0.0)
+    def _cancel(self, name: str, arguments: Mapping[str, Any], task: asyncio.Task[CallToolResult]) -> None:
+        """Stop the robot that a call moves; a call that moves none goes on to its end."""
+        for driver in self._tools.drivers.values():
+            if driver.mover is task:
+                driver.end("cancelled")
+                cancelled = answer({"ended": "cancelled"}, "the caller cancelled the call, or is gone", is_error=True)
+                self._journal.write(name, arguments, cancelled, 0.0)
 
-    def _ended(self, task: asyncio.Task[Result]) -> None:
+    def _ended(self, task: asyncio.Task[CallToolResult]) -> None:
         self._calls.discard(task)
         if not task.cancelled():
             task.exception()  # a caller that is gone does not ask for it any more
-
-
-def gone(context: ServerRequestContext[Any]) -> asyncio.Event | None:
-    """Return the event that is set when the connection of a request over HTTP is closed; None for stdio."""
-    scope = getattr(context.request, "scope", None)
-    return None if scope is None else scope.get("elib.gone")
 
 
 def _is_strict(arguments: Mapping[str, object]) -> bool:
@@ -170,32 +181,34 @@ def _is_strict(arguments: Mapping[str, object]) -> bool:
     return True
 
 
-def _described(tool: Tool) -> types.Tool:
-    hints = types.ToolAnnotations(
-        title=tool.title,
-        read_only_hint=tool.is_reading,
-        destructive_hint=False,
-        idempotent_hint=tool.is_reading or tool.name in ("stop", "set_leds", "go_to"),
-        open_world_hint=False,
-    )
-    return types.Tool(
-        name=tool.name, title=tool.title, description=tool.about, input_schema=tool.schema(), annotations=hints
-    )
+@contextlib.asynccontextmanager
+async def opened(urls: Sequence[str], limits: Limits, *, file: TextIO | None, view: bool) -> AsyncIterator[AgentDoor]:
+    """Connect the robots of an agent; stop and disconnect them when the block is left.
 
+    Args:
+        urls: URLs of the robots.
+        limits: What the agent may do.
+        file: Takes a line of JSON for each call; None for no file.
+        view: Whether a person watches the robots in the browser.
 
-def _answer(result: Result) -> types.CallToolResult:
-    content: list[types.ContentBlock] = [types.TextContent(text=result.text)]
-    if result.picture:
-        content.append(types.ImageContent(data=result.picture, mime_type="image/png"))
-    return types.CallToolResult(content=content, structured_content=result.data, is_error=result.is_error)
-
-
-def quiet() -> None:
-    """Keep the SDK's own log off the error output, which a client may not read: a write to it could block."""
+    Raises:
+        ElibError: A robot could not be connected, or did not confirm at the end that it stands.
+    """
+    # The SDK's own log stays off the error output, which a client may not read: a write to it could block.
     for name in ("mcp", "uvicorn", "sse_starlette"):
         logger = logging.getLogger(name)
         logger.handlers[:] = [logging.NullHandler()]
         logger.propagate = False
+    with contextlib.ExitStack() as stack:
+        page = listen() if view else None
+        if page is not None:
+            stack.enter_context(contextlib.closing(page.socket))
+        async with connected(urls, page=page) as panel:
+            if page is not None:
+                print(f"watch and stop the robots: {page.url}", file=sys.stderr, flush=True)
+                threading.Thread(target=webbrowser.open, args=(page.url,), daemon=True).start()
+            tools = Tools(panel, limits)
+            yield AgentDoor(tools, Journal(tools, Complaints(), file))
 
 
 async def serve_pipes(door: AgentDoor, source: int, target: int) -> None:
@@ -206,9 +219,60 @@ async def serve_pipes(door: AgentDoor, source: int, target: int) -> None:
         source: Descriptor from which messages are read.
         target: Descriptor to which answers are written.
     """
-    output = Output(target)
-    stdin, stdout = cast("Any", Lines(source, output)), cast("Any", output)
-    with contextlib.suppress(BaseExceptionGroup):  # the client closed its end while it was answered
+    pipes = Pipes(source, target)
+    stdin, stdout = cast("Any", pipes.lines()), cast("Any", pipes)
+    try:
         async with stdio_server(stdin, stdout) as (messages, answers):
             await door.server.run(messages, answers, door.server.create_initialization_options())
-            asyncio.get_running_loop().call_later(LAST_WORDS, output.end)
+            pipes.end_soon()
+    except* OSError:
+        pass  # the client closed its end while it was answered
+
+
+class _Uvicorn(uvicorn.Server):
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Leave signals to the program."""
+        yield
+
+
+@contextlib.asynccontextmanager
+async def served(door: AgentDoor, sock: socket.socket) -> AsyncIterator[None]:
+    """Serve programs of this computer over HTTP until the block is left.
+
+    A request that names an Origin comes from a page in a browser and is refused, and so is one for another host: a name
+    of a stranger's that leads here.
+
+    Args:
+        door: The server.
+        sock: A socket that is bound to a port of this computer.
+    """
+    port = sock.getsockname()[1]
+    application = door.server.streamable_http_app(
+        transport_security=TransportSecuritySettings(
+            enable_dns_rebinding_protection=True,
+            allowed_hosts=[f"127.0.0.1:{port}", f"localhost:{port}"],
+            allowed_origins=[],
+        ),
+        max_request_body_size=MAX_LINE,
+        session_idle_timeout=IDLE_TIME,
+        max_sessions=MAX_SESSIONS,
+    )
+    config = uvicorn.Config(
+        application,
+        log_config=None,
+        access_log=False,
+        lifespan="on",
+        limit_concurrency=MAX_CONNECTIONS,
+        timeout_graceful_shutdown=1,
+        ws="none",
+    )
+    server = _Uvicorn(config)
+    serving = asyncio.get_running_loop().create_task(server.serve([sock]), name="elib agent serves")
+    sock.listen()  # a client that reads the address may connect at once, before the server has started
+    print(f"http://127.0.0.1:{port}/mcp", flush=True)
+    try:
+        yield
+    finally:
+        server.should_exit = True
+        await serving
