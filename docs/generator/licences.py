@@ -37,7 +37,7 @@ WHY = {
     "aiohttp": "the server of the pages in the browser",
     "cmaes": "evolution by CMA-ES",
     "cyclopts": "the command line",
-    "distributed": "workers on this computer and on others: Dask",
+    "distributed": "workers on other computers: Dask",
     "duckdb": "writes Parquet files",
     "esbuild": "builds the page",
     "foxglove-sdk": "the server of Foxglove's protocol",

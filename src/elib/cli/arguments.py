@@ -29,7 +29,7 @@ RobotUrl = Annotated[
     ),
 ]
 AsJson = Annotated[bool, Cli(name="--json", help="Print one line of JSON.")]
-Workers = Annotated[int | None, Cli(name="--workers", metavar="N", help="Worker processes of this computer (Dask).")]
+Workers = Annotated[int | None, Cli(name="--workers", metavar="N", help="Worker processes of this computer.")]
 Cluster = Annotated[
     str | None, Cli(name="--cluster", metavar="URL", help="A Dask cluster's scheduler: tcp://HOST:8786.")
 ]

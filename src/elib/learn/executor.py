@@ -9,10 +9,10 @@ from __future__ import annotations
 import contextlib
 import importlib.metadata
 import logging
+import multiprocessing
 import os
 import pickle
 import platform
-import queue
 import reprlib
 import signal
 import socket
@@ -24,8 +24,11 @@ import uuid
 import warnings
 from abc import ABC, abstractmethod
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from functools import partial
+from multiprocessing.connection import Connection
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -49,13 +52,14 @@ START_TIME = 60.0
 PATIENCE = 600.0
 """s without any worker, or without the scheduler, after which a run gives up. A computer restarts in this time."""
 REPORT_INTERVAL = 30.0
-"""s without any worker after which elib says so, and opens the cluster again. A worker that died is replaced in 3 s."""
-MAX_LOSSES = 10
-"""How often Dask may give a job up before elib does. Dask gives it up when its fourth worker has died
-(``distributed.scheduler.allowed-failures``); after forty workers it is the job that kills them."""
+"""s without any worker after which elib says so."""
+MAX_DEATHS = 40
+"""Workers that may die with a job: after so many it is the job that kills them. Dask alone would give it up after four
+(``distributed.scheduler.allowed-failures``)."""
 MAX_WORKERS = 1000
+AGAIN = "start the workers, and then the same command again"
 AHEAD = 2
-"""Jobs at the cluster for each thread of its workers: a worker that has ended one begins the next at once."""
+"""Jobs under way for each thread of the workers: one that has ended a job begins the next at once."""
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
 )
@@ -132,9 +136,8 @@ def open_executor(
         raise Unsupported(
             "workers need the package distributed (Dask), which is not installed", hint=install("learn")
         ) from None
-    connect = partial(_start_workers, workers or 1) if cluster is None else partial(_join, cluster, tell)
-    executor = _Dask(connect, tell)
-    with silence_logging_cmgr(logging.CRITICAL):  # Dask reports every worker that dies, at length
+    executor = _Cluster(cluster, tell) if cluster is not None else _Pool(workers or 1, tell)
+    with silence_logging_cmgr(logging.CRITICAL):  # Dask reports a lost connection at length
         try:
             executor.open()
             yield executor
@@ -154,198 +157,210 @@ class _Here(Executor):
             yield k, result
 
 
-class _Dask(Executor):
-    """The client of a cluster, which is opened again if it is lost.
+class _Workers(Executor):
+    """Runs jobs in other processes, and those again that are lost with their worker."""
 
-    Args:
-        connect: Function that opens the cluster and returns its client; what is to be closed goes on the stack.
-        tell: Function that is called with messages.
-    """
-
-    def __init__(self, connect: Callable[[contextlib.ExitStack], Any], tell: Callable[[str], object]) -> None:
-        self._connect = connect
+    def __init__(self, tell: Callable[[str], object]) -> None:
         self._tell = tell
         self._closing = contextlib.ExitStack()
-        self._client: Any = None
-        self._trouble = "the scheduler does not answer"
-        self._idle_since = self._reported = 0.0
-
-    def open(self) -> None:
-        """Open the cluster.
-
-        Raises:
-            LinkError: The cluster cannot be used.
-        """
-        with contextlib.ExitStack() as stack:
-            self._client = self._connect(stack)
-            self._closing = stack.pop_all()
-        self._count_threads()
 
     def close(self) -> None:
-        """Close the cluster. Safe to repeat."""
-        self._client = None
+        """Close what runs the jobs, and end those under way. Safe to repeat."""
         with contextlib.suppress(Exception):  # what is broken cannot be closed in good order
             self._closing.close()
 
     def run(self, function: Callable[..., Any], jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
-        run = _Run(function, jobs, self._tell)
+        waiting = deque(range(len(jobs)))
+        sent: dict[Any, int] = {}  # which job, by its future
+        deaths: Counter[int] = Counter()
+        try:
+            while waiting or sent:
+                while waiting and len(sent) < AHEAD * self.width:
+                    k = waiting.popleft()
+                    sent[self._send(_pickled(function, jobs, k))] = k
+                for future in self._wait(sent):
+                    k = sent.pop(future)
+                    try:
+                        answer = self._answer(future)
+                    except Exception as error:
+                        raise _failed(function, jobs, k, error) from error
+                    if isinstance(answer, bytes):
+                        result, problem = pickle.loads(answer)
+                        if problem is not None:
+                            raise _failed(function, jobs, k, problem) from problem
+                        yield k, result
+                        continue
+                    waiting.appendleft(k)
+                    deaths[k] += answer
+                    if deaths[k] >= MAX_DEATHS:
+                        hint = "does it need more memory than there is? Does it crash Python?"
+                        raise _failed(function, jobs, k, LinkLost(f"its worker died {deaths[k]} times", hint=hint))
+        finally:
+            for future in sent:
+                future.cancel()
+
+    @abstractmethod
+    def open(self) -> None:
+        """Open what runs the jobs; LinkError if it cannot be used."""
+
+    @abstractmethod
+    def _send(self, payload: bytes) -> Any:
+        """Hand a job over, for :func:`_call`, and return its future."""
+
+    @abstractmethod
+    def _wait(self, sent: Collection[Any]) -> list[Any]:
+        """Wait a moment, and return the futures that have ended; LinkLost if nothing runs jobs any more."""
+
+    @abstractmethod
+    def _answer(self, future: Any) -> bytes | int:
+        """Return what :func:`_call` returned or, if the job was lost, how many workers died of it."""
+
+
+class _Pool(_Workers):
+    """Worker processes of this computer. When one dies, all start again."""
+
+    def __init__(self, workers: int, tell: Callable[[str], object]) -> None:
+        super().__init__(tell)
+        self.width = workers
+        self._pool: ProcessPoolExecutor | None = None
+
+    def open(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        with contextlib.ExitStack() as stack:
+            stack.callback(_restore, {name: os.environ.get(name) for name in ONE_THREAD})
+            os.environ.update(ONE_THREAD)  # for the workers, which inherit it
+            theirs, ours = context.Pipe(duplex=False)
+            pool = ProcessPoolExecutor(self.width, context, initializer=_begin, initargs=(theirs,))
+            for end in (pool.shutdown, theirs.close, ours.close):  # the last one comes first, and ends the workers
+                stack.callback(end)
+            try:
+                for started in [pool.submit(os.getpid) for _ in range(self.width)]:
+                    started.result(START_TIME)
+            except Exception as error:
+                raise LinkError(
+                    f"the workers do not start: {type(error).__name__}: {error}",
+                    hint="a program that starts workers does so below the line: if __name__ == '__main__':",
+                ) from error
+            self._pool, self._closing = pool, stack.pop_all()
+
+    def _send(self, payload: bytes) -> Future[bytes]:
+        if self._pool is None:
+            self.open()
+        assert self._pool is not None
+        try:
+            return self._pool.submit(_call, payload)
+        except BrokenProcessPool as error:
+            lost: Future[bytes] = Future()
+            lost.set_exception(error)
+            return lost
+
+    def _wait(self, sent: Collection[Future[bytes]]) -> list[Future[bytes]]:
+        done = wait(sent, POLL, FIRST_COMPLETED).done
+        if any(isinstance(future.exception(), BrokenProcessPool) for future in done):
+            done = wait(sent, START_TIME).done  # a pool that has lost a process ends all jobs
+            self._tell("a worker died; the jobs under way run again")
+            self.close()
+            self._pool = None
+        return list(done)
+
+    def _answer(self, future: Future[bytes]) -> bytes | int:
+        try:
+            return future.result()
+        except BrokenProcessPool:
+            return 1
+
+
+def _begin(line: Connection) -> None:
+    """Prepare a worker of this computer: it ends with the program, whose end of the line is closed then."""
+
+    def end_with_the_program() -> None:
+        with contextlib.suppress(EOFError, OSError):
+            line.recv_bytes()
+        os._exit(0)
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program
+    os.environ["NUMBA_NUM_THREADS"] = "1"
+    threading.Thread(target=end_with_the_program, daemon=True).start()
+
+
+class _Cluster(_Workers):
+    """A Dask cluster. It runs the jobs of a dead worker on another one, and its client connects again by itself."""
+
+    def __init__(self, address: str, tell: Callable[[str], object]) -> None:
+        super().__init__(tell)
+        self._address = address
+        self._client: Any = None
+        self._idle_since = self._reported = 0.0
+
+    def open(self) -> None:
+        with contextlib.ExitStack() as stack:
+            self._client = _join(self._address, self._tell, stack)
+            self._closing = stack.pop_all()
+        self._idle_since = self._reported = time.monotonic()
+        self._look()
+
+    def _send(self, payload: bytes) -> Any:
         self._idle_since = self._reported = time.monotonic()
         try:
-            while run.is_unfinished:
-                if self._client is None:
-                    run.take_back()
-                    threading.Event().wait(POLL)
-                    try:
-                        self.open()
-                    except LinkError as error:
-                        self._trouble = error.message
-                else:
-                    run.send(self._client, AHEAD * self.width)
-                    found = run.take()
-                    if found is not None:
-                        yield found
-                    if run.is_cut_off or self._client.status != "running":
-                        self._tell("the connection to the scheduler is lost; the jobs that it had run again")
-                        self.close()
-                self._look()
-        finally:
-            run.take_back()
+            return self._client.submit(_call, payload, key=f"elib-{uuid.uuid4().hex}", pure=False)
+        except Exception as error:  # Dask raises several
+            raise LinkLost(f"the connection to the scheduler is lost: {error}", hint=AGAIN) from error
 
-    def _count_threads(self) -> int | None:
-        """Return how many threads all workers have; None if the scheduler does not say it."""
-        if self._client is None:
-            return None
+    def _wait(self, sent: Collection[Any]) -> list[Any]:
+        import distributed
+
+        with contextlib.suppress(Exception):  # the time is over, or the connection lost
+            distributed.wait(list(sent), POLL, "FIRST_COMPLETED")
+        done = [future for future in sent if future.done()]
+        if any(future.cancelled() for future in done):
+            self._tell("the connection to the scheduler is lost; the jobs that it had run again")
+        self._look()
+        return done
+
+    def _answer(self, future: Any) -> bytes | int:
+        from distributed.scheduler import KilledWorker
+
         try:
-            threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=ANSWER_TIME)
-        except Exception:  # Dask raises several
-            return None
-        count = sum(map(int, threads.values()))
-        self.width = count or self.width
-        return count
+            return bytes(future.result(START_TIME))
+        except KilledWorker as error:
+            deaths: int = error.allowed_failures + 1
+            self._tell(f"a job lost its worker {deaths} times; it runs again")
+            return deaths
+        except Exception:
+            if future.status == "error":
+                raise
+            return 0  # the connection was lost, or the worker died with the result
 
     def _look(self) -> None:
-        """Look whether there is a worker. Tell now and then that there is none; open the cluster again after a while.
+        """Look whether there is a worker, and tell now and then that there is none.
 
         Raises:
             LinkLost: There was none for too long.
         """
+        why = "the scheduler does not answer"
+        with contextlib.suppress(Exception):  # Dask raises several
+            threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=ANSWER_TIME)
+            self.width = sum(map(int, threads.values())) or self.width
+            why = "" if threads else "there are no workers"
         now = time.monotonic()
-        threads = self._count_threads()
-        if threads:
+        if not why:
             self._idle_since = self._reported = now
-            return
         idle = now - self._idle_since
-        why = "there are no workers" if threads == 0 else self._trouble
-        if idle >= PATIENCE:
-            raise LinkLost(f"{why}, for {idle:.0f} s now", hint="start the workers, and then the same command again")
+        if idle >= PATIENCE or self._client.status == "closed":
+            raise LinkLost(f"{why}, for {idle:.0f} s now", hint=AGAIN)
         if now - self._reported >= REPORT_INTERVAL:
             self._reported = now
             self._tell(f"{why}, for {idle:.0f} s now; elib gives up after {PATIENCE:.0f} s")
-            self.close()
 
 
-class _Run:
-    """The jobs of one call: those that wait, and those that are at the cluster.
+def _pickled(function: Callable[..., Any], jobs: Sequence[Job], k: int) -> bytes:
+    """Return a job for :func:`_call`."""
+    import cloudpickle
 
-    Attributes:
-        is_cut_off: Whether the client is of no use any more.
-    """
-
-    def __init__(self, function: Callable[..., Any], jobs: Sequence[Job], tell: Callable[[str], object]) -> None:
-        self.is_cut_off = False
-        self._function = function
-        self._jobs = jobs
-        self._tell = tell
-        self._waiting = deque(range(len(jobs)))
-        self._sent: dict[int, Any] = {}
-        self._ended: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
-        self._losses: Counter[int] = Counter()
-
-    @property
-    def is_unfinished(self) -> bool:
-        """Whether a job has no result yet."""
-        return bool(self._waiting or self._sent)
-
-    def send(self, client: Any, most: int) -> None:
-        """Send jobs to the cluster, until it has *most* of them."""
-        import cloudpickle
-
-        self.is_cut_off = False
-        while self._waiting and len(self._sent) < most:
-            k = self._waiting[0]
-            try:
-                payload = cloudpickle.dumps((self._function, self._jobs[k]))
-            except Exception as error:
-                raise _failed(self._function, self._jobs, k, error) from error
-            try:
-                future = client.submit(_call, payload, key=f"elib-{uuid.uuid4().hex}", pure=False)
-                future.add_done_callback(lambda future, k=k: self._ended.put((k, future)))
-            except Exception:  # Dask raises several, if the connection is lost
-                self.is_cut_off = True
-                return
-            self._sent[k] = future
-            self._waiting.popleft()
-
-    def take(self) -> tuple[int, Any] | None:
-        """Wait for a result, and return it with the index of its job; None if there is none yet.
-
-        Raises:
-            ElibError: A job failed.
-        """
-        try:
-            k, future = self._ended.get(timeout=POLL)
-        except queue.Empty:
-            return None
-        if k not in self._sent or self._sent[k] is not future:
-            return None  # it was taken back
-        del self._sent[k]
-        self._waiting.appendleft(k)
-        if future.status == "error":
-            self._count_loss(k, future)
-        elif future.status == "cancelled":
-            self.is_cut_off = True
-        else:
-            try:
-                answer = future.result(timeout=START_TIME)
-            except Exception:  # the worker died with the result
-                return None
-            result, error = pickle.loads(answer)
-            if error is not None:
-                raise _failed(self._function, self._jobs, k, error) from error
-            self._waiting.popleft()
-            return k, result
-        return None
-
-    def take_back(self) -> None:
-        """Let all jobs that are at the cluster wait again."""
-        self._waiting.extendleft(sorted(self._sent, reverse=True))
-        for future in self._sent.values():
-            with contextlib.suppress(Exception):
-                future.release()
-        self._sent.clear()
-
-    def _count_loss(self, k: int, future: Any) -> None:
-        """Count that Dask gave a job up.
-
-        Raises:
-            ElibError: It did so too often, or for another reason than that workers died.
-        """
-        from distributed.scheduler import KilledWorker
-
-        try:
-            error = future.exception(timeout=ANSWER_TIME)
-        except Exception:  # the connection broke meanwhile: the job runs again
-            return
-        if not isinstance(error, KilledWorker):
-            raise _failed(self._function, self._jobs, k, error) from error
-        self._losses[k] += 1
-        if self._losses[k] >= MAX_LOSSES:
-            reason = LinkLost(
-                f"its worker died {MAX_LOSSES * (error.allowed_failures + 1)} times",
-                hint="does it need more memory than there is? Does it crash Python?",
-            )
-            raise _failed(self._function, self._jobs, k, reason) from error
-        self._tell(f"job {k} of {len(self._jobs)} lost its worker {error.allowed_failures + 1} times; it runs again")
+    try:
+        return bytes(cloudpickle.dumps((function, jobs[k])))
+    except Exception as error:
+        raise _failed(function, jobs, k, error) from error
 
 
 def _call(payload: bytes) -> bytes:
@@ -374,45 +389,6 @@ def _failed(function: Callable[..., Any], jobs: Sequence[Job], k: int, error: Ba
     return ElibError(f"{job}: {type(error).__name__}: {error}")
 
 
-def _start_workers(workers: int, stack: contextlib.ExitStack) -> Any:
-    """Start workers on this computer, and return the client."""
-    import dask
-    import distributed
-
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
-    stack.callback(_restore, before)  # Dask sets them in this process too
-    # A worker that takes longer than this to come back would be given up: on a busy computer 15 s are not enough.
-    stack.enter_context(dask.config.set({"distributed.deploy.lost-worker-timeout": "1 hour"}))
-    try:
-        cluster = distributed.LocalCluster(
-            n_workers=0,  # they come below: what interrupts their start closes the cluster in good order
-            threads_per_worker=1,
-            processes=True,
-            host=LOOPBACK,
-            scheduler_kwargs={"dashboard": False, "dashboard_address": f"{LOOPBACK}:0"},
-            silence_logs=logging.CRITICAL,
-            memory_limit=0,
-            preload=[__name__],
-            env=ONE_THREAD | {"NUMBA_NUM_THREADS": "1"},
-        )
-        stack.callback(cluster.close, timeout=START_TIME)
-        client = distributed.Client(cluster.scheduler_address, timeout=START_TIME, set_as_default=False)
-        stack.callback(client.close, timeout=ANSWER_TIME)
-        cluster.scale(workers)
-        client.wait_for_workers(workers, timeout=START_TIME)
-    except Exception as error:
-        raise LinkError(
-            f"the workers do not start: {type(error).__name__}: {error}",
-            hint="a program that starts workers does so below the line: if __name__ == '__main__':",
-        ) from error
-    return client
-
-
-def dask_setup(worker: object) -> None:
-    """Prepare a worker of this computer; Dask looks for this name. Ctrl-C is for the program that started it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
 def _restore(environment: Mapping[str, str | None]) -> None:
     for name, value in environment.items():
         if value is None:
@@ -439,7 +415,7 @@ def _parse(address: str) -> tuple[str, str, int]:
 
 
 def _knock(address: str) -> None:
-    """Check that a scheduler answers: Dask itself would wait for ever for a computer that is connected and silent.
+    """Check that a scheduler answers: Dask itself waits as long as for one that it has lost.
 
     Raises:
         OSError: It does not answer, or something else does.
@@ -461,7 +437,7 @@ def _join(address: str, tell: Callable[[str], object], stack: contextlib.ExitSta
         _knock(address)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # it compares versions, and so does _check_versions
-            client = distributed.Client(address, timeout=ANSWER_TIME, set_as_default=False)
+            client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
     except Exception as error:
         raise LinkNotFound(
             f"no Dask scheduler answers at {address}: {error}",
