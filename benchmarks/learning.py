@@ -13,7 +13,7 @@ The engine's worlds run a whole episode in one call. The vector environment take
 decisions, and one more, in which all worlds begin again.
 
     python benchmarks/learning.py                          avoid, 1,000 worlds, one thread and two
-    python benchmarks/learning.py --task dispersion --worlds 100 --json
+    python benchmarks/learning.py --task wall-following --worlds 100 --json
 """
 
 from __future__ import annotations

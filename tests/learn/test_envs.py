@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import warnings
+from functools import partial
 from typing import Any
 
 import pytest
@@ -94,10 +95,6 @@ def test_the_environment_passes_the_checks_of_gymnasium_in_all_render_modes(regi
         check_env(gymnasium.make(registered).unwrapped)
 
 
-def test_the_environment_of_several_robots_passes_the_checks_too() -> None:
-    check_env(single(PAIR), skip_render_check=True)
-
-
 def test_make_vec_takes_the_native_vector_environment(registered) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -150,25 +147,6 @@ def test_observations_and_actions_have_names_units_and_bounds() -> None:
     assert env.action_space == gymnasium.spaces.Box(-0.1, 0.1, (2,), np.float32)
 
 
-def test_the_numbers_of_several_robots_stand_one_robot_after_the_other() -> None:
-    env = single(PAIR)
-    assert env.observation_names[8] == "robot_1_proximity_front_right"
-    assert env.action_names == (
-        "robot_0_left_wheel",
-        "robot_0_right_wheel",
-        "robot_1_left_wheel",
-        "robot_1_right_wheel",
-    )
-    assert env.observation_space.shape == (16,)
-    assert env.action_space.shape == (4,)
-    env.reset(seed=1)
-    before = env._worlds.episodes.world(0).encoders_array
-    env.step(np.array([0.0, 0.0, 0.1, 0.05], np.float32))
-    left_alone, driven = env._worlds.episodes.world(0).encoders_array - before
-    assert left_alone.tolist() == [0, 0]
-    assert driven[0] > driven[1] > 0
-
-
 # -- seeds --
 
 
@@ -189,15 +167,13 @@ def test_without_a_seed_every_environment_begins_elsewhere() -> None:
 
 
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
-@pytest.mark.parametrize("task", [REACH, PAIR], ids=["one robot", "two robots"])
-def test_worlds_in_one_call_say_what_single_environments_in_a_loop_say(mode: AutoresetMode, task: Task) -> None:
-    loop = SyncVectorEnv([lambda: single(task)] * 4, autoreset_mode=mode)
-    native = several(4, task, autoreset_mode=mode)
+def test_worlds_in_one_call_say_what_single_environments_in_a_loop_say(mode: AutoresetMode) -> None:
+    loop = SyncVectorEnv([single] * 4, autoreset_mode=mode)
+    native = several(4, autoreset_mode=mode)
     assert data_equivalence(loop.reset(seed=11), native.reset(seed=11), exact=True)
     endings = set()
-    for actions in some_actions(30, 8 * task.robots).reshape(30, 4, -1):
+    for actions in some_actions(30, 8).reshape(30, 4, -1):
         expected, got = loop.step(actions), native.step(actions)
-        got[4].pop("robot_rewards", None), got[4].pop("_robot_rewards", None)
         assert data_equivalence(expected, got, exact=True)
         endings |= {"terminated"} if got[2].any() else set()
         endings |= {"truncated"} if got[3].any() else set()
@@ -231,16 +207,13 @@ def test_the_end_says_its_fitness_and_whether_that_is_a_success() -> None:
         assert last[4]["fitness"] == pytest.approx(sum(step[1] for step in [*before[1:], last]))
 
 
-def test_several_robots_earn_apart_and_their_mean_is_the_reward() -> None:
-    env = several(2, PAIR)
-    env.reset(seed=2)
-    _, rewards, _, _, infos = env.step(some_actions(2, 4))
-    assert infos["robot_rewards"].shape == (2, 2)
-    assert infos["_robot_rewards"].all()
-    assert rewards == pytest.approx(infos["robot_rewards"].mean(axis=1))
-
-
 # -- mistakes --
+
+
+def test_a_task_of_several_robots_is_refused_with_where_it_can_be_learned() -> None:
+    for make in (single, partial(several, 2)):
+        with pytest.raises(ArgumentError, match=r"task 'reach' has 2 robots, .*has one\nhint: use .*SwarmEnv"):
+            make(PAIR)
 
 
 def test_an_action_of_another_shape_is_refused_with_the_right_one() -> None:

@@ -1,4 +1,4 @@
-"""PettingZoo environments: they pass PettingZoo's checks, and play the episodes of the Gymnasium environments."""
+"""PettingZoo environments: they pass PettingZoo's checks, and play the episodes of their tasks."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ import numpy as np
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from elib.base.errors import ArgumentError
-from elib.learn.envs import TaskEnv
 from elib.learn.swarm_envs import SwarmEnv
-from elib.simulator.physics import Scene, Task
+from elib.simulator.physics import Episodes, Scene, Task
 
 
 def near_the_other(world, i) -> float:
@@ -75,24 +74,25 @@ def test_agents_observe_and_steer_one_robot_each() -> None:
     assert env.action_space("robot_0") is not env.action_space("robot_1")
 
 
-def test_it_plays_the_same_episodes_as_the_environment_with_one_agent_for_all() -> None:
-    swarm, centre = meeting(), TaskEnv(MEET, engine="interpreted")
+def test_it_plays_the_episodes_of_the_task() -> None:
+    swarm, episodes = meeting(), Episodes(MEET, engine="interpreted")
     draw = np.random.default_rng(1)
     for seed in (4, None, 5):
         observations, _ = swarm.reset(seed=seed)
-        expected, _ = centre.reset(seed=seed)
-        assert (np.concatenate([*observations.values()]) == expected).all()
+        episodes.reset(seed)
         while swarm.agents:
+            assert [*map(list, observations.values())] == episodes.readings("proximity")[0].tolist()
             action = draw.uniform(-0.1, 0.1, 4).astype(np.float32)
             observations, rewards, terminations, truncations, infos = swarm.step(
                 {"robot_1": action[2:], "robot_0": action[:2]}
             )
-            expected, reward, terminated, truncated, info = centre.step(action)
-            assert (np.concatenate([*observations.values()]) == expected).all()
-            assert np.mean([*rewards.values()]) == pytest.approx(reward)
-            assert set(terminations.values()) == {terminated}
-            assert set(truncations.values()) == {truncated}
-            assert infos == {"robot_0": info, "robot_1": info}
+            earned = episodes.step(action.reshape(1, 2, 2), begin_again=False)[0]
+            assert list(rewards.values()) == (earned * MEET.decisions).tolist()
+            is_over, is_late = bool(episodes.is_over[0]), bool(episodes.ticks[0] >= MEET.ticks)
+            assert set(terminations.values()) == {is_over}
+            assert set(truncations.values()) == {is_late and not is_over}
+            assert infos["robot_0"] == infos["robot_1"]
+            assert ("fitness" in infos["robot_0"]) is (is_over or is_late)
 
 
 def test_every_robot_earns_its_own_reward_and_the_end_tells_their_fitness() -> None:

@@ -1,4 +1,7 @@
-"""Gymnasium environments of the tasks: one world at a time, or thousands of worlds that take a step in one call."""
+"""Gymnasium environments of tasks with one robot: one world at a time, or thousands that take a step in one call.
+
+Tasks with several robots are environments of PettingZoo: :mod:`elib.learn.swarm_envs`.
+"""
 
 from __future__ import annotations
 
@@ -124,13 +127,6 @@ class Worlds:
         found = np.concatenate(seen, axis=2, dtype=np.float32, casting="unsafe")
         return np.clip(found, self._low, self._high, out=found)
 
-    def all_robots(self, channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
-        """Return the channels of all robots of a world, one robot after the other."""
-        count = self.task.robots
-        if count == 1:
-            return channels
-        return tuple(each._replace(name=f"robot_{k}_{each.name}") for k in range(count) for each in channels)
-
 
 def _edges(channels: Sequence[Channel]) -> tuple[list[float], list[float]]:
     return [channel.low for channel in channels], [channel.high for channel in channels]
@@ -140,16 +136,6 @@ def space_of(channels: Sequence[Channel]) -> gymnasium.Space[Floats32]:
     """Return the space of arrays that hold these numbers."""
     low, high = (np.array(edge, np.float32) for edge in _edges(channels))
     return cast("gymnasium.Space[Floats32]", Box(low, high, dtype=np.float32))
-
-
-def check_render_mode(mode: str | None, modes: Sequence[str]) -> None:
-    """Check a render mode.
-
-    Raises:
-        ArgumentError: There is no such mode.
-    """
-    if mode is not None and mode not in modes:
-        raise ArgumentError(f"render_mode is {mode!r}", hint=f"choose from {', '.join(modes)}, or leave it out")
 
 
 def require_shape(actions: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
@@ -165,7 +151,7 @@ def require_shape(actions: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.floa
     if given.shape != shape:
         raise ArgumentError(
             f"the action has the shape {given.shape}; it must have the shape {shape}",
-            hint="give the speeds of the left and the right wheel of each robot, m/s",
+            hint="give the speeds of the left and the right wheel, m/s",
         )
     if not np.isfinite(given).all():
         raise ArgumentError(
@@ -175,42 +161,69 @@ def require_shape(actions: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.floa
     return given
 
 
-class _Named:
-    """What both kinds of environment have: the task, and names and units of all numbers.
+class Environment:
+    """What all environments have.
 
-    In a task with several robots one agent sees and steers all of them: their numbers stand one robot after the other.
+    Attributes:
+        task: The task.
+        observation_names: The names of the numbers of an observation, in order.
+        observation_units: The units of these numbers.
+        action_names: The names of the numbers of an action, in order.
+        action_units: The units of these numbers.
+        render_mode: The render mode, as given.
     """
 
-    _worlds: Worlds
+    metadata: dict[str, Any]
 
-    @property
-    def task(self) -> Task:
-        """The task."""
-        return self._worlds.task
+    def _set_up(
+        self,
+        task: Task | str,
+        engine: EngineName,
+        render_mode: str | None,
+        *,
+        count: int = 1,
+        threads: int | None = 1,
+        **metadata: object,
+    ) -> Worlds:
+        """Set up the worlds, and return them.
 
-    @property
-    def observation_names(self) -> tuple[str, ...]:
-        """The names of the numbers of an observation, in order."""
-        return tuple(channel.name for channel in self._worlds.all_robots(self._worlds.observed))
+        Raises:
+            ArgumentError: There is no such task or render mode.
+        """
+        modes = self.metadata["render_modes"]
+        if render_mode is not None and render_mode not in modes:
+            hint = f"choose from {', '.join(modes)}, or leave it out"
+            raise ArgumentError(f"render_mode is {render_mode!r}", hint=hint)
+        self._worlds = worlds = Worlds(task, count, engine, threads)
+        self.task = worlds.task
+        self.metadata = {**self.metadata, "render_fps": round(1 / self.task.period), **metadata}
+        self.observation_names = tuple(channel.name for channel in worlds.observed)
+        self.observation_units = tuple(channel.unit for channel in worlds.observed)
+        self.action_names = tuple(channel.name for channel in worlds.acted)
+        self.action_units = tuple(channel.unit for channel in worlds.acted)
+        self.render_mode = render_mode
+        self._view = LiveView(self.task.period) if render_mode == HUMAN else None
+        return worlds
 
-    @property
-    def observation_units(self) -> tuple[str, ...]:
-        """The units of the numbers of an observation, in order."""
-        return tuple(channel.unit for channel in self._worlds.all_robots(self._worlds.observed))
+    def _show(self, *, is_new: bool = False) -> None:
+        """Show the first world on the page, if there is one."""
+        if self._view is not None:
+            self._view.show(self._worlds.episodes.world(0), is_new=is_new)
 
-    @property
-    def action_names(self) -> tuple[str, ...]:
-        """The names of the numbers of an action, in order."""
-        return tuple(channel.name for channel in self._worlds.all_robots(self._worlds.acted))
+    def _require_one_robot(self) -> None:
+        if self.task.robots > 1:
+            raise ArgumentError(
+                f"task {self.task.name!r} has {self.task.robots} robots, and an environment of Gymnasium has one",
+                hint="use elib.learn.swarm_envs.SwarmEnv, or for many worlds at once elib.learn.Episodes",
+            )
 
-    @property
-    def action_units(self) -> tuple[str, ...]:
-        """The units of the numbers of an action, in order."""
-        return tuple(channel.unit for channel in self._worlds.all_robots(self._worlds.acted))
+    def render(self) -> Any:
+        """Return a picture of the world as an array (rows, columns, 3) if the render mode is ``"rgb_array"``."""
+        return picture(self._worlds.episodes.world(0)) if self.render_mode == RGB_ARRAY else None
 
 
-class TaskEnv(_Named, gymnasium.Env[Floats32, Floats32]):
-    """A task as a Gymnasium environment.
+class TaskEnv(Environment, gymnasium.Env[Floats32, Floats32]):
+    """A task with one robot as a Gymnasium environment.
 
     Where the episode ends, the info holds its ``fitness``, as ``elib evolve`` computes it, and ``is_success``.
     """
@@ -230,17 +243,14 @@ class TaskEnv(_Named, gymnasium.Env[Floats32, Floats32]):
                 the world, and every step takes as long as in reality.
 
         Raises:
-            ArgumentError: There is no such task or render mode.
+            ArgumentError: There is no such task or render mode, or the task has several robots.
             SimulationError: Numba is not installed.
             Unsupported: The packages of the page are not installed.
         """
-        check_render_mode(render_mode, self.metadata["render_modes"])
-        self._worlds = Worlds(task, 1, engine, 1)
-        self.metadata = {**self.metadata, "render_fps": round(1 / self.task.period)}
-        self.observation_space = space_of(self._worlds.all_robots(self._worlds.observed))
-        self.action_space = space_of(self._worlds.all_robots(self._worlds.acted))
-        self.render_mode = render_mode
-        self._view = LiveView(self.task.period) if render_mode == HUMAN else None
+        worlds = self._set_up(task, engine, render_mode)
+        self._require_one_robot()
+        self.observation_space = space_of(worlds.observed)
+        self.action_space = space_of(worlds.acted)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -256,8 +266,7 @@ class TaskEnv(_Named, gymnasium.Env[Floats32, Floats32]):
         if seed is None and not self._worlds.has_begun:
             seed = int(self.np_random.integers(1 << 63))
         self._worlds.begin(seed)
-        if self._view is not None:
-            self._view.show(self._worlds.episodes.world(0), is_new=True)
+        self._show(is_new=True)
         return self._worlds.observe().reshape(-1), {}
 
     def step(self, action: Floats32) -> tuple[Floats32, float, bool, bool, dict[str, Any]]:
@@ -269,17 +278,12 @@ class TaskEnv(_Named, gymnasium.Env[Floats32, Floats32]):
         Raises:
             ArgumentError: The action has another shape, or :meth:`reset` was not called yet.
         """
-        outcome = self._worlds.step(require_shape(action, (2 * self.task.robots,)).reshape(1, -1, 2))
-        if self._view is not None:
-            self._view.show(self._worlds.episodes.world(0))
+        outcome = self._worlds.step(require_shape(action, (2,)).reshape(1, 1, 2))
+        self._show()
         info = ending(self.task, self._worlds.fitness[0]) if outcome.ended[0] else {}
-        observation = self._worlds.observe().reshape(-1)
-        reward = float(outcome.rewards.mean())
-        return observation, reward, bool(outcome.terminated[0]), bool(outcome.truncated[0]), info
-
-    def render(self) -> Any:
-        """Return a picture of the world as an array (rows, columns, 3) if the render mode is ``"rgb_array"``."""
-        return picture(self._worlds.episodes.world(0)) if self.render_mode == RGB_ARRAY else None
+        reward = float(outcome.rewards[0, 0])
+        ends = bool(outcome.terminated[0]), bool(outcome.truncated[0])
+        return self._worlds.observe().reshape(-1), reward, *ends, info
 
     def close(self) -> None:
         """Close the page in the browser. Safe to repeat."""
@@ -292,12 +296,11 @@ def ending(task: Task, fitness: float) -> dict[str, Any]:
     return {"fitness": float(fitness), "is_success": bool(fitness >= task.solved)}
 
 
-class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
-    """A task as a Gymnasium vector environment: all worlds take a step in one compiled call.
+class TaskVectorEnv(Environment, VectorEnv[Floats32, Floats32, NDArray[Any]]):
+    """A task with one robot as a Gymnasium vector environment: all worlds take a step in one compiled call.
 
     World k plays the same episodes as a :class:`TaskEnv` with the same seed. Of the episodes that end in a step, the
-    infos hold ``fitness`` and ``is_success``. In a task with several robots, ``robot_rewards`` holds what each of them
-    earned, (worlds, robots); the reward is the mean.
+    infos hold ``fitness`` and ``is_success``.
     """
 
     metadata: dict[str, Any] = {"render_modes": [RGB_ARRAY], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -325,11 +328,9 @@ class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
             render_mode: ``"rgb_array"``: :meth:`render` returns a picture of every world.
 
         Raises:
-            ArgumentError: There is no such task or mode, or a number is out of its range.
+            ArgumentError: There is no such task or mode, a number is out of its range, or the task has several robots.
             SimulationError: Numba is not installed.
         """
-        check_render_mode(render_mode, self.metadata["render_modes"])
-        self._worlds = Worlds(task, num_envs, engine, threads)
         modes = {mode.value: mode for mode in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)}
         mode = modes.get(getattr(autoreset_mode, "value", autoreset_mode))
         if mode is None:
@@ -338,15 +339,11 @@ class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
                 hint=f"choose from {', '.join(modes)}",
             )
         self._mode = mode
-        self.metadata = {
-            **self.metadata,
-            "autoreset_mode": self._mode,
-            "render_fps": round(1 / self.task.period),
-        }
+        worlds = self._set_up(task, engine, render_mode, count=num_envs, threads=threads, autoreset_mode=mode)
+        self._require_one_robot()
         self.num_envs = num_envs
-        self.render_mode = render_mode
-        self.single_observation_space = space_of(self._worlds.all_robots(self._worlds.observed))
-        self.single_action_space = space_of(self._worlds.all_robots(self._worlds.acted))
+        self.single_observation_space = space_of(worlds.observed)
+        self.single_action_space = space_of(worlds.acted)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
 
@@ -377,18 +374,16 @@ class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
         """Let all robots drive until their next decision.
 
         Args:
-            actions: Speeds of the left and the right wheel, m/s, (worlds, 2 for each robot).
+            actions: Speeds of the left and the right wheel, m/s, (worlds, 2).
 
         Raises:
             ArgumentError: The actions have another shape, or :meth:`reset` was not called yet.
         """
         worlds, is_same_step = self._worlds, self._mode is AutoresetMode.SAME_STEP
-        given = require_shape(actions, (self.num_envs, 2 * self.task.robots)).reshape(self.num_envs, -1, 2)
-        outcome = worlds.step(given, begin_again=not is_same_step)
+        given = require_shape(actions, (self.num_envs, 2))
+        outcome = worlds.step(given[:, None], begin_again=not is_same_step)
         observations = self._observations()
         infos: dict[str, Any] = {}
-        if self.task.robots > 1:
-            infos |= _told("robot_rewards", outcome.rewards, np.ones(self.num_envs, np.bool_))
         ended = outcome.ended
         if ended.any():
             told = _told("fitness", np.where(ended, worlds.fitness, 0.0), ended)
@@ -402,16 +397,15 @@ class TaskVectorEnv(_Named, VectorEnv[Floats32, Floats32, NDArray[Any]]):
                 observations = self._observations()
             else:
                 infos |= told
-        return observations, outcome.rewards.mean(axis=1), outcome.terminated, outcome.truncated, infos
+        return observations, outcome.rewards[:, 0], outcome.terminated, outcome.truncated, infos
 
     def _observations(self) -> Floats32:
         return self._worlds.observe().reshape(self.num_envs, -1)
 
     def render(self) -> tuple[Any, ...] | None:
         """Return a picture of each world, (rows, columns, 3), if the render mode is ``"rgb_array"``."""
-        if self.render_mode is None:
-            return None
-        return tuple(picture(self._worlds.episodes.world(k)) for k in range(self.num_envs))
+        pictures = (picture(self._worlds.episodes.world(k)) for k in range(self.num_envs))
+        return None if self.render_mode is None else tuple(pictures)
 
 
 def _told(name: str, values: Any, which: NDArray[np.bool_]) -> dict[str, Any]:

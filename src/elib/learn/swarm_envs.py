@@ -8,8 +8,7 @@ import numpy as np
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
-from elib.learn.envs import HUMAN, RGB_ARRAY, Floats32, Worlds, check_render_mode, ending, require_shape, space_of
-from elib.learn.liveview import LiveView, picture
+from elib.learn.envs import HUMAN, RGB_ARRAY, Environment, Floats32, ending, require_shape, space_of
 from elib.simulator.physics import Task
 from elib.simulator.physics.engine import EngineName
 
@@ -22,21 +21,15 @@ except ImportError:
     ) from None
 
 
-class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
+class SwarmEnv(Environment, ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
     """A task as a PettingZoo parallel environment: the agents ``robot_0`` and so on decide at the same time.
 
     Every agent observes what its own sensors read, and steers its own wheels. All episodes end together; then the infos
     hold the ``fitness`` of the episode, which is the same for all, and ``is_success``.
 
     Attributes:
-        task: The task.
         possible_agents: The names of all robots.
         agents: The names of all robots during an episode; empty after it.
-        observation_names: The names of the numbers of an agent's observation, in order.
-        observation_units: The units of these numbers.
-        action_names: The names of the numbers of an agent's action, in order.
-        action_units: The units of these numbers.
-        render_mode: The render mode, as given.
     """
 
     metadata: dict[str, Any] = {"render_modes": [HUMAN, RGB_ARRAY], "is_parallelizable": True}
@@ -58,24 +51,12 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
             SimulationError: Numba is not installed.
             Unsupported: The packages of the page are not installed.
         """
-        check_render_mode(render_mode, self.metadata["render_modes"])
-        self._worlds = worlds = Worlds(task, 1, engine, 1)
-        self.task = worlds.task
-        self.metadata = {
-            **self.metadata,
-            "name": f"{self.task.name.replace('-', '_')}_v0",
-            "render_fps": round(1 / self.task.period),
-        }
+        worlds = self._set_up(task, engine, render_mode)
+        self.metadata |= {"name": f"{self.task.name.replace('-', '_')}_v0"}
         self.possible_agents = [f"robot_{k}" for k in range(self.task.robots)]
         self.agents: list[str] = []
         self.observation_spaces = {agent: space_of(worlds.observed) for agent in self.possible_agents}
         self.action_spaces = {agent: space_of(worlds.acted) for agent in self.possible_agents}
-        self.observation_names = tuple(channel.name for channel in worlds.observed)
-        self.observation_units = tuple(channel.unit for channel in worlds.observed)
-        self.action_names = tuple(channel.name for channel in worlds.acted)
-        self.action_units = tuple(channel.unit for channel in worlds.acted)
-        self.render_mode = render_mode
-        self._view = LiveView(self.task.period) if render_mode == HUMAN else None
 
     def observation_space(self, agent: str) -> Space[Floats32]:
         """Return what an agent can observe."""
@@ -133,14 +114,6 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo has no types
 
     def _observations(self) -> dict[str, Floats32]:
         return dict(zip(self.possible_agents, self._worlds.observe()[0], strict=True))
-
-    def _show(self, *, is_new: bool = False) -> None:
-        if self._view is not None:
-            self._view.show(self._worlds.episodes.world(0), is_new=is_new)
-
-    def render(self) -> Any:
-        """Return a picture of the world as an array (rows, columns, 3) if the render mode is ``"rgb_array"``."""
-        return picture(self._worlds.episodes.world(0)) if self.render_mode == RGB_ARRAY else None
 
     def close(self) -> None:
         """Close the page in the browser. Safe to repeat."""
