@@ -8,10 +8,9 @@ import os
 import sys
 import threading
 import webbrowser
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, NoReturn, cast
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
-from elib.base.errors import SimulationError
 from elib.base.extras import check_web
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.watched import BROWSER, has_display
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from elib.panel.panel import Panel
     from elib.simulator.emulator.simulation import Simulation
 
 SIZE = 480
@@ -37,69 +37,33 @@ def picture(world: World) -> NDArray[np.uint8]:
     return np.array(render(top_view(world.snapshot(beams=True), (), None, SIZE)), dtype=np.uint8)
 
 
-class _Program:
-    """Stands where the page expects a simulation with a world and a clock: the program that learns runs all three.
-
-    Whatever the page asks for that would change something is refused.
-
-    Args:
-        world: The world as it is now.
-    """
-
-    refusal = "the program that learns runs this world"
-    is_paused = False
-    rate = 1.0
+class _Shown(Control):
+    """A world as the program that runs it showed it last; the page is told of it, and can change nothing."""
 
     def __init__(self, world: World) -> None:
-        self.names = tuple(f"epuck-{index + 1}" for index in range(world.robots))
-        self.robots: Mapping[int, object] = {}
-        self.clock, self.scene = self, world.scene
+        clock = SimpleNamespace(is_paused=False, rate=1.0, refusal="the program that learns runs this world")
+        names = tuple(f"epuck-{index + 1}" for index in range(world.robots))
+        super().__init__(cast("Simulation", SimpleNamespace(clock=clock, robots={}, names=names)))
         self.see(world)
 
     def see(self, world: World) -> None:
         """Take over how the world is now."""
-        self.seen = world.snapshot(beams=True)
-        self.ambient = world.ambient
+        self._seen, self._ambient = world.snapshot(beams=True), world.ambient
         self._encoders = [world.encoders(robot) for robot in range(world.robots)]
-
-    def encoders(self, robot: int) -> tuple[int, int]:
-        """Return the steps that a robot's wheels were told to make."""
-        return self._encoders[robot]
-
-    def __getattr__(self, name: str) -> NoReturn:
-        raise SimulationError(
-            "this world cannot be changed here: the program that learns runs it", hint="use elib simulate --view"
-        )
-
-
-class _Look(Control):
-    """What the page sees of a program's world."""
-
-    def __init__(self, program: _Program) -> None:
-        super().__init__(cast("Simulation", program))
-
-    def follow(self, program: _Program) -> None:
-        """Look at another world."""
-        self.simulation, self.names = cast("Simulation", program), program.names
-
-    @property
-    def program(self) -> _Program:
-        """What runs the world."""
-        return cast("_Program", self.simulation)
 
     @property
     def world(self) -> World:
-        """What the page may ask of the world."""
-        return cast("World", self.simulation)
+        """What the page asks of a world beside its snapshot."""
+        return cast("World", SimpleNamespace(encoders=self._encoders.__getitem__))
 
     @property
     def ambient(self) -> float:
         """What the infrared sensors read in the room's light, counts."""
-        return self.program.ambient
+        return self._ambient
 
     def snapshot(self, *, beams: bool = False) -> Snapshot:
         """Return the world as the program showed it last."""
-        return self.program.seen
+        return self._seen
 
 
 class LiveView:
@@ -118,7 +82,7 @@ class LiveView:
         check_web()
         self._period = period
         self._due = 0.0
-        self._look: _Look | None = None
+        self._panel: Panel | None = None
         self._page = contextlib.ExitStack()
 
     def show(self, world: World, *, is_new: bool = False) -> None:
@@ -131,34 +95,34 @@ class LiveView:
         Raises:
             LinkBusy: All ports that were tried for the page are taken.
         """
-        if self._look is None:
-            self._open(_Look(_Program(world)))
+        if self._panel is None:
+            self._open(world)
         else:
-            asyncio.run_coroutine_threadsafe(self._put(self._look, world, is_new), self._loop).result()
+            asyncio.run_coroutine_threadsafe(self._put(self._panel, world, is_new), self._loop).result()
 
-    def _open(self, look: _Look) -> None:
+    def _open(self, world: World) -> None:
         from elib.panel.panel import Can, Panel
         from elib.panel.server.http import own_address, served
         from elib.panel.server.inthread import in_thread
 
-        server, self._loop = self._page.enter_context(
-            in_thread(lambda: served(Panel(is_shared=True, can=Can(), worlds={"": look}), own_address("")))
-        )
-        self._look = look
+        panel = Panel(is_shared=True, can=Can(), worlds={"": _Shown(world)})
+        server, self._loop = self._page.enter_context(in_thread(lambda: served(panel, own_address(""))))
+        self._panel = panel
         print(f"view {server.url}", file=sys.stderr, flush=True)
         if os.environ.get(BROWSER) != "no" and has_display():
             threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
 
-    async def _put(self, look: _Look, world: World, is_new: bool) -> None:
-        if is_new:
-            look.follow(_Program(world))
+    async def _put(self, panel: Panel, world: World, is_new: bool) -> None:
+        shown = panel.worlds[""]
+        if is_new or not isinstance(shown, _Shown):
+            panel.worlds[""] = _Shown(world)
         else:
-            look.program.see(world)
+            shown.see(world)
         now = self._loop.time()
         self._due = max(self._due + self._period, now)  # a program that was late is not hurried afterwards
         await asyncio.sleep(self._due - now)
 
     def close(self) -> None:
         """Close the page. Safe to repeat."""
-        self._look = None
+        self._panel = None
         self._page.close()
