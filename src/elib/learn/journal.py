@@ -1,16 +1,20 @@
-"""A journal: one line of JSON for each part of a long piece of work that is done, so that the work can go on later."""
+"""The folder of a long piece of work that can go on later: its settings, and a journal, a line for each part done."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import os
+import platform
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from elib.base.errors import ElibError
+from elib import __version__
+from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import parse_json, reason_of
+from elib.learn.executor import versions_of
 
 
 class Journal:
@@ -69,6 +73,47 @@ class Journal:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def open_folder(folder: Path, what: str, settings: str, journal: str) -> Journal:
+    """Open the folder of a piece of work, which is made if it does not exist.
+
+    Args:
+        folder: The folder.
+        what: What it is: ``a study``.
+        settings: Name of the file of its settings.
+        journal: Name of the journal.
+
+    Raises:
+        ArgumentError: The folder holds something else, or cannot be made.
+        ElibError: The journal cannot be opened.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        there = {each.name for each in folder.iterdir() if not each.name.startswith(".")}
+    except OSError as error:
+        hint = "choose another with --out"
+        raise ArgumentError(f"{folder} cannot be a folder for {what}: {error.strerror}", hint=hint) from None
+    if settings not in there and there - {journal}:
+        hint = "choose a new folder with --out, or an empty one"
+        raise ArgumentError(f"{folder} holds other files and no {what.removeprefix('a ')}", hint=hint)
+    found = Journal(folder / journal)
+    if found.lines and settings not in there:
+        found.close()
+        raise ArgumentError(f"{folder} has {journal} but no {settings}", hint="choose another with --out")
+    return found
+
+
+def differences_of(began: Mapping[str, Any], now: Mapping[str, Any], *, elib: object) -> list[str]:
+    """Return in words how settings, and the version *elib*, differ from those with which a piece of work began."""
+    names = [name for name in {**began, **now} if began.get(name) != now.get(name)]
+    found = [f"{name} is {began.get(name)!r} there, and {now.get(name)!r} now" for name in names]
+    return found + [f"elib was {elib} there, and is {__version__} now"] * (elib != __version__)
+
+
+def versions(*packages: str) -> dict[str, str]:
+    """Return the versions on which a result may depend: of elib, Python, and what is installed of these packages."""
+    return {"elib": __version__, "python": platform.python_version(), **versions_of(*packages)}
 
 
 def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:

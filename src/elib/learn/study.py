@@ -5,20 +5,17 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import platform
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
-from elib import __version__
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import read_file, write_file
 from elib.base.rules import Number, Text, Whole, check
 from elib.learn.catalogue import find_task
-from elib.learn.executor import versions_of
-from elib.learn.journal import Journal, read_lines
+from elib.learn.journal import differences_of, open_folder, read_lines, versions
 from elib.learn.networks import Law, Network, find_controller
 from elib.learn.optimisers import Optimiser, optimiser
 from elib.simulator.physics.engine import EngineName
@@ -213,19 +210,7 @@ class Study:
     def __init__(self, folder: Path, settings: Settings) -> None:
         self.folder = folder
         self.settings = settings
-        ours = {SETTINGS, GENERATIONS}
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            there = {each.name for each in folder.iterdir()}
-        except OSError as error:
-            raise ArgumentError(
-                f"{folder} cannot be a folder for a study: {error.strerror}", hint="choose another with --out"
-            ) from None
-        if SETTINGS not in there and {name for name in there if not name.startswith(".")} - ours:
-            raise ArgumentError(
-                f"{folder} holds other files and no study", hint="choose a new folder with --out, or an empty one"
-            )
-        self._journal = Journal(folder / GENERATIONS)
+        self._journal = open_folder(folder, "a study", SETTINGS, GENERATIONS)
         try:
             self._resume()
         except BaseException:
@@ -238,8 +223,6 @@ class Study:
         is_new = not lines and not (self.folder / BEST).exists()  # Nothing is lost if a mended task begins again.
         if not is_new and (self.folder / SETTINGS).exists():
             _compare(self.folder, _read(self.folder), tomllib.loads(written))
-        elif lines:
-            raise ArgumentError(f"{self.folder} has generations but no {SETTINGS}", hint="choose another with --out")
         self.generations = [_generation(line, k, self.folder, settings) for k, line in enumerate(lines, start=1)]
         if len(lines) > settings.generations:
             raise ArgumentError(
@@ -328,8 +311,7 @@ def _read(folder: Path) -> dict[str, dict[str, Any]]:
 
 def _written(settings: Settings) -> str:
     """Return the content of study.toml for a new study."""
-    versions = {"elib": __version__, "python": platform.python_version(), **versions_of(*PACKAGES)}
-    return _toml({"settings": asdict(settings), "sources": settings.sources, "versions": versions})
+    return _toml({"settings": asdict(settings), "sources": settings.sources, "versions": versions(*PACKAGES)})
 
 
 def _toml(document: Mapping[str, Mapping[str, object]]) -> str:
@@ -348,17 +330,10 @@ def _compare(folder: Path, there: Mapping[str, Mapping[str, Any]], now: Mapping[
     Raises:
         ArgumentError: It began with other settings, other files or another elib.
     """
-    differences = [
-        f"{name} is {table.get(name)!r} there, and {now['settings'].get(name)!r} now"
-        for table in (there["settings"],)
-        for name in {**table, **now["settings"]}
-        if name != NOT_COMPARED and table.get(name) != now["settings"].get(name)
-    ]
+    settings = {**now["settings"], NOT_COMPARED: there["settings"].get(NOT_COMPARED)}
     before, after = there.get("sources", {}), now.get("sources", {})
+    differences = differences_of(there["settings"], settings, elib=there.get("versions", {}).get("elib"))
     differences += [f"{file} was changed" for file in before if file in after and before[file] != after[file]]
-    began = there.get("versions", {}).get("elib")
-    if began != __version__:
-        differences.append(f"elib was {began} there, and is {__version__} now")
     if differences:
         raise ArgumentError(
             f"{folder} holds a study that differs: {'; '.join(differences)}",

@@ -11,7 +11,6 @@ import io
 import itertools
 import json
 import math
-import platform
 import random
 import statistics
 import sys
@@ -22,15 +21,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
 
-from elib import __version__
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import parse_json, read_file, write_file
 from elib.base.rules import Number, Whole, nearest, number_from
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, find, play
 from elib.learn.catalogue import importing
 from elib.learn.champion import Champion, load_champion
-from elib.learn.executor import Executor, versions_of
-from elib.learn.journal import Journal
+from elib.learn.executor import Executor
+from elib.learn.journal import Journal, differences_of, open_folder, versions
 from elib.learn.study import Evaluation, evaluate
 from elib.link.session.statistics import merged
 from elib.link.transport import Url, parse_url
@@ -486,47 +484,32 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
 
 def _open_folder(sweep: Sweep, folder: Path) -> Journal:
     """Open the folder of a sweep, a new one or one that was interrupted."""
-    versions = {"elib": __version__, "python": platform.python_version(), **versions_of("numpy", "numba")}
-    settings = json.loads(json.dumps({"sweep": asdict(sweep), "versions": versions}))
+    settings = json.loads(json.dumps({"sweep": asdict(sweep), "versions": versions("numpy", "numba")}))
+    journal = open_folder(folder, "a sweep", SETTINGS, RUNS)
+    path = folder / SETTINGS
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        there = {each.name for each in folder.iterdir() if not each.name.startswith(".")}
-    except OSError as error:
-        raise ArgumentError(f"{folder} cannot be the folder of a sweep: {error.strerror}") from None
-    if there - {SETTINGS, RUNS, TABLE, PLOT} or (there and SETTINGS not in there):
-        raise ArgumentError(f"{folder} holds other files", hint="choose a new folder with --out, or an empty one")
-    journal = Journal(folder / RUNS)
-    try:
-        if SETTINGS in there:
-            before = parse_json(read_file(folder / SETTINGS, "the sweep", largest=2 * MAX_PROGRAM))
-            _compare(folder, before if isinstance(before, dict) else {}, settings)
+        if journal.lines:
+            _compare(folder, parse_json(read_file(path, "the sweep", largest=2 * MAX_PROGRAM)), settings)
         else:
-            write_file(folder / SETTINGS, json.dumps(settings, indent=1).encode())
-    except ValueError as error:
+            write_file(path, json.dumps(settings, indent=1).encode())
+    except BaseException as error:
         journal.close()
-        if isinstance(error, ArgumentError):
-            raise
-        raise ArgumentError(f"{folder / SETTINGS} is damaged: {error}", hint="choose a new folder") from None
+        if isinstance(error, ValueError) and not isinstance(error, ArgumentError):
+            raise ArgumentError(f"{path} is damaged: {error}", hint="choose a new folder") from None
+        raise
     return journal
 
 
-def _compare(folder: Path, before: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+def _compare(folder: Path, before: object, now: Mapping[str, Any]) -> None:
     """Check that a sweep may go on.
 
     Raises:
         ArgumentError: It began as another one.
     """
-    old, new = before.get("sweep", {}), now["sweep"]
-    differences = [
-        f"the program {new['target']} was changed"
-        if key == "source"
-        else f"{key} was {old.get(key)}, and is {new[key]}"
-        for key in new
-        if old.get(key) != new[key]
-    ]
-    began = before.get("versions", {}).get("elib")
-    if began != __version__:
-        differences.append(f"elib was {began}, and is {__version__}")
+    there: dict[str, Any] = before if isinstance(before, dict) else {}
+    began, asked = ({**each.get("sweep", {})} for each in (there, now))
+    changed = [f"the program {asked['target']} was changed"] * (began.pop("source", None) != asked.pop("source"))
+    differences = changed + differences_of(began, asked, elib=there.get("versions", {}).get("elib"))
     if differences:
         raise ArgumentError(
             f"{folder} holds another sweep: {'; '.join(differences)}", hint="choose a new folder with --out"
