@@ -6,7 +6,7 @@ import inspect
 import re
 
 from elib import learn
-from elib.learn.envs import TaskEnv
+from elib.learn.envs import Environment, TaskEnv
 from elib.simulator.physics.records import Lamp, Robot, Thing, Tone
 from generator.markdown import docstring, table
 from generator.robot import function
@@ -44,6 +44,7 @@ def page() -> str:
         *(own(each, "elib.learn") for each in CLASSES),
         own(TaskEnv, "elib.learn.envs"),
         docstring(TaskEnv.__init__.__doc__),
+        docstring(Environment.__doc__),
     ]
     parts += [*(function(each, "elib.learn") for each in FUNCTIONS), REWARDS]
     parts += [*(f"### `{name}`\n\n{record(kind)}" for name, kind in RECORDS)]

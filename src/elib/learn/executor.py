@@ -57,7 +57,6 @@ MAX_DEATHS = 40
 """Workers that may die with a job: after so many it is the job that kills them. Dask alone would give it up after four
 (``distributed.scheduler.allowed-failures``)."""
 MAX_WORKERS = 1000
-AGAIN = "start the workers, and then the same command again"
 AHEAD = 2
 """Jobs under way for each thread of the workers: one that has ended a job begins the next at once."""
 ONE_THREAD = dict.fromkeys(
@@ -193,8 +192,11 @@ class _Workers(Executor):
                     waiting.appendleft(k)
                     deaths[k] += answer
                     if deaths[k] >= MAX_DEATHS:
-                        hint = "does it need more memory than there is? Does it crash Python?"
-                        raise _failed(function, jobs, k, LinkLost(f"its worker died {deaths[k]} times", hint=hint))
+                        deadly = LinkLost(
+                            f"its worker died {deaths[k]} times",
+                            hint="does it need more memory than there is? Does it crash Python?",
+                        )
+                        raise _failed(function, jobs, k, deadly)
         finally:
             for future in sent:
                 future.cancel()
@@ -304,7 +306,10 @@ class _Cluster(_Workers):
         try:
             return self._client.submit(_call, payload, key=f"elib-{uuid.uuid4().hex}", pure=False)
         except Exception as error:  # Dask raises several
-            raise LinkLost(f"the connection to the scheduler is lost: {error}", hint=AGAIN) from error
+            raise LinkLost(
+                f"the connection to the scheduler is lost: {error}",
+                hint="start the workers, and then the same command again",
+            ) from error
 
     def _wait(self, sent: Collection[Any]) -> list[Any]:
         import distributed
@@ -347,7 +352,7 @@ class _Cluster(_Workers):
             self._idle_since = self._reported = now
         idle = now - self._idle_since
         if idle >= PATIENCE or self._client.status == "closed":
-            raise LinkLost(f"{why}, for {idle:.0f} s now", hint=AGAIN)
+            raise LinkLost(f"{why}, for {idle:.0f} s now", hint="start the workers, and then the same command again")
         if now - self._reported >= REPORT_INTERVAL:
             self._reported = now
             self._tell(f"{why}, for {idle:.0f} s now; elib gives up after {PATIENCE:.0f} s")
