@@ -160,6 +160,18 @@ def test_an_interrupted_sweep_goes_on_to_the_same_table(program: str, tmp_path: 
     assert table(tmp_path / "parts") == table(tmp_path / "whole")
 
 
+def test_a_sweep_that_was_killed_before_its_settings_were_written_begins_again(program: str, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "runs.jsonl").touch()
+    assert len(rows_of(sweep_of(program, 0.2, seeds=1), tmp_path / "out")) == 1
+    (tmp_path / "out" / "sweep.json").unlink()
+    with pytest.raises(ArgumentError, match=r"holds other files and no sweep"):
+        rows_of(sweep_of(program, 0.2, seeds=1), tmp_path / "out")
+    (tmp_path / "out" / "runs.parquet").unlink()
+    with pytest.raises(ArgumentError, match=r"has runs\.jsonl but no sweep\.json"):
+        rows_of(sweep_of(program, 0.2, seeds=1), tmp_path / "out")
+
+
 def test_a_folder_with_another_sweep_is_refused(program: str, tmp_path: Path) -> None:
     rows_of(sweep_of(program, 0.2, seeds=1), tmp_path / "out")
     assert {"elib", "python", "numpy"} <= json.loads((tmp_path / "out" / "sweep.json").read_text())["versions"].keys()
