@@ -1,14 +1,17 @@
-"""``elib replay``: lines, JSON, the player on a terminal, the picture, and going on in the simulator."""
+"""``elib replay``: lines, JSON, the page on a terminal, the picture, and going on in the simulator."""
 
 from __future__ import annotations
 
 import json
 import os
 import pty
+import re
 import select
+import signal
 import subprocess
 import sys
 from pathlib import Path
+from urllib.request import urlopen
 
 import pytest
 from elib_process import COMMAND, Told
@@ -16,7 +19,7 @@ from elib_process import COMMAND, Told
 from elib.cli import main
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
-from shared import PATIENCE
+from shared import PATIENCE, needs_page
 
 
 @pytest.fixture(name="file", scope="module")
@@ -68,11 +71,9 @@ def test_as_json_each_line_is_an_object(printed: Told, file: str) -> None:
         (["--only", "sound"], "--only has 'sound'"),
         (["--from", "3", "--to", "2"], "there is nothing from 3 s to 2 s"),
         (["--from", "nan"], "there is nothing from nan s"),
-        (["--speed", "fast"], "speed is 'fast'"),
         (["--for", "3"], "--for needs --fork-at"),
         (["--fork-at", "1", "--json"], "--json chooses lines, but --fork-at prints none"),
         (["--plot", "run.png", "--from", "1"], "--from chooses lines, but --plot prints none"),
-        (["--fork-at", "1", "--speed", "2"], "--speed cannot be used with --fork-at"),
         (["--fork-at", "99"], "s long; 99 s is not in it"),
         (["--fork-at", "1", "--behaviour", "sleep"], "sleep"),
         (["--plot", "run.doc"], "cannot become 'run.doc'"),
@@ -110,37 +111,28 @@ def test_a_behaviour_goes_on_from_a_moment(file: str, capsys: pytest.CaptureFixt
     assert "robot time  2.0 s" in err
 
 
+@needs_page
 @pytest.mark.skipif(sys.platform == "win32", reason="needs ptys")
-def test_on_a_terminal_keys_move_it(file: str) -> None:
+def test_on_a_terminal_the_page_plays_it(file: str) -> None:
+    pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
     ours, theirs = pty.openpty()
     process = subprocess.Popen(
-        [*COMMAND, "replay", file, "--speed", "0.01"],  # so slow that only keys move it on
+        [*COMMAND, "replay", file],
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,
-        env={**os.environ, "TERM": "xterm", "COLUMNS": "120"},
+        env={**os.environ, "TERM": "xterm", "BROWSER": "true"},
     )
     os.close(theirs)
     seen = b""
-
-    def until(text: str) -> None:
-        nonlocal seen
-        for _ in range(2000):  # the live line comes twenty times a second
-            if text.encode() in seen:
-                return
+    try:
+        while not (found := re.search(rb"http://\S+", seen)) or not seen.endswith(b"\n"):
             assert select.select([ours], [], [], PATIENCE)[0], seen.decode()
             seen += os.read(ours, 4096)
-        pytest.fail(f"{text!r} did not come")
-
-    try:
-        until("state: driving")
-        os.write(ours, b" ")
-        until("\u23f8")
-        os.write(ours, b"g1.8\n")
-        until("1.8 / ")
-        os.write(ours, b"\x1b[C")
-        until("note: nearly there")
-        os.write(ours, b"q")
+        assert seen.startswith(b"run.mcap: sim://square")
+        with urlopen(found[0].decode(), timeout=PATIENCE) as page:
+            assert b"<title>elib</title>" in page.read()
+        process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE) == 0
     finally:
         process.kill()

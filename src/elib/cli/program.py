@@ -35,7 +35,7 @@ COMMANDS = {
     "send": "Send one command and print its answer.",
     "watch": "Show what the robot senses, live.",
     "record": "Record everything that happens on a robot's link.",
-    "replay": "Play a recording, step through it, draw it, or go on from it.",
+    "replay": "Show, print or draw a recording, or go on from it.",
     "compare": "Compare two recorded drives, or one with the simulator.",
     "fit": "Fit wheels, link and sensors of a robot to a recorded drive.",
     "bench": "Measure how long each command takes.",

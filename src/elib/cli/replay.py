@@ -1,15 +1,11 @@
-"""``elib replay``: play, step through, print or draw a recording, or continue it in the simulator."""
+"""``elib replay``: show a recording in the browser, print or draw it, or continue it in the simulator."""
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import dataclasses
 import math
-import os
 import sys
-from collections.abc import Iterator, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Annotated
 from urllib.parse import quote
 
@@ -17,38 +13,25 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.plaintext import plain
-from elib.base.pose import Pose
-from elib.base.timebase import parse_speed
 from elib.behaviours import find
 from elib.cli.arguments import Seconds
-from elib.cli.live import SHOWN, bars
-from elib.cli.player import Player, keys_of
 from elib.cli.readings import Json, json_line
-from elib.cli.terminal import BOLD, CYAN, DIM, RED, YELLOW, LiveLine, is_live, paint, say
+from elib.cli.terminal import is_live, say
 from elib.records.mcapreader import Health
 from elib.records.reader import Recording
 from elib.records.timeline import KINDS, Moment, timeline
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
-from elib.robot.running import run_coroutine
-from elib.simulator.emulator.sim_transport import SimTransport
-from elib.simulator.physics import Snapshot, World
-from elib.simulator.worlds.files import parse
-from elib.studies.drive import SENSES, charts_of, floor_around
-from elib.studies.report import check_report, draw_report
+from elib.studies.drive import draw_recording, simulation_of
+from elib.studies.report import check_report
 
-FRAME = 0.05
-"""s between two frames of the player."""
 GO_ON = 10.0
 """s for which a fork continues unless --for says otherwise."""
-COLOURS = {"state": YELLOW, "note": CYAN, "link": RED, "robot": RED, "recorder": RED}
-HELP = "space, ← → step, [ ] 10 s, g go to, + - speed, q"
 
 File = Annotated[str, Cli(metavar="FILE", help="The recording.")]
-PlaySpeed = Annotated[str, Cli(name="--speed", metavar="K", help="Factor on real time, or max: print all at once.")]
-From = Annotated[float, Cli(name="--from", metavar="S", help="Begin at this time, s since the beginning.")]
-To = Annotated[float | None, Cli(name="--to", metavar="S", help="End at this time.")]
-Only = Annotated[str, Cli(name="--only", metavar="KIND,KIND", help=f"Kinds of lines: {', '.join(KINDS)}.")]
+From = Annotated[float | None, Cli(name="--from", metavar="S", help="Print from this time on, s since the beginning.")]
+To = Annotated[float | None, Cli(name="--to", metavar="S", help="Print until this time.")]
+Only = Annotated[str, Cli(name="--only", metavar="KIND,KIND", help=f"Print only these kinds: {', '.join(KINDS)}.")]
 AsJson = Annotated[bool, Cli(name="--json", help="Print a JSON object for each line.")]
 Plot = Annotated[str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings instead.")]
 Fork = Annotated[float | None, Cli(name="--fork-at", metavar="S", help="Continue from this time in the simulator.")]
@@ -60,8 +43,7 @@ def replay(
     file: File,
     /,
     *,
-    speed: PlaySpeed = "1",
-    begin: From = 0.0,
+    begin: From = None,
     end: To = None,
     only: Only = "",
     json: AsJson = False,
@@ -71,49 +53,41 @@ def replay(
     world: WorldName = None,
     seconds: Seconds = None,
 ) -> None:
-    """Play a recording line by line, at its original speed.
+    """Show a recording in the browser, with a time line to go to any moment, until Ctrl-C.
 
-    On a terminal, the space bar pauses, the arrows step, [ and ] jump by 10 s, g and a number go to a time, + and -
-    change the speed, and q ends. Without a terminal, everything is printed at once. To replay a program, start it with
-    --robot replay://FILE.
+    With --from, --to, --only or --json it is printed, a line for each call and note; and so it is where there is no
+    terminal. To replay a program, start it with --robot replay://FILE.
     """
-    printing = {"--from": begin != 0, "--to": end is not None, "--only": bool(only), "--json": json}
+    printing = {"--from": begin is not None, "--to": end is not None, "--only": bool(only), "--json": json}
     for option, is_given in printing.items():
         if is_given and (fork_at is not None or plot is not None):
             with_what = "--fork-at" if fork_at is not None else "--plot"
             raise ArgumentError(f"{option} chooses lines, but {with_what} prints none")
     if fork_at is not None:
-        if speed != "1":
-            raise ArgumentError("--speed cannot be used with --fork-at: a fork runs as fast as possible")
         fork(file, fork_at, behaviour=behaviour, world=world, seconds=seconds, plot=plot)
         return
     for option, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
         if value is not None:
             raise ArgumentError(f"{option} needs --fork-at", hint="elib replay FILE --fork-at 10")
-    pace = parse_speed("real" if speed == "1" else speed)
     kinds = _kinds(only)
-    if not (math.isfinite(begin) and begin >= 0) or (end is not None and not end > begin):
-        raise ArgumentError(f"there is nothing from {begin:g} s to {'the end' if end is None else f'{end:g} s'}")
+    first, last = begin or 0.0, math.inf if end is None else end
+    if not (math.isfinite(first) and 0 <= first < last):
+        raise ArgumentError(f"there is nothing from {first:g} s to {'the end' if end is None else f'{end:g} s'}")
     if plot is not None:
         check_report(plot)
     recording = Recording(file)
-    health = Health()
-    length = _length(recording, health)
-    say(title(recording, length, health))
+    say(title(recording))
     if plot is not None:
-        draw(recording, plot)
+        draw_recording(recording, plot)
         say(f"plot        {plot}")
-        return
-    last = length if end is None else end
-    if json or pace == "max" or not (is_live(sys.stdout) and is_live(sys.stderr)):
+    elif any(printing.values()) or not (is_live(sys.stdout) and is_live(sys.stderr)):
         for moment in timeline(recording, kinds):
-            if begin <= moment.time <= last:
+            if first <= moment.time <= last:
                 print(json_line(to_json(moment)) if json else to_line(moment))
-        return
-    moments = [moment for moment in timeline(recording, kinds) if moment.time <= last]
-    moments.sort(key=lambda moment: moment.time)
-    player = Player(moments, min(last, length), begin, 1.0 if pace == "real" else pace)
-    run_coroutine(lambda: _play(player))
+    else:
+        from elib.cli.joystick import joystick  # printing needs no server
+
+        joystick(f"replay://{quote(file)}")
 
 
 def fork(
@@ -131,7 +105,7 @@ def fork(
         ArgumentError: The command line is wrong, or the moment is not in the recording.
         ElibError: The simulator cannot continue from this moment.
     """
-    url = f"replay://{quote(os.fspath(Path(file)))}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
+    url = f"replay://{quote(file)}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
     if behaviour is not None:
         from elib.cli.script import play_behaviour  # playing a recording needs none
 
@@ -141,15 +115,14 @@ def fork(
         raise ArgumentError("--plot with --fork-at needs --behaviour", hint="elib replay FILE --plot PICTURE")
 
     async def drive_on(robot: Epuck) -> None:
-        transport = robot.session.transport
-        assert isinstance(transport, SimTransport)  # a fork is one
-        simulation = transport.simulation
+        simulation, index = simulation_of(robot)
+        assert simulation is not None  # a fork is in a world
         began = robot.session.opening[0][0]
         end = robot.time + (GO_ON if seconds is None else seconds)
         while True:
             simulation.catch_up()
             assert simulation.world is not None
-            pose = simulation.world.pose(transport.robot.index)
+            pose = simulation.world.pose(index)
             print(
                 f"{at + robot.time - began:9.3f} s  x {pose.x:.3f} m, y {pose.y:.3f} m, "
                 f"heading {math.degrees(pose.heading):.1f}°"
@@ -159,9 +132,6 @@ def fork(
             await asyncio.sleep(min(1.0, end - robot.time))
 
     run_on(url, drive_on)
-
-
-# -- lines --
 
 
 def to_line(moment: Moment) -> str:
@@ -184,9 +154,11 @@ def to_json(moment: Moment) -> Json:
     }
 
 
-def title(recording: Recording, length: float, health: Health) -> str:
-    """Return the line about a recording that is printed before it is played."""
-    about = recording.about
+def title(recording: Recording) -> str:
+    """Return the line about a recording that is printed first."""
+    about, health = recording.about, Health()
+    times = (entry.time for entry in recording.entries(health=health))
+    length = max(0.0, max(times, default=recording.began) - recording.began)
     where = f" in {about['world']}" if "world" in about else ""
     state = "" if health.is_complete else "; it was cut off: elib record repair repairs it"
     return f"{recording.name}: {about['robot']} ({about['firmware']}){where}, {length:.1f} s{state}"
@@ -198,126 +170,3 @@ def _kinds(only: str) -> Sequence[str]:
         if kind not in KINDS:
             raise ArgumentError(f"--only has {kind!r}; the kinds are {', '.join(KINDS)}")
     return kinds or KINDS
-
-
-def _length(recording: Recording, health: Health) -> float:
-    times = (entry.time for entry in recording.entries(health=health))
-    return max(0.0, max(times, default=recording.began) - recording.began)
-
-
-# -- the player --
-
-
-async def _play(player: Player) -> None:
-    loop = asyncio.get_running_loop()
-    line = LiveLine()
-    pressed: asyncio.Queue[str] = asyncio.Queue()
-    with _raw_keys(loop, pressed):
-        before = loop.time()
-        while not player.is_over:
-            moments: list[Moment] = []
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(FRAME):
-                    moments += player.press(await pressed.get())
-            now = loop.time()
-            moments += player.advance(now - before)
-            before = now
-            if moments:
-                line.clear()
-                for moment in moments:
-                    print(paint(to_line(moment), RED if moment.is_bad else COLOURS.get(moment.kind, ""), sys.stdout))
-                sys.stdout.flush()
-            line.show(_status(player))
-            if not sys.stdin.isatty() and not player.is_playing:
-                break
-    line.clear()
-
-
-def _status(player: Player) -> list[tuple[str, str]]:
-    if player.prompt is not None:
-        return [(f"go to {player.prompt}_ s (Enter)", BOLD)]
-    robot = player.robot
-    parts = [(f"{'▶' if player.is_playing else '⏸'} {player.time:6.1f} / {player.length:.1f} s ", BOLD)]
-    if player.speed != 1:
-        parts.append((f"{player.speed:g}x ", DIM))
-    if robot.state:
-        parts.append((f"{robot.state} ", YELLOW))
-    parts.append((f"{robot.speed[0]:+.2f} {robot.speed[1]:+.2f} rev/s ", ""))
-    if len(robot.near) == 8:
-        parts.append((bars(robot.near[sensor] for sensor in SHOWN) + " ", ""))
-    if robot.pose is not None:
-        parts.append((f"x {robot.pose.x:.2f} y {robot.pose.y:.2f} m  ", ""))
-    return [*parts, (HELP, DIM)]
-
-
-@contextlib.contextmanager
-def _raw_keys(loop: asyncio.AbstractEventLoop, pressed: asyncio.Queue[str]) -> Iterator[None]:
-    """Put each key into *pressed* when it is pressed, if the system supports that."""
-    if sys.platform == "win32" or not sys.stdin.isatty():
-        yield
-        return
-    import termios
-    import tty
-
-    number = sys.stdin.fileno()
-    before = termios.tcgetattr(number)
-
-    def read() -> None:
-        for key in keys_of(os.read(number, 1024).decode("utf-8", "replace")):
-            pressed.put_nowait(key)
-
-    tty.setcbreak(number)
-    loop.add_reader(number, read)
-    try:
-        yield
-    finally:
-        loop.remove_reader(number)
-        termios.tcsetattr(number, termios.TCSADRAIN, before)
-
-
-# -- the picture --
-
-
-def draw(recording: Recording, path: str) -> None:
-    """Draw a recording: the path, and speeds, readings and states over time.
-
-    Raises:
-        ArgumentError: The name of the picture does not end in .png, .svg or .pdf.
-        Unsupported: Matplotlib is not installed.
-        ElibError: The disk is full.
-    """
-    moments = sorted(timeline(recording), key=lambda moment: moment.time)
-    length = max((moment.time for moment in moments), default=0.0)
-    told = [(moment.time, moment.speed) for moment in moments if moment.speed is not None]
-    read = {
-        name: [(moment.time, moment.readings[name]) for moment in moments if name in moment.readings] for name in SENSES
-    }
-    floor = _floor(recording)
-    draw_report(
-        path,
-        title=f"{recording.name}: {recording.about['robot']}, {length:.1f} s",
-        floor=None if floor is None else floor[0],
-        trails=[] if floor is None else floor[1],
-        charts=charts_of(told, read),
-        states=[(moment.time, moment.text) for moment in moments if moment.kind == "state"],
-        seconds=length,
-    )
-
-
-def _floor(recording: Recording) -> tuple[Snapshot, list[list[Pose]]] | None:
-    measured = recording.path(measured=True)
-    path = measured or recording.path(measured=False)
-    if not path:
-        return None
-    if not (measured and recording.scene):
-        return floor_around([path], "by its step counters")
-    about = recording.about
-    count = int(about.get("robots", "1"))
-    scene = parse(recording.scene.encode(), recording.name, robots=count)
-    snapshot = World(scene, robots=count).snapshot()
-    index = int(about.get("robot_index", "0"))
-    robots = [
-        dataclasses.replace(robot, pose=path[-1]) if number == index else robot
-        for number, robot in enumerate(snapshot.robots)
-    ]
-    return dataclasses.replace(snapshot, robots=tuple(robots), time=path[-1].time), [path]

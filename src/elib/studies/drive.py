@@ -1,4 +1,4 @@
-"""What robots did: their paths in their world, the speeds that they were told, and what they sensed; and the plot."""
+"""What robots did: their paths in their world, the speeds that they were told, and what they sensed; and the plots."""
 
 from __future__ import annotations
 
@@ -25,10 +25,13 @@ from elib.link.protocol.values import (
     reading_name,
 )
 from elib.link.session import Ended, TraceEvent
+from elib.records.reader import Recording
+from elib.records.timeline import timeline
 from elib.robot.aio import Epuck
 from elib.simulator.emulator.sim_transport import SimTransport
 from elib.simulator.emulator.simulation import Simulation
-from elib.simulator.physics import Pose, RobotView, Snapshot
+from elib.simulator.physics import Pose, RobotView, Snapshot, World
+from elib.simulator.worlds.files import parse
 from elib.studies.report import Chart, check_report, draw_report
 
 MARGIN = 0.10
@@ -263,6 +266,51 @@ def draw_drive(
         states=states,
         seconds=seconds,
     )
+
+
+def draw_recording(recording: Recording, path: str | PathLike[str]) -> None:
+    """Draw a recording: the path, and speeds, readings and states over time.
+
+    Args:
+        recording: The recording.
+        path: Of a file that ends in ``.png``, ``.svg`` or ``.pdf``; an existing one is replaced.
+
+    Raises:
+        ArgumentError: The file cannot be created.
+        ElibError: The file cannot be written.
+    """
+    moments = sorted(timeline(recording), key=lambda moment: moment.time)
+    length = max((moment.time for moment in moments), default=0.0)
+    floor, trails = _recorded_floor(recording)
+    draw_report(
+        path,
+        title=f"{recording.name}: {recording.about['robot']}, {length:.1f} s",
+        floor=floor,
+        trails=trails,
+        charts=charts_of(
+            [(moment.time, moment.speed) for moment in moments if moment.speed is not None],
+            {name: [(each.time, each.readings[name]) for each in moments if name in each.readings] for name in SENSES},
+        ),
+        states=[(moment.time, moment.text) for moment in moments if moment.kind == "state"],
+        seconds=length,
+    )
+
+
+def _recorded_floor(recording: Recording) -> tuple[Snapshot | None, list[list[Pose]]]:
+    """Return the recorded world with the robot at the end of its path, and the path; None without a path."""
+    measured = recording.path(measured=True)
+    path = measured or recording.path(measured=False)
+    if not path:
+        return None, []
+    if not (measured and recording.scene):
+        return floor_around([path], "by its step counters")
+    count, index = int(recording.about.get("robots", "1")), int(recording.about.get("robot_index", "0"))
+    snapshot = World(parse(recording.scene.encode(), recording.name, robots=count), robots=count).snapshot()
+    robots = tuple(
+        dataclasses.replace(robot, pose=path[-1]) if number == index else robot
+        for number, robot in enumerate(snapshot.robots)
+    )
+    return dataclasses.replace(snapshot, robots=robots, time=path[-1].time), [path]
 
 
 def _floor(robots: Sequence[RobotReport]) -> tuple[Snapshot | None, list[list[Pose]]]:

@@ -1,0 +1,58 @@
+"""What the commands that serve share: their port, the token for other computers, and their usual end."""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+import sys
+from collections.abc import Iterator
+from typing import Annotated
+
+from cyclopts import Parameter as Cli
+
+from elib.base.errors import ArgumentError
+from elib.base.rules import PORT_NUMBER
+from elib.panel.server.listening import PORT, Address, listen
+
+TOKEN_BYTES = 16
+"""128 bits of randomness, too many to guess the token."""
+MAX_TOKEN = 200
+"""Characters of a token that a person chose."""
+
+Robots = Annotated[str, Cli(help="sim://crowd?robots=20, serial:///dev/rfcomm0, ...; as many as you like.")]
+Port = Annotated[
+    int | None,
+    PORT_NUMBER,
+    Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on)."),
+]
+Host = Annotated[
+    str, Cli(name="--host", metavar="H", help="Address; other computers must give a token, which is printed.")
+]
+
+
+@contextlib.contextmanager
+def listening(host: str, port: int | None) -> Iterator[Address]:
+    """Take a port while the block lasts. Ctrl-C is the usual end of what is served there, not a failure."""
+    address = listen(host, port)
+    with contextlib.closing(address.socket), contextlib.suppress(KeyboardInterrupt):
+        yield address
+
+
+def token_for(address: Address, token: str | None = None) -> str | None:
+    """Return the token that is asked for: a new one, which is printed, if other computers reach the address.
+
+    Args:
+        address: Where something is served.
+        token: One that a person chose; it is asked for in any case.
+
+    Raises:
+        ArgumentError: That one is empty or long, or has other characters than ASCII has.
+    """
+    if token is not None and not (token.isascii() and token.isprintable() and 0 < len(token) <= MAX_TOKEN):
+        raise ArgumentError(f"a token has 1 to {MAX_TOKEN} ASCII characters")
+    if token is None and address.is_shared:
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        print(f"token: {token}", file=sys.stderr)  # not on stdout: a script may keep its lines
+    if address.is_shared:
+        print("The connection is not encrypted: use this in a network you trust.", file=sys.stderr)
+    return token
