@@ -14,10 +14,8 @@ from elib_process import Told, started
 from elib.base.errors import ArgumentError, LinkLost
 from elib.behaviours import RunContext, behaviours
 from elib.cli import main
-from elib.cli.live import RunDisplay, Watcher, beside, period_of
+from elib.cli.live import RunDisplay, beside, period_of
 from elib.cli.run import SAMPLES
-from elib.robot.aio import Epuck
-from elib.robot.runner import run_on
 from elib.studies.drive import RobotReport
 from elib.testing import link_of
 
@@ -119,27 +117,6 @@ def test_the_live_line_of_one_robot_shows_what_it_senses_and_how_its_wheels_turn
     assert re.fullmatch(r" +2\.\d s  .* m   left \S+ right   wheels [+-]\d\.\d\d [+-]\d\.\d\d rev/s", "".join(lines)), (
         lines
     )
-
-
-def test_the_watcher_reads_sensors_and_wheels_off_the_trace() -> None:
-    async def watch(robot: Epuck) -> Watcher:
-        watcher = Watcher()
-        watcher.attach(robot)
-        near = await robot.proximity()
-        assert watcher.near == near
-        await robot.set_speed(0.5, -0.25)
-        assert watcher.wheels == (0.5, -0.25)
-        assert "wheels +0.50 -0.25 rev/s" in "".join(text for text, _ in watcher.robot_parts())
-        await robot.stop()
-        assert watcher.wheels == (0.0, 0.0)
-        await robot.sleep(2)
-        watcher.finish()
-        return watcher
-
-    watcher = run_on(FAST, watch)
-    assert watcher.duration == pytest.approx(2, abs=0.1)
-    assert watcher.statistics is not None
-    assert watcher.statistics.count == 3
 
 
 async def test_a_task_beside_a_run_ends_with_the_block_and_its_errors_are_raised() -> None:

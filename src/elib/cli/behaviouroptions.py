@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import enum
-import inspect
-from collections.abc import Callable, Mapping
+from dataclasses import make_dataclass
 from typing import Annotated, Any
 
 from cyclopts import Parameter as Cli
@@ -20,37 +19,24 @@ Seed = Annotated[
 ]
 
 
-def with_options(
-    behaviour: Behaviour, play: Callable[..., object], more: Mapping[str, tuple[object, object]] | None = None
-) -> Callable[..., None]:
-    """Return a function whose parameters are the options of a behaviour and its seed, as the parser needs it.
-
-    Args:
-        behaviour: The behaviour.
-        play: Called with the behaviour and what was given: ``options`` as a mapping, ``seed``, and *more* by name.
-        more: Further options by name: default and annotation. An option of the behaviour of the same name counts.
-    """
-    own = {option.name: (_default(option), _annotation(option)) for option in behaviour.options}
-    parameters: dict[str, tuple[object, object]] = {**(more or {}), "seed": (DEFAULT_SEED, Seed), **own}
-
-    def command(**given: Any) -> None:
-        options = {name: number_from(given.pop(name)) for name in own if name in given}
-        play(behaviour, options=options, **given)
-
-    command.__annotations__ = {name: annotation for name, (_, annotation) in parameters.items()}
-    signature = inspect.Signature(
-        [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
-            for name, (default, annotation) in parameters.items()
-        ]
-    )
-    setattr(command, "__signature__", signature)  # noqa: B010  # functions declare no such attribute
-    return command
+def options_of(behaviour: Behaviour) -> type[Any]:
+    """Return a class whose fields are the options of a behaviour, and its seed unless it has an option of that name."""
+    fields: dict[str, tuple[object, object]] = {"seed": (Seed, DEFAULT_SEED)}
+    for each in behaviour.options:
+        annotation = Annotated[str, Cli(name=f"--{each.name}", metavar=each.name[:1].upper(), help=rule(each.quantity))]
+        fields[each.name] = annotation, _typed(each)
+    made = [(name, annotation, default) for name, (annotation, default) in fields.items()]
+    kind = make_dataclass("Options", made, frozen=True)
+    kind.__module__ = __name__  # cyclopts does not look into a class of Python's own modules
+    return kind
 
 
-def _annotation(option: Parameter) -> object:
-    return Annotated[str, Cli(metavar=option.name[:1].upper(), help=rule(option.quantity))]
+def given_in(options: Any, behaviour: Behaviour) -> dict[str, Any]:
+    """Return what :func:`elib.play` takes: the ``options`` of a behaviour and its ``seed``."""
+    values = {each.name: number_from(getattr(options, each.name)) for each in behaviour.options}
+    return {"options": values} if "seed" in values else {"options": values, "seed": options.seed}
 
 
-def _default(option: Parameter) -> str:
+def _typed(option: Parameter) -> str:
+    """Return the default of an option as it is typed."""
     return option.default.name.lower() if isinstance(option.default, enum.Enum) else str(option.default)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import asyncio
 import shlex
 import shutil
 import subprocess
 import sys
-import threading
 from pathlib import Path
 from typing import Annotated
 
@@ -15,28 +13,18 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.rules import DURATION
-from elib.behaviours import find, run_behaviour
+from elib.behaviours import find
 from elib.cli.arguments import FAST_SIMULATION, RobotUrl
-from elib.cli.live import Watcher, beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.report import link_rows
-from elib.cli.terminal import BOLD, LiveLine, say, table
-from elib.cli.track import Track
-from elib.link.transport import parse_url, speed_of
-from elib.robot.aio import Epuck
-from elib.robot.runner import run_on
-from elib.robot.watchdog import is_supported
+from elib.cli.script import run
+from elib.cli.terminal import say, table
+from elib.link.transport import parse_url
 from elib.simulator.drawing import draw_png
-from elib.simulator.physics import Pose, Snapshot
-from elib.studies.drive import length, simulation_of
+from elib.studies.drive import floor_of
 
 PICTURE = Path("elib-demo.png")
-BEHAVIOUR = "avoid"
 USUAL_TIME = 60.0
 """s of robot time by default."""
-FRAMES, PAUSE = 120, 1 / 30
-"""Frames of the live line in simulated time, and the s that each is shown: a minute takes about four seconds. The world
-waits meanwhile, so that the run is the same whether somebody watches it or not."""
 
 DriveTime = Annotated[float, DURATION, Cli(name="--for", metavar="S", help="Robot time to drive for, seconds.")]
 Seed = Annotated[int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: same seed, same run.")]
@@ -58,40 +46,16 @@ def demo(
     """Let a robot wander for a minute, then draw where it went.
 
     Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is
-    elib-demo.png.
+    elib-demo.png. What drives is the behaviour `avoid`.
     """
     url = with_seed(robot, seed)
-    speed = speed_of(url)
-    line, watcher = LiveLine(), Watcher()
-    is_paced = speed == "max" and line.is_shown
-
-    async def main(epuck: Epuck) -> tuple[str, Track, Snapshot, list[Pose]]:
-        track = Track(epuck, *simulation_of(epuck))
-        watcher.attach(epuck)
-        say(f"{BEHAVIOUR} on {url} ({epuck.firmware}) for {seconds:g} s; Ctrl-C stops it")
-        frame = max(track.period, seconds / FRAMES if is_paced else period_of(speed))
-        async with beside(_follow(track, watcher, line, frame, is_paced)):
-            outcome = await run_behaviour(find(BEHAVIOUR), epuck, seconds=seconds)
-            watcher.finish(outcome.duration)
-        await track.sample()
-        return epuck.firmware, track, *track.floor()
-
-    try:
-        firmware, track, floor, trail = run_on(url, main, records=records, watchdog=is_supported())
-    finally:
-        line.clear()
-    caption = f"{floor.name} · {watcher.duration:.0f} s · {length(track.poses):.2f} m driven"
-    if not track.is_true:
-        caption = f"by the wheel encoders, walls unknown · {watcher.duration:.0f} s · {length(track.poses):.2f} m"
-    rows = _rows(track, watcher)
-    try:
-        draw_png(floor, PICTURE, trails=[trail], caption=caption)
-        rows.append(("picture", str(PICTURE)))
-    finally:
-        where = f"the world {floor.name}" if track.is_true else url
-        print(f"{BEHAVIOUR}: {watcher.duration:.0f} s of robot time in {where}, firmware {firmware}\n")
-        print(table(rows))
-    print("\nWhat next:")
+    say(f"avoid on {url} for {seconds:g} s; Ctrl-C stops it\n")
+    done = run(find("avoid"), robots=[url], seconds=seconds, records=records)
+    floor, trails = floor_of(done.robots)
+    assert floor is not None  # a robot was opened
+    distance = sum(each.distance for each in done.robots)
+    draw_png(floor, PICTURE, trails=trails, caption=f"{floor.name} · {done.time:.0f} s · {distance:.2f} m driven")
+    print(f"\nThe path is drawn in {PICTURE}. What next:")
     print(table(what_next()))
 
 
@@ -108,32 +72,6 @@ def with_seed(url: str, seed: int | None) -> str:
         raise ArgumentError(f"--seed is {seed}, but {url} is not a simulation", hint="leave --seed out")
     keys = {**parsed.keys, "seed": str(seed)}
     return str(parse_url(f"sim://{parsed.target}?" + "&".join(f"{key}={value}" for key, value in keys.items())))
-
-
-async def _follow(track: Track, watcher: Watcher, line: LiveLine, frame: float, is_paced: bool) -> None:
-    """Sample the path, and show the live line every *frame* seconds of robot time."""
-    clock = threading.Event()
-    due = watcher.duration
-    while True:
-        await track.sample()
-        if watcher.duration >= due:
-            due += frame
-            line.show([*watcher.time_parts(), (f"{length(track.poses):6.2f} m   ", BOLD), *watcher.robot_parts()])
-            if is_paced:
-                await asyncio.to_thread(clock.wait, PAUSE)
-        await asyncio.sleep(track.period)
-
-
-def _rows(track: Track, watcher: Watcher) -> list[tuple[str, str]]:
-    """Return the summary as label and text."""
-    assert watcher.statistics is not None
-    driven = length(track.poses)
-    source = "the simulated world" if track.is_true else "the wheel encoders"
-    return [
-        ("drove", f"{driven:.2f} m by {source}, {100 * driven / watcher.duration:.1f} cm/s on average"),
-        ("closest", _closest(track, watcher)),
-        *link_rows(watcher.statistics),
-    ]
 
 
 def what_next() -> list[tuple[str, str]]:
@@ -160,10 +98,3 @@ def command_name() -> str:
 def _quoted(path: str) -> str:
     """Return a path as a shell reads it."""
     return subprocess.list2cmdline([path]) if sys.platform == "win32" else shlex.quote(path)
-
-
-def _closest(track: Track, watcher: Watcher) -> str:
-    if not track.is_true:
-        return f"{watcher.nearest} counts at a front sensor"
-    touched = f"it touched something for {track.contact:.1f} s" if track.contact else "it touched nothing"
-    return f"{100 * track.closest:.1f} cm from body to obstacle; {touched}"

@@ -13,14 +13,9 @@ from collections.abc import AsyncIterator, Callable, Coroutine, Iterable, Sequen
 from functools import partial
 from typing import TYPE_CHECKING
 
-from elib.base.body import STEPS_PER_REVOLUTION
 from elib.base.errors import ElibError
 from elib.base.timebase import LoopMaker, LoopSpeed, Paced
 from elib.cli.terminal import BLOCKS, BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, say
-from elib.link.protocol.values import Proximity
-from elib.link.session import Ended, TraceEvent
-from elib.link.session.statistics import LinkStats
-from elib.robot.aio import Epuck
 
 if TYPE_CHECKING:
     from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
@@ -72,68 +67,6 @@ async def beside(work: Coroutine[object, object, None]) -> AsyncIterator[None]:
         raise error
 
 
-class Watcher:
-    """The state of one robot, read off its link's own trace: to watch costs the robot nothing.
-
-    Attributes:
-        near: The newest proximity reading; None before the first.
-        wheels: The speeds last asked for and confirmed, rev/s.
-        duration: Robot time between :meth:`attach` and now or :meth:`finish`, s.
-        statistics: The link's health at the end; None before :meth:`finish`.
-        nearest: The highest count that any front sensor has seen.
-    """
-
-    def __init__(self) -> None:
-        self.near: Proximity | None = None
-        self.wheels = (0.0, 0.0)
-        self.statistics: LinkStats | None = None
-        self.nearest = 0
-        self._robot: Epuck | None = None
-        self._began = self._end = 0.0
-
-    def attach(self, robot: Epuck) -> None:
-        """Follow an open robot from now on."""
-        self._robot = robot
-        self._began = robot.time
-        robot.trace(self._note)
-
-    def finish(self, duration: float | None = None) -> None:
-        """Take the numbers for the summary while the robot is still open; a second call changes nothing.
-
-        Args:
-            duration: Robot time that the run took, s; until now if None.
-        """
-        if self._robot is not None:
-            self._end = self._robot.time if duration is None else self._began + duration
-            self.statistics = self._robot.statistics
-            self._robot = None
-
-    @property
-    def duration(self) -> float:
-        """Robot time since :meth:`attach`, s."""
-        return (self._end if self._robot is None else self._robot.time) - self._began
-
-    def time_parts(self) -> Sequence[tuple[str, str]]:
-        """Return the time so far, as parts of a line."""
-        return [(f"{self.duration:6.1f} s  ", BOLD)]
-
-    def robot_parts(self) -> Sequence[tuple[str, str]]:
-        """Return what the robot sees and does, as parts of a line."""
-        return sensor_parts(self.near or (), self.wheels)
-
-    def _note(self, time: float, event: TraceEvent) -> None:
-        if not isinstance(event, Ended) or event.error is not None:
-            return
-        if isinstance(event.value, Proximity):
-            self.near = event.value
-            self.nearest = max(self.nearest, *(event.value[i] for i in SHOWN))
-        elif event.request.name == "set_speed" and len(event.request.numbers) == 2:
-            left, right = event.request.numbers
-            self.wheels = (left / STEPS_PER_REVOLUTION, right / STEPS_PER_REVOLUTION)
-        elif event.request.name == "stop":
-            self.wheels = (0.0, 0.0)
-
-
 def bars(counts: Iterable[float]) -> str:
     """Return one block for each infrared count, higher for a nearer obstacle."""
     top = math.log1p(FULL / KNEE)
@@ -141,12 +74,11 @@ def bars(counts: Iterable[float]) -> str:
     return "".join(BLOCKS[min(len(BLOCKS) - 1, round(share * (len(BLOCKS) - 1)))] for share in shares)
 
 
-def sensor_parts(near: Sequence[float], wheels: tuple[float, float]) -> list[tuple[str, str]]:
-    """Return what a robot sees and does, as parts of a line.
+def sensor_parts(near: Sequence[float]) -> list[tuple[str, str]]:
+    """Return what a robot sees, as parts of a line.
 
     Args:
         near: The counts of its infrared sensors; empty before the first reading.
-        wheels: The speeds that its wheels were told, rev/s.
     """
     parts: list[tuple[str, str]] = [("left ", DIM)]
     for place, sensor in enumerate(SHOWN):
@@ -155,7 +87,7 @@ def sensor_parts(near: Sequence[float], wheels: tuple[float, float]) -> list[tup
         count = near[sensor] if near else 0
         colour = RED if count >= VERY_NEAR else YELLOW if count >= NEAR else GREEN
         parts.append((bars([count]), colour))
-    return [*parts, (" right", DIM), (f"   wheels {wheels[0]:+.2f} {wheels[1]:+.2f} rev/s", CYAN)]
+    return [*parts, (" right", DIM)]
 
 
 class RunDisplay:
@@ -215,7 +147,9 @@ class RunDisplay:
             parts.append((f"{math.fsum(each.distance for each in robots):6.2f} m   ", BOLD))
         if len(robots) == 1:
             near = robots[0].readings.get("proximity")
-            parts += sensor_parts(near[-1][1] if near else (), robots[0].wheels)
+            parts += sensor_parts(near[-1][1] if near else ())
+            left, right = robots[0].wheels
+            parts.append((f"   wheels {left:+.2f} {right:+.2f} rev/s", CYAN))
         elif robots:
             parts.append((f"{len(robots)} robots", DIM))
         return parts

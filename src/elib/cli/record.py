@@ -15,7 +15,7 @@ from elib.base.errors import ArgumentError
 from elib.base.plaintext import plain
 from elib.cli.arguments import AsJson, RobotUrl, Seconds
 from elib.cli.export import export
-from elib.cli.live import ENTER, Watcher, beside, period_of
+from elib.cli.live import ENTER, beside, period_of, sensor_parts
 from elib.cli.readings import Json, print_json
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, say, table
@@ -87,39 +87,47 @@ def record(
     if reality:
         if names or seconds is not None or (rate, part_bytes, part_seconds, keep) != (RATE, None, None, None):
             raise ArgumentError("--reality records all readings in one file", hint="leave out what else is asked for")
-        from elib.cli.script import play_behaviour
+        from elib.cli.script import run
         from elib.studies.reality.session import reality as session
 
-        play_behaviour(session, robot=robot, records=Records(record=file))
+        run(session, robots=[robot], records=Records(record=file))
         return
     wanted = chosen(names, rate)
     check_new(file, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
-    line, watcher = LiveLine(), Watcher()
-    recorders: list[Recorder] = []
+    line = LiveLine()
+    rows: list[tuple[str, str]] = []
 
     async def main(epuck: Epuck) -> None:
         try:
             recorder = epuck.record(file, part_bytes=part_bytes, part_seconds=part_seconds, keep=keep)
         except OSError as error:
             raise unwritable(error) from None
-        recorders.append(recorder)
-        watcher.attach(epuck)
+        began, seen = epuck.time, dict[str, object]()
         if line.is_shown:
             say(f"recording {epuck.name} ({epuck.firmware}) to {file}; Enter or Ctrl-C ends it")
+
+        async def follow() -> None:
+            while True:
+                near = seen.get("proximity")
+                parts = [(f"{epuck.time - began:6.1f} s  {amount(recorder)}   ", BOLD)]
+                line.show([*parts, *sensor_parts(near if isinstance(near, Proximity) else ())])
+                await asyncio.sleep(period_of(speed_of(robot)))
+
         try:
-            async with beside(_follow(recorder, watcher, line, period_of(speed_of(robot)))):
-                await _watch(epuck, wanted, rate, seconds, watcher)
+            async with beside(follow()):
+                await _watch(epuck, wanted, rate, seconds, seen)
         finally:
-            watcher.finish()
-            recorder.close()
+            rows.extend([("robot time", f"{epuck.time - began:.1f} s"), *link_rows(epuck.statistics)])
+            try:
+                recorder.close()
+            finally:
+                rows.append(("recording", f"{amount(recorder)} in {file}"))
 
     try:
         run_on(robot, main, keep_moving=True)
     finally:
         line.clear()
-        if recorders and watcher.statistics is not None:
-            rows = [("robot time", f"{watcher.duration:.1f} s"), *link_rows(watcher.statistics)]
-            rows.append(("recording", f"{amount(recorders[0])} in {file}"))
+        if rows:
             say(table(rows, indent=0))
 
 
@@ -172,16 +180,16 @@ def export_tables(
         say(f"pictures ({done.pictures}) are not in the tables; in Python, recording.entries('/pictures') has them")
 
 
-async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float | None, watcher: Watcher) -> None:
-    """Read the sensors until the time is over or a person presses Enter."""
+async def _watch(
+    robot: Epuck, names: Sequence[str], rate: float, seconds: float | None, seen: dict[str, object]
+) -> None:
+    """Read the sensors into *seen* until the time is over or a person presses Enter."""
     loop = asyncio.get_running_loop()
 
     async def read() -> None:
         async with robot.watch(*names, rate=rate) as stream:
             async for snapshot in stream:
-                near = snapshot.readings.get("proximity")
-                if isinstance(near, Proximity):  # it may have come in one answer with all other readings
-                    watcher.near = near
+                seen.update(snapshot.readings)
 
     reading = asyncio.create_task(read())
 
@@ -197,12 +205,6 @@ async def _watch(robot: Epuck, names: Sequence[str], rate: float, seconds: float
         await asyncio.wait([reading])
     if not reading.cancelled():
         reading.result()
-
-
-async def _follow(recorder: Recorder, watcher: Watcher, line: LiveLine, frame: float) -> None:
-    while True:
-        line.show([*watcher.time_parts(), (f"{amount(recorder)}   ", BOLD), *watcher.robot_parts()])
-        await asyncio.sleep(frame)
 
 
 def amount(recorder: Recorder) -> str:

@@ -107,9 +107,9 @@ def fork(
     """
     url = f"replay://{quote(file)}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
     if behaviour is not None:
-        from elib.cli.script import play_behaviour  # playing a recording needs none
+        from elib.cli.script import run  # printing a recording needs none
 
-        play_behaviour(find(behaviour), robot=url, seconds=GO_ON if seconds is None else seconds, plot=plot)
+        run(find(behaviour), robots=[url], seconds=GO_ON if seconds is None else seconds, plot=plot)
         return
     if plot is not None:
         raise ArgumentError("--plot with --fork-at needs --behaviour", hint="elib replay FILE --plot PICTURE")

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import App
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.rules import DURATION
-from elib.behaviours import behaviours, find
+from elib.behaviours import Behaviour, behaviours, find
 from elib.cli.arguments import RobotUrl, Seconds
-from elib.cli.behaviouroptions import with_options
+from elib.cli.behaviouroptions import given_in, options_of
 from elib.cli.program import is_program
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.script import play_behaviour, run_program
+from elib.cli.script import find_program, run
 from elib.cli.terminal import say, table
-
-Plot = Annotated[
-    str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings to a .png, .svg or .pdf.")
-]
 
 SAMPLES = (
     "port-turn-around",
@@ -47,7 +45,6 @@ EachTime = Annotated[
     Cli(name="--for", metavar="S", help="Robot time for each sample that does not end by itself, seconds."),
 ]
 
-
 Program = Annotated[str | None, Cli(help="The file of your program, a best.toml, or the name of a behaviour.")]
 Arguments = Annotated[str, Cli(help="What follows -- : the command line of your program.")]
 Robots = Annotated[
@@ -63,9 +60,27 @@ View = Annotated[
     bool,
     Cli(name="--view", help="Show the program's virtual world live in the browser, in real time."),
 ]
+Plot = Annotated[
+    str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings to a .png, .svg or .pdf.")
+]
 AsJson = Annotated[
     bool, Cli(name="--json", help="Print the summary as one line of JSON; what the program prints goes to stderr.")
 ]
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """The options of every run, as :func:`run` takes them."""
+
+    seconds: Seconds = None
+    view: View = False
+    plot: Plot = None
+    records: Kept = NOTHING_KEPT
+    json: AsJson = False
+
+
+How = Annotated[RunOptions, Cli(name="*")]
+USUAL = RunOptions()
 
 app = App(name="run")
 
@@ -76,11 +91,7 @@ def choose(
     /,
     *arguments: Arguments,
     robot: Robots = None,
-    seconds: Seconds = None,
-    view: View = False,
-    plot: Plot = None,
-    records: Kept = NOTHING_KEPT,
-    json: AsJson = False,
+    how: How = USUAL,
     listed: Annotated[bool, Cli(name="--list", help="List the behaviours.")] = False,
 ) -> None:
     """Run a behaviour, or a program of yours, until it ends, its time is over, or Ctrl-C; then stop the robot.
@@ -97,9 +108,7 @@ def choose(
     of them.
     """
     if program is not None and is_program(program):
-        run_program(
-            program, arguments, robots=robot or (), seconds=seconds, view=view, plot=plot, records=records, json=json
-        )
+        run(find_program(program), arguments=arguments, robots=robot or (), **vars(how))
         return
     if program is not None:
         for stem in (program, program.replace("-", "_")):  # dashes are what the parser makes of underscores
@@ -123,18 +132,19 @@ def run_all(*, robot: RobotUrl | None = None, seconds: EachTime = EACH) -> None:
     """
     for name in SAMPLES:
         say(f"\n== {name}: {find(name).summary}")
-        play_behaviour(find(name), robot=robot, seconds=seconds)
+        run(find(name), robots=[robot] if robot else (), seconds=seconds)
 
 
-SHARED: dict[str, tuple[object, object]] = {
-    "seconds": (None, Seconds),
-    "view": (False, View),
-    "plot": (None, Plot),
-    "records": (NOTHING_KEPT, Kept),
-    "json": (False, AsJson),
-}
-"""Options of every behaviour that comes with elib: default and annotation."""
+def command_of(behaviour: Behaviour) -> Callable[..., None]:
+    """Return the command that runs a behaviour, whose options are among its own."""
+    kind = options_of(behaviour)
+
+    def command(*, robot: RobotUrl = behaviour.url, how: How = USUAL, own: Any = kind()) -> None:  # noqa: B008
+        run(behaviour, robots=[robot], **given_in(own, behaviour), **vars(how))
+
+    command.__annotations__["own"] = Annotated[kind, Cli(name="*")]
+    return command
+
 
 for each in behaviours().values():
-    command = with_options(each, play_behaviour, {"robot": (each.url, RobotUrl), **SHARED})
-    app.command(command, name=each.name, help=each.doc)
+    app.command(command_of(each), name=each.name, help=each.doc)

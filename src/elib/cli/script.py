@@ -12,21 +12,23 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE
 from elib.base.extras import check_web
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, RunMessage, StateChanged, behaviours, play
 from elib.behaviours._run.context import DEFAULT_SEED
-from elib.behaviours._run.program import is_own, loops_at, own_traceback, run_file
-from elib.cli.behaviouroptions import with_options
+from elib.behaviours._run.program import code_of, interruptible, is_own, loops_at, own_traceback, run_file
+from elib.cli.behaviouroptions import given_in, options_of
 from elib.cli.live import RunDisplay
 from elib.cli.program import execute_own, is_package
 from elib.cli.readings import print_json
@@ -53,67 +55,26 @@ LINK_FIGURES = ("count", "lost", "refused", "unsent", "median", "p99", "resyncs"
 """What the summary says of a link: fields of its LinkStats."""
 
 
-def run_program(file: str, arguments: Sequence[str] = (), *, robots: Sequence[str] = (), **how: Any) -> None:
-    """Run a program, or the best controller of a study, and print a summary.
-
-    Args:
-        file: Path of the program, or of a champion: ``best.toml``.
-        arguments: Its command line, which are the options of a behaviour if the file only defines one; a champion has
-            none.
-        robots: URLs of the robots that take the place of its own; empty leaves them.
-        how: The rest of what :func:`run` takes.
-
-    Raises:
-        As :func:`run` does.
-    """
-    path = find_program(file)
-    if path.suffix != ".toml":
-        run(str(path), lambda it: it.execute(path, arguments), robots=robots, **how)
-        return
-    with _champion(path, arguments, is_named=bool(robots)) as champion:
-        run(str(path), lambda it: it.play(champion), robots=robots, **how)
-
-
-def play_behaviour(
-    behaviour: Behaviour,
+def run(
+    target: Behaviour | Path,
     *,
-    robot: str | None = None,
+    arguments: Sequence[str] = (),
     options: Mapping[str, object] | None = None,
     seed: int = DEFAULT_SEED,
-    **how: Any,
-) -> None:
-    """Run a behaviour that comes with elib, and print a summary.
-
-    Args:
-        behaviour: The behaviour.
-        robot: URL of its robot; a virtual one in its own world unless given.
-        options: Values for its options.
-        seed: Seed of its random numbers.
-        how: The rest of what :func:`run` takes.
-
-    Raises:
-        As :func:`run` does.
-    """
-    play = partial(ProgramRun.play, behaviour=behaviour, options=options, seed=seed)
-    run(behaviour.name, play, robots=[robot or behaviour.url], **how)
-
-
-def run(
-    name: str,
-    work: Callable[[ProgramRun], object],
-    *,
     robots: Sequence[str] = (),
     seconds: float | None = None,
     view: bool = False,
     plot: str | None = None,
     records: Records = NOTHING,
     json: bool = False,
-) -> None:
+) -> ProgramRun:
     """Run what drives robots, stop them at its end, and print a summary.
 
     Args:
-        name: Name of what runs.
-        work: Runs it.
+        target: A behaviour, a program, or the best controller of a study: ``best.toml``.
+        arguments: The command line of a program, which are the options of a behaviour if the file only defines one.
+        options: Values for the options of a behaviour.
+        seed: Seed of its random numbers.
         robots: URLs of the robots that take the place of its own; empty leaves them.
         seconds: Robot time after which it ends as by Ctrl-C; None for no limit.
         view: Show the worlds of virtual robots live in the browser.
@@ -122,19 +83,26 @@ def run(
             which they were opened; those of a swarm behaviour are called by the robots' names.
         json: Print the summary as JSON on stdout, and what the program prints on stderr.
 
+    Returns:
+        What the robots did.
+
     Raises:
         ArgumentError: The command line is wrong; nothing ran.
         Unsupported: What the plot, the recording or the view needs is not installed; nothing ran.
         ElibError: A robot failed; or the plot, the log or the recording could not be written.
         SystemExit: The program ended with another exit code than 0.
     """
+    if isinstance(target, Behaviour):
+        robots = robots or [target.url]
     records.check()
     if plot is not None:
         check_report(plot)
     if view:
         check_web()
-    it = ProgramRun(name, records, seconds)
+    it = ProgramRun(target.name if isinstance(target, Behaviour) else str(target), records, seconds)
     with contextlib.ExitStack() as stack:
+        if isinstance(target, Path) and target.suffix == ".toml":
+            target = stack.enter_context(_champion(target, arguments, is_named=bool(robots)))
         if view:
             stack.enter_context(viewed())
         if robots:
@@ -144,7 +112,10 @@ def run(
         stack.enter_context(watched())
         if json:
             stack.enter_context(contextlib.redirect_stdout(sys.stderr))
-        code = it.end_with(lambda: work(it))
+        if isinstance(target, Behaviour):
+            code = it.end_with(partial(it.play, target, options=options, seed=seed))
+        else:
+            code = it.end_with(partial(it.execute, target, arguments))
     if isinstance(it.error, ArgumentError) and not it.robots:
         raise it.error
     unwritten = it.finish()
@@ -167,6 +138,7 @@ def run(
         raise unwritten
     if code:
         raise SystemExit(code)
+    return it
 
 
 def find_program(name: str) -> Path:
@@ -296,7 +268,7 @@ class ProgramRun:
     def end_with(self, work: Callable[[], object]) -> int:
         """Do the work of the program and stop its robots; return its exit code. Errors of its own are printed."""
         code = DONE
-        with _interruptible():
+        with interruptible():
             try:
                 try:
                     work()
@@ -305,7 +277,7 @@ class ProgramRun:
                     with contextlib.suppress(OSError, ValueError):  # Python says it at its end
                         sys.stdout.flush()
             except SystemExit as ending:
-                code = _code_of(ending)
+                code = code_of(ending)
                 self.reason = "interrupt" if code > 128 else "error" if code else "done"
             except KeyboardInterrupt:
                 code, self.reason = INTERRUPTED, "interrupt"
@@ -325,7 +297,13 @@ class ProgramRun:
         """Run a program, or the behaviour that it only defines, whose options are then its command line."""
 
         def play_own(behaviour: Behaviour, options: Sequence[str]) -> None:
-            execute_own(f"elib run {path} --", with_options(behaviour, self.play), options, page=behaviour.doc)
+            kind = options_of(behaviour)
+
+            def command(*, own: Any = kind()) -> None:  # noqa: B008
+                self.play(behaviour, **given_in(own, behaviour))
+
+            command.__annotations__["own"] = Annotated[kind, Cli(name="*")]
+            execute_own(f"elib run {path} --", command, options, page=behaviour.doc)
 
         run_file(path, arguments, has_driven=lambda: bool(self.robots), play=play_own)
 
@@ -482,21 +460,6 @@ class ProgramRun:
                     os._exit(self.exit_code)
 
 
-@contextlib.contextmanager
-def _interruptible() -> Iterator[None]:
-    """Let Ctrl-C end the block also where it runs in the background of a shell, which ignores it."""
-    is_ignored = (
-        threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) == signal.SIG_IGN
-    )
-    if is_ignored:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        if is_ignored:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
 def own_name(path: Path, word: str) -> Path:
     """Return the file of one robot of several: ``run-WORD.mcap``."""
     word = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in word)
@@ -507,11 +470,3 @@ def _told(recorder: Recorder) -> str:
     """Return what a recording holds, and where."""
     state = "" if recorder.is_whole else "not whole: "
     return f"{state}{recorder.messages} messages, {recorder.size / 1000:.0f} KB in {recorder.path}"
-
-
-def _code_of(ending: SystemExit) -> int:
-    """Return the exit code of ``sys.exit(...)``, and print its text as Python does."""
-    if ending.code is None or isinstance(ending.code, int):
-        return ending.code or DONE
-    say(str(ending.code))
-    return FAILED

@@ -250,7 +250,7 @@ def draw_drive(
         ArgumentError: The file cannot be created.
         ElibError: The file cannot be written.
     """
-    floor, trails = _floor(robots)
+    floor, trails = floor_of(robots)
     first = robots[:1]
     distance = math.fsum(robot.distance for robot in robots) if robots else math.nan
     draw_report(
@@ -313,7 +313,7 @@ def _recorded_floor(recording: Recording) -> tuple[Snapshot | None, list[list[Po
     return dataclasses.replace(snapshot, robots=robots, time=path[-1].time), [path]
 
 
-def _floor(robots: Sequence[RobotReport]) -> tuple[Snapshot | None, list[list[Pose]]]:
+def floor_of(robots: Sequence[RobotReport]) -> tuple[Snapshot | None, list[list[Pose]]]:
     """Return the surroundings as they are now, and each robot's path in them; None without a robot."""
     if not robots:
         return None, []

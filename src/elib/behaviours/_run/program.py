@@ -9,6 +9,7 @@ import io
 import os
 import re
 import runpy
+import signal
 import sys
 import sysconfig
 import threading
@@ -18,7 +19,9 @@ from traceback import StackSummary, TracebackException
 from types import ModuleType
 
 from elib.base.errors import ArgumentError
+from elib.base.exits import DONE, FAILED
 from elib.base.files import PACKAGE
+from elib.base.plaintext import plain
 from elib.base.timebase import LoopSpeed, new_loop
 from elib.behaviours import Behaviour, play
 from elib.robot import runner
@@ -88,6 +91,29 @@ def _run_defined(
         )
     elif inspect.iscoroutinefunction(main) and len(inspect.signature(main).parameters) == 1:
         runner.run(main, argv=arguments)
+
+
+@contextlib.contextmanager
+def interruptible() -> Iterator[None]:
+    """Let Ctrl-C end the block also where it runs in the background of a shell, which ignores it."""
+    is_ignored = (
+        threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+    )
+    if is_ignored:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        if is_ignored:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def code_of(ending: SystemExit) -> int:
+    """Return the exit code of ``sys.exit(...)``, and print its text as Python does."""
+    if ending.code is None or isinstance(ending.code, int):
+        return ending.code or DONE
+    print(plain(str(ending.code)), file=sys.stderr, flush=True)
+    return FAILED
 
 
 def own_traceback(error: BaseException) -> str:
