@@ -1,4 +1,4 @@
-"""``elib bench``: Table 5.1 for any robot."""
+"""``elib bench``: how long each command takes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import elib
 from elib.base.quantiles import quantile
 from elib.cli import bench as module
 from elib.cli import main
-from elib.cli.bench import DISTURBING, EXTRA, THESIS, USUAL_CAMERA, Report, Result, run, to_text
+from elib.cli.bench import DISTURBING, MEASURED, USUAL_CAMERA, Report, Result, run, to_text
 from elib.cli.terminal import LiveLine
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.profiles import PROFILES
@@ -41,7 +41,7 @@ def report_of(capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
 
 def test_the_json_has_this_shape(report_of: Callable[..., Any]) -> None:
     found = report_of("--count", "3", "--robot", FAST)
-    assert list(found) == ["robot", "firmware", "origin", "unit", "count", "source", "commands"]
+    assert list(found) == ["robot", "firmware", "origin", "unit", "count", "commands"]
     assert (found["firmware"], found["origin"], found["unit"], found["count"]) == (
         "asercom-1.2.2",
         "simulator",
@@ -49,21 +49,15 @@ def test_the_json_has_this_shape(report_of: Callable[..., Any]) -> None:
         3,
     )
     commands = found["commands"]
-    assert [each["command"] for each in commands] == [*THESIS, *EXTRA]
+    assert [each["command"] for each in commands] == [*MEASURED]
     for each in commands:
-        assert list(each) == ["command", "calls", "lost", "refused", *FIGURES, "skipped", "thesis"]
+        assert list(each) == ["command", "calls", "lost", "refused", *FIGURES, "skipped"]
         if each["skipped"]:
             assert each["calls"] == 0
             assert [each[name] for name in FIGURES] == [None] * 4
         else:
             assert (each["calls"], each["lost"], each["refused"]) == (3, 0, 0)
             assert all(each[name] >= 0 for name in FIGURES)
-    image = next(each for each in commands if each["command"] == "image")
-    assert image["thesis"] == {
-        "name": "GetImage",
-        "weak": {"mean": 307, "sd": 34},
-        "charged": {"mean": 312, "sd": 84},
-    }
 
 
 def test_the_figures_are_those_of_the_link(report_of: Callable[..., Any]) -> None:
@@ -76,15 +70,14 @@ def test_the_figures_are_those_of_the_link(report_of: Callable[..., Any]) -> Non
         assert mean(0.01, command) - mean(0.0, command) == pytest.approx(20, abs=0.5), command
 
 
-def test_the_thesis_measured_commands_that_exist() -> None:
-    assert set(THESIS) <= set(SPECS)
-    assert len(THESIS) == 22
-    assert set(DISTURBING) <= set(THESIS)
+def test_what_is_measured_are_commands_that_exist() -> None:
+    assert set(MEASURED) - {"sensors"} <= set(SPECS)
+    assert set(DISTURBING) <= set(MEASURED)
 
 
 def test_what_a_robot_does_not_have_is_said_with_the_reason(printed: Told) -> None:
     out = printed("bench", "--count", "1", "--all", "--robot", FAST + "&firmware=epuck2")
-    assert "reset               - epuck2 does not have it: the firmware takes R and does" in out
+    assert "  reset  epuck2 does not have it: the firmware takes R and does" in out
 
 
 @pytest.mark.parametrize("firmware", sorted(PROFILES))
@@ -93,7 +86,7 @@ def test_the_table_fits_80_columns(firmware: str, capsys: pytest.CaptureFixture[
     out, err = capsys.readouterr()
     assert err == ""
     assert [line for line in out.splitlines() if len(line) > 80] == []
-    assert all(f"\n{name} " in out for name in (*THESIS, *EXTRA))
+    assert all(f"{name} " in out for name in MEASURED)
     assert "These are figures of a simulation." in out
 
 
@@ -199,7 +192,10 @@ def test_figures_are_mean_sample_deviation_and_nearest_rank() -> None:
     assert (one.figures["mean"], one.figures["p99"]) == (0.002, 0.002)
     assert math.isnan(one.figures["sd"])
     none = Result("speed", (), lost=3)
-    text = to_text(Report("sim://", 3, "btcom-2.0", "robot", [one, none]), 80)
-    assert "speed                   2.0       -     2.0     2.0     0" in text
-    assert "speed                     -       -       -       -     3" in text
+    text = to_text(Report("sim://", 3, "btcom-2.0", "robot", [one, none]))
+    assert [line.split() for line in text.splitlines()[2:5]] == [
+        ["command", "mean", "sd", "p50", "p99", "lost"],
+        ["speed", "2.0", "-", "2.0", "2.0", "0"],
+        ["speed", "-", "-", "-", "-", "3"],
+    ]
     assert "simulation" not in text
