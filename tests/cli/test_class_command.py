@@ -19,8 +19,8 @@ from elib_process import PATIENCE, Running, Told, started
 import elib
 from elib.base.files import WORLDS
 from elib.cli import main
-from elib.cli.classroom import LETTERS, Student, sheet
 from elib.cli.simulate import with_optional_link
+from elib.panel.server.classroom import LETTERS, Student, sheet
 from elib.simulator.emulator.loopback import reachable
 from elib.simulator.emulator.server import Served
 from shared import needs_page, wait_until

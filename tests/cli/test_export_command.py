@@ -137,7 +137,7 @@ def test_a_long_recording_does_not_fill_the_memory(tmp_path: Path) -> None:
     file.finish()
     code = (
         "import resource, sys\n"
-        "from elib.cli.export import export; from elib import read_recording; from pathlib import Path\n"
+        "from elib.records.export import export; from elib import read_recording; from pathlib import Path\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "done = export(read_recording(sys.argv[1]), Path(sys.argv[2]), 'csv')\n"
         "print(sum(done.rows.values()), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)\n"

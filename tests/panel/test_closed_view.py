@@ -20,9 +20,9 @@ from page_rig import Page, fetch, opened
 from websockets.exceptions import InvalidStatus
 
 import elib
-from elib.cli.classroom import Classroom, Student
 from elib.panel.panel import ALL, STUDENT, TEACHER, WORLD, Can, Panel
 from elib.panel.server import http
+from elib.panel.server.classroom import Classroom, Student
 from elib.panel.server.http import served
 from elib.panel.server.listening import listen
 from elib.panel.server.messages import MESSAGES

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from recordings import recorded
 
 import elib
-from elib.cli.export import export
 from elib.link.protocol.values import READING_TYPES, Role, describe
 from elib.records.encoding import fields_of
+from elib.records.export import export
 from elib.records.recorder import Recorder
 from elib.records.tables import FIXED, Tabulator, _Layout, arrays
 from lanes import few_and_many

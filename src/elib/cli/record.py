@@ -14,7 +14,6 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError
 from elib.base.plaintext import plain
 from elib.cli.arguments import AsJson, RobotUrl, Seconds
-from elib.cli.export import export
 from elib.cli.live import ENTER, beside, period_of, sensor_parts
 from elib.cli.readings import Json, print_json
 from elib.cli.report import link_rows
@@ -23,6 +22,7 @@ from elib.cli.watch import RATE, Names, Rate, chosen
 from elib.link.protocol.values import Proximity
 from elib.link.transport import speed_of
 from elib.records.et.formats import format_of
+from elib.records.export import export
 from elib.records.reader import Summary, read_recording, summary_of
 from elib.records.recorder import Recorder, check_new
 from elib.records.repair import repair

@@ -248,7 +248,8 @@ def _teach(
             f"--class does not go with {' and '.join(others)}", hint="start another elib simulate for that"
         )
     check_web()
-    from elib.cli.classroom import FIRST_ROBOT, PAGE, Classroom, listed, sheet  # a simulation alone starts faster
+    # A simulation alone starts faster.
+    from elib.panel.server.classroom import FIRST_ROBOT, PAGE, Classroom, listed, sheet
 
     classroom = Classroom(
         options.students,

@@ -1,4 +1,4 @@
-"""``elib record export``: the tables of a recording as CSV or Parquet, a file for each."""
+"""The tables of a recording as CSV or Parquet, a file for each."""
 
 from __future__ import annotations
 

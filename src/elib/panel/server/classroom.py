@@ -1,4 +1,4 @@
-"""``elib simulate --class``: a robot and a page to watch it for every student of a class, and one for the teacher."""
+"""A class: a robot and a page to watch it for every student, and a page of all for the teacher."""
 
 from __future__ import annotations
 
