@@ -85,6 +85,8 @@ export type Asked = {
   choose_controller: { number: number | null };
   /** Save the world of a channel, as it is now, as a world file of the folder. */
   save_world: { name: string; about?: string; channel?: number };
+  /** Let the world of a channel go on from a moment of its last minute, s; its robots of this panel are stopped first. */
+  go_back: { time: number; channel?: number };
   /** Lift a robot and put it down elsewhere; its wheels go on turning. */
   move_robot: { robot: number | string; x: number; y: number; heading?: number | null; channel?: number };
   /** Put a box down elsewhere. */
@@ -200,6 +202,7 @@ export type Answered = {
   pause_playback: null;
   choose_controller: null;
   save_world: SavedWorld;
+  go_back: null;
   move_robot: null;
   move_box: null;
   move_cylinder: null;

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import math
+import re
 from collections.abc import AsyncIterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 import pytest_asyncio
 
-from elib.base.errors import ArgumentError, LinkClosed, RobotSilent
+from elib.base.errors import ArgumentError, LinkClosed, LinkLost, RobotSilent
 from elib.base.timebase import SimulatedLoop
 from elib.panel import lifecycle
 from elib.panel.panel import MAX_NAME, MAX_ROBOTS, MAX_URL, Panel
 from elib.panel.recents import RecentRobots
 from elib.panel.slot import Phase, Slot
 from elib.records.reader import read_recording
+from elib.simulator.emulator import past
+from elib.simulator.emulator.control import Control
+from elib.simulator.physics import Scene, World
 from shared import until
 
 # clock: simulated
@@ -322,3 +328,96 @@ def test_a_panel_that_closes_lets_a_paused_world_go_on_so_that_its_robot_confirm
         assert await panel.close() == []
 
     asyncio.run(story())
+
+
+def look(control: Control) -> float:
+    """Keep the world of now, as a page does that looks at it, and return its time, s."""
+    found = control.snapshot().time
+    assert control.simulation.past.keep(control.world, -1.0)
+    return found
+
+
+def place(control: Control) -> tuple[float, float, float]:
+    pose = control.snapshot().robots[0].pose
+    return pose.x, pose.y, pose.heading
+
+
+async def test_a_world_goes_back_when_its_robots_stand_and_nothing_sent_before_moves_them_after(panel: Panel) -> None:
+    one, two, elsewhere = await connected(panel, f"{SIM}&robots=2&robot=1", f"{SIM}&robots=2&robot=2", f"{SIM}&seed=3")
+    control = one.control
+    assert control
+    one.drive.steer("page-1", 1, 0.5)
+    elsewhere.drive.steer("page-1", 1, 1)
+    two.runner.start("avoid", {"cruise": 0.5})
+    await until(lambda: two.drive.may_move)
+    await asyncio.sleep(0.1)
+    time, was = look(control), control.snapshot()
+    for _ in range(10):
+        await asyncio.sleep(0.1)
+        one.drive.steer("page-1", 1, 0.5)
+        elsewhere.drive.beat("page-1")
+    assert control.world.pose(0).x != pytest.approx(was.robots[0].pose.x, abs=0.01)
+    one.drive.steer("page-1", -1, 1)  # not sent yet
+    await panel.go_back(control, time)
+    for _ in range(5):
+        one.drive.steer("page-1", 1, 0.5)  # a stick that is still held: it has to be let go first
+        elsewhere.drive.beat("page-1")
+        assert control.world.wheel_speeds(0) == control.world.wheel_speeds(1) == (0, 0)
+        for now, before in zip(control.snapshot().robots, was.robots, strict=True):
+            assert now.pose == before.pose
+        await asyncio.sleep(0.1)
+    assert not two.runner.is_active
+    assert elsewhere.drive.may_move
+
+
+async def test_a_world_whose_robot_does_not_confirm_that_it_stands_does_not_go_back(panel: Panel) -> None:
+    (slot,) = await connected(panel, SIM)
+    assert slot.control
+    time = look(slot.control)
+    slot.drive.steer("page-1", 1, 1)
+    await asyncio.sleep(0.2)
+    slot.control.set_faults(0, loss=1.0)
+    before = place(slot.control)
+    with pytest.raises(LinkLost, match=f"did not go back: {re.escape(SIM)} did not confirm that it stands"):
+        await panel.go_back(slot.control, time)
+    assert place(slot.control)[0] >= before[0]
+    with pytest.raises(ArgumentError, match="does not know how it was"):
+        await panel.go_back(slot.control, time - 1)
+
+
+def test_a_paused_world_goes_back_and_is_paused_as_before() -> None:
+    async def story() -> None:  # simulated time cannot be paused
+        panel = Panel()
+        (slot,) = await connected(panel, "sim://square")
+        assert slot.control
+        time, was = look(slot.control), place(slot.control)
+        await slot.robot.set_speed(0.3, 0.3)
+        await until(lambda: slot.control and place(slot.control)[0] > was[0] + 0.01)
+        slot.control.pause()
+        await panel.go_back(slot.control, time)
+        assert slot.control.simulation.clock.is_paused
+        assert place(slot.control) == was
+        assert slot.control.world.wheel_speeds(0) == (0, 0)
+        await panel.close()
+
+    asyncio.run(story())
+
+
+async def test_a_world_keeps_a_minute_and_of_many_robots_fewer_moments(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(past, "MAX_KEPT", 1200)
+    for robots, gap in ((1, 1 / 16), (20, 1.0)):
+        world, kept, times = World(Scene(2, 2), robots=robots), past.Past(), [-math.inf]
+        for _ in range(100 * 16):
+            world.run(4)
+            if kept.keep(world, times[-1]):
+                times.append(world.time)
+        assert min(later - time for time, later in pairwise(times)) == pytest.approx(gap)
+        assert kept.at(41).time == pytest.approx(41, abs=gap)
+        with pytest.raises(ArgumentError, match=r"does not know how it was at 39\.0 s"):
+            kept.at(39)
+        assert len(kept._moments) * robots <= 1200
+    world.reset()
+    assert kept.keep(world, times[-1])
+    with pytest.raises(ArgumentError) as refused:
+        kept.at(41)
+    assert refused.value.hint == "it knows 0.0 to 0.0 s"

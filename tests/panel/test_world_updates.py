@@ -4,6 +4,7 @@ import asyncio
 import base64
 import json
 from collections.abc import AsyncIterator
+from dataclasses import replace
 
 import pytest
 
@@ -191,6 +192,63 @@ async def test_boxes_and_walls_come_and_go_on_every_page(rig, page):
         assert (await page.ask("remove_wall", wall=0))["ok"]
         assert len((await other.hear("change"))["walls"]) == 1
     assert "there is no wall 5" in (await page.ask("remove_wall", wall=5))["error"]["message"]
+
+
+async def test_a_world_goes_back_to_a_frame_that_a_page_was_sent_and_every_page_sees_it(rig, page):
+    await page.scene()
+    async with opened(rig) as other:
+        await other.scene()
+        seen = await page.frame()
+        assert seen.is_kept
+        was = rig.control.world.moment()
+        rig.control.move_robot(0, 0.3, 0.15, 2.0)
+        rig.control.move_cylinder(0, 0.25, 0.6)
+        rig.control.set_light(0, intensity=4)
+        rig.control.set_ambient(777)
+        rig.control.remove_box(0)
+        rig.control.add_box(0.5, 0.7, width=0.05)  # as many as before, but another one
+        rig.control.add_wall(0.9, 0.6, 1.1, 0.6)
+        async with asyncio.timeout(PATIENCE):
+            while len((await other.hear("change")).get("walls", ())) != 2:
+                pass
+        assert (await page.ask("go_back", time=seen.time)) == {"type": "answer", "id": 1, "ok": True, "result": None}
+        assert replace(rig.control.world.moment(), time=was.time) == was
+        told = {}
+        async with asyncio.timeout(PATIENCE):
+            while not {"all_boxes", "walls", "cylinders", "lights", "ambient"} <= set(told):
+                told |= await other.hear("change")
+        assert [(box["x"], box["width"]) for box in told["all_boxes"]] == [(1.0, 0.12)]
+        assert (len(told["walls"]), told["cylinders"]) == (1, [[0, 0.2, 0.6]])
+        assert (await other.frame()).poses[0] == pytest.approx(seen.poses[0])
+        assert rig.control.world.time > seen.time
+
+
+async def test_a_moment_that_the_world_does_not_know_is_refused_with_those_that_it_does(rig, page):
+    await page.scene()
+    first = await page.frame()
+    rig.control.move_box(0, 0.9, 0.25)
+    was = rig.control.world.moment()
+    for time in (first.time - 0.1, first.time + 1e6):
+        refused = (await page.ask("go_back", time=max(0, time)))["error"]
+        assert refused["message"] == f"the world does not know how it was at {max(0, time):.1f} s"
+        assert refused["hint"].startswith(f"it knows {first.time:.1f} to ")
+    assert (await page.ask("go_back", time=first.time, channel=7))["error"][
+        "message"
+    ] == "there is no virtual world here"
+    assert rig.control.world.moment().boxes == was.boxes
+
+
+async def test_robots_of_other_programs_drive_on_from_where_they_are_put_back(rig, page):
+    robot = await open_transport(rig.robots[0].url)
+    await robot.write(b"D,500,500\r")
+    first = await page.frame()
+    async with asyncio.timeout(PATIENCE):
+        while (await page.frame()).poses[0][0] < first.poses[0][0] + 0.01:
+            pass
+    wheels = rig.control.world.wheel_speeds(0)
+    assert (await page.ask("go_back", time=first.time))["ok"]
+    assert rig.control.world.wheel_speeds(0) == wheels != (0, 0)
+    await robot.close()
 
 
 async def test_a_paused_world_stands_still_and_every_page_says_so(rig, page):

@@ -99,6 +99,7 @@ class Frame:
     rays: list[tuple[float, ...]]
     bits: bytes
     rings: list[bytes]
+    is_kept: bool
 
     @classmethod
     def parse(cls, data: bytes) -> Frame:
@@ -112,7 +113,7 @@ class Frame:
         at += count
         rings = [data[at + 24 * k : at + 24 * k + 24] for k in range(count)]
         assert len(data) == at + 24 * count
-        return cls(number, channel, time, poses, rays, bits, rings)
+        return cls(number, channel, time, poses, rays, bits, rings, flags & 2 != 0)
 
 
 class Page:

@@ -1,8 +1,13 @@
 """Changes by hand while the world runs: things are moved, lamps are dimmed, and a place without room is refused."""
 
+import contextlib
+import copy
 import math
+from dataclasses import replace
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from world_rig import IDEAL, ray_lengths
 
 from elib.base.errors import ArgumentError
@@ -201,3 +206,62 @@ def test_a_world_with_another_box_begins_again_with_it(world):
     world.reset()
     assert world.snapshot().boxes[2].x == 0.5
     assert world.hash() == World(world.scene).hash()
+
+
+ACTS = (
+    lambda world, at: world.move_robot(1, Pose(0.1 + 0.8 * at, 0.12, 6 * at)),
+    lambda world, at: world.move_box(0, Pose(0.65 + 0.2 * at, 0.4, at)),
+    lambda world, at: world.move_box(len(world.snapshot().boxes) - 1, Pose(0.6, 0.4 + 0.2 * at)),
+    lambda world, at: world.move_cylinder(0, 0.15, 0.4 + 0.2 * at),
+    lambda world, at: world.move_cylinder(1, 0.75, 0.7 + 0.2 * at),
+    lambda world, at: world.add_box(Box(0.5 + at / 3, 0.95, 0.05, 0.05, at, is_pushable=at < 0.5)),
+    lambda world, at: world.remove_box(int(at * len(world.snapshot().boxes))),
+    lambda world, at: world.add_wall(Wall(0.45, 0.4, 0.6, 0.5 + at / 3)),
+    lambda world, at: world.remove_wall(0),
+    lambda world, at: world.set_light(0, Light(at, 0.5, intensity=3 * at)),
+    lambda world, at: world.set_sound(0, Sound(0.5, at, volume=2000 * at)),
+    lambda world, at: world.set_ambient(4000 * at),
+    lambda world, at: world.set_wheel_speeds(0, 0.1 * at, 0.13),
+    lambda world, at: world.run(int(100 * at)),
+)
+
+
+@given(data=st.data())
+@settings(max_examples=60, deadline=None)
+@pytest.mark.parametrize("engine", ["interpreted", pytest.param("compiled", marks=pytest.mark.long)])
+def test_whatever_happened_since_a_world_that_goes_back_is_to_the_last_bit_what_it_was(engine, data):
+    world = World(SCENE, engine=engine)
+    world.set_wheel_speeds(0, 0.12, 0.1)
+
+    def happen():
+        for act, at in data.draw(st.lists(st.tuples(st.sampled_from(ACTS), st.floats(0, 1)), max_size=8)):
+            with contextlib.suppress(ArgumentError):  # there is no room, or no such thing any more
+                act(world, at)
+
+    def seen():
+        robots = [(robot.pose, robot.radius) for robot in world.snapshot().robots]
+        return replace(world.snapshot(), tick=0, time=0.0, robots=()), robots, world.ambient, world.scene
+
+    happen()
+    moment, before = world.moment(), seen()
+    others = copy.deepcopy(world)
+    happen()
+    now = world.time, [world.encoders(robot) for robot in range(2)]
+    world.go_back(moment)
+    assert seen() == before
+    assert (world.time, [world.encoders(robot) for robot in range(2)]) == now
+    for each in (world, others):
+        for robot in range(2):
+            each.set_wheel_speeds(robot, 0.0, 0.0)
+        each.run(1)
+    assert [(ball.x, ball.y) for ball in world.snapshot().cylinders] == [
+        (ball.x, ball.y) for ball in others.snapshot().cylinders
+    ]  # what rolled rolls on
+
+
+def test_a_moment_of_another_world_is_refused_and_changes_nothing(world):
+    other = World(replace(SCENE, width=2.0))
+    before = other.hash()
+    with pytest.raises(ArgumentError, match="a moment of another world"):
+        other.go_back(world.moment())
+    assert other.hash() == before

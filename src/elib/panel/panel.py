@@ -314,6 +314,39 @@ class Panel:
             if slot.is_connected:
                 slot.stop()
 
+    async def go_back(self, control: Control, time: float) -> None:
+        """Let a world go on from a moment of its last minute, once all its robots of this panel are stopped.
+
+        What drives these robots ends; the wheels of robots that other programs have go on turning.
+
+        Raises:
+            ArgumentError: The world does not know that moment, or shows a study; nothing was done.
+            LinkLost: A robot did not confirm that it stands; it was stopped, and the world is as it was.
+        """
+        if self.study is not None:
+            raise ArgumentError("the world of a study does not go back", hint="choose a generation to see it again")
+        simulation = control.simulation
+        moment, is_paused = simulation.past.at(time), simulation.clock.is_paused
+        slots = [each for each in self._slots.values() if each.control and each.control.simulation is simulation]
+        control.resume()  # in a paused world no robot could confirm anything
+        try:
+            for slot in slots:
+                slot.stop()
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(PARTING):
+                    for slot in slots:
+                        await slot.drive.wait_until_stopped()
+        finally:
+            if is_paused:
+                control.pause()
+        moving = [slot.name for slot in slots if slot.drive.may_move]
+        if moving:
+            raise LinkLost(
+                f"the world did not go back: {', '.join(moving)} did not confirm that it stands",
+                hint="let its link and the speed of the world be as usual, and try again",
+            )
+        control.world.go_back(moment)
+
     async def close(self) -> list[str]:
         """Stop and disconnect every robot at once, within a bound; return the names of those that may still move."""
         slots = [*self._slots.values(), *self._parting]

@@ -372,6 +372,15 @@ def save_world(page: Page, name: Name, about: Text = "", channel: Channel = 0) -
     return SavedWorld(path.name, f"sim://{path}")
 
 
+@request("edit")
+def go_back(page: Page, time: Annotated[float, Meta(ge=0, le=1e9)], channel: Channel = 0) -> Awaitable[None]:
+    """Let the world of a channel go on from a moment of its last minute, s; its robots of this panel are stopped first.
+
+    Robots, things, lamps, sounds and the room's light are put back; time, counters, batteries and programs are not.
+    """
+    return page.panel.go_back(page.control(channel), time)
+
+
 def _order(name: str) -> type[Message]:
     """Return the class of the messages that give an order to the world of a channel."""
 

@@ -1,9 +1,9 @@
 """What a page is told of a virtual world: the scene once, then frames of what moves, and what else has changed.
 
-A frame is little-endian binary: number (uint32), flags (uint32, 1: with rays), simulated time (float64, s), robots
-(uint32), channel (uint32, as the page chose it); then x, y, heading of every robot (float32, m and rad); with rays
-start, end (m) and strength of eight of each robot (40 float32); a byte of bits each (1 touching, 2 body light, 4 front
-LED, 8 link cut); and 24 bytes each of the ring's colours. The rest is JSON.
+A frame is little-endian binary: number (uint32), flags (uint32, 1: with rays, 2: the world can go back to it),
+simulated time (float64, s), robots (uint32), channel (uint32, as the page chose it); then x, y, heading of every robot
+(float32, m and rad); with rays start, end (m) and strength of eight of each robot (40 float32); a byte of bits each (1
+touching, 2 body light, 4 front LED, 8 link cut); and 24 bytes each of the ring's colours. The rest is JSON.
 
 Frames are made only while a page looks, from an immutable snapshot.
 """
@@ -11,6 +11,7 @@ Frames are made only while a page looks, from an immutable snapshot.
 from __future__ import annotations
 
 import base64
+import math
 import struct
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -32,7 +33,7 @@ from elib.simulator.physics.fittings import FLOOR_COLOUR
 from elib.simulator.physics.floor import packed
 
 HEADER = struct.Struct("<IIdII")
-RAYS = 1
+RAYS, KEPT = 1, 2
 TOUCHING, BODY, FRONT, CUT = 1, 2, 4, 8
 RATE = 25.0
 """Frames a second of the wall clock, at most."""
@@ -164,6 +165,7 @@ class WorldStream(Stream):
         self._seen: Snapshot | None = None
         self._said: tuple[float, Clock] | None = None
         self._number = 0
+        self._kept = -math.inf  # when the world last kept a moment for this page
         super().__init__(page, wish)
 
     @property
@@ -175,7 +177,7 @@ class WorldStream(Stream):
         control, wish = self.control, self.wish
         simulation = None if control is None else control.simulation
         if simulation is not self._simulation:
-            self._simulation, self._seen = simulation, None
+            self._simulation, self._seen, self._kept = simulation, None, -math.inf
             self._sent.clear()
             if control is None:
                 yield NewScene(wish.channel, None)
@@ -184,7 +186,12 @@ class WorldStream(Stream):
         self._number += 1
         self._sent.append(self._number)
         snapshot = control.snapshot(beams=wish.rays)
-        packed_frame = frame(snapshot, self._number, control.is_cut, rays=wish.rays, channel=wish.channel)
+        is_kept = control.simulation.past.keep(control.world, self._kept)
+        if is_kept:
+            self._kept = snapshot.time
+        packed_frame = frame(
+            snapshot, self._number, control.is_cut, rays=wish.rays, channel=wish.channel, is_kept=is_kept
+        )
         seen, self._seen = self._seen, snapshot
         said, self._said = self._said, (control.ambient, clock(control))
         if seen is None or said is None:
@@ -257,7 +264,15 @@ def scene(control: Control, snapshot: Snapshot, own: int | None) -> Scene:
     )
 
 
-def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, rays: bool, channel: int = 0) -> bytes:
+def frame(
+    snapshot: Snapshot,
+    number: int,
+    is_cut: Callable[[int], bool],
+    *,
+    rays: bool,
+    channel: int = 0,
+    is_kept: bool = False,
+) -> bytes:
     """Return what moves, packed.
 
     Args:
@@ -266,11 +281,12 @@ def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, ray
         is_cut: Tells of a robot's index whether its link is cut.
         rays: Whether to show the rays of the infrared sensors.
         channel: The page's own number for the world.
+        is_kept: Whether the world can go back to this moment.
     """
     robots = snapshot.robots
     has_rays = rays and bool(robots)
     parts = [
-        HEADER.pack(number & 0xFFFFFFFF, RAYS if has_rays else 0, snapshot.time, len(robots), channel),
+        HEADER.pack(number & 0xFFFFFFFF, has_rays * RAYS | is_kept * KEPT, snapshot.time, len(robots), channel),
         _floats([value for robot in robots for value in (robot.pose.x, robot.pose.y, robot.pose.heading)]),
     ]
     if has_rays:
@@ -284,12 +300,17 @@ def frame(snapshot: Snapshot, number: int, is_cut: Callable[[int], bool], *, ray
 def change(old: Snapshot, new: Snapshot, channel: int = 0) -> Change:
     """Return what stands elsewhere or shines otherwise than before.
 
-    ``boxes`` has those that moved, ``all_boxes`` and ``walls`` have all of them after one was added or removed.
+    ``boxes`` has those that moved, ``all_boxes`` and ``walls`` have all of them after one was added or removed, or the
+    world went back to when there were others.
     """
     found = Change(channel)
     if old.walls != new.walls:
         found.walls = _walls(new)
-    if len(old.boxes) != len(new.boxes):
+    boxes = zip(old.boxes, new.boxes, strict=False)
+    if len(old.boxes) != len(new.boxes) or any(
+        before is not after and replace(before, x=after.x, y=after.y, angle=after.angle) != after
+        for before, after in boxes
+    ):
         found.all_boxes = [_box(box) for box in new.boxes]
         old = replace(old, boxes=new.boxes)
     found.boxes = [(at, box.x, box.y, box.angle) for at, box in _moved(old.boxes, new.boxes)] or UNSET

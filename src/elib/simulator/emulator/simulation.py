@@ -23,6 +23,7 @@ from elib.simulator.emulator.firmware import WIFI_FIRMWARES, firmware_named
 from elib.simulator.emulator.fixed_hardware import FixedHardware
 from elib.simulator.emulator.hardware import Hardware
 from elib.simulator.emulator.link import Link
+from elib.simulator.emulator.past import Past
 from elib.simulator.emulator.robotprofile import RobotProfile
 from elib.simulator.emulator.robotprofile import load as load_profile
 from elib.simulator.emulator.settings import SimulationSettings
@@ -131,6 +132,7 @@ class Simulation:
         clock: The time of its world; it is the loop's until somebody pauses it or changes its speed.
         origin: Time of that clock when the simulation began, s.
         world: The world, or None where a file of constant readings replaces it.
+        past: Its last minute, as far as somebody looked.
         count: How many robots there are.
         names: Names of all robots, in order.
         robots: Robots that have an emulator and a link, by index from 0.
@@ -162,6 +164,7 @@ class Simulation:
         self.waiting: dict[int, Waiting] = {}
         self.count = settings.robots or 1
         self.world: World | None = None
+        self.past = Past()
         self.robots: dict[int, VirtualRobot] = {}
         if settings.hardware is None:
             scene = scene or Scene.load(settings.world, robots=settings.robots)

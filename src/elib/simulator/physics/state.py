@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any
 
@@ -11,8 +11,10 @@ from elib.base.pose import Pose
 from elib.simulator.physics import assembly, profiles, records
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.engine import Engine, engine_named
+from elib.simulator.physics.fittings import Light, Sound
 from elib.simulator.physics.floor import Floor
 from elib.simulator.physics.geometry import Box, Cylinder, Wall, unit
+from elib.simulator.physics.motion import STEPS_PER_METRE
 from elib.simulator.physics.neighbours import list_near
 from elib.simulator.physics.noise import seed_key
 from elib.simulator.physics.pushing import follow
@@ -20,7 +22,38 @@ from elib.simulator.physics.records import Records
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.sensors.proximity import forget
 from elib.simulator.physics.simulation import advance
-from elib.simulator.physics.spawning import spawn
+from elib.simulator.physics.spawning import spawn, stand
+
+PLACE = "x", "y", "heading_x", "heading_y"
+"""Where a robot or a thing stands, to the last bit, which an angle does not keep."""
+MOTION = *PLACE, "speed_x", "speed_y", "spin"
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """What a world was at one moment: :meth:`~elib.simulator.physics.world.World.go_back` makes it so again.
+
+    Attributes:
+        time: When it was, s since the start.
+        scene: With the walls and the boxes that there were.
+        boxes: As they were laid out.
+        cylinders: The same.
+        lights: Lamps.
+        sounds: Sources of sound.
+        ambient: The room's light, counts.
+        robots: Where each robot stood.
+        things: Where each pushable thing was, and how it moved.
+    """
+
+    time: float
+    scene: Scene
+    boxes: tuple[Box, ...]
+    cylinders: tuple[Cylinder, ...]
+    lights: tuple[Light, ...]
+    sounds: tuple[Sound, ...]
+    ambient: float
+    robots: list[tuple[float, ...]]
+    things: list[tuple[float, ...]]
 
 
 class State:
@@ -130,47 +163,84 @@ class State:
         """Run *ticks* ticks without sensing and without a controller."""
         self.engine.ready(advance)(self.world, ticks)
 
+    def moment(self) -> Moment:
+        """Return what the world is now."""
+        world, setting = self.world, self.world.setting[0]
+        return Moment(
+            float(setting.tick * setting.step),
+            self.scene,
+            tuple(self.boxes),
+            tuple(self.cylinders),
+            tuple(self.lights),
+            tuple(self.sounds),
+            float(setting.ambient),
+            [_values(robot, PLACE) for robot in world.robots],
+            self._motions(),
+        )
+
+    def go_back(self, moment: Moment) -> None:
+        """Make the world what it was at a moment; its time, and what is inside of the robots, goes on."""
+        self.scene = moment.scene
+        self.boxes, self.cylinders = list(moment.boxes), list(moment.cylinders)
+        self.lights, self.sounds = list(moment.lights), list(moment.sounds)
+        for robot, place in zip(self.world.robots, moment.robots, strict=True):
+            stand(robot, *place)
+            # What the wheels have rolled within this tick is counted, but moves the robot no more.
+            robot.left_steps += robot.left_travel * STEPS_PER_METRE
+            robot.right_steps += robot.right_travel * STEPS_PER_METRE
+            robot.left_travel = robot.right_travel = 0.0
+        self._lay_out(moment.things)
+        self.world.setting[0].ambient = moment.ambient
+        self.relight()
+
     def rebuild(self) -> None:
         """Lay the solids out again after a fixed one was moved; pushable ones stay where they are."""
-        self.boxes = [self.box(k) for k in range(len(self.boxes))]
-        self._lay_out(self.world.things)
+        self._follow_things()
+        self._lay_out(self._motions())
 
     def add_box(self, box: Box) -> None:
         """Put a box into the world, the last one of its scene."""
-        before = list(self.world.things)
+        things = self._motions()
         if box.is_pushable:  # Boxes come before cylinders.
-            before.insert(sum(k >= 0 for k in self.solids.box_things), assembly.thing_record(box))
-        self.boxes = [*(self.box(k) for k in range(len(self.boxes))), box]
+            things.insert(sum(k >= 0 for k in self.solids.box_things), _values(assembly.thing_record(box), MOTION))
+        self._follow_things()
+        self.boxes.append(box)
         self.scene = replace(self.scene, boxes=(*self.scene.boxes, box))
-        self._lay_out(before)
+        self._lay_out(things)
 
     def remove_box(self, index: int) -> None:
         """Take a box out of the world; those behind it in the scene move up."""
-        before, gone = list(self.world.things), self.solids.box_things[index]
+        things, gone = self._motions(), self.solids.box_things[index]
         if gone >= 0:
-            del before[gone]
-        self.boxes = [self.box(k) for k in range(len(self.boxes)) if k != index]
+            del things[gone]
+        self._follow_things()
+        del self.boxes[index]
         boxes = self.scene.boxes
         self.scene = replace(self.scene, boxes=boxes[:index] + boxes[index + 1 :])
-        self._lay_out(before)
+        self._lay_out(things)
 
     def set_walls(self, walls: tuple[Wall, ...]) -> None:
         """Replace all interior walls."""
-        self.boxes = [self.box(k) for k in range(len(self.boxes))]
         self.scene = replace(self.scene, walls=walls)
-        self._lay_out(self.world.things)
+        self.rebuild()
 
-    def _lay_out(self, things: Sequence[Any]) -> None:
+    def _follow_things(self) -> None:
+        """Note where the things that can be pushed are now, before all are laid out again."""
+        self.boxes = [self.box(k) for k in range(len(self.boxes))]
+        self.cylinders = [self.cylinder(k) for k in range(len(self.cylinders))]
+
+    def _motions(self) -> list[tuple[float, ...]]:
+        return [_values(thing, MOTION) for thing in self.world.things]
+
+    def _lay_out(self, things: Sequence[tuple[float, ...]]) -> None:
         """Lay the solids out again; *things* say where the pushable ones are and how they move."""
         before = self.world
-        self.cylinders = [self.cylinder(k) for k in range(len(self.cylinders))]
         self.world = before._replace(**self._solid_rows(len(before.robots)))
         setting = self.world.setting[0]
         setting.tick, setting.ambient = before.setting[0].tick, before.setting[0].ambient
-        for k, old in enumerate(things):  # To the last bit, which an angle does not keep.
-            new = self.world.things[k]
-            for name in ("x", "y", "heading_x", "heading_y", "speed_x", "speed_y", "spin"):
-                setattr(new, name, getattr(old, name))
+        for k, motion in enumerate(things):
+            for name, value in zip(MOTION, motion, strict=True):
+                setattr(self.world.things[k], name, value)
             follow(self.world, k)
         self.list_near()
 
@@ -203,6 +273,10 @@ class State:
         thing = self.solids.cylinder_things[index]
         cylinder = self.cylinders[index]
         return cylinder if thing < 0 else assembly.moved_cylinder(cylinder, self.world.things[thing])
+
+
+def _values(record: object, names: tuple[str, ...]) -> tuple[float, ...]:
+    return tuple(float(getattr(record, name)) for name in names)
 
 
 def _fixed(solids: Sequence[Box] | Sequence[Cylinder]) -> list[Box | Cylinder]:

@@ -11,6 +11,7 @@ import contextlib
 import copy
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from elib.base.body import METRES_PER_STEP, step_rate
@@ -33,7 +34,7 @@ from elib.simulator.physics.senses import Senses
 from elib.simulator.physics.sensors import chosen
 from elib.simulator.physics.simulation import law_of, steer
 from elib.simulator.physics.snapshot import Lamps
-from elib.simulator.physics.state import State
+from elib.simulator.physics.state import Moment, State
 from elib.simulator.physics.worldreading import ReadableWorld, checked
 
 WANTED = Number(unit="steps/s")
@@ -456,6 +457,25 @@ class World(ReadableWorld):
         """Set what an infrared sensor reads in the room's own light, 0..4095 counts, higher is darker."""
         self._state.world.setting[0].ambient = rule_of(EpuckModel, "ambient").require(counts, "the room's light")
         self._state.forget()
+
+    def moment(self) -> Moment:
+        """Return what the world is now, for :meth:`go_back`."""
+        return self._state.moment()
+
+    def go_back(self, moment: Moment) -> None:
+        """Make this world what it was: robots, boxes, walls, cylinders, lamps, sounds and the room's light.
+
+        Things that can be pushed move on as they did. The time, what wheels and sensors of the robots have counted,
+        and what the robots show go on from now; their wheels go on turning.
+
+        Raises:
+            ArgumentError: It is a moment of another world.
+        """
+        then, now = (replace(scene, walls=(), boxes=()) for scene in (moment.scene, self.scene))
+        if then != now or len(moment.robots) != self.robots:
+            raise ArgumentError("this is a moment of another world", hint="keep moment() of the world that goes back")
+        self._state.go_back(moment)
+        self.scene = moment.scene
 
     def __copy__(self) -> World:
         # Two worlds that share their robots, but not the tick, are of no use.
