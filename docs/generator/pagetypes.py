@@ -11,7 +11,7 @@ from msgspec import inspect as types
 from elib.base.plaintext import summary
 from elib.panel.server.conversation import Answer, Failure
 from elib.panel.server.messages import MESSAGES, TOLD
-from elib.panel.server.world import BODY, CUT, FRONT, HEADER, RAYS, TOUCHING
+from elib.panel.server.world import BODY, CUT, FRONT, HEADER, KEPT, RAYS, TOUCHING
 
 PLAIN: Mapping[type[types.Type], str] = {
     types.IntType: "number",
@@ -88,8 +88,8 @@ def page() -> str:
     body.append("};\n\n/** What each request is answered with. */\nexport type Answered = {\n")
     body += [f"  {name}: {found.of(types.type_info(cls.answers))};\n" for name, cls in MESSAGES.items()]
     body.append("};\n")
-    frame = {"header": HEADER.size, "rays": RAYS, "touching": TOUCHING, "body": BODY, "front": FRONT, "cut": CUT}
-    body.append("\n/** A frame: bytes of its header, the flag that it has rays, and the bits of a robot. */\n")
+    frame = {"header": HEADER.size, "rays": RAYS, "kept": KEPT, "touching": TOUCHING, "body": BODY, "front": FRONT, "cut": CUT}
+    body.append("\n/** A frame: bytes of its header, the flags that it has rays and that the world can go back to it, and the bits of a robot. */\n")
     numbers = ", ".join(f"{name}: {value}" for name, value in frame.items())
     body.append(f"export const FRAME = {{ {numbers} }};\n")
     body.append("\n/** What the page is told without having asked. */\n")

@@ -227,8 +227,8 @@ export type Answered = {
   mend: null;
 };
 
-/** A frame: bytes of its header, the flag that it has rays, and the bits of a robot. */
-export const FRAME = { header: 24, rays: 1, touching: 1, body: 2, front: 4, cut: 8 };
+/** A frame: bytes of its header, the flags that it has rays and that the world can go back to it, and the bits of a robot. */
+export const FRAME = { header: 24, rays: 1, kept: 2, touching: 1, body: 2, front: 4, cut: 8 };
 
 /** What the page is told without having asked. */
 export type Told = Hello | Update | NewScene | Change | Readings | Error;
@@ -680,7 +680,7 @@ export type Lines = {
   lines: Line[];
 };
 
-/** Statistics of the link, s and counts, and the share of lost and refused commands. */
+/** Statistics of the link, s and counts, and the share of lost commands; JSON has null for what is not known. */
 export type LinkStats = {
   median: number | null;
   p99: number | null;

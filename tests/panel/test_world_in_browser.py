@@ -536,6 +536,48 @@ async def test_a_double_click_opens_the_page_of_a_robot_and_a_pause_loses_no_lin
         assert (await tab.run(f"{tick}.phase"), lines) == ("connected", [])
 
 
+async def test_the_last_minute_is_looked_at_while_the_robot_drives_and_the_world_goes_on_from_there(
+    tmp_path, open_page
+):
+    async with panel(tmp_path, "sim://arena") as url, visiting(open_page, url) as tab:
+        await tab.until("window.elib?.listed.value.length === 1")
+        await tab.run("location.hash = '#/robot/1'")
+        await shows_world(tab)
+        tick, pose = "elib.robots.get('1').tick.value", f"{WORLD}.pose({{ kind: 'robot', index: 0 }})"
+        line, past = named("time line of the last minute"), "document.querySelector('.world-past')?.textContent"
+        await tab.until(f"{tick}?.phase === 'connected' && {WORLD}.span.value[1] > 0")
+        (x, y, _), boxes = await tab.run(pose), await tab.run(f"{WORLD}.things.value.box.length")
+        gone = f"Math.hypot({pose}[0] - {x}, {pose}[1] - {y})"
+        await tab.key("w", "KeyW", kind="keyDown")
+        await tab.until(f"{gone} > 0.03")
+        await tab.run(f"elib.ask('add_box', {{ x: {x}, y: {y} - 0.15 }}).then(() => 0)")
+        await tab.until(f"{WORLD}.things.value.box.length === {boxes + 1}")
+        await tab.key("w", "KeyW", kind="keyUp")
+        assert await tab.run(f"!{past} && {line}.getAttribute('aria-valuetext')") == "now"
+
+        await tab.run(f"{line}.focus()")
+        await tab.key("Home", "Home")
+        await tab.until(f"{past}?.startsWith('Past: ') && {line}.getAttribute('aria-valuetext').endsWith(' s ago')")
+        assert await tab.run(f"{gone} < 0.001 && {WORLD}.things.value.box.length === {boxes}")
+        assert await tab.run("document.querySelector('[aria-label=\"Add a box\"]').disabled"), "the past is as it was"
+        await tab.key("ArrowRight", "ArrowRight")
+        assert await tab.run(f"{tick}.drive.left") == 0, "the arrows move the time line"
+        await tab.key("w", "KeyW", kind="keyDown")
+        await tab.until(f"!{past} && {gone} > 0.04 && {tick}.drive.left > 0")  # who drives sees where
+
+        await tab.key("Home", "Home")  # the key is still held
+        await tab.until(f"{past} && {gone} < 0.001")
+        await press(tab, "Go on from here")
+        await tab.until(f"!{past} && {gone} < 0.001")
+        time = await tab.run(f"{WORLD}.frame.value.time")
+        await tab.until(f"{WORLD}.frame.value.time > {time} + 1")
+        assert await tab.run(f"{gone}") < 0.001
+        assert await tab.run(f"[{tick}.drive.left, {tick}.drive.right, {tick}.drive.may_move]") == [0, 0, False]
+        assert await tab.run(f"{WORLD}.things.value.box.length") == boxes
+        assert "Not put back: " in await tab.run("document.querySelector('.world-said').textContent")
+        await tab.key("w", "KeyW", kind="keyUp")
+
+
 async def test_without_a_virtual_world_the_path_and_what_the_sensors_met_are_drawn(tmp_path, open_page):
     async with virtual_robot(tmp_path) as robot, panel(tmp_path, robot.url) as url, visiting(open_page, url) as tab:
         await tab.until("document.querySelector('.path')?.textContent.includes('x 0.000 m')")

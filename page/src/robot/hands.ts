@@ -5,7 +5,7 @@ import { effect, signal, untracked } from "@preact/signals";
 import { isBusy } from "../look/keys";
 import type { Tick } from "../messages";
 import { stop, stops } from "../stop";
-import { hello, type Robot } from "../store";
+import { hello, worldOf, type Robot } from "../store";
 
 export type Wheels = [left: number, right: number]; // shares of the limit, -1 to 1
 export type Stick = [right: number, ahead: number];
@@ -170,7 +170,10 @@ export class Hands {
     const [left, right] = hand ?? [0, 0];
     this.sent = performance.now();
     if (!hand) this.handOff = this.sent;
-    else if (!this.had) this.robot.tell("steer", { left: 0, right: 0 }); // a fresh hand: what was held at a stop is let go
+    else if (!this.had) {
+      this.robot.tell("steer", { left: 0, right: 0 }); // a fresh hand: what was held at a stop is let go
+      worldOf().lookAt(null); // who drives sees where
+    }
     this.had = hand !== null;
     this.robot.tell("steer", { left, right });
   }

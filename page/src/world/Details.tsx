@@ -7,7 +7,6 @@ import { FRAME, type LinkFaults, type Readings } from "../messages";
 import { Button } from "../look/Button";
 import { Check, Facts, Select } from "../look/fields";
 import { milliseconds, number } from "../look/text";
-import { can } from "../store";
 import type { Orders } from "./orders";
 import { degrees, type Order, type World } from "./scene";
 
@@ -65,7 +64,8 @@ export function Details({ world, orders, turn }: Props) {
   held.current ??= new Held(world, orders);
   const { kind, index = 0, key = "" } = world.selected.value ?? {},
     { light, sound } = world.things.value,
-    readings = world.readings.value?.robot === index ? world.readings.value : undefined,
+    isPast = world.past.value !== null,
+    readings = world.readings.value?.robot === index && !isPast ? world.readings.value : undefined,
     shared = { orders, held: held.current, readings, robot: index };
   const sliders: Record<string, [of: Knob, actual: number | undefined, order: Order]> = {
     "": [ROOM, world.ambient.value, { do: "set_ambient", ambient: 0 }],
@@ -82,15 +82,15 @@ export function Details({ world, orders, turn }: Props) {
         choose={(chosen) => world.select(world.find(chosen))}
       />
       <Facts of={facts(world, readings)} />
-      {can().edit && ["robot", "box", "wall"].includes(kind ?? "") && (
+      {orders.mayEdit && ["robot", "box", "wall"].includes(kind ?? "") && (
         <div class="row">
           <Button icon={RotateCcw} aria-label="turn left by 15 degrees" act={() => turn(TURN)} children="15°" />
           <Button icon={RotateCw} aria-label="turn right by 15 degrees" act={() => turn(-TURN)} children="15°" />
         </div>
       )}
-      {can().edit && of && order && <Slider {...shared} {...{ of, actual, order }} />}
+      {orders.mayEdit && of && order && <Slider {...shared} {...{ of, actual, order }} />}
       {kind === "robot" && <Sensors proximity={readings?.proximity} />}
-      {kind === "robot" && can().edit && (
+      {kind === "robot" && orders.mayEdit && (
         <>
           <Link {...shared} />
           <Hands {...shared} />
@@ -124,9 +124,10 @@ function facts(world: World, readings?: Readings): [name: string, text: string][
     found.push(["size", [box.width, box.depth, box.height].map((each) => number(100 * each, 1)).join(" × ") + " cm"]);
   if (kind !== "robot") return found;
   const [left, right] = readings?.encoders ?? ["–", "–"];
+  found.push(["heading", `${degrees(angle)}°`]);
+  if (world.past.value !== null) return found; // the rest is known of now alone
   return [
     ...found,
-    ["heading", `${degrees(angle)}°`],
     ["speed", `${number(100 * speeds[2 * index], 1)} cm/s`],
     ["turning", `${number(Math.round((speeds[2 * index + 1] * 180) / Math.PI))} °/s`],
     ["wheel steps", `left ${left}, right ${right}`],

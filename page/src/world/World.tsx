@@ -15,6 +15,7 @@ import { hasRays } from "./live";
 import { Orders } from "./orders";
 import { MODES, type Mode, type World as Model } from "./scene";
 import type { Stage } from "./Stage";
+import { Past, TimeLine } from "./TimeLine";
 import "./world.css";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 10];
@@ -104,7 +105,7 @@ export function World({ world, of, own = null }: { world: Model; of: string; own
   return (
     <section class="world over" aria-label={`world ${world.scene.value?.world ?? ""}`}>
       <Tools world={world} stage={stage.value} orders={orders.current} />
-      <div class="world-view">
+      <div class="world-view" data-past={world.past.value !== null}>
         <canvas
           class="over"
           ref={canvas}
@@ -119,6 +120,7 @@ export function World({ world, of, own = null }: { world: Model; of: string; own
           <Button weight="quiet" icon={icons.Minus} label="zoom out" act={() => stage.value?.zoomBy(0.7)} />
           <Button weight="quiet" icon={icons.Maximize} label="Fit" act={() => stage.value?.showAll()} />
         </div>
+        <Past world={world} orders={orders.current} />
         <p class="world-said" role="status">
           {orders.current.said.value}
         </p>
@@ -130,6 +132,7 @@ export function World({ world, of, own = null }: { world: Model; of: string; own
           </aside>
         )}
       </div>
+      <TimeLine world={world} />
     </section>
   );
 }
@@ -137,8 +140,10 @@ export function World({ world, of, own = null }: { world: Model; of: string; own
 function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; orders: Orders }) {
   const { edit, speed, save } = can(),
     { paused } = world.clock.value,
+    { mayEdit } = orders,
     follows = (stage?.followed.value ?? null) !== null,
-    canDelete = ["box", "wall"].includes(world.selected.value?.kind ?? "");
+    canDelete = mayEdit && ["box", "wall"].includes(world.selected.value?.kind ?? ""),
+    add = (kind: "box" | "wall") => () => stage && orders.add(kind, stage.middle);
   return (
     <div class="world-tools row wrap scrolls" inert={!world.isLive.value}>
       {stage && !stage.isFlat && (
@@ -171,8 +176,8 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
       </div>
       <span class="fill" />
       <div class="row group">
-        {edit && tool(icons.PackagePlus, "Add a box", () => stage && orders.add("box", stage.middle))}
-        {edit && tool(icons.BrickWall, "Add a wall", () => stage && orders.add("wall", stage.middle))}
+        {edit && tool(icons.PackagePlus, "Add a box", add("box"), !mayEdit)}
+        {edit && tool(icons.BrickWall, "Add a wall", add("wall"), !mayEdit)}
         {edit && tool(icons.Trash2, "Delete", () => orders.remove(), !canDelete)}
         {save && tool(icons.Save, "Save …", () => keep(world))}
         <Button

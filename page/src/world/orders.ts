@@ -18,7 +18,7 @@ export class Orders {
   constructor(private readonly world: World) {}
 
   get mayEdit() {
-    return can().edit && this.world.isLive.value;
+    return can().edit && this.world.isLive.value && this.world.past.value === null;
   }
 
   /** Ask for a change; null if one of its kind is under way. Of several only the newest waits: a drag makes many. */
@@ -42,7 +42,7 @@ export class Orders {
     return reply;
   }
 
-  private say(text: string) {
+  say(text: string) {
     this.said.value = text;
     clearTimeout(this.timer);
     if (text) this.timer = setTimeout(() => (this.said.value = ""), SHOWN);

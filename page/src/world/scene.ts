@@ -4,6 +4,8 @@ import { FRAME, type Asked, type Box, type Change, type Clock, type Cylinder, ty
 import type { NewScene, Readings, Scene, Sound } from "../messages";
 import { hello } from "../store";
 
+const KEPT = 60; // s of the world: how long it can go back
+
 /** From where a world is looked at. */
 export const MODES = ["above", "orbit", "eye"] as const;
 export type Mode = (typeof MODES)[number];
@@ -24,6 +26,8 @@ export type Pose = [x: number, y: number, angle: number];
 /** A wall is a long, thin box. */
 type Things = { wall: Omit<Box, "pushable">[]; box: Box[]; cylinder: Cylinder[]; light: Light[]; sound: Sound[] };
 export type Frame = ReturnType<typeof decode>;
+/** What a world was at a moment. Of what a page has seen nothing is changed, only replaced. */
+type Moment = { frame: Frame | null; things: Things; ambient: number };
 
 const KINDS: Kind[] = ["robot", "cylinder", "box", "wall", "light", "sound"];
 /** A request, with its name at `do`. */
@@ -56,11 +60,13 @@ export function degrees(angle: number) {
 export function decode(buffer: ArrayBuffer) {
   const head = new DataView(buffer),
     count = head.getUint32(16, true),
-    hasRays = (head.getUint32(4, true) & FRAME.rays) !== 0;
+    flags = head.getUint32(4, true),
+    hasRays = (flags & FRAME.rays) !== 0;
   const raysAt = FRAME.header + 12 * count,
     bitsAt = raysAt + (hasRays ? 160 * count : 0);
   return {
     number: head.getUint32(0, true),
+    isKept: (flags & FRAME.kept) !== 0,
     time: head.getFloat64(8, true),
     count,
     poses: new Float32Array(buffer, FRAME.header, 3 * count),
@@ -105,6 +111,14 @@ class Glide {
   }
 }
 
+/** The same list, with changes to some of its things. */
+const changed = <T>(list: T[], changes: [index: number, change: Partial<T>][]) => {
+  if (!changes.length) return list;
+  const found = list.slice();
+  for (const [k, change] of changes) found[k] = { ...found[k], ...change };
+  return found;
+};
+
 export class World {
   readonly scene = signal<Scene | null>(null);
   readonly isLive = signal(false); // the scene is one of now, and not what was seen last
@@ -116,11 +130,15 @@ export class World {
   readonly readings = signal<Readings | null>(null);
   readonly selected = signal<Thing | null>(null);
   own: number | null = null; // the robot that the place of the page is about
+  readonly past = signal<number | null>(null); // s: the moment that is shown; null for now
+  readonly span = signal<[first: number, last: number]>([0, 0]); // s: the moments that can be shown
   trails: [x: number, y: number][][] = [];
   speeds = new Float32Array(0); // m/s and rad/s of each robot
   private glides = { robot: new Glide(), box: new Glide(), cylinder: new Glide() };
   private beats: [here: number, simulated: number][] = []; // of the last two seconds
-  private span = 0.04; // s between two frames
+  private gap = 0.04; // s between two frames
+  private now: Moment = { frame: null, things: NOTHING, ambient: 0 };
+  private moments: Moment[] = []; // of the last minute
   private added = ""; // the key of a thing that will be selected as soon as it is here
   of = ""; // the key by which the page has asked for it
 
@@ -143,9 +161,11 @@ export class World {
     this.trails = Array.from({ length: scene.robots }, () => []);
     this.speeds = new Float32Array(2 * scene.robots);
     this.beats = [];
+    this.moments = [];
+    this.now = { frame: null, things: { wall: wallsOf(walls), box, cylinder, light, sound }, ambient: scene.ambient };
     batch(() => {
-      this.frame.value = this.looks.value = this.readings.value = null;
-      this.things.value = { wall: wallsOf(walls), box, cylinder, light, sound };
+      this.frame.value = this.looks.value = this.readings.value = this.past.value = null;
+      this.things.value = this.now.things;
       this.ambient.value = scene.ambient;
       this.clock.value = scene.clock;
       this.scene.value = scene;
@@ -157,55 +177,96 @@ export class World {
 
   private change(change: Change) {
     if (!this.scene.value) return;
-    const things = { ...this.things.value };
-    if (change.all_boxes) things.box = change.all_boxes;
-    if (change.walls) things.wall = wallsOf(change.walls);
-    for (const [k, x, y, angle] of change.boxes ?? []) Object.assign(things.box[k], { x, y, angle });
-    for (const [k, x, y] of change.cylinders ?? []) Object.assign(things.cylinder[k], { x, y });
-    for (const [k, light] of change.lights ?? []) things.light[k] = light;
-    for (const [k, sound] of change.sounds ?? []) things.sound[k] = sound;
+    const { boxes = [], cylinders = [], lights = [], sounds = [], walls, all_boxes, ambient } = change,
+      { wall, box, cylinder, light, sound } = this.now.things;
+    const things: Things = {
+      wall: walls ? wallsOf(walls) : wall,
+      box: changed(
+        all_boxes ?? box,
+        boxes.map(([k, x, y, angle]) => [k, { x, y, angle }]),
+      ),
+      cylinder: changed(
+        cylinder,
+        cylinders.map(([k, x, y]) => [k, { x, y }]),
+      ),
+      light: changed(light, lights),
+      sound: changed(sound, sounds),
+    };
+    this.now = { ...this.now, things, ambient: ambient ?? this.now.ambient };
     batch(() => {
-      this.things.value = things;
-      this.ambient.value = change.ambient ?? this.ambient.value;
       if (change.clock) [this.clock.value, this.beats] = [change.clock, []];
-      if (change.walls || change.all_boxes) {
-        this.select(this.find(this.added) ?? this.find(this.selected.value?.key ?? ""));
-        this.added = "";
-      }
+      if (this.past.value === null) this.place(this.now);
     });
+  }
+
+  /** Let things be as they were at a moment. */
+  private place({ things, ambient }: Moment) {
+    const isOther = things.wall !== this.things.value.wall || things.box.length !== this.things.value.box.length;
+    this.things.value = things;
+    this.ambient.value = ambient;
+    if (isOther) {
+      this.select(this.find(this.added) ?? this.find(this.selected.value?.key ?? ""));
+      this.added = "";
+    }
     this.aim();
   }
 
   private aim() {
     const { box, cylinder } = this.things.value,
       now = performance.now() / 1000;
-    this.glides.box.aim(new Float32Array(box.flatMap(({ x, y, angle }) => [x, y, angle])), now, this.span);
-    this.glides.cylinder.aim(new Float32Array(cylinder.flatMap(({ x, y }) => [x, y, 0])), now, this.span);
+    this.glides.box.aim(new Float32Array(box.flatMap(({ x, y, angle }) => [x, y, angle])), now, this.gap);
+    this.glides.cylinder.aim(new Float32Array(cylinder.flatMap(({ x, y }) => [x, y, 0])), now, this.gap);
   }
 
   takeFrame(buffer: ArrayBuffer) {
     const frame = decode(buffer);
-    if (frame.count === this.scene.value?.robots) this.show(frame);
-  }
-
-  /** Show a frame, from wherever it comes. */
-  show(frame: Frame) {
-    const old = this.frame.value,
+    if (frame.count !== this.scene.value?.robots) return;
+    const old = this.now.frame,
       now = performance.now() / 1000,
       last = this.beats.at(-1);
-    if (last) this.span += 0.1 * (Math.min(0.25, Math.max(0.01, now - last[0])) - this.span);
+    if (last) this.gap += 0.1 * (Math.min(0.25, Math.max(0.01, now - last[0])) - this.gap);
     if (old && frame.time > old.time) this.measure(old, frame);
     this.trails.forEach((trail, k) => this.follow(trail, frame.poses[3 * k], frame.poses[3 * k + 1]));
     this.beats.push([now, frame.time]);
     while (this.beats.length > 2 && now - this.beats[0][0] > 2) this.beats.shift();
-    const isSame = old && LOOKS.every((part) => isEqual(old[part], frame[part]));
+    this.now = { ...this.now, frame };
     batch(() => {
-      this.frame.value = frame;
-      if (!isSame) {
-        this.glides.robot.aim(frame.poses, now, this.span);
-        this.looks.value = frame;
-      }
+      this.keep(frame);
+      if (this.past.value === null) this.show(frame);
+      else this.lookAt(this.past.value);
     });
+  }
+
+  /** Keep what the world is now, if it can go back to it. */
+  private keep({ time, isKept }: Frame) {
+    const { moments } = this,
+      timeOf = (at: number) => moments.at(at)?.frame?.time ?? time;
+    if (timeOf(-1) > time) moments.length = 0; // the world was begun anew
+    if (moments.length && timeOf(-1) === time) moments.pop(); // a hand may have moved something since
+    if (isKept) moments.push(this.now);
+    while (timeOf(0) < time - KEPT) moments.shift();
+    if (moments.length) this.span.value = [timeOf(0), time];
+  }
+
+  /** Show what the world was at a time, as near to it as it is known; null for what it is now. */
+  lookAt(time: number | null) {
+    const { moments } = this,
+      isPast = time !== null && moments.length > 0,
+      moment = isPast ? (moments.findLast(({ frame }) => frame!.time <= time) ?? moments[0]) : this.now;
+    batch(() => {
+      this.past.value = isPast ? moment.frame!.time : null;
+      if (moment.things !== this.things.value || moment.ambient !== this.ambient.value) this.place(moment);
+      if (moment.frame && moment.frame !== this.frame.value) this.show(moment.frame);
+    });
+  }
+
+  private show(frame: Frame) {
+    const old = this.frame.value,
+      isSame = old && LOOKS.every((part) => isEqual(old[part], frame[part]));
+    this.frame.value = frame;
+    if (isSame) return;
+    this.glides.robot.aim(frame.poses, performance.now() / 1000, this.gap);
+    this.looks.value = frame;
   }
 
   /** How fast each robot moves, from two frames, smoothed: however far they are apart, one that stands shows so soon. */

@@ -1,0 +1,56 @@
+// The last minute of a world: a time line that shows it as it was, and a button that lets it go on from there.
+import { History } from "lucide";
+import { Button } from "../look/Button";
+import { Icon } from "../look/Icon";
+import { stops } from "../stop";
+import { can, hello } from "../store";
+import type { Orders } from "./orders";
+import type { World } from "./scene";
+
+const STEP = 0.1; // s
+const HINT = "All robots of this page are stopped, and behaviours end; then robots and things are put back";
+const WENT_BACK =
+  "Robots and things are back, and your robots stand. Not put back: wheel counters, LEDs, batteries, and what programs remember.";
+
+type Props = { world: World; orders: Orders };
+
+const agoOf = ({ past, span }: World) => (past.value === null ? 0 : Math.max(STEP, span.value[1] - past.value));
+
+export function TimeLine({ world }: Pick<Props, "world">) {
+  const [first, last] = world.span.value,
+    ago = agoOf(world),
+    steps = Math.floor((last - first) / STEP);
+  return (
+    <label class="world-time row small">
+      <Icon of={History} />
+      <input
+        {...{ type: "range", min: -steps * STEP, max: 0, step: STEP, value: -ago, disabled: !steps }}
+        aria-label="time line of the last minute"
+        aria-valuetext={ago ? `${ago.toFixed(1)} s ago` : "now"}
+        onInput={({ currentTarget: { valueAsNumber: at } }) => world.lookAt(at < -STEP / 2 ? last + at : null)}
+      />
+      <span>{ago ? `−${ago.toFixed(1)} s` : "now"}</span>
+    </label>
+  );
+}
+
+/** Says over the picture that it shows the past, and leads out of it. */
+export function Past({ world, orders }: Props) {
+  const time = world.past.value;
+  if (time === null) return null;
+  const goBack = async () => {
+    stops.value++; // a stick that is held would drive on from there
+    if (!(await orders.send({ do: "go_back", time }))?.ok) return;
+    world.lookAt(null);
+    orders.say(WENT_BACK);
+  };
+  return (
+    <div class="world-past card">
+      <strong>Past: {agoOf(world).toFixed(1)} s ago</strong>
+      {can().edit && !hello.value?.study && (
+        <Button weight="primary" title={HINT} disabled={!world.isLive.value} act={goBack} children="Go on from here" />
+      )}
+      <Button act={() => world.lookAt(null)}>Live</Button>
+    </div>
+  );
+}
