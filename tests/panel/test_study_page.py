@@ -304,7 +304,7 @@ async def test_a_browser_draws_the_curve_and_lets_a_person_choose_who_drives(pro
             "(() => { const list = document.querySelector('.study select'); list.value = '0';"
             " list.dispatchEvent(new Event('change', { bubbles: true })); })()"
         )
-        await tab.until(f"{text}.includes('The best of generation 1 drives')")
+        await tab.until(f"{text}.includes('Now you see the best of generation 1')")
         left, top, width = await tab.run(  # type: ignore[misc]
             "(() => { const box = document.querySelector('.fitness .u-over').getBoundingClientRect();"
             " return [box.left, box.top, box.width]; })()"

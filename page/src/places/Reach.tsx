@@ -7,8 +7,8 @@ import { can } from "../store";
 const program = (url: string) => `import elib
 
 with elib.connect("${url}") as robot:
-    robot.set_speed(0.5, 0.5)  # turns a second
-    robot.sleep(2)`;
+    robot.set_speed(0.5, 0.5)  # left and right wheel: half a turn per second
+    robot.sleep(2)  # s, in which it drives on`;
 
 /** *student* is the number of the one whose robots they are; empty outside a class. */
 export function Reach({ addresses, student: owner }: { addresses: Reachable[]; student: string }) {
@@ -16,15 +16,16 @@ export function Reach({ addresses, student: owner }: { addresses: Reachable[]; s
   return (
     <section class="card stack reach" aria-label="how programs reach the robots">
       {owner && <h1>Student {owner}</h1>}
-      <h2>{addresses.length > 1 ? "Drive these robots" : "Drive this robot"}</h2>
-      {student && <p>It is yours. This page shows it, and elib on your own computer drives it:</p>}
-      <p class="small">By hand, with pad, camera and charts. Type this in a terminal:</p>
+      <h2>{addresses.length > 1 ? "Drive these robots" : student ? "Drive your robot" : "Drive this robot"}</h2>
+      <p>This page shows the world. To drive, use elib on your computer, in one of three ways.</p>
+      <h3>With the mouse</h3>
+      <p class="small">Type this in a terminal. It opens a page with a pad, the camera and charts:</p>
       <Copy label="the command" text={`elib joystick ${url}`} />
-      <p class="small">By a program in Python. One program at a time can have a robot:</p>
+      <h3>With a program of your own</h3>
+      <p class="small">One program at a time can drive a robot:</p>
       <Copy label="the program" text={program(url)} />
-      <p class="small">
-        A program that names another robot, as those of the tutorial do, drives this one if you run it so:
-      </p>
+      <h3>With any program</h3>
+      <p class="small">One that was written for another robot, such as those of the tutorial, drives this one so:</p>
       <Copy label="how to run a program" text={`elib run mine.py --robot ${url}`} />
       {can().edit && <p class="small">In the world, drag the robot and the boxes, and see what your program does.</p>}
       {addresses.length > 1 && (

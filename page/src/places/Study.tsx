@@ -94,7 +94,9 @@ export function Study({ about }: { about: StudyAbout }) {
       </p>
       <progress max={about.count} value={done.length} aria-label="generations done" />
       <p>
-        {best ? `Best${outcome ? "" : " so far"}: ${number(best[1], 3)}, of generation ${best[0]}` : news && COMPILING}
+        {best
+          ? `Best ${outcome ? "in the final test" : "so far"}: ${number(best[1], 3)}, of generation ${best[0]}`
+          : news && COMPILING}
       </p>
       <Fitness count={about.count} point={(generation) => (pointed.value = generation)} />
       <div class="legend row wrap small">
@@ -115,7 +117,7 @@ export function Study({ about }: { about: StudyAbout }) {
       </label>
       {news?.shown && (
         <p class="hint">
-          The best of generation {news.shown} drives, {about.seconds} s in each world.
+          Now you see the best of generation {news.shown}, {about.seconds} s in each world.
         </p>
       )}
       <details>

@@ -29,29 +29,33 @@ function Sensor({ robot, sensor, angle }: { robot: Robot; sensor: number; angle:
     share = Math.min(1, (metres ?? FAR) / FAR),
     end = RADIUS + 5 + share * (REACH - 6),
     cm = metres === null ? "" : `${number(100 * metres, 1)} cm`,
+    isKnown = typeof counts === "number",
     about = cm ? `about ${cm}` : `nothing within ${100 * FAR} cm`,
     [x, y] = at(angle, RADIUS + REACH + 17);
   return (
     <g role="img" class={`sensor ${readings.proximity?.stale ? "stale" : ""}`}>
-      <title>{`IR${sensor}, ${name}: ${typeof counts === "number" ? `${counts} counts, ${about}` : "unknown"}`}</title>
-      <path fill="url(#infrared)" d={wedge(angle, RADIUS + 2, end, 0.16)} />
+      <title>{`IR${sensor}, ${name}: ${isKnown ? `${counts} counts, ${about}` : "unknown"}`}</title>
+      <path
+        {...(isKnown ? { fill: "url(#infrared)" } : { stroke: "var(--line)" })}
+        d={wedge(angle, RADIUS + 2, end, 0.16)}
+      />
       {cm && <path fill={`var(--${share < 0.34 ? "bad" : "wall"})`} d={wedge(angle, end, end + 7 - 3 * share, 0.16)} />}
       <text x={x} y={y - 11}>{`IR${sensor}`}</text>
       <text x={x} y={y} class="count">
         {number(counts)}
       </text>
       <text x={x} y={y + 11}>
-        {cm}
+        {isKnown && (cm || "free")}
       </text>
     </g>
   );
 }
 
 type LampProps = { robot: Robot; name: string; kind: string; command: Command; isOn: boolean; colour?: number[] };
-type Spot = { x: number; y: number; size: number };
+type Spot = { x: number; y: number; size: number; hasNumber?: boolean };
 
 /** An LED. It says that it was clicked until the robot has answered. */
-function Lamp({ robot, name, kind, command, isOn, colour, x, y, size }: LampProps & Spot) {
+function Lamp({ robot, name, kind, command, isOn, colour, x, y, size, hasNumber }: LampProps & Spot) {
   const isBusy = useSignal(false),
     [what, ...values] = command;
   const flip = async () => {
@@ -80,7 +84,7 @@ function Lamp({ robot, name, kind, command, isOn, colour, x, y, size }: LampProp
       <circle r={Math.max(size + 3, 12)} class="touch" />
       <circle r={1.8 * size} class="glow" />
       <circle r={size} class="glass" />
-      <text>{/\d$/.exec(name)}</text>
+      {hasNumber && <text>{/\d$/.exec(name)}</text>}
     </g>
   );
 }
@@ -135,7 +139,8 @@ export function Body({ robot, sensors = false }: { robot: Robot; sensors?: boole
         const [x, y] = at(angle, 50),
           colour = led % 2 ? lamps.rgb?.[(led - 1) / 2] : undefined,
           lamp = { name: `LED ${led}`, kind: "ring", isOn: Boolean(lamps.ring[led]), colour, x, y, size: 8 };
-        return <Lamp key={led} robot={robot} command={["set_led", led]} {...lamp} />;
+        // Beside the numbers of the sensors, those of the LEDs would be read as theirs.
+        return <Lamp key={led} robot={robot} command={["set_led", led]} hasNumber={!sensors} {...lamp} />;
       })}
       <Lamp
         {...{ robot, name: "body light", kind: "body", isOn: Boolean(lamps.body), x: 0, y: 12, size: 18 }}

@@ -21,6 +21,7 @@ export const WHEELS = own("~wheels", "Wheels, as commanded", ["left", "right"], 
 export const ROUND_TRIP = own("~latency", "Round trip", ["median"], "ms");
 
 const LEAST: Record<string, number> = { counts: 20, "rev/s": 0.1, g: 0.1, ms: 5, T: 1e-6 }; // a scale's, by unit
+const QUIET = 0.2; // of a scale that starts at 0 is shown of values that are small
 const GAP = 1; // s without news after which a curve is interrupted
 const SECONDS = [1, 2, 5, 10, 20, 30, 60, 120]; // between two lines
 
@@ -77,14 +78,15 @@ function options(what: Choice, now: { current: Props }): Options {
   const line = { stroke: () => ink.value.line, width: 1 },
     axis = { stroke: () => ink.value.faint, font: FONT, labelFont: FONT, grid: line, ticks: { show: false }, gap: 6 };
   let seen: [low: number, high: number] | null = null;
-  /** The instrument's own ends, unless a person wants what is shown enlarged; otherwise what has been seen so far. */
+  /** What has been seen so far, with the instrument's own lower end; what is shown now if a person wants it enlarged. */
   const range = (low: number | null, high: number | null): [number, number] => {
-    const isFixed = !now.current.isFitted;
-    if (isFixed && what.low !== null && what.high !== null) return [what.low, what.high];
-    const least = LEAST[what.unit] ?? 0.1,
+    const isFixed = !now.current.isFitted,
+      least = LEAST[what.unit] ?? 0.1,
       ends = [low, high, ...((isFixed && seen) || [])].filter((each) => each !== null),
       [bottom, top] = ends.length ? [Math.min(...ends), Math.max(...ends)] : [0, least];
     if (isFixed && ends.length) seen = [bottom, top]; // it grows, and never shrinks under the eyes
+    if (isFixed && what.low !== null && what.high !== null)
+      return [what.low, what.low < 0 ? what.high : Math.min(what.high, Math.max(1.2 * top, QUIET * what.high))];
     const room = Math.max(least - (top - bottom), 0.08 * (top - bottom)) / 2;
     return [bottom - room, top + room];
   };

@@ -134,22 +134,27 @@ export function Sensors({ robot }: { robot: Robot }) {
   if (!tick || !scheme) return null;
   const { instruments, circumference, firmware } = scheme,
     absent = instruments.filter((each) => each.absent),
+    readingOf = (name: string) => tick.readings[name] ?? UNKNOWN,
+    isPlayed = tick.phase === "playing", // a recording may lack readings
+    shown = instruments.filter((each) => !each.absent && !(isPlayed && !readingOf(each.name).values)),
     converted: Record<string, Conversion> = {
       "rev/s": [100 * circumference, "cm/s", 1],
       steps: [circumference / 10, "cm", 1], // a turn has 1000 steps
       rad: [180 / Math.PI, "°", 0],
       T: [1e6, "µT", 1],
     };
+  if (!shown.some(({ name }) => readingOf(name).values)) return <p class="hint">The robot has told nothing yet.</p>;
   return (
     <>
       <Body robot={robot} sensors />
-      <p class="hint">Around it: infrared light, in counts and cm. Inner ring: light. Click an LED to switch it.</p>
+      <p class="hint">
+        Orange: how far each infrared sensor looks freely. The more counts, the nearer is something; without anything,
+        each sensor has its own. Yellow: light. {!isPlayed && "The circles are LEDs: click one to switch it."}
+      </p>
       <div class="instruments columns">
-        {instruments
-          .filter((each) => !each.absent)
-          .map((each) => (
-            <Tile key={each.name} about={each} reading={tick.readings[each.name] ?? UNKNOWN} converted={converted} />
-          ))}
+        {shown.map((each) => (
+          <Tile key={each.name} about={each} reading={readingOf(each.name)} converted={converted} />
+        ))}
       </div>
       {absent.length > 0 && firmware && (
         <details class="absent">

@@ -1,5 +1,5 @@
 // How the robot is connected, in one line; what is dangerous stands below it in words.
-import { Circle, FileText, Plug, Trash2, Unplug } from "lucide";
+import { Circle, FileText, Plug, Unplug, X } from "lucide";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
 import { Icon } from "../look/Icon";
@@ -63,12 +63,12 @@ export function Status({ robot }: { robot: Robot }) {
         {can().connect && (
           <>
             <Button
-              weight={isOff(robot) ? "primary" : "quiet"}
+              weight={!isOff(robot) ? "quiet" : phase === "failed" ? "plain" : "primary"}
               icon={isOff(robot) ? Plug : Unplug}
               act={() => robot.ask(isOff(robot) ? "connect" : "disconnect", {})}
               {...(isPhone() && phase === "connected" ? { label: end } : { children: change })}
             />
-            <Button weight="quiet" icon={Trash2} label="Remove from this page" act={remove} />
+            <Button weight="quiet" icon={X} label="Remove from this page" act={remove} />
           </>
         )}
       </div>

@@ -1,9 +1,11 @@
-// Why a robot is not connected, what was checked, and what to try. It stands where the world would be.
-import { Check, CircleAlert, Minus, TriangleAlert, type IconNode } from "lucide";
+// Why a robot is not connected, what to try, and what was checked. It stands where the world would be.
+import { Check, CircleAlert, Minus, Plug, TriangleAlert, type IconNode } from "lucide";
+import { Button } from "../look/Button";
 import { Copy } from "../look/Copy";
 import { Icon } from "../look/Icon";
 import type { DiagnosedStep } from "../messages";
-import type { Robot } from "../store";
+import { go } from "../route";
+import { can, type Robot } from "../store";
 
 const MARKS: Record<DiagnosedStep["state"], [icon: IconNode, word: string, kind: string]> = {
   ok: [Check, "fine", "good"],
@@ -17,7 +19,7 @@ function Advice({ text }: { text: string }) {
   const command = /: (elib .+)$/.exec(text)?.[1] ?? "";
   return (
     <div class="fix">
-      <p>Try: {text.slice(0, text.length - command.length)}</p>
+      <p>{text.slice(0, text.length - command.length)}</p>
       {command && <Copy text={command} label="the command" />}
     </div>
   );
@@ -32,33 +34,50 @@ export function Trouble({ robot }: { robot: Robot }) {
         <p class="hint">Connect the robot to see where it goes, and to drive it.</p>
       </div>
     );
-  const steps = doctor?.steps.filter(({ state }) => state !== "skipped") ?? [],
-    skipped = doctor?.steps.filter(({ state }) => state === "skipped") ?? [];
+  const steps = doctor?.steps ?? [],
+    advice = [error.hint, ...steps.map(({ fix }) => fix)].filter(Boolean);
   return (
     <div class="trouble stack">
-      <h2>{error.message}</h2>
-      {error.hint && !steps.some(({ fix }) => fix === error.hint) && <Advice text={error.hint} />}
+      <h2>The robot did not answer</h2>
+      <p>{error.message}</p>
       {!doctor && phase === "failed" && <p class="hint">Looking for the cause …</p>}
-      {doctor && <p class="hint">What was checked:</p>}
-      <ul class="doctor list">
-        {steps.map(({ name, state, detail, fix }) => {
-          const [icon, word, kind] = MARKS[state];
-          return (
-            <li key={name} class={state}>
-              <span class={kind} role="img" aria-label={word}>
-                <Icon of={icon} />
-              </span>
-              <b>{name}</b>
-              {!error.message.endsWith(detail) && <span>{detail}</span>}
-              {fix && <Advice text={fix} />}
-            </li>
-          );
-        })}
-      </ul>
-      {skipped.length > 0 && (
+      {advice.length > 0 && (
+        <>
+          <h3>Try this</h3>
+          <ol>
+            {[...new Set(advice)].map((text) => (
+              <li key={text}>
+                <Advice text={text} />
+              </li>
+            ))}
+          </ol>
+        </>
+      )}
+      {can().connect && phase === "failed" && (
+        <div class="row wrap">
+          <Button weight="primary" icon={Plug} act={() => robot.ask("connect", {})}>
+            Try again
+          </Button>
+          <Button act={() => go("#/start")}>Another robot, or a virtual one</Button>
+        </div>
+      )}
+      {steps.length > 0 && (
         <details>
-          <summary>Not checked because of that</summary>
-          {skipped.map(({ name }) => name).join(", ")}
+          <summary>What was checked</summary>
+          <ul class="doctor list">
+            {steps.map(({ name, state, detail }) => {
+              const [icon, word, kind] = MARKS[state];
+              return (
+                <li key={name} class={state}>
+                  <span class={kind} role="img" aria-label={word}>
+                    <Icon of={icon} />
+                  </span>
+                  <b>{name}</b>
+                  <span>{state === "skipped" ? "not checked because of that" : detail}</span>
+                </li>
+              );
+            })}
+          </ul>
         </details>
       )}
     </div>
