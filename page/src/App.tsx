@@ -3,15 +3,18 @@ import { Moon, Plus, Sun, X } from "lucide";
 import { useEffect, useRef } from "preact/hooks";
 import { Dialog } from "./look/Dialog";
 import { Button } from "./look/Button";
+import { Select } from "./look/fields";
 import { Icon } from "./look/Icon";
 import { isDark, toggleTheme } from "./look/theme";
 import { All } from "./places/All";
 import { Robot } from "./places/Robot";
 import { Start } from "./places/Start";
-import { address, place } from "./route";
+import { address, go, place } from "./route";
 import { stop, stopped, stops } from "./stop";
 import { can, closeToast, hello, isSilent, listed, toasts } from "./store";
 import "./App.css";
+
+const MAX_TABS = 5; // of robots; more are chosen from a list
 
 type TabProps = { to: string; isOpen: boolean; title: string; label?: string; children: preact.ComponentChildren };
 
@@ -45,14 +48,23 @@ function Header() {
       <nav class="row scrolls" aria-label="robots">
         {listed.value.length > 1 && (
           <Tab to="#/all" isOpen={kind === "all"} title="all robots and their world">
-            All robots
+            All {listed.value.length > MAX_TABS && listed.value.length} robots
           </Tab>
         )}
-        {listed.value.map(({ key, label, url }) => (
-          <Tab key={key} to={address(key)} isOpen={kind === "robot" && robot === key} title={url}>
-            {label}
-          </Tab>
-        ))}
+        {listed.value.length > MAX_TABS ? (
+          <Select
+            aria-label="robot"
+            value={kind === "robot" ? robot : ""}
+            choices={[["", "One robot …"], ...listed.value.map(({ key, label }) => [key, label] as const)]}
+            choose={(key) => go(key ? address(key) : "#/all")}
+          />
+        ) : (
+          listed.value.map(({ key, label, url }) => (
+            <Tab key={key} to={address(key)} isOpen={kind === "robot" && robot === key} title={url}>
+              {label}
+            </Tab>
+          ))
+        )}
       </nav>
       {can().connect && (
         <Tab to="#/start" isOpen={kind === "start"} title="another robot" label="another robot">

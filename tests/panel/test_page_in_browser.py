@@ -94,7 +94,7 @@ async def test_a_robot_is_connected_disconnected_remembered_and_removed(driver, 
     await robot.until(lambda: robot.url in remembered(folder))
     await driver.press("Disconnect")
     await driver.tab.until(f"{TICK}.phase === 'disconnected'")
-    await driver.tab.until("document.querySelector('.tile b').textContent === '?'")
+    await driver.tab.until("!document.querySelector('.tile') && document.body.innerText.includes('Nothing is read')")
     await driver.press("Connect")
     await driver.tab.until(f"{TICK}.phase === 'connected'")
     await driver.remove()
@@ -433,7 +433,7 @@ async def test_a_behaviour_drives_until_it_is_ended_and_space_never_sets_a_robot
     await driver.press("Behaviours")
     await driver.press("Start")
     await robot.until_it_moves(0.03)
-    await driver.press("Source text")
+    await driver.press("Show code")
     code = "document.querySelector('.code')?.shadowRoot?.querySelector('.cm-content')"
     await driver.tab.until(f"!!{code}?.textContent.includes('import Epuck')")
     seen = f"[{code}, {code}.querySelector('span')].map(each => getComputedStyle(each).color)"

@@ -1,5 +1,5 @@
 // A robot among many: what it sees around it, how it is, and what is done with it alone.
-import { Lightbulb, OctagonX } from "lucide";
+import { Lightbulb, Square } from "lucide";
 import { Button } from "../look/Button";
 import type { Listed, Summary } from "../messages";
 import { address } from "../route";
@@ -70,7 +70,7 @@ export function Card({ robot: { key, label, url }, summary }: { robot: Listed; s
           <Button
             weight="quiet"
             class={may_move ? "bad" : ""}
-            icon={OctagonX}
+            icon={Square}
             label={`stop ${label}`}
             act={() => robot.tell("stop", {})}
           />

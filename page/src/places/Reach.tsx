@@ -7,8 +7,9 @@ import { can } from "../store";
 const program = (url: string) => `import elib
 
 with elib.connect("${url}") as robot:
-    robot.set_speed(0.5, 0.5)  # left and right wheel: half a turn per second
-    robot.sleep(2)  # s, in which it drives on`;
+    # Left and right wheel: half a turn per second, for 2 s.
+    robot.set_speed(0.5, 0.5)
+    robot.sleep(2)`;
 
 /** *student* is the number of the one whose robots they are; empty outside a class. */
 export function Reach({ addresses, student: owner }: { addresses: Reachable[]; student: string }) {

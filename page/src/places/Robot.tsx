@@ -1,7 +1,7 @@
 // The page of one robot. What one does most is largest: its world (or its path), the pad and the camera are always in
 // view, and beside them stands one instrument in full height. On a phone the pad stays under the thumbs, and the place
 // above it shows the world, the camera, or an instrument.
-import { useEffect } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import {
   Camera as CameraIcon,
   ChartLine,
@@ -56,12 +56,17 @@ const VIEWS = [
 ];
 export function Robot({ id }: { id: string }) {
   const robot = robotOf(id);
+  const rail = useRef<HTMLElement>(null);
   useEffect(() => subscribe({ what: "robot", of: id, rate: 10 }), [id]);
+  useEffect(() => {
+    rail.current?.querySelector("[aria-selected=true]")?.scrollIntoView({ block: "nearest", inline: "center" });
+  }, [place.value.part]);
   const instruments = INSTRUMENTS.filter(({ needs }) => !needs || can()[needs]),
     tabs = isPhone() ? [...VIEWS, ...instruments] : instruments,
     chosen = tabs.find(({ name }) => name === place.value.part) ?? tabs[0],
     open = instruments.find((each) => each === chosen),
     isThere = !isOff(robot),
+    isPlayed = robot.tick.value?.phase === "playing", // nobody can drive it, and it may hold no picture
     { of, scene } = worldOf(),
     wasSeen = of === id && scene.value !== null && !robot.tick.value?.error, // a world outlives the link
     shows = (view: string) => !isPhone() || chosen.name === view;
@@ -75,17 +80,17 @@ export function Robot({ id }: { id: string }) {
           {isThere || wasSeen ? <Stage robot={robot} /> : <Trouble robot={robot} />}
         </section>
       )}
-      {isThere && shows("camera") && (
+      {isThere && shows("camera") && (isPhone() || !isPlayed || robot.pixels.value) && (
         <section class="card camera-card" aria-label="camera">
           <Camera robot={robot} />
         </section>
       )}
-      {isThere && (
+      {isThere && !isPlayed && (
         <section class="card pad-card" aria-label="drive">
           <Pad robot={robot} />
         </section>
       )}
-      <nav class="rail scrolls" role="tablist" aria-label="parts of the page" aria-orientation="vertical">
+      <nav class="rail scrolls" ref={rail} role="tablist" aria-label="parts of the page" aria-orientation="vertical">
         {tabs.map(({ name, title, icon }) => (
           <a
             key={name}

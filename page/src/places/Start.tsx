@@ -11,7 +11,7 @@ import { ask, hello, listed, robotOf } from "../store";
 import "./Start.css";
 
 const FIRST = "arena"; // the world to begin with
-const RECENT = 3; // robots that were used before, in view
+const RECENT = 2; // robots that were used before, in view
 const CONNECTING = 15000; // ms that a demo waits for its robot
 const EXAMPLES = [
   ["serial:///dev/rfcomm0", "Bluetooth or a cable, on Linux"],
@@ -100,11 +100,12 @@ function FoundRobots() {
   );
 }
 
-function UsedBefore() {
-  const urls = useSignal<string[]>([]);
-  useEffect(() => {
-    ask("recents", {}).then((told) => (urls.value = told ?? []));
-  }, []);
+const recents = signal<string[]>([]);
+const isVirtual = (url: string) => url.startsWith("sim:");
+
+/** The robots of one kind that were used before, the newest first. */
+function UsedBefore({ virtual }: { virtual: boolean }) {
+  const urls = recents.value.filter((url) => isVirtual(url) === virtual);
   const row = (url: string) => (
     <div class="row" key={url}>
       <Choice url={url} />
@@ -112,19 +113,19 @@ function UsedBefore() {
         weight="quiet"
         icon={X}
         label={`forget ${url}`}
-        act={async () => (urls.value = (await ask("forget", { url })) ?? urls.value)}
+        act={async () => (recents.value = (await ask("forget", { url })) ?? recents.value)}
       />
     </div>
   );
-  if (!urls.value.length) return null;
+  if (!urls.length) return null;
   return (
     <div class="used stack">
       <h3>Used before</h3>
-      {urls.value.slice(0, RECENT).map(row)}
-      {urls.value.length > RECENT && (
+      {urls.slice(0, RECENT).map(row)}
+      {urls.length > RECENT && (
         <details>
-          <summary>{urls.value.length - RECENT} more</summary>
-          {urls.value.slice(RECENT).map(row)}
+          <summary>{urls.length - RECENT} more</summary>
+          {urls.slice(RECENT).map(row)}
         </details>
       )}
     </div>
@@ -201,6 +202,7 @@ function WorldCard({ name, about, robots, firmware }: WorldInfo) {
 export function Start() {
   useEffect(() => {
     look();
+    ask("recents", {}).then((told) => (recents.value = told ?? []));
   }, []);
   return (
     <div class="start stack">
@@ -213,6 +215,7 @@ export function Start() {
           <Button weight="primary" act={() => open(`sim://${FIRST}`)}>
             Drive a virtual robot
           </Button>
+          <UsedBefore virtual />
         </section>
         <section class="card stack" aria-label="robots of this computer">
           <div class="row">
@@ -222,7 +225,7 @@ export function Start() {
             </Button>
           </div>
           <FoundRobots />
-          <UsedBefore />
+          <UsedBefore virtual={false} />
           <ByAddress />
         </section>
       </div>

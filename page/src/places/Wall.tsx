@@ -72,7 +72,13 @@ function Tile({ student }: { student: string }) {
 
 export function Wall() {
   const students = worldsOfRobots.value.map(([key]) => key),
-    count = (state: State) => students.filter((each) => states.value[each] === state).length;
+    count = (state: State) => students.filter((each) => states.value[each] === state).length,
+    across = Math.round(Math.sqrt(1.4 * students.length)), // what fills a window that is wider than high
+    told = [
+      `${count("drives")} driving`,
+      `${count("stuck")} stuck`,
+      `${count("free") + count("cut")} without a program`,
+    ];
   const all = (what: "pause" | "resume") => () => Promise.all(channels().map((channel) => ask(what, { channel })));
   useEffect(() => {
     const before = stops.peek();
@@ -83,7 +89,7 @@ export function Wall() {
       <div class="row wrap">
         <h1>Class of {students.length}</h1>
         <p class="fill hint" role="status">
-          {count("drives")} drive · {count("stuck")} stuck · {count("free") + count("cut")} without a program
+          {told.join(" · ")}. A student's page is {location.host}/student/1, and so on.
         </p>
         {can().speed &&
           (isPaused.value ? (
@@ -101,7 +107,7 @@ export function Wall() {
             </Button>
           ))}
       </div>
-      <div class="students columns">
+      <div class="students columns" style={{ "--across": across }}>
         {students.map((student) => (
           <Tile key={student} student={student} />
         ))}

@@ -4,7 +4,7 @@ import { Code2, Pause, Play, Square } from "lucide";
 import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Code } from "../look/Code";
-import { number } from "../look/text";
+import { number, title } from "../look/text";
 import type { BehaviourAbout, Play as State } from "../messages";
 import { ask, can, hello, listed, type Robot } from "../store";
 import { kept } from "./kept";
@@ -29,8 +29,8 @@ function Doing({ play, isSource }: { play: State; isSource: boolean }) {
   return (
     <>
       <div class="row wrap play">
-        <p class="chip" role="status" data-phase={COLOURS[phase]}>
-          {name ? `${name}: ${phase_text}` : "No behaviour has run yet."}
+        <p class="chip" role="status" data-phase={COLOURS[phase]} hidden={!name}>
+          {`${title(name)}: ${phase_text}`}
         </p>
         <span class="hint">{doing.filter(Boolean).join(" · ")}</span>
       </div>
@@ -56,16 +56,15 @@ function Source({ name }: { name: string }) {
   return <Code text={text.value} label={`source text of ${name}`} />;
 }
 
-/** The options of a behaviour as a form, with what a person typed or what the behaviour would take by itself. */
-function Options({
-  chosen,
-  typed,
-  set,
-}: {
+type OptionsProps = {
   chosen: BehaviourAbout;
   typed: string[];
+  circumference: number; // of a wheel, m
   set: (k: number, text: string) => void;
-}) {
+};
+
+/** The options of a behaviour as a form, with what a person typed or what the behaviour would take by itself. */
+function Options({ chosen, typed, circumference, set }: OptionsProps) {
   return chosen.options.map(({ name, unit, low, high, whole, rule, default: value }, k) => {
     const field = { placeholder: rule, value: typed[k] },
       input = ({ currentTarget }: { currentTarget: HTMLInputElement }) => set(k, currentTarget.value),
@@ -73,6 +72,7 @@ function Options({
     return (
       <label key={name} class="field" title={rule}>
         {unit ? `${name}, ${unit}` : name}
+        {unit === "rev/s" && typed[k] && ` (${number(100 * circumference * Number(typed[k]), 1)} cm/s)`}
         {typeof value === "string" ? (
           <input type="text" {...field} onInput={input} />
         ) : (
@@ -117,7 +117,7 @@ export function Behaviours({ robot }: { robot: Robot }) {
         >
           {[...new Set(known.map(({ group }) => group))].map((group) => (
             <optgroup label={group}>
-              {known.map((each) => each.group === group && <option>{each.name}</option>)}
+              {known.map((each) => each.group === group && <option value={each.name}>{title(each.name)}</option>)}
             </optgroup>
           ))}
         </select>
@@ -127,7 +127,7 @@ export function Behaviours({ robot }: { robot: Robot }) {
           aria-pressed={isSource.value}
           act={() => (isSource.value = !isSource.value)}
         >
-          Source text
+          Show code
         </Button>
       </div>
       {isSource.value ? (
@@ -140,6 +140,7 @@ export function Behaviours({ robot }: { robot: Robot }) {
             <Options
               chosen={chosen}
               typed={texts}
+              circumference={robot.scheme.value?.circumference ?? 0}
               set={(k, text) => (typed.value = { ...typed.value, [keyOf(k)]: text })}
             />
           </div>

@@ -10,8 +10,8 @@ import { ask, hello, type Robot } from "../store";
 import "./lists.css";
 
 const ABOUT = {
-  log: "One line for each call: what was asked, how it ended, and when.",
-  recording: "Everything: each byte, each reading, each event. It can be played here, repeated and compared.",
+  recording: "All that happens on the robot's link. It can be played here later, repeated and compared.",
+  log: "A text file: what the robot was told to do, how it ended, and when.",
 };
 
 type Props = {
@@ -48,7 +48,7 @@ function Writing({ robot, kind, free = "", isLooking, look }: Props) {
           onInput={({ currentTarget }) => (typed.value = currentTarget.value)}
         />
         <Button disabled={!isOn && !name} act={turn}>
-          {isOn ? "Stop" : "Start"}
+          {isOn ? "Stop" : kind === "log" ? "Write" : "Record"}
         </Button>
       </div>
       <p role="status">{isOn && state}</p>
@@ -75,8 +75,8 @@ export function Files({ robot }: { robot: Robot }) {
   const day = (time: number) => new Date(1000 * time).toLocaleString([], { dateStyle: "medium", timeStyle: "short" });
   return (
     <div class="stack files">
-      <Writing {...{ robot, look }} isLooking={isLooking.value} kind="log" free={log} />
       <Writing {...{ robot, look }} isLooking={isLooking.value} kind="recording" free={recording} />
+      <Writing {...{ robot, look }} isLooking={isLooking.value} kind="log" free={log} />
       <section class="stack" aria-label="recordings">
         <div class="row">
           <h3 class="fill">Play a recording</h3>

@@ -121,7 +121,6 @@ function Limit({ robot, limit, isOff }: { robot: Robot; limit: number; isOff: bo
 }
 
 function whoDrives({ phase, drive }: Tick, isMine: boolean, behaviour: string) {
-  if (phase === "playing") return "A recording cannot be driven.";
   if (phase !== "connected" && phase !== "gap") return "Connect the robot to drive it.";
   if (drive.driver && !isMine) return "Another browser drives this robot.";
   if (isMine) return "You drive.";

@@ -143,7 +143,8 @@ export function Sensors({ robot }: { robot: Robot }) {
       rad: [180 / Math.PI, "°", 0],
       T: [1e6, "µT", 1],
     };
-  if (!shown.some(({ name }) => readingOf(name).values)) return <p class="hint">The robot has told nothing yet.</p>;
+  if (!shown.some(({ name }) => readingOf(name).values))
+    return <p class="hint">Nothing is read while the robot is not connected.</p>;
   return (
     <>
       <Body robot={robot} sensors />
