@@ -49,6 +49,31 @@ NO_WEBGL = """
         };
     }
 """
+STEPS_OF_PATH = """
+    const robot = elib.robots.get("1"), { prototype } = CanvasRenderingContext2D;
+    let steps = 0;
+    for (const name of ["fillRect", "clearRect", "drawImage", "moveTo"]) {
+        const real = prototype[name];
+        prototype[name] = function (...all) { steps++; return real.apply(this, all); };
+    }
+    const tick = robot.tick.value;
+    robot.take = () => {};  // only what the test says is drawn
+    window.drive = async (ways) => {
+        const found = [];
+        for (const x of ways) {
+            steps = 0;
+            robot.trail = [...robot.trail, [x, 0]];
+            robot.tick.value = { ...tick, pose: [x, 0, 0], trail: { whole: false, points: [] } };
+            await new Promise((done) => setTimeout(done));
+            robot.tick.value = { ...robot.tick.value };  // what is to be drawn is drawn before the next change
+            await new Promise((done) => setTimeout(done));
+            found.push(steps);
+        }
+        return found;
+    };
+    0
+"""
+"""Drives along the x axis, and counts for each place what is painted."""
 MET = """
     (() => {
         const canvas = document.querySelector(".path canvas"), { width, height } = canvas,
@@ -586,6 +611,17 @@ async def test_without_a_virtual_world_the_path_and_what_the_sensors_met_are_dra
         found = await tab.until(f"(met => met.length > 0 && met)({MET})")
         assert all(math.dist(place, (0, 0)) < 0.09 for place in found), "within 9 cm of the robot"
         assert max(x for x, _ in found) >= 0.04, "ahead of it"
+
+
+async def test_drawing_the_path_costs_no_more_the_longer_and_the_farther_a_robot_has_driven(tmp_path, open_page):
+    async with virtual_robot(tmp_path) as robot, panel(tmp_path, robot.url) as url, visiting(open_page, url) as tab:
+        await tab.until("document.querySelector('.path')?.textContent.includes('x 0.000 m')")
+        await tab.until("elib.robots.get('1').tick.value.readings.proximity?.stale === false")
+        await tab.run(STEPS_OF_PATH)
+        first, *_, last = await tab.run("window.drive(Array.from({ length: 50 }, (_, step) => 0.1 * step))")  # type: ignore[misc]
+        assert 0 < last < 2 * first + 50
+        _, far = await tab.run("window.drive([5, 1e7])")  # type: ignore[misc]
+        assert far < 2 * first + 50, "the grid has few lines on a path of any length"
 
 
 async def test_of_several_worlds_one_is_chosen_in_the_overview_and_a_world_outlives_the_link(tmp_path, open_page):

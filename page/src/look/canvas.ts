@@ -23,7 +23,11 @@ export function prepared(canvas: HTMLCanvasElement) {
   return { pen, width, height };
 }
 
-const STEPS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200]; // m
+const FINEST = 0.01; // m
 
-/** A round number of metres that is at least so many pixels long. */
-export const stepOf = (scale: number, least: number) => STEPS.find((step) => step * scale >= least) ?? 500;
+/** A round number of metres that is at least so many pixels long: 1, 2 or 5 of a power of ten. */
+export function stepOf(scale: number, least: number) {
+  const wanted = Math.max(FINEST, least / scale),
+    power = 10 ** Math.floor(Math.log10(wanted));
+  return power * ([1, 2, 5].find((step) => step * power >= wanted) ?? 10);
+}

@@ -1,4 +1,5 @@
 // Where a robot without a virtual world has been, and what its infrared sensors have met on the way: an occupancy sketch.
+import { computed } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { inks, prepared, stepOf } from "../look/canvas";
 import { isDark } from "../look/theme";
@@ -6,40 +7,97 @@ import { number } from "../look/text";
 import { hello, type Robot } from "../store";
 
 const CELL = 0.01; // m, the side of a square of the sketch
-const RIM = 0.035; // m from the middle of the robot to its sensors
+const SIDE = 64; // squares along a side of a tile
+const MAX_TILES = 400; // 160 m² of floor, 8 MB
 const SIGHT = 0.05; // m: what a sensor that meets nothing has seen to be free
 const FREE = 0.03; // m between the middle and a robot's rim, and a little: where it stands is free
 const SURE = 6; // readings after which a square cannot become surer
-const MAX_CELLS = 40_000;
 
 type Point = [x: number, y: number];
+type Place = (x: number, y: number) => Point;
 
-/** What the sensors have met: above 0 something is there, below 0 nothing is. */
+const inkOf = computed(() => (isDark(), inks("grid", "faint", "trail", "floor", "wall", "ink")));
+
+/** A part of the floor, as a picture of one pixel for each square: a square is painted when it changes, not at each look. */
+class Tile {
+  readonly canvas = document.createElement("canvas");
+  private readonly pen = this.canvas.getContext("2d")!;
+  private readonly weights = new Int8Array(SIDE * SIDE); // above 0 something is there, below 0 nothing is
+  private ink = inkOf.value;
+
+  /** The tile begins at so many tiles from the origin, to the right and up. */
+  constructor(
+    readonly column: number,
+    readonly row: number,
+  ) {
+    this.canvas.width = this.canvas.height = SIDE;
+  }
+
+  mark(index: number, weight: number) {
+    this.weights[index] = Math.max(-SURE, Math.min(SURE, this.weights[index] + weight));
+    this.paint(index);
+  }
+
+  drawOn(pen: CanvasRenderingContext2D, at: Place) {
+    if (this.ink !== inkOf.value) {
+      this.ink = inkOf.value;
+      this.weights.forEach((_, index) => this.paint(index));
+    }
+    // In whole pixels, so that there is no seam between two tiles.
+    const [left, bottom] = at(this.column * SIDE * CELL, this.row * SIDE * CELL).map(Math.round),
+      [right, top] = at((this.column + 1) * SIDE * CELL, (this.row + 1) * SIDE * CELL).map(Math.round);
+    pen.drawImage(this.canvas, left, top, right - left, bottom - top);
+  }
+
+  private paint(index: number) {
+    const weight = this.weights[index],
+      square = [index % SIDE, SIDE - 1 - Math.floor(index / SIDE), 1, 1] as const;
+    this.pen.clearRect(...square);
+    if (!weight) return;
+    this.pen.globalAlpha = weight > 0 ? 0.2 + (0.8 * weight) / SURE : 1;
+    this.pen.fillStyle = weight > 0 ? this.ink.wall : this.ink.floor;
+    this.pen.fillRect(...square);
+  }
+}
+
+/** What the sensors have met. Where the robot was long ago is forgotten first. */
 class Sketch {
-  readonly cells = new Map<string, number>();
+  private readonly tiles = new Map<string, Tile>();
 
-  note([x, y, heading]: [number, number, number], distances: (number | null)[], angles: number[]) {
-    if (this.cells.size > MAX_CELLS) return;
+  note([x, y, heading]: [number, number, number], distances: (number | null)[]) {
+    const { ring, body } = hello.value!,
+      rim = body.sensor_radius;
     this.mark(x, y, -SURE);
     distances.forEach((metres, sensor) => {
       const far = metres ?? Infinity,
-        angle = heading + angles[sensor],
+        angle = heading + ring.sensors[sensor],
         [cosine, sine] = [Math.cos(angle), Math.sin(angle)];
-      for (let along = FREE; along < RIM + Math.min(far, SIGHT) - CELL; along += CELL)
+      for (let along = FREE; along < rim + Math.min(far, SIGHT) - CELL; along += CELL)
         this.mark(x + along * cosine, y + along * sine, -1);
-      if (far < SIGHT) this.mark(x + (RIM + far) * cosine, y + (RIM + far) * sine, 2);
+      if (far < SIGHT) this.mark(x + (rim + far) * cosine, y + (rim + far) * sine, 2);
     });
   }
 
+  drawOn(pen: CanvasRenderingContext2D, at: Place, scale: number) {
+    pen.imageSmoothingEnabled = CELL * scale < 1; // squares that share a pixel are mixed
+    for (const tile of this.tiles.values()) tile.drawOn(pen, at);
+  }
+
   private mark(x: number, y: number, weight: number) {
-    const key = `${Math.floor(x / CELL)} ${Math.floor(y / CELL)}`;
-    this.cells.set(key, Math.max(-SURE, Math.min(SURE, (this.cells.get(key) ?? 0) + weight)));
+    const [column, row] = [Math.floor(x / CELL), Math.floor(y / CELL)],
+      [across, up] = [Math.floor(column / SIDE), Math.floor(row / SIDE)],
+      key = `${across} ${up}`,
+      tile = this.tiles.get(key) ?? new Tile(across, up);
+    this.tiles.delete(key);
+    this.tiles.set(key, tile); // the newest is the last
+    if (this.tiles.size > MAX_TILES) this.tiles.delete(this.tiles.keys().next().value!);
+    tile.mark((row - up * SIDE) * SIDE + column - across * SIDE, weight);
   }
 }
 
 function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sketch: Sketch) {
   const { pen, width, height } = prepared(canvas),
-    ink = inks("grid", "faint", "trail", "floor", "wall", "ink"),
+    ink = inkOf.value,
     xs = points.map(([x]) => x),
     ys = points.map(([, y]) => y),
     [left, right, low, high] = [
@@ -50,18 +108,11 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sket
     ],
     scale = Math.min((width - 40) / (right - left), (height - 40) / (high - low));
   if (Math.min(width, height) < 60) return; // there is no room for a picture
-  const at = (x: number, y: number): Point => [
+  const at: Place = (x, y) => [
     width / 2 + (x - (left + right) / 2) * scale,
     height / 2 - (y - (low + high) / 2) * scale,
   ];
-  for (const [key, weight] of sketch.cells) {
-    const [column, row] = key.split(" ").map(Number),
-      corner = at(column * CELL, (row + 1) * CELL);
-    pen.globalAlpha = weight > 0 ? 0.2 + (0.8 * weight) / SURE : 1;
-    pen.fillStyle = weight > 0 ? ink.wall : ink.floor;
-    if (weight) pen.fillRect(...corner, CELL * scale + 0.6, CELL * scale + 0.6);
-  }
-  pen.globalAlpha = 1;
+  sketch.drawOn(pen, at, scale);
   const step = stepOf(scale, 36),
     [originX, originY] = at(0, 0);
   pen.beginPath();
@@ -76,7 +127,7 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sket
   pen.strokeStyle = ink.trail;
   pen.stroke();
   const [x, y] = at(...points[points.length - 1]),
-    radius = Math.max(8, RIM * scale);
+    radius = Math.max(8, hello.value!.body.sensor_radius * scale);
   pen.beginPath();
   pen.arc(x, y, radius, 0, 2 * Math.PI);
   pen.moveTo(x + 0.4 * radius * Math.cos(heading), y - 0.4 * radius * Math.sin(heading));
@@ -98,7 +149,7 @@ export function Path({ robot }: { robot: Robot }) {
   useEffect(() => {
     if (!tick || !pose) return;
     if (tick.trail.whole && robot.trail.length < 2) sketch.current = new Sketch(); // another journey
-    if (near?.values && !near.stale) sketch.current.note(pose, tick.distances, hello.value?.ring.sensors ?? []);
+    if (near?.values && !near.stale) sketch.current.note(pose, tick.distances);
     paint(canvas.current!, [...robot.trail, [pose[0], pose[1]]], pose[2], sketch.current);
   }, [tick, isDark()]);
   return (
