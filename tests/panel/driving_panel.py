@@ -15,7 +15,7 @@ class DrivingPanel(Panel):
 
     def __init__(self, *, is_shared: bool) -> None:
         super().__init__(is_shared=is_shared)
-        self.begin(self._drive())
+        self._tasks.begin(self._drive(), "drives")
 
     async def _drive(self) -> None:
         while True:

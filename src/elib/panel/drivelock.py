@@ -165,7 +165,7 @@ class DriveLock:
     def take(self, page: str, *, by_force: bool = False) -> bool:
         """Let *page* drive if no other page does; return whether it drives.
 
-        With *by_force*, which the person at *page* was asked for, it takes over from another page, whose drive is
+        With *by_force*, which the person at *page* has agreed to, it takes over from another page, whose drive is
         stopped first. From now on *page* has to steer, or to :meth:`beat`, every tenth of a second.
         """
         if self._is_without_robot or (self.driver not in ("", page) and not by_force):

@@ -55,16 +55,6 @@ Robot = Annotated[str, Meta(max_length=12, description="Key of the robot; not ne
 Name = Annotated[str, Meta(max_length=20, extra_json_schema={"enum": list(WATCHABLE)})]
 
 
-class AboutRobot(Message):
-    """Is about one robot.
-
-    Attributes:
-        robot: Key of the robot; not needed where there is only one.
-    """
-
-    robot: Robot = ""
-
-
 DOOR_MESSAGES = Table()
 """The messages that are not commands of the robot, by their names."""
 
@@ -176,10 +166,10 @@ class Client(Caller):
         for slot in self._met:
             slot.drive.beat(self.key)
 
-    @DOOR_MESSAGES.request(base=AboutRobot)
+    @DOOR_MESSAGES.request()
     def drive(
         self,
-        robot: str,
+        robot: Robot = "",
         *,
         force: Annotated[
             bool, Meta(description="Whether to take over from another driver, who is stopped first.")
@@ -200,8 +190,8 @@ class Client(Caller):
         if before != self.key:
             slot.note(f"{self._name or self.key} drives {connected.name}")
 
-    @DOOR_MESSAGES.request(base=AboutRobot)
-    def leave(self, robot: str) -> None:
+    @DOOR_MESSAGES.request()
+    def leave(self, robot: Robot = "") -> None:
         """Give the wheel back: the robot stops."""
         slot = self.slot(robot)
         self._minded.discard(slot)
@@ -287,10 +277,10 @@ class Client(Caller):
 
     # -- watching --
 
-    @DOOR_MESSAGES.request(base=AboutRobot)
+    @DOOR_MESSAGES.request()
     def watch(
         self,
-        robot: str,
+        robot: Robot = "",
         readings: Annotated[
             tuple[Name, ...],
             Meta(max_length=len(WATCHABLE), description="Names of the readings; all sensors of the firmware if empty."),
@@ -342,10 +332,10 @@ class Client(Caller):
         self._watches.pop((key, names), None)
         await self.tell(Error(robot=key, error=Trouble.of(error or over)))
 
-    @DOOR_MESSAGES.request(base=AboutRobot)
+    @DOOR_MESSAGES.request()
     def unwatch(
         self,
-        robot: str,
+        robot: Robot = "",
         readings: Annotated[
             tuple[Name, ...],
             Meta(max_length=len(WATCHABLE), description="Names of the readings as in watch; every watch if empty."),

@@ -13,7 +13,7 @@ from typing import Annotated, Union
 from msgspec import Meta
 from msgspec.json import Decoder
 
-from elib.doors.serve.client import DOOR_MESSAGES, AboutRobot, Client
+from elib.doors.serve.client import DOOR_MESSAGES, Client, Robot
 from elib.link.protocol.profiles import FIRMWARES, rule
 from elib.link.protocol.quantities import Quantity
 from elib.panel.server.conversation import Decoded, Message, Result, decoded, message_of
@@ -28,7 +28,8 @@ def _command(entry: CatalogueEntry) -> type[Message]:
             return client.stop(robot)
         return client.command(robot, entry, [arguments[each] for each, _, _ in entry.parameters])
 
-    fields = (
+    fields = [Parameter("robot", Parameter.KEYWORD_ONLY, annotation=Robot, default="")]
+    fields += (
         Parameter(
             name,
             Parameter.KEYWORD_ONLY,
@@ -37,7 +38,7 @@ def _command(entry: CatalogueEntry) -> type[Message]:
         )
         for name, quantity, default in entry.parameters
     )
-    return message_of(act, entry.name, fields, entry.doc, AboutRobot, entry=entry)
+    return message_of(act, entry.name, fields, entry.doc)
 
 
 def _argument(quantity: Quantity | None) -> object:

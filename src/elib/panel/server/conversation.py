@@ -84,7 +84,6 @@ def message_of(
     name: str,
     fields: Iterable[Parameter],
     doc: str | None,
-    base: type[Message] = Message,
     **more: object,
 ) -> type[Message]:
     """Return the class of the messages that a function carries out, whose arguments are their fields.
@@ -94,14 +93,12 @@ def message_of(
         name: The name of the message.
         fields: Its fields, with their types.
         doc: What it is for.
-        base: A class that has some of the fields already.
         more: Other attributes of the class.
     """
-    own = [each for each in fields if each.name not in base.__struct_fields__]
     found = msgspec.defstruct(
         "".join(part.capitalize() for part in name.split("_")),
-        [(each.name, each.annotation, *(() if each.default is each.empty else (each.default,))) for each in own],
-        bases=(base,),
+        [(each.name, each.annotation, *(() if each.default is each.empty else (each.default,))) for each in fields],
+        bases=(Message,),
         namespace={"act": staticmethod(act), "__doc__": doc, **more},
         module=act.__module__,
         tag=name,

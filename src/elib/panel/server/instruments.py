@@ -157,7 +157,7 @@ class Lines(Struct):
 
 
 class LinkStats(Struct, kw_only=True):
-    """Statistics of the link, s and counts, and the share of lost commands; JSON has null for what is not known."""
+    """Statistics of the link, s and counts, and the share of lost and refused commands."""
 
     median: float | None
     p99: float | None
@@ -424,7 +424,7 @@ def _link(slot: Slot) -> LinkStats | None:
     health = slot.statistics
     if health is None:
         return None
-    found = msgspec.convert(health, LinkStats, from_attributes=True)
+    found = msgspec.convert(health, LinkStats, from_attributes=True)  # JSON has null for nan
     if sent := health.count + health.lost + health.refused:
         found.loss = health.lost / sent
     if slot.phase not in (Phase.CONNECTED, Phase.GAP):
