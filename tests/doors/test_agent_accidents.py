@@ -237,6 +237,21 @@ async def test_every_tool_works_on_each_firmware(firmware):
 
 
 @simulated
+async def test_a_thing_in_the_way_ends_a_drive_to_a_place_but_no_turn_beside_it():
+    async with tools_on("sim://red-boxes", Limits(2.0, 0.1, 500, 600.0)) as tools:
+        start = world_of(tools).pose(0)
+        met = await call(tools, "drive", distance=1.5)
+        assert met.data["ended"] == "obstacle"
+        far = met.data["driven"]
+        assert (await call(tools, "go_to", x=0.0, y=0.0)).data["ended"] == "reached"  # it turns beside the thing first
+        assert went(tools, start) < 0.01
+        again = await call(tools, "go_to", x=1.5, y=0.0)
+        assert again.data["ended"] == "obstacle"
+        assert went(tools, start) == pytest.approx(far, abs=0.01)
+        assert speeds(tools) == (0, 0)
+
+
+@simulated
 async def test_several_robots_are_named_and_driven_apart():
     async with tools_on("sim://arena?robots=3") as tools:
         world = world_of(tools)

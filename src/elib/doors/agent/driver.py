@@ -34,8 +34,6 @@ ENDING_TIME = 3.0
 """s that an action has to end after it was told to."""
 SLACK = 5.0
 """s that a motion may take longer than twice the time that its way needs at its speed."""
-NEAR = 0.004
-"""m from its goal within which go_to has arrived."""
 FRONT = ("diagonal_left", "front_left", "front_right", "diagonal_right")
 REAR = ("rear_left", "rear_right")
 STOPPED_BY_A_PERSON = "a person stopped the robot"
@@ -90,6 +88,8 @@ class CallRefused(Exception):
 
 
 Motion = Callable[[ProxiedRobot], Awaitable[object]]
+Sight = Callable[[Proximity, bool], bool]
+"""Returns whether an obstacle is in the way, from an infrared reading and whether both wheels turn forwards."""
 
 
 class Driver:
@@ -207,7 +207,7 @@ class Driver:
         return Outcome("link", self._moving(), "hold the robot or switch it off", stands=False)
 
     async def motion(
-        self, name: str, motion: Motion, longest: float, sees: Callable[[Proximity], bool] = lambda near: False
+        self, name: str, motion: Motion, longest: float, sees: Sight = lambda near, is_ahead: False
     ) -> Outcome:
         """Carry out a motion whose goal was checked before.
 
@@ -254,7 +254,12 @@ class Driver:
                 raise ArgumentError(runner.error)
 
         outcome = await self._act(
-            f"run_behaviour {name}", guard, self._loop.create_task(run()), runner.halt, seconds, lambda near: False
+            f"run_behaviour {name}",
+            guard,
+            self._loop.create_task(run()),
+            runner.halt,
+            seconds,
+            lambda near, is_ahead: False,
         )
         outcome.lines = [f"{time:.1f} s: {text}" for time, text in runner.lines][-20:]
         return outcome
@@ -266,7 +271,7 @@ class Driver:
         action: asyncio.Task[None],
         halt: Callable[[], None],
         longest: float,
-        sees: Callable[[Proximity], bool],
+        sees: Sight,
     ) -> Outcome:
         """Watch an action to its end, and see that the robot stands then.
 
@@ -331,7 +336,7 @@ class Driver:
             return (watch.result(), None) if watch.exception() is None else ("failed", watch.exception())
         return late, None
 
-    async def _watch(self, guard: Guard, sees: Callable[[Proximity], bool]) -> str:
+    async def _watch(self, guard: Guard, sees: Sight) -> str:
         """Read sensors and counters while the robot drives; return why the action has to end."""
         heard = self._loop.time()
         while True:
@@ -343,7 +348,7 @@ class Driver:
                 near = self._open_air(await robot.proximity())
                 await robot.encoders()
                 heard = self._loop.time()
-                if sees(near):
+                if sees(near, guard.is_ahead):
                     return "obstacle"
             except ElibError:
                 if self._loop.time() - heard > SILENCE:
@@ -424,27 +429,3 @@ def _way(before: tuple[int, int], after: tuple[int, int]) -> tuple[float, float]
 def is_near(near: Proximity, sensors: tuple[str, ...]) -> bool:
     """Return whether one of the sensors sees something about 2 cm away."""
     return any(getattr(near, name) >= OBSTACLE for name in sensors)
-
-
-async def approach(
-    robot: ProxiedRobot, x: float, y: float, speed: float, turn_rate: float, leads: Callable[[bool], None]
-) -> None:
-    """Turn towards a place of the robot's own odometry and drive there; again if the first heading missed it.
-
-    Args:
-        robot: The robot.
-        x: The place, m.
-        y: The place, m.
-        speed: The fastest speed, m/s.
-        turn_rate: The fastest turn rate, rad/s.
-        leads: Called with whether the robot drives forwards now; it turns otherwise.
-    """
-    for _ in range(3):
-        pose = await robot.pose()
-        if math.hypot(x - pose.x, y - pose.y) < NEAR:
-            return
-        angle = math.remainder(math.atan2(y - pose.y, x - pose.x) - pose.heading, math.tau)
-        leads(False)
-        pose = await robot.turn(angle, turn_rate=turn_rate)
-        leads(True)
-        await robot.drive(math.hypot(x - pose.x, y - pose.y), speed=speed)

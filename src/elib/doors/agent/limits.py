@@ -118,6 +118,11 @@ class Guard(ForwardingChannel):
         """Follow the events of the channel no longer. Safe to repeat."""
         self._session.hooks.remove(self._see)
 
+    @property
+    def is_ahead(self) -> bool:
+        """Whether both wheels turn forwards."""
+        return min(self._speeds) > 0
+
     def check(self) -> bool:
         """Return whether the robot may go on as its wheels turn now."""
         if not self.is_over and self._leaves(*self._speeds):

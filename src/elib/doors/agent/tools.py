@@ -14,7 +14,7 @@ from pydantic import ConfigDict, Field, ValidationError
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.rules import nearest
-from elib.doors.agent.driver import FRONT, OBSTACLE, REAR, SLACK, CallRefused, Driver, Outcome, approach, is_near
+from elib.doors.agent.driver import FRONT, OBSTACLE, REAR, SLACK, CallRefused, Driver, Outcome, is_near
 from elib.doors.agent.limits import Budget, Limits
 from elib.doors.agent.results import (
     ENLARGED,
@@ -324,7 +324,7 @@ class Tools:
                 f"drive {distance:g} m",
                 lambda mover: mover.drive(distance, speed=speed),
                 2 * abs(distance) / speed + SLACK,
-                lambda near: stop_at_obstacle and is_near(near, sensors),
+                lambda near, is_ahead: stop_at_obstacle and is_near(near, sensors),
             )
             return acted(robot, driver, outcome)
 
@@ -367,19 +367,13 @@ class Tools:
                     f"({x:g}, {y:g}) is {math.hypot(x, y):.3f} m from the start; the fence is {fence:g} m",
                     "choose a place nearer to (0, 0)",
                 )
-            is_leading = False
-
-            def lead(is_driving: bool) -> None:
-                nonlocal is_leading
-                is_leading = is_driving
-
             turn_rate = min(TURN_RATE, 2 * top / AXLE)
             way = math.hypot(x - driver.pose.x, y - driver.pose.y)
             outcome = await driver.motion(
                 f"go_to ({x:g}, {y:g})",
-                lambda mover: approach(mover, x, y, speed, turn_rate, lead),
+                lambda mover: mover.go_to(x, y, speed=speed, turn_rate=turn_rate),
                 2 * (way / speed + math.tau / turn_rate) + SLACK,
-                lambda near: stop_at_obstacle and is_leading and is_near(near, FRONT),
+                lambda near, is_ahead: stop_at_obstacle and is_ahead and is_near(near, FRONT),
             )
             return acted(robot, driver, outcome)
 
