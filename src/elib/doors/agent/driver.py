@@ -92,6 +92,11 @@ Sight = Callable[[Proximity, bool], bool]
 """Returns whether an obstacle is in the way, from an infrared reading and whether both wheels turn forwards."""
 
 
+def nothing_seen(near: Proximity, is_ahead: bool) -> bool:
+    """Return that no obstacle matters."""
+    return False
+
+
 class Driver:
     """One robot of an agent.
 
@@ -206,9 +211,7 @@ class Driver:
             return Outcome("stopped", "the robot stands")
         return Outcome("link", self._moving(), "hold the robot or switch it off", stands=False)
 
-    async def motion(
-        self, name: str, motion: Motion, longest: float, sees: Sight = lambda near, is_ahead: False
-    ) -> Outcome:
+    async def motion(self, name: str, motion: Motion, longest: float, sees: Sight = nothing_seen) -> Outcome:
         """Carry out a motion whose goal was checked before.
 
         Args:
@@ -254,12 +257,7 @@ class Driver:
                 raise ArgumentError(runner.error)
 
         outcome = await self._act(
-            f"run_behaviour {name}",
-            guard,
-            self._loop.create_task(run()),
-            runner.halt,
-            seconds,
-            lambda near, is_ahead: False,
+            f"run_behaviour {name}", guard, self._loop.create_task(run()), runner.halt, seconds, nothing_seen
         )
         outcome.lines = [f"{time:.1f} s: {text}" for time, text in runner.lines][-20:]
         return outcome

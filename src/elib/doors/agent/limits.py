@@ -7,12 +7,12 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from elib.base.body import FASTEST_2, METRES_PER_STEP, STEPS_PER_REVOLUTION, step_rate
 from elib.base.errors import ArgumentError, ElibError, MotionInterrupted
 from elib.base.pose import Pose
-from elib.base.rules import Number, Whole
+from elib.base.rules import Number, Whole, check
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.table import Request
 from elib.link.session import Called, Channel, Ended, ForwardingChannel, Hooks, TraceEvent
@@ -38,19 +38,13 @@ class Limits:
         seconds: Seconds that the robots may drive, all together.
     """
 
-    fence: float
-    speed: float
-    calls: int
-    seconds: float
+    fence: Annotated[float, Number(0.05, 100, "m")]
+    speed: Annotated[float, Number(0.01, FASTEST, "m/s")]
+    calls: Annotated[int, Whole(1, 1_000_000)]
+    seconds: Annotated[float, Number(1, 1_000_000, "s")]
 
     def __post_init__(self) -> None:
-        for name, rule in (
-            ("fence", Number(0.05, 100, "m")),
-            ("speed", Number(0.01, FASTEST, "m/s")),
-            ("calls", Whole(1, 1_000_000)),
-            ("seconds", Number(1, 1_000_000, "s")),
-        ):
-            rule.require(getattr(self, name), name, "the limit ")
+        check(self, "the limit ")
 
 
 @functools.cache
