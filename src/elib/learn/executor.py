@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.metadata
+import importlib.util
 import logging
 import multiprocessing
 import os
@@ -107,8 +108,7 @@ def open_executor(
     """Open what runs the jobs: this process, if neither workers nor a cluster are named.
 
     Args:
-        workers: Start this many worker processes on this computer. They listen on 127.0.0.1 only, and end with this
-            process.
+        workers: Start this many worker processes on this computer. They listen nowhere, and end with this process.
         cluster: Address of the scheduler of a Dask cluster that runs already: ``tcp://host:8786``.
         tell: Function that is called with messages about the workers.
 
@@ -122,26 +122,22 @@ def open_executor(
         raise ArgumentError(
             "workers and cluster exclude each other", hint="a cluster has its own workers: leave workers out"
         )
-    if workers is not None:
-        workers = Whole(1, MAX_WORKERS).require(workers, "workers")
+    executor: _Workers
     if cluster is not None:
         _parse(cluster)
-    if workers is None and cluster is None:
+        executor = _Cluster(cluster, tell)
+    elif workers is not None:
+        executor = _Pool(Whole(1, MAX_WORKERS).require(workers, "workers"), tell)
+    else:
         yield _Here()
         return
+    if importlib.util.find_spec("distributed") is None:  # which brings cloudpickle, too
+        raise Unsupported("workers need the package distributed (Dask), which is not installed", hint=install("learn"))
     try:
-        from distributed.utils import silence_logging_cmgr
-    except ImportError:
-        raise Unsupported(
-            "workers need the package distributed (Dask), which is not installed", hint=install("learn")
-        ) from None
-    executor = _Cluster(cluster, tell) if cluster is not None else _Pool(workers or 1, tell)
-    with silence_logging_cmgr(logging.CRITICAL):  # Dask reports a lost connection at length
-        try:
-            executor.open()
-            yield executor
-        finally:
-            executor.close()
+        executor.open()
+        yield executor
+    finally:
+        executor.close()
 
 
 class _Here(Executor):
@@ -437,7 +433,9 @@ def _knock(address: str) -> None:
 def _join(address: str, tell: Callable[[str], object], stack: contextlib.ExitStack) -> Any:
     """Connect to a cluster that runs already, and return the client."""
     import distributed
+    from distributed.utils import silence_logging_cmgr
 
+    stack.enter_context(silence_logging_cmgr(logging.CRITICAL))  # it reports a lost connection at length
     try:
         _knock(address)
         with warnings.catch_warnings():
