@@ -10,21 +10,22 @@ luck of their starts.
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elib.base.body import WHEEL_SPREAD
 from elib.base.errors import ArgumentError, ElibError, Unsupported
-from elib.base.rules import SEED, Whole
+from elib.base.rules import SEED, Delay, Probability, Whole, check
 from elib.learn.champion import Champion
 from elib.learn.executor import Executor, open_executor
 from elib.learn.linked import can_be_measured, play_on_robot, play_on_wire
@@ -195,23 +196,20 @@ class TransferPlan:
         ArgumentError: A number is out of its range, or there is no such profile.
     """
 
-    runs: int = 20
-    seed: int = 0
+    runs: Annotated[int, Whole(1, 10_000)] = 20
+    seed: Annotated[int, SEED] = 0
     firmwares: Sequence[str] = ALL_FIRMWARES
-    latency: float = 0.05
-    jitter: float = 0.01
-    loss: float = 0.02
+    latency: Delay = 0.05
+    jitter: Delay = 0.01
+    loss: Probability = 0.02
     profiles: Sequence[str] | None = None
     sensitivity: bool = True
     robot: str | None = None
-    robot_runs: int = 5
+    robot_runs: Annotated[int, Whole(1, 1_000)] = 5
     engine: Literal["compiled", "interpreted"] | None = None
 
     def __post_init__(self) -> None:
-        Whole(1, 10_000).require(self.runs, "runs")
-        Whole(1, 1_000).require(self.robot_runs, "robot_runs")
-        SEED.require(self.seed, "seed", "the ")
-        SimulationSettings(latency=self.latency, jitter=self.jitter, loss=self.loss)
+        check(self)
         for name in self.profiles or ():
             if name not in PROFILES:
                 if not name.endswith(".toml"):
@@ -279,10 +277,18 @@ def transfer(
             f"task {task.name!r} has {task.robots} robots; it cannot be measured on one",
             hint="leave --robot out",
         )
-    if executor is not None:
-        return _Transfer(champion, plan, executor, progress).report(ask)
-    with open_executor() as here:
-        return _Transfer(champion, plan, here, progress).report(ask)
+    with contextlib.nullcontext(executor) if executor is not None else open_executor() as runs:
+        return _Transfer(champion, plan, runs, progress).report(ask)
+
+
+class _Stage(NamedTuple):
+    """A stage that runs in the simulator, with all seeds: in physics alone if it has a task, or else on the wire."""
+
+    name: str
+    about: str
+    task: Task | None = None
+    firmware: str = ""
+    keys: Mapping[str, object] = {}
 
 
 class _Transfer:
@@ -317,22 +323,19 @@ class _Transfer:
         """Run all stages; first those on the robot, whose person then need not wait for the others."""
         plan, learned = self.plan, self.learned.randomisation
         on_robot = [] if plan.robot is None else self._runs_on_robot(plan.robot, ask)
-        self._physics("physics", "physics alone; all robots are alike", self.task)
-        draws = USUAL_DRAWS if learned == Randomisation() else learned
-        whose = "usual" if learned == Randomisation() else "the task's"
+        self._run(_Stage("physics", "physics alone; all robots are alike", self.task))
+        draws, whose = (USUAL_DRAWS, "usual") if learned == Randomisation() else (learned, "the task's")
         about = f"physics; each run draws {whose} differences between robots"
-        self._physics("randomised", about, replace(self.task, randomisation=draws))
-        working = [
-            name
-            for name in plan.firmwares
-            if self._wire(f"wire {name}", "the whole chain with this firmware, typical robots, on a quiet link", name)
-        ]
-        firmware = working[0] if working else None
-        if firmware is not None:
+        self._run(_Stage("randomised", about, replace(self.task, randomisation=draws)))
+        about = "the whole chain with this firmware, typical robots, on a quiet link"
+        working = [name for name in plan.firmwares if self._run(_Stage(f"wire {name}", about, firmware=name))]
+        firmware = working[0] if working else ""
+        if firmware:
             poor = {"latency": plan.latency, "jitter": plan.jitter, "loss": plan.loss}
             about = f"{plan.latency * 1000:g} ms each way ± {plan.jitter * 1000:g} ms, {plan.loss:.1%} of answers lost"
-            self._wire("poor link", f"{firmware}, {about}", firmware, poor)
-        self._profiles(firmware)
+            self._run(_Stage("poor link", f"{firmware}, {about}", firmware=firmware, keys=poor))
+        for stage in self._profiles(firmware):
+            self._run(stage)
         if plan.robot is not None:
             self._robot(plan.robot, on_robot)
         found = self._sensitivities(firmware) if plan.sensitivity else []
@@ -350,8 +353,8 @@ class _Transfer:
             found.append(written_scene(scene))
         return found
 
-    def _profiles(self, firmware: str | None) -> None:
-        """Try other robots: response profiles in physics, files of robot profiles, which have more, on the wire."""
+    def _profiles(self, firmware: str) -> Iterator[_Stage]:
+        """Yield other robots: response profiles in physics, files of robot profiles, which have more, on the wire."""
         names = self.plan.profiles
         if names is None:
             own = {scene.model.profile for scene in self.task.scenes}
@@ -359,43 +362,41 @@ class _Transfer:
         for name in names:
             if name in PROFILES:
                 task = changed(self.task, partial(replace, profile=name))
-                self._physics(f"profile {name}", f"physics, infrared sensors: {PROFILES[name].source}", task)
-            elif firmware is not None:
+                yield _Stage(f"profile {name}", f"physics, infrared sensors: {PROFILES[name].source}", task)
+            elif firmware:
                 about = f"{firmware}, the robot of {name}"
-                self._wire(f"profile {Path(name).stem}", about, firmware, {"profile": name})
+                yield _Stage(f"profile {Path(name).stem}", about, firmware=firmware, keys={"profile": name})
 
-    def _physics(self, name: str, about: str, task: Task) -> None:
-        self.progress(name)
-        self.stages.append(self._stage(name, about, self._play(task)))
-
-    def _play(self, task: Task) -> list[float]:
-        """Return the fitness of each run in physics alone."""
-        champion = self.champion
-        controller = champion.network.controller(champion.parameters)
-        scores = Episodes(task, engine=self.engine).play(controller, [champion.parameters], self.seeds)
-        return [float(each) for each in scores.fitness[0]]
-
-    def _wire(self, name: str, about: str, firmware: str, keys: Mapping[str, object] | None = None) -> bool:
-        """Run a stage on the wire; return whether the firmware has the sensors."""
-        self.progress(name)
+    def _run(self, stage: _Stage) -> bool:
+        """Run a stage of the report; return whether that is possible."""
         try:
-            fitness, lost = self._chain(firmware, keys or {})
+            self.stages.append(self._result(stage))
         except Unsupported as error:
             cause = error.__cause__
-            self.left_out.append(f"{name}: {cause.message if isinstance(cause, ElibError) else error.message}")
+            self.left_out.append(f"{stage.name}: {cause.message if isinstance(cause, ElibError) else error.message}")
             return False
-        self.stages.append(replace(self._stage(name, about, fitness), lost=lost))
         return True
 
-    def _chain(self, firmware: str, keys: Mapping[str, object]) -> tuple[list[float], int]:
-        """Return the fitness of each run through firmware and link, and how many lost their link for good."""
-        jobs = []
-        for seed, world in zip(self.seeds, self.worlds, strict=True):
-            about = {"robots": self.task.robots, "firmware": firmware, "seed": seed, **keys}
-            jobs.append((self.champion, world, about))
+    def _result(self, stage: _Stage) -> StageResult:
+        """Run a stage.
+
+        Raises:
+            Unsupported: The firmware does not have the sensors of the controller.
+        """
+        self.progress(stage.name)
+        champion = self.champion
+        if stage.task is not None:
+            controller = champion.network.controller(champion.parameters)
+            scores = Episodes(stage.task, engine=self.engine).play(controller, [champion.parameters], self.seeds)
+            return self._stage(stage.name, stage.about, scores.fitness[0].tolist())
+        keys = {"robots": self.task.robots, "firmware": stage.firmware}
+        jobs = [
+            (champion, world, {**keys, "seed": seed, **stage.keys})
+            for seed, world in zip(self.seeds, self.worlds, strict=True)
+        ]
         found = dict(self.executor.run(play_on_wire, jobs))
-        runs = [found[k] for k in range(len(jobs))]
-        return [fitness for fitness, _ in runs], sum(is_lost for _, is_lost in runs)
+        fitness, is_lost = zip(*(found[k] for k in range(len(jobs))), strict=True)
+        return replace(self._stage(stage.name, stage.about, fitness), lost=sum(is_lost))
 
     def _stage(self, name: str, about: str, fitness: Sequence[float], *, on_robot: bool = False) -> StageResult:
         """Return the stage that these runs make."""
@@ -414,16 +415,15 @@ class _Transfer:
             ratio_interval=bootstrap(fitness, base, paired=not on_robot, seed=seed),
         )
 
-    def _sensitivities(self, firmware: str | None) -> list[Sensitivity]:
+    def _sensitivities(self, firmware: str) -> list[Sensitivity]:
         """Look for what breaks the controller; return the most fragile first."""
         if self.stages[0].mean <= 0.0:
             self.left_out.append("what breaks it: its mean fitness in physics is not above 0")
             return []
-        tried = [each for each in TROUBLES if each.where == "physics" or firmware is not None]
-        found = [self._sensitivity(each, firmware) for each in tried]
+        found = [self._sensitivity(each, firmware) for each in TROUBLES if each.where == "physics" or firmware]
         return sorted(found, key=lambda each: (each.margin, each.stages[-1].mean))
 
-    def _sensitivity(self, trouble: Trouble, firmware: str | None) -> Sensitivity:
+    def _sensitivity(self, trouble: Trouble, firmware: str) -> Sensitivity:
         """Let one trouble grow until the controller is broken, or to the end of its range."""
         name, unit, where, key, _, tried = trouble
         physics = self.stages[0]
@@ -435,13 +435,12 @@ class _Transfer:
         for value in tried:
             if value <= begin or stages[-1].mean < least:
                 continue
-            self.progress(f"{name} {value:g}")
+            stage = _Stage(f"{name} {value:g}", f"{value:g} {unit}", firmware=firmware, keys={key: value})
             if where == "physics":
-                fitness = self._play(changed(self.task, partial(_with_at_least, key=key, value=value)))
-            else:
-                fitness, _ = self._chain(firmware or "", {key: value})
+                task = changed(self.task, partial(_with_at_least, key=key, value=value))
+                stage = stage._replace(task=task)
             values.append(value)
-            stages.append(self._stage(f"{name} {value:g}", f"{value:g} {unit}", fitness))
+            stages.append(self._result(stage))
         limit = crossing(values, [stage.mean for stage in stages], least)
         return Sensitivity(trouble, tuple(values), tuple(stages), limit)
 
