@@ -5,16 +5,21 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import replace
+from typing import Final
 
 from elib.simulator.physics import Box, Cylinder, Pose, Scene
 from elib.simulator.physics.geometry import Solid
+from elib.simulator.physics.records import Robot
 from elib.simulator.physics.task import Randomisation
 
 STEP = 1 / 40
 """s. Four ticks make the period of 0.1 s in which the controllers of all tasks decide."""
 
+WIDTH: Final = 0.074
+"""m. The width of a robot: that far apart are the middles of two that touch."""
+
 GAP = 0.13
-"""m. Least way between two obstacles: a robot, 7.4 cm wide, passes and can turn round."""
+"""m. Least way between two obstacles: a robot passes and can turn round."""
 
 ROBOTS = Randomisation(
     spread=(0.5, 1.5),  # From good robots to poorer ones than typical: gains, wheels, axles (measured-robots.md).
@@ -25,6 +30,18 @@ ROBOTS = Randomisation(
     latency=(0.0, 0.1),  # Two commands take 0.09 s over Bluetooth (docs/reference/wire-protocol.md, 5.13).
 )
 """How far robots differ: drawn once an episode."""
+
+
+def distance(x1: float, y1: float, x2: float, y2: float) -> float:
+    """Return the distance of two points, for rewards: also compiled."""
+    dx = x2 - x1
+    dy = y2 - y1
+    return math.sqrt(dx * dx + dy * dy)
+
+
+def forward_speed(robot: Robot, top_speed: float) -> float:
+    """Return how fast a robot drives forward, as a part of its top speed, -1..1: the mean of its wheels."""
+    return min(max(0.5 * (robot.left_speed + robot.right_speed) / top_speed, -1.0), 1.0)
 
 
 def gallery(name: str) -> Scene:

@@ -8,10 +8,9 @@ Gauci and others earns 0.83.
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, STEP
+from elib.learn.rooms import ROBOTS, STEP, WIDTH, distance
 from elib.simulator.physics import Box, EpuckModel, Scene
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
@@ -30,9 +29,6 @@ KERB = 0.02
 TOGETHER: Final = 0.6
 """m between two robots, beyond which they count as apart."""
 
-WIDTH: Final = 0.074
-"""m between the middles of two robots that touch."""
-
 
 def reward(world: Records, i: int) -> float:
     """Return how near the others are, 0..1: the mean of 1 - (d - 7.4 cm) / 60 cm, and 0 for those farther away.
@@ -43,9 +39,8 @@ def reward(world: Records, i: int) -> float:
     near = 0.0
     for k in range(len(world.robots)):
         if k != i:
-            dx = world.robots[k].x - robot.x
-            dy = world.robots[k].y - robot.y
-            near += min(max(1.0 - (sqrt(dx * dx + dy * dy) - WIDTH) / TOGETHER, 0.0), 1.0)
+            apart = distance(robot.x, robot.y, world.robots[k].x, world.robots[k].y)
+            near += min(max(1.0 - (apart - WIDTH) / TOGETHER, 0.0), 1.0)
     return near / (len(world.robots) - 1)
 
 

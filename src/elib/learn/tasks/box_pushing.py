@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 import random
-from math import sqrt
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, STEP
+from elib.learn.rooms import ROBOTS, STEP, distance
 from elib.simulator.physics import Box, Light, Pose, Scene
 from elib.simulator.physics.geometry import unit
 from elib.simulator.physics.records import Records
@@ -37,9 +36,7 @@ TRIP: Final = 0.6
 
 def lamp_distance(world: Records, x: float, y: float) -> float:
     """Return how far (x, y) is from the lamp, m."""
-    dx = world.lamps[0].x - x
-    dy = world.lamps[0].y - y
-    return sqrt(dx * dx + dy * dy)
+    return distance(x, y, world.lamps[0].x, world.lamps[0].y)
 
 
 def reward(world: Records, i: int) -> float:

@@ -8,10 +8,9 @@ that stop as soon as they see no other one do not reach it: they have to drive o
 from __future__ import annotations
 
 from dataclasses import replace
-from math import sqrt
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, cluster, room
+from elib.learn.rooms import ROBOTS, WIDTH, cluster, distance, room
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
 
@@ -20,9 +19,6 @@ COUNT = 9
 SPACED: Final = 0.25
 """m to the nearest robot: far enough. The infrared sensors see a robot up to 13 cm away, from middle to middle."""
 
-WIDTH: Final = 0.074
-"""m between the middles of two robots that touch."""
-
 CORNERS = ((0.25, 0.25), (0.75, 0.25), (0.5, 0.5), (0.25, 0.75), (0.8, 0.8), (0.5, 0.2), (0.2, 0.5), (0.7, 0.5))
 """Where the robots start, m: one place in each world."""
 
@@ -30,13 +26,11 @@ CORNERS = ((0.25, 0.25), (0.75, 0.25), (0.5, 0.5), (0.25, 0.75), (0.8, 0.8), (0.
 def reward(world: Records, i: int) -> float:
     """Return how far the nearest other robot is, 0..1: 0 if it touches, and 1 from 25 cm on."""
     robot = world.robots[i]
-    nearest = SPACED * SPACED
+    nearest = SPACED
     for k in range(len(world.robots)):
         if k != i:
-            dx = world.robots[k].x - robot.x
-            dy = world.robots[k].y - robot.y
-            nearest = min(nearest, dx * dx + dy * dy)
-    return max((sqrt(nearest) - WIDTH) / (SPACED - WIDTH), 0.0)
+            nearest = min(nearest, distance(robot.x, robot.y, world.robots[k].x, world.robots[k].y))
+    return max((nearest - WIDTH) / (SPACED - WIDTH), 0.0)
 
 
 BARE = room(0, width=1.2, depth=1.2)

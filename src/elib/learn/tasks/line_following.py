@@ -12,7 +12,7 @@ import random
 from dataclasses import replace
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, STEP, gallery
+from elib.learn.rooms import ROBOTS, STEP, forward_speed, gallery
 from elib.simulator.physics import Pose, Scene, Stripe
 from elib.simulator.physics.geometry import unit
 from elib.simulator.physics.records import Records
@@ -30,9 +30,8 @@ def reward(world: Records, i: int) -> float:
     robot reads there.
     """
     robot = world.robots[i]
-    forward = min(max(0.5 * (robot.left_speed + robot.right_speed) / TOP_SPEED, -1.0), 1.0)
     black = (robot.white[1] - world.views[i].ground[1]) / (robot.white[1] - robot.black[1])
-    return forward * min(max(black, 0.0), 1.0)
+    return forward_speed(robot, TOP_SPEED) * min(max(black, 0.0), 1.0)
 
 
 def track(seed: int) -> Stripe:

@@ -10,10 +10,9 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import replace
-from math import sqrt
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, gallery
+from elib.learn.rooms import ROBOTS, distance, gallery
 from elib.simulator.physics import Patch, Pose, Scene, Sound, Wall
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
@@ -51,8 +50,7 @@ def ways(scene: Scene) -> list[tuple[float, float, float]]:
             is_inside = 0 <= column < CELLS and 0 <= row < CELLS
             is_open = all(wall.distance(door_x, door_y) > CELL / 4 for wall in scene.walls)
             if is_inside and is_open and row * CELLS + column not in found:
-                length = sqrt((door_x - x) * (door_x - x) + (door_y - y) * (door_y - y))
-                found[row * CELLS + column] = door_x, door_y, rest + length
+                found[row * CELLS + column] = door_x, door_y, rest + distance(x, y, door_x, door_y)
                 waiting.append(row * CELLS + column)
     return [found[cell] for cell in range(CELLS * CELLS)]
 
@@ -78,9 +76,7 @@ def way_left(world: Records, x: float, y: float) -> float:
     column = min(max(int(x / CELL), 0), CELLS - 1)
     row = min(max(int(y / CELL), 0), CELLS - 1)
     cell = row * CELLS + column
-    dx = DOOR_X[cell] - x
-    dy = DOOR_Y[cell] - y
-    return REST[cell] + sqrt(dx * dx + dy * dy)
+    return REST[cell] + distance(x, y, DOOR_X[cell], DOOR_Y[cell])
 
 
 def is_over(world: Records) -> bool:

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
-from math import sqrt
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, gallery
+from elib.learn.rooms import ROBOTS, distance, gallery
 from elib.simulator.physics import Light, Pose, Scene
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
@@ -34,18 +33,13 @@ def is_over(world: Records) -> bool:
     return ball.x > LINE and abs(ball.y - MIDDLE) < POST
 
 
-def goal_distance(x: float, y: float) -> float:
-    """Return how far (x, y) is from the middle of the goal line, m."""
-    return sqrt((LINE - x) * (LINE - x) + (MIDDLE - y) * (MIDDLE - y))
-
-
 def reward(world: Records, i: int) -> float:
     """Return by how many metres the ball came nearer to the goal in this tick, and 1 more when it is in.
 
     Both robots earn the same. All together that is below 1 without a goal, and above 1 with one.
     """
     ball = world.things[0]
-    nearer = goal_distance(ball.before_x, ball.before_y) - goal_distance(ball.x, ball.y)
+    nearer = distance(ball.before_x, ball.before_y, LINE, MIDDLE) - distance(ball.x, ball.y, LINE, MIDDLE)
     return nearer + (1.0 if is_over(world) else 0.0)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, room
+from elib.learn.rooms import ROBOTS, forward_speed, room
 from elib.simulator.physics import Box, Scene, Wall
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
@@ -36,13 +36,11 @@ def reward(world: Records, i: int) -> float:
     reads 200 to 1000 counts, a wall 1.1 to 2.9 cm away, and falls to 0 at 0 and at 3000 counts. n is the higher of the
     two front readings as a part of the full scale.
     """
-    robot = world.robots[i]
     view = world.views[i]
-    forward = min(max(0.5 * (robot.left_speed + robot.right_speed) / TOP_SPEED, -1.0), 1.0)
     right = view.proximity[RIGHT]
     beside = min(right / FAR, 1.0, max((TOUCHING - right) / (TOUCHING - NEAR), 0.0))
     ahead = max(view.proximity[0], view.proximity[7]) / 4095.0
-    return forward * beside * (1.0 - ahead)
+    return forward_speed(world.robots[i], TOP_SPEED) * beside * (1.0 - ahead)
 
 
 def scenes() -> tuple[Scene, ...]:
