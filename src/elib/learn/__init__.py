@@ -5,10 +5,9 @@ The tasks and their episodes come from :mod:`elib.simulator.physics`, and run co
 
 import importlib.util
 
-from elib.learn.catalogue import all_tasks, find_task
+from elib.learn.catalogue import all_tasks, find_task, register
 from elib.learn.champion import Champion, load_champion
 from elib.learn.networks import Law, Network, find_controller
-from elib.learn.registration import register
 from elib.learn.study import read_study
 from elib.simulator.physics.episodes import Episodes, Scores
 from elib.simulator.physics.task import Randomisation, Task

@@ -29,6 +29,24 @@ def all_tasks() -> dict[str, Task]:
     return found
 
 
+def register() -> None:
+    """Register with Gymnasium an environment for each task that comes with elib: ``elib/Avoid-v0``. Safe to repeat.
+
+    The tasks themselves are not imported before they are used.
+    """
+    import gymnasium
+
+    for module in pkgutil.iter_modules(shipped.__path__):
+        name = f"elib/{module.name.title().replace('_', '')}-v0"
+        if name not in gymnasium.registry:
+            gymnasium.register(
+                name,
+                entry_point="elib.learn.envs:TaskEnv",
+                vector_entry_point="elib.learn.envs:TaskVectorEnv",
+                kwargs={"task": module.name.replace("_", "-")},
+            )
+
+
 def find_task(name: str) -> Task:
     """Return a task.
 
