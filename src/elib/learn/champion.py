@@ -33,7 +33,7 @@ from elib import __version__
 from elib.base.body import STEPS_PER_REVOLUTION
 from elib.base.errors import Unsupported
 from elib.base.files import read_file, write_file
-from elib.base.rules import Mistake, Number, Rule, Text, Whole, check
+from elib.base.rules import Mistake, Number, Rule, Several, Text, Whole, check
 from elib.base.tables import MAX_FILE, Table, keys_of, read_toml
 from elib.behaviours import Behaviour, BehaviourStyle, OpenAir, RunContext, react
 from elib.learn.catalogue import find_task
@@ -79,20 +79,6 @@ class _Names(Rule):
         raise self.refuse(value)
 
 
-@dataclass(frozen=True, slots=True)
-class _Numbers(Rule):
-    """The rule of the parameters."""
-
-    def __str__(self) -> str:
-        return f"a list of 1 to {MAX_MEMORY} finite numbers"
-
-    def accept(self, value: object) -> tuple[float, ...]:
-        if isinstance(value, list | tuple) and 0 < len(value) <= MAX_MEMORY:
-            with contextlib.suppress(Mistake):
-                return tuple(Number().accept(each) for each in value)
-        raise self.refuse(value)
-
-
 @dataclass(frozen=True)
 class Champion:
     """A controller with its parameters, and where it comes from.
@@ -114,7 +100,7 @@ class Champion:
     task: Annotated[str, Text(1000, example='"avoid"')]
     controller: Annotated[str, Text(1000, example='"recurrent"')]
     sensors: Annotated[tuple[str, ...], _Names(example='["proximity"]')]
-    parameters: Annotated[tuple[float, ...], _Numbers(example="[0.5, -0.25]")]
+    parameters: Annotated[tuple[float, ...], Several(Number(), 1, MAX_MEMORY, example="[0.5, -0.25]")]
     hidden: Annotated[int, Whole(0, 100)] = 0
     period: Annotated[float, Number(0.0001, 10, "s")] = 0.1
     top_speed: Annotated[float, Number(0.001, FASTEST, "m/s")] = 0.1

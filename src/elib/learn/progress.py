@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -37,41 +38,29 @@ class Best(NamedTuple):
     parameters: NDArray[np.float64]
 
 
+@dataclass
 class Progress:
-    """What an evolution tells of itself. The evolution writes it and waits for no one; any thread may read it.
+    """How far an evolution has come. The evolution writes it and waits for no one; any thread may read it.
 
-    Args:
+    Attributes:
         task: What is learned.
         controller: Makes a controller of parameters.
         generations: How many there will be.
         settings: What else a person wants to know of the study, by name: ``{"optimiser": "CMA-ES", "seed": 1}``.
-
-    Attributes:
-        task: As given.
-        controller: As given.
-        generations: As given.
-        settings: As given.
         done: The generations so far, oldest first.
         bests: Every controller that was better than all before it, and the winner of the final test; the last one is
             the best so far.
         outcome: Why the evolution ended, for a person; empty while it runs.
     """
 
-    def __init__(
-        self,
-        task: Task,
-        controller: Callable[[NDArray[np.float64]], Controller],
-        generations: int,
-        settings: Mapping[str, object],
-    ) -> None:
-        self.task = task
-        self.controller = controller
-        self.generations = generations
-        self.settings = settings
-        self.done: list[Spread] = []
-        self.bests: list[Best] = []
-        self.outcome = ""
-        self._times = [perf_counter()]
+    task: Task
+    controller: Callable[[NDArray[np.float64]], Controller]
+    generations: int
+    settings: Mapping[str, object]
+    done: list[Spread] = field(default_factory=list)
+    bests: list[Best] = field(default_factory=list)
+    outcome: str = ""
+    _times: list[float] = field(default_factory=lambda: [perf_counter()])
 
     def add(self, fitness: NDArray[np.float64], population: NDArray[np.float64]) -> None:
         """Note one more generation.

@@ -12,6 +12,16 @@ FASTEST_TURN = 5.0
 """rad/s. A little more than an e-puck reaches on the spot, 4.86 rad/s at 1000 steps/s."""
 
 
+READINGS: dict[str, type[Reading]] = {
+    "proximity": Proximity,
+    "ambient_light": AmbientLight,
+    "ground": Ground,
+    "microphones": Microphones,
+    "distance": Distance,
+}
+"""The sensors whose numbers are those of a command's reading."""
+
+
 class Channel(NamedTuple):
     """One number of an observation or an action.
 
@@ -30,27 +40,15 @@ class Channel(NamedTuple):
 
 def channels_of(sensor: str) -> tuple[Channel, ...]:
     """Return the numbers that a sensor gives, in order."""
-    match sensor:
-        case "proximity":
-            return _described(sensor, Proximity)
-        case "ambient_light":
-            return _described(sensor, AmbientLight)
-        case "ground":
-            return _described(sensor, Ground)
-        case "microphones":
-            return _described(sensor, Microphones)
-        case "distance":
-            return (_described(sensor, Distance)[0]._replace(name=sensor),)
-        case "acceleration":
-            return tuple(Channel(f"{sensor}_{axis}", "m/s2", -RANGE, RANGE) for axis in ("forward", "left", "up"))
-        case "rotation":
-            return (Channel(sensor, "rad/s", -FASTEST_TURN, FASTEST_TURN),)
-    raise ArgumentError(f"no environment knows the sensor {sensor!r}")
-
-
-def _described(sensor: str, kind: type[Reading]) -> tuple[Channel, ...]:
-    return tuple(
+    if sensor == "acceleration":
+        return tuple(Channel(f"{sensor}_{axis}", "m/s2", -RANGE, RANGE) for axis in ("forward", "left", "up"))
+    if sensor == "rotation":
+        return (Channel(sensor, "rad/s", -FASTEST_TURN, FASTEST_TURN),)
+    if sensor not in READINGS:
+        raise ArgumentError(f"no environment knows the sensor {sensor!r}")
+    channels = tuple(
         Channel(f"{sensor}_{name}", info.unit, float(info.low or 0), float(info.high or 0))
-        for info in describe(kind, Role.NUMBER)
+        for info in describe(READINGS[sensor], Role.NUMBER)
         for name in info.names or (info.name,)
     )
+    return (channels[0]._replace(name=sensor),) if sensor == "distance" else channels

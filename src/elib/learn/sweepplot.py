@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from elib.learn.sweep import Row, Sweep, Value, check_metric, kind_of
-from elib.studies.report import COLOURS, INK, PAPER, save
+from elib.studies.report import COLOURS, GRID, INK, PAPER, save, trim
 
 BINS = 8
 """Parts into which a parameter with more values than :data:`MAX_TICKS` is divided for the line of a plot."""
@@ -53,11 +53,9 @@ def draw_sweep(path: Path, sweep: Sweep, rows: Sequence[Row], metric: str = "") 
         if not name:
             axes.set_xticks(range(len(kinds)), labels)
             axes.set_xlim(-0.6, len(kinds) - 0.4)
-        axes.grid(axis="y", color="#e3e6eb", linewidth=0.8)
+        axes.grid(axis="y", color=GRID, linewidth=0.5)
         axes.set_axisbelow(True)
-        axes.tick_params(colors=INK, length=0)
-        for side in ("top", "right", "left"):
-            axes.spines[side].set_visible(False)
+        trim(axes)
         if k == 0:
             axes.set_ylabel(sweep.metrics[metric], color=INK)
     if names and varying:
