@@ -100,7 +100,7 @@ def die_at(moment: str, number: int) -> None:
             self._file: Any = Torn(self._file)  # type: ignore[arg-type, assignment]
 
     os.fsync, Path.replace = synced, replaced  # type: ignore[assignment, method-assign]
-    sys.modules["elib.learn.study"].Journal = Journal  # type: ignore[attr-defined]
+    journal.Journal = Journal  # type: ignore[misc]
 
 
 if __name__ == "__main__":
