@@ -65,10 +65,10 @@ def test_a_recording_is_equal_to_itself(compared: Told, first: Path) -> None:
 def test_two_recordings_stand_side_by_side(compared: Told, first: Path, second: Path) -> None:
     text = compared(first, second)
     assert max(map(len, text.splitlines())) <= 82
-    for line in ("commands, ms", "path, measured", "readings", "encoders", "  front_right"):
+    for line in ("commands, ms", "path, measured", "readings", "encoders", "proximity  front_right"):
         assert f"\n{line}" in text
-    assert "note: A ran asercom-1.2.2 and B btcom-2.0" in text
-    assert "note: B is shorter" in text
+    assert "note:  A ran asercom-1.2.2 and B btcom-2.0" in text
+    assert "note:  B is shorter" in text
 
 
 def test_the_json_holds_what_the_table_shows(compared: Told, first: Path, second: Path) -> None:
@@ -126,8 +126,8 @@ def test_a_recording_with_nothing_in_it_is_compared_too(compared: Told, first: P
 
     run_on("sim://square?speed=max", nothing)
     text = compared(first, file)
-    assert "note: B has no command in it" in text
-    assert "note: only A has encoders, proximity" in text
+    assert "note:  B has no command in it" in text
+    assert "note:  only A has encoders, proximity" in text
     assert "readings: none that both have" in text
     assert compared(file, file, "--plot", tmp_path / "empty.png")
     assert "parity" in compared(file)

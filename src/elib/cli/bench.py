@@ -182,7 +182,7 @@ async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLin
     times: list[float] = []
     lost = refused = 0
     for number in range(count):
-        line.show([(f"{name} {number + 1} of {count}", "2")])
+        line.tell(f"{name} {number + 1} of {count}")
         began = robot.time
         try:
             await call(robot)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,14 +13,14 @@ from elib.base.errors import ArgumentError
 from elib.cli import reality as beside
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
-from elib.cli.terminal import DIM, LiveLine, columns
+from elib.cli.terminal import LiveLine, grid, table
 from elib.records.reader import Recording, read_recording
 from elib.simulator.emulator.robotprofile import load as load_profile
 from elib.simulator.physics import Scene, Snapshot, World
 from elib.simulator.worlds.files import parse
 from elib.studies import comparison
 from elib.studies.compared import draw_comparison
-from elib.studies.comparison import NONE, Comparison, PathComparison, Run, run_of
+from elib.studies.comparison import Comparison, PathComparison, Run, run_of
 from elib.studies.reality.parity import ROBOTS, realism
 from elib.studies.report import check_report
 from elib.studies.scores import MAX_CHANCE, Parity, parity
@@ -100,12 +99,9 @@ def compare(
     recording = read_recording(first)
     parts: Parity | None = None
     if second is None:
-        line = LiveLine()
         robot = None if profile is None else load_profile(profile)
-        try:
-            parts = parity(recording, profile=robot, world=world, progress=lambda text: line.show([(text, DIM)]))
-        finally:
-            line.clear()
+        with LiveLine() as line:
+            parts = parity(recording, profile=robot, world=world, progress=line.tell)
         found = parts.comparison
     else:
         found = comparison.compare(run_of(recording), run_of(read_recording(second)))
@@ -119,11 +115,9 @@ def compare(
 
 
 def _compare_with_reality(drawing: dict[str, Any], file: Path | None, *, json: bool) -> None:
-    line, recording = LiveLine(), None if file is None else read_recording(file)
-    try:
-        found = realism(**drawing, recording=recording, progress=lambda text: line.show([(text, DIM)]))
-    finally:
-        line.clear()
+    recording = None if file is None else read_recording(file)
+    with LiveLine() as line:
+        found = realism(**drawing, recording=recording, progress=line.tell)
     if json:
         print_json(beside.to_json(found))
     else:
@@ -146,7 +140,7 @@ def floor_of(recording: Recording, world: str | None) -> Snapshot | None:
 
 
 def to_text(found: Comparison, parts: Parity | None, labels: tuple[str, str]) -> str:
-    """Return the comparison as tables of 79 columns."""
+    """Return the comparison as tables."""
     blocks = [_heads(found, labels)]
     notes = list(found.notes)
     if parts is not None:
@@ -157,8 +151,7 @@ def to_text(found: Comparison, parts: Parity | None, labels: tuple[str, str]) ->
             notes.append(f"{parts.skipped} readings were not asked for in the simulator because its line was busy")
         if any(score.name == "path" and score.noise > MAX_CHANCE * score.spread for score in parts.scores):
             notes.append("the path has no score: by chance alone, two simulated robots are too far apart")
-    width = min(columns(), 79)
-    blocks += ["\n".join(textwrap.fill(f"note: {note}", width, subsequent_indent="      ") for note in notes)]
+    blocks.append(table([("note:", note) for note in notes], indent=0))
     blocks += [_commands(found), _path(found.path), _readings(found, parts)]
     return "\n\n".join(block for block in blocks if block)
 
@@ -167,66 +160,61 @@ def _heads(found: Comparison, labels: Sequence[str]) -> str:
     rows = []
     for letter, label, run in zip("AB", labels, (found.first, found.second), strict=True):
         failed = f", {run.failed} failed" if run.failed else ""
-        rows.append(f"{letter}  {label}")
-        rows.append(f"   {run.firmware}, {run.origin}, {run.duration:.1f} s, {run.calls} commands{failed}")
-    return "\n".join(rows)
+        rows += [
+            (letter, label),
+            ("", f"{run.firmware}, {run.origin}, {run.duration:.1f} s, {run.calls} commands{failed}"),
+        ]
+    return table(rows, indent=0)
 
 
 def _scores(parts: Parity) -> str:
-    rows = [f"{'parity':<16}{'score':>8}{'difference':>13}{'noise alone':>13}{'spread':>11}"]
+    rows = []
     for score in parts.scores:
         unit, scale, digits = {"path": ("mm", 1000, 1), "latency": ("ms", 1000, 2)}.get(score.name, ("", 1, 1))
-        cells = (score.difference, score.noise, score.spread)
-        shown = [_number(cell * scale, digits, unit) for cell in cells]
-        rows.append(f"{score.name:<16}{_number(score.value, 3):>8}{shown[0]:>13}{shown[1]:>13}{shown[2]:>11}")
-    return "\n".join(rows)
+        cells = (_number(cell * scale, digits, unit) for cell in (score.difference, score.noise, score.spread))
+        rows.append([score.name, _number(score.value, 3), *cells])
+    return grid(["parity", "score", "difference", "noise alone", "spread"], rows)
 
 
 def _commands(found: Comparison) -> str:
-    names = sorted(found.first.commands.keys() | found.second.commands.keys())
-    if not names:
-        return ""
+    runs = {"A": found.first, "B": found.second}
     rows = [
-        f"{'':<17}{'A':>31}{'B':>31}",
-        f"{'commands, ms':<17}" + f"{'count':>7}{'lost':>6}{'p50':>6}{'p95':>6}{'p99':>6}" * 2,
+        [name, letter, str(each.calls), str(each.failed), *(_milliseconds(each.quantile(share)) for share in SHARES)]
+        for name in sorted(found.first.commands.keys() | found.second.commands.keys())
+        for letter, run in runs.items()
+        if (each := run.commands.get(name))
     ]
-    for name in names:
-        row = f"{name:<17}"
-        for run in (found.first, found.second):
-            each = run.commands.get(name, NONE)
-            row += f"{each.calls:>7}{each.failed:>6}"
-            row += "".join(f"{_milliseconds(each.quantile(share)):>6}" for share in SHARES)
-        rows.append(row)
-    return "\n".join(rows)
+    if not rows:
+        return ""
+    return grid(["commands, ms", "", "count", "lost", *(f"p{100 * share:.0f}" for share in SHARES)], rows)
 
 
 def _path(path: PathComparison | None) -> str:
     if path is None:
         return "path: one of the recordings has none"
-    rows = [f"{'path, measured' if path.is_measured else 'path, by the step counters':<28}{'length':>10}   end"]
-    for letter, (length, (x, y, heading)) in zip("AB", (path.first, path.second), strict=True):
-        rows.append(f"{letter:<28}{length:>8.3f} m   ({x:.3f}, {y:.3f}) m, {math.degrees(heading):.1f} degrees")
-    rows.append(f"apart: {_number(1000 * path.mean, 1)} mm on average, {_number(1000 * path.largest, 1)} mm at most")
-    return "\n".join(rows)
+    rows = [
+        [letter, f"{length:.3f} m", f"({x:.3f}, {y:.3f}) m, {math.degrees(heading):.1f} degrees"]
+        for letter, (length, (x, y, heading)) in zip("AB", (path.first, path.second), strict=True)
+    ]
+    heading = ["path, measured" if path.is_measured else "path, by the step counters", "length", "end"]
+    apart = f"apart: {_number(1000 * path.mean, 1)} mm on average, {_number(1000 * path.largest, 1)} mm at most"
+    return f"{grid(heading, rows)}\n{apart}"
 
 
 def _readings(found: Comparison, parts: Parity | None) -> str:
     if not found.fields:
         return "readings: none that both have"
-    head = f"{'readings':<32}{'n':>6}{'mean A':>10}{'mean B':>10}{'RMS A-B':>10}{'corr.':>7}"
-    rows = [head if parts is None else f"{head:<75}{'parity':>7}"]
-    before = ""
+    rows = []
     for each in found.fields:
-        if each.reading != before:
-            rows.append(each.reading)
-            before = each.reading
-        row = f"  {each.field:<30}{each.count:>6}{_number(each.means[0], 1):>10}{_number(each.means[1], 1):>10}"
-        row += f"{_number(each.rms, 1):>10}{_number(each.correlation, 3):>7}"
+        numbers = (each.means[0], each.means[1], each.rms)
+        row = [each.reading, each.field, str(each.count), *(_number(number, 1) for number in numbers)]
+        row.append(_number(each.correlation, 3))
         if parts is not None:
             score = parts.fields.get((each.reading, each.field))
-            row += f"{'-' if score is None else _number(score.value, 3):>7}"
+            row.append("-" if score is None else _number(score.value, 3))
         rows.append(row)
-    return "\n".join(rows)
+    heading = ["readings", "", "n", "mean A", "mean B", "RMS A-B", "corr.", *["parity"] * (parts is not None)]
+    return grid(heading, rows, left=2)
 
 
 def _milliseconds(seconds: float) -> str:

@@ -12,7 +12,7 @@ from elib.base.body import AXLE
 from elib.base.errors import ArgumentError
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
-from elib.cli.terminal import DIM, LiveLine, columns, say, table
+from elib.cli.terminal import LiveLine, columns, say, table
 from elib.records.reader import read_recording
 from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.studies import Fitted, fit_robot
@@ -36,13 +36,8 @@ def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, js
     """
     if output is not None and output.suffix.lower() != ".toml":
         raise ArgumentError(f"the profile cannot be written to {str(output)!r}; its name must end in .toml")
-    line = LiveLine()
-    try:
-        found = fit_robot(
-            read_recording(file), world=world, progress=lambda text: line.show([(f"fitting: {text}", DIM)])
-        )
-    finally:
-        line.clear()
+    with LiveLine() as line:
+        found = fit_robot(read_recording(file), world=world, progress=lambda text: line.tell(f"fitting: {text}"))
     if output is not None:
         write(found.profile, output)
     if json:

@@ -19,7 +19,7 @@ from elib.base.plaintext import plain
 from elib.base.rules import Whole
 from elib.cli.arguments import AsJson
 from elib.cli.readings import print_json
-from elib.cli.terminal import DIM, LiveLine, say
+from elib.cli.terminal import LiveLine, say
 from elib.lab import Lab, find_lab, load_lab
 from elib.lab.marking import Mark, mark_all
 from elib.lab.marksheet import to_csv, to_html, to_json, to_rows
@@ -87,7 +87,7 @@ def mark(
     def done(mark: Mark) -> None:
         nonlocal count
         count += 1
-        line.show([(f"{count} of {total} marked: {mark.name}", DIM)])
+        line.tell(f"{count} of {total} marked: {mark.name}")
 
     marked: list[tuple[Lab, list[Mark]]] = []
     wrong: list[str] = []

@@ -7,7 +7,7 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Literal, TextIO
+from typing import TYPE_CHECKING, Literal, Self, TextIO
 
 from elib.base.plaintext import plain
 
@@ -99,7 +99,7 @@ def grid(
 
 
 class LiveLine:
-    """A line that is overwritten again and again; nothing is written where there is no terminal.
+    """A line that is overwritten again and again, until a block ends; nothing is written where there is no terminal.
 
     Args:
         stream: Stream to write to; stderr by default.
@@ -109,6 +109,16 @@ class LiveLine:
         self._stream = sys.stderr if stream is None else stream
         self.is_shown = is_live(self._stream)
         self._is_dirty = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.clear()
+
+    def tell(self, text: str) -> None:
+        """Overwrite the line with a note on how far the work is."""
+        self.show([(text, DIM)])
 
     def show(self, parts: Sequence[tuple[str, str]]) -> None:
         """Overwrite the line.

@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
-from rich.console import Console
-from rich.table import Table
 
 from elib.base.errors import ArgumentError
 from elib.base.extras import install
 from elib.cli.arguments import AsJson, Cluster, Workers
 from elib.cli.readings import print_json
-from elib.cli.terminal import DIM, LiveLine, columns, say
+from elib.cli.terminal import LiveLine, grid, say
 from elib.learn.champion import load_champion
 from elib.learn.executor import open_executor
 from elib.learn.transfer import TransferPlan, TransferReport
@@ -96,18 +94,14 @@ def transfer(
         check_folder(out)
     if importlib.util.find_spec("numba") is None:
         say(f"Numba is not installed: the physics runs interpreted, far slower, to the same report; {install('learn')}")
-    line = LiveLine()
-    try:
-        with open_executor(workers, cluster) as executor:
-            report = run_transfer(
-                champion,
-                plan,
-                executor=executor,
-                progress=lambda text: line.show([(text, DIM)]),
-                ask=None if yes or not sys.stdin.isatty() else lambda text: ask(line, text),
-            )
-    finally:
-        line.clear()
+    with LiveLine() as line, open_executor(workers, cluster) as executor:
+        report = run_transfer(
+            champion,
+            plan,
+            executor=executor,
+            progress=line.tell,
+            ask=None if yes or not sys.stdin.isatty() else lambda text: ask(line, text),
+        )
     title = f"{file} ({report.task})"
     if json:
         print_json(to_json(report))
@@ -140,12 +134,7 @@ def seconds_of(text: str, option: str) -> float:
 
 def show(report: TransferReport) -> None:
     """Print the table of the stages, and what breaks the controller first."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for number, name in enumerate(COLUMNS):
-        table.add_column(name, justify="left" if number == 0 else "right")
-    for stage in report.stages:
-        table.add_row(*row_of(stage))
-    Console(width=columns(), highlight=False).print(table)
+    print(grid(COLUMNS, map(row_of, report.stages)))
     for reason in report.left_out:
         say(f"left out: {reason}")
     if report.sensitivities:
