@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import signal
-import sys
 from pathlib import Path
 
 import pytest
@@ -302,9 +301,3 @@ def test_a_program_of_ones_own_takes_both_options(tmp_path: Path) -> None:
     with pytest.raises(SystemExit) as ended:
         elib.run(drive, argv=options)
     assert ended.value.code == 2
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="folders without rights are those of POSIX")
-def test_options_may_stand_before_the_commands_own_name(tmp_path: Path) -> None:
-    assert main(["send", "--record", str(tmp_path / "a.mcap"), "--robot", FAST, "selector"]) == 0
-    assert commands(tmp_path / "a.mcap") == ["selector"]

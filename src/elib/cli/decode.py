@@ -35,7 +35,9 @@ HALF = (
 _VERSION = re.compile(rb"v,(Version [^\r\n]{1,80})\r?\n")
 _SENDERS: dict[str, Direction] = {"robot": "to host", "host": "to robot"}
 
-File = Annotated[str, Cli(name="FILE", help="A capture, - for standard input, a port or a URL.")]
+File = Annotated[
+    str, Cli(name="FILE", allow_leading_hyphen=True, help="A capture, - for standard input, a port or a URL.")
+]
 Firmware = Annotated[
     str | None, Cli(metavar="NAME", help=f"{', '.join(FIRMWARES)}; by default what the capture tells, or {ASSUMED}.")
 ]

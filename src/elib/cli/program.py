@@ -10,7 +10,7 @@ from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
 from inspect import BoundArguments, isfunction
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, get_type_hints
 
 from cyclopts import App, CoercionError, CycloptsError, MissingArgumentError, UnknownCommandError, UnusedCliTokensError
 from cyclopts import Parameter as Cli
@@ -63,9 +63,6 @@ APPS = {name: f"elib.cli.{name}:app" for name in ("run", "send", "record", "worl
 """The commands that have sub-commands, or help pages of their own: where their parsers are."""
 
 PAGE_OPTIONS = ("--help", "-h", "--version")
-
-Early = Annotated[list[str] | None, Cli(show=False)]
-EarlyFlag = Annotated[bool, Cli(show=False)]
 
 
 def is_program(name: str) -> bool:
@@ -163,23 +160,6 @@ def build(tokens: Sequence[str]) -> App:
         # A help text given here replaces the docstring on the command's own page.
         shown = None if name in tokens else summary
         app.command(APPS.get(name, f"elib.cli.{name}:{name}"), name=name, help=shown, sort_key=order)
-
-    @app.meta.default
-    def arranged(
-        *words: Annotated[str, Cli(show=False, allow_leading_hyphen=True)],
-        robot: Early = None,
-        within: Early = None,
-        log: Early = None,
-        record: Early = None,
-        json: EarlyFlag = False,
-    ) -> Any:
-        """Parse a line on which some options stand before the command's name."""
-        early = {"--robot": robot, "--within": within, "--log": log, "--record": record}
-        moved = [f"{option}={value}" for option, values in early.items() for value in values or ()] + ["--json"] * json
-        line = _normal(list(words))
-        end = line.index("--") if "--" in line else len(line)
-        return app.parse_args([*line[:end], *moved, *line[end:]])
-
     return app
 
 
@@ -189,11 +169,7 @@ def parse(app: App, tokens: Sequence[str]) -> tuple[Callable[..., object], Bound
     Raises:
         CycloptsError: The command line cannot be understood.
     """
-    names = 2 if tokens and tokens[0] in APPS and tokens[0] != "et" else 1
-    if not any(word.startswith("-") and word not in PAGE_OPTIONS for word in tokens[:names]):
-        return app.parse_args(_normal(list(tokens)))[:2]
-    command, bound, _ = app.meta.parse_args(list(tokens))
-    return command(*bound.args, **bound.kwargs)[:2] if command is app.meta.default_command else (command, bound)
+    return app.parse_args(_normal(list(tokens)))[:2]
 
 
 def _normal(words: list[str]) -> list[str]:
@@ -203,12 +179,8 @@ def _normal(words: list[str]) -> list[str]:
             return ["send", name.replace("-", "_"), *rest]
         case ["run"]:
             return ["run", "--help"]
-        case ["run", "--robot" | "--log" | "--record" as option, value, name, *rest]:
-            return _normal(["run", name, f"{option}={value}", *rest])
         case ["run", name, *rest] if not (name.startswith("-") or is_program(name)):
             return ["run", name.lower().replace("_", "-"), *rest]
-        case ["decode", *rest]:
-            return ["decode", *(word for word in rest if word != "-")]  # standard input is the default
         case ["simulate" | "evolve", *_]:
             from elib.cli.simulate import with_optional_link
 
@@ -296,11 +268,13 @@ def _unknown(app: App, error: UnknownCommandError) -> ArgumentError:
             f"{called} sends what the robot knows, and {token} is a motion that elib makes of them",
             hint=f"write a program: robot.{token}(...); elib send set_speed turns the wheels",
         )
+    if token.startswith("-"):
+        hint = "options follow the command, such as: elib send proximity --robot URL"
+        return ArgumentError(f"{called} has no option {token!r}", hint=hint)
     there = [name for name in asked if not name.startswith("-")]
     near = get_close_matches(token, there, 1, cutoff=0.5)
     meant = f"did you mean {called} {near[0]}? " if near else ""
-    kind = "option" if token.startswith("-") else "command"
-    return ArgumentError(f"{called} has no {kind} {token!r}", hint=f"{meant}{called} --help lists them")
+    return ArgumentError(f"{called} has no command {token!r}", hint=f"{meant}{called} --help lists them")
 
 
 def _is_motion(name: str) -> bool:

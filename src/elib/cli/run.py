@@ -118,7 +118,8 @@ def choose(
                 raise ArgumentError(f"{stem} is a folder", hint=f"name a program in it: elib run {stem}/my_robot.py")
             if Path(stem).is_file():
                 raise ArgumentError(f"{stem} is not a program: its name does not end in .py")
-        find(program)  # raises, with a suggestion: a behaviour that exists has a command of its own
+        name = find(program).name  # raises, with a suggestion; a behaviour that exists has a command of its own
+        raise ArgumentError(f"options follow the name of {name}", hint=f"elib run {name} --robot URL")
     if not listed:
         raise ArgumentError("elib run needs the name of a behaviour, or a program", hint="elib run --list lists them")
     print(table([(each.name, each.summary) for each in behaviours().values()], indent=0))
