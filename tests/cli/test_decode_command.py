@@ -16,9 +16,9 @@ from elib_process import elib as elib_command
 
 import elib
 from elib.cli import main
-from elib.cli.decoded import shorten, worded
 from elib.link.protocol import values as v
 from elib.records.decoding.captures import direction_of, form_of, hexadecimal
+from elib.records.decoding.words import shorten, worded
 from elib.robot.runner import run_on
 from shared import run_python
 

@@ -75,7 +75,7 @@ def test_the_report_of_a_healthy_robot_is_ok(printed: Told) -> None:
     [
         (["serail:///dev/rfcomm0"], "did you mean serial://?"),
         (["a", "b"], "elib doctor"),
-        ([DEAD, "--robot", "sim://"], "two links were named"),
+        ([DEAD, "--robot", "sim://"], "two robots were named"),
     ],
 )
 def test_text_that_is_not_a_url_is_wrong_usage(refused: Told, tokens: list[str], message: str) -> None:

@@ -9,10 +9,10 @@ import math
 import numpy as np
 import pytest
 
-from elib.cli.readings import shared_unit, to_json, to_text
 from elib.link.protocol import values as v
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.words import shared_unit, to_json, to_text
 
 NEAR = v.Proximity(1, 2, 3, 4, 5, 6, 7, 8, time=9.0, origin="simulator")
 

@@ -16,8 +16,7 @@ from elib_process import COMMAND, PATIENCE, Told, elib, environment
 from elib.base.plaintext import plain
 from elib.cli import find, send
 from elib.cli.live import bars
-from elib.cli.readings import print_json
-from elib.cli.terminal import BLOCKS, GREEN, LiveLine, paint, say, table
+from elib.cli.terminal import BLOCKS, GREEN, LiveLine, paint, print_json, say, table
 from elib.tools.discovery import Found, Survey
 from shared import Terminal
 

@@ -6,8 +6,8 @@ import asyncio
 
 import pytest
 
-from elib.cli.decoded import PAUSE
-from elib.cli.traffic import TrafficLog
+from elib.records.decoding.traffic import TrafficLog
+from elib.records.decoding.words import PAUSE
 from elib.testing import simulated
 
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from elib.cli.board import Board, trend
-from elib.cli.decoded import worded
-from elib.cli.readings import to_json, to_text
 from elib.link.protocol import values as v
+from elib.link.protocol.words import to_json, to_text
+from elib.records.decoding.words import worded
 from elib.records.encoding import fields_of, numbers_in
 from elib.records.messages import json_of, reading_messages, readings_in
 from elib.records.reader import Entry

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.base.errors import ArgumentError
 from elib.base.rules import DURATION
 
 FAST_SIMULATION = "sim://?speed=max"
@@ -28,9 +29,22 @@ RobotUrl = Annotated[
         help="sim://, serial:///dev/rfcomm0, tcp://HOST:PORT, ...; ELIB_ROBOT can name it too.",
     ),
 ]
+NamedUrl = Annotated[str | None, Cli(help="serial:///dev/rfcomm0, COM3, rfcomm://..., tcp://HOST:PORT, ...")]
+SameUrl = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same, as for the other commands.")]
 AsJson = Annotated[bool, Cli(name="--json", help="Print one line of JSON.")]
 Workers = Annotated[int | None, Cli(name="--workers", metavar="N", help="Worker processes of this computer.")]
 Cluster = Annotated[
     str | None, Cli(name="--cluster", metavar="URL", help="A Dask cluster's scheduler: tcp://HOST:8786.")
 ]
 Seconds = Annotated[float | None, DURATION, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]
+
+
+def one_of(url: str | None, robot: str | None) -> str | None:
+    """Return the robot that was named, as an argument or by --robot.
+
+    Raises:
+        ArgumentError: Two were named.
+    """
+    if url is not None and robot is not None:
+        raise ArgumentError(f"two robots were named: {url} and {robot}", hint="name one of them")
+    return url or robot

@@ -15,11 +15,11 @@ from elib.base.errors import ElibError, LinkError, ReplyTimeout
 from elib.base.quantiles import quantile
 from elib.base.rules import Whole
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
-from elib.cli.readings import Json, print_json
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import LiveLine, grid, table
+from elib.cli.terminal import LiveLine, grid, print_json, table
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import Steps
+from elib.link.protocol.words import Json
 from elib.robot.aio import Epuck
 from elib.robot.runner import run_on
 

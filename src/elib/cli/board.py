@@ -6,11 +6,11 @@ import math
 from collections import deque
 
 from elib.base.errors import ReplyTimeout
-from elib.cli.readings import in_best_unit, in_digits
 from elib.cli.terminal import BLOCKS, BOLD, DIM, YELLOW
 from elib.link.protocol import values as v
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import FieldInfo
+from elib.link.protocol.words import in_best_unit, in_digits
 from elib.link.session.statistics import LinkStats
 from elib.robot.snapshot import Snapshot
 

@@ -12,8 +12,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError
 from elib.cli import reality as beside
 from elib.cli.arguments import AsJson
-from elib.cli.readings import print_json
-from elib.cli.terminal import LiveLine, grid, table
+from elib.cli.terminal import LiveLine, grid, print_json, table
 from elib.records.reader import Recording, read_recording
 from elib.simulator.emulator.robotprofile import load as load_profile
 from elib.simulator.physics import Scene, Snapshot, World

@@ -16,17 +16,17 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.rules import DURATION, Choice
-from elib.cli.decoded import PAUSE, to_json, to_text
-from elib.cli.readings import json_line
-from elib.cli.terminal import has_colour, say
+from elib.cli.terminal import CYAN, DIM, YELLOW, json_line, paint, say
 from elib.link.protocol.profiles import FIRMWARES, profile_named, recognise
 from elib.link.transport import open_transport, parse_url, speed_of
 from elib.records.decoding import ASSUMED, FAULTS, AnyDecoder, Direction, Line, WifiDecoder, decoder_of, is_wifi
 from elib.records.decoding.captures import FORMS, Piece, direction_of, form_of
+from elib.records.decoding.words import PAUSE, Part, to_json, to_text
 from elib.robot.running import run_coroutine
 
 LOOK_AHEAD = 1 << 20
 """Bytes of a file that are searched for the version of the robot before anything is shown."""
+COLOURS: dict[Part, str] = {"place": DIM, "arrow": CYAN, "fault": YELLOW, "filler": DIM}
 HALF = (
     "only the robot's half is here, and nothing else tells what its bytes answer: capture both directions, as with "
     "`elib record`, `robot.trace(...)` or `socat -x`"
@@ -113,7 +113,6 @@ class Printer:
     def __init__(self, *, json: bool, live: bool = False) -> None:
         self._json = json
         self.is_live = live
-        self._has_colour = has_colour(sys.stdout)
         self._count = self._faults = self._unanswered = 0
 
     def assume(self, decoder: AnyDecoder) -> None:
@@ -127,7 +126,7 @@ class Printer:
             self._count += 1
             self._faults += line.kind in FAULTS
             self._unanswered += len(line.unanswered)
-            print(json_line(to_json(line)) if self._json else to_text(line, colour=self._has_colour))
+            print(json_line(to_json(line)) if self._json else to_text(line, paint=_paint))
         if lines and self.is_live:
             sys.stdout.flush()
 
@@ -145,6 +144,10 @@ class Printer:
         say("; ".join(parts))
         if decoder.lacks_requests:
             say(HALF)
+
+
+def _paint(text: str, part: Part) -> str:
+    return paint(text, COLOURS[part], sys.stdout)
 
 
 def _counted(number: int, what: str) -> str:

@@ -5,16 +5,11 @@ from __future__ import annotations
 import platform
 import sys
 import textwrap
-from typing import Annotated
-
-from cyclopts import Parameter as Cli
 
 from elib import __version__
-from elib.base.errors import ArgumentError
 from elib.base.plaintext import plain
-from elib.cli.arguments import AsJson
-from elib.cli.readings import print_json
-from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint
+from elib.cli.arguments import AsJson, NamedUrl, SameUrl, one_of
+from elib.cli.terminal import DIM, GREEN, RED, YELLOW, columns, paint, print_json
 from elib.link.transport import parse_url, speed_of
 from elib.robot.running import run_coroutine
 from elib.tools.diagnosis import CHECKS, OFFER, Diagnosis, DiagnosisStep, diagnose
@@ -24,19 +19,14 @@ WIDTH = 80
 
 MARKS = {"ok": ("ok", GREEN), "warning": ("warn", YELLOW), "failed": ("FAIL", RED), "skipped": ("-", DIM)}
 
-Target = Annotated[str | None, Cli(help="The link: serial:///dev/rfcomm0, COM3, tcp://HOST:PORT, ...")]
-Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same, as for the other commands.")]
 
-
-def doctor(url: Target = None, /, *, robot: Robot = None, json: AsJson = False) -> None:
+def doctor(url: NamedUrl = None, /, *, robot: SameUrl = None, json: AsJson = False) -> None:
     """Find out why a robot does not connect, step by step, and say what to do.
 
     Without URL it looks for a link, as `elib find` does. No wheel is told to turn, and a port that another program has
     open is not opened. The exit code is 1 if a step failed.
     """
-    if url is not None and robot is not None:
-        raise ArgumentError(f"two links were named: {url} and {robot}", hint="name one of them")
-    url = url or robot
+    url = one_of(url, robot)
     speed = "real" if url is None else speed_of(parse_url(url))
     if not json:
         print("\n".join(heading(url)), end="\n\n", flush=True)

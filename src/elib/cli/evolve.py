@@ -17,8 +17,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
 from elib.cli.arguments import AsJson, Cluster, Workers
-from elib.cli.readings import print_json
-from elib.cli.terminal import BLOCKS, is_live, say, table
+from elib.cli.terminal import BLOCKS, is_live, print_json, say, table
 from elib.learn.catalogue import all_tasks
 from elib.learn.evolution import TEST_EPISODES, Evolution, Result
 from elib.learn.executor import open_executor

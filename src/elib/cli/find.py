@@ -10,8 +10,7 @@ from cyclopts import Parameter as Cli
 from elib.base.plaintext import plain
 from elib.base.rules import Number
 from elib.cli.arguments import AsJson
-from elib.cli.readings import print_json
-from elib.cli.terminal import columns, say, table
+from elib.cli.terminal import columns, print_json, say, table
 from elib.link.protocol.quantities import SECONDS
 from elib.robot.running import run_coroutine
 from elib.tools.discovery import LOCAL, TIMEOUT, Found, Survey, survey

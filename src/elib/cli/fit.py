@@ -11,8 +11,7 @@ from cyclopts import Parameter as Cli
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError
 from elib.cli.arguments import AsJson
-from elib.cli.readings import print_json
-from elib.cli.terminal import LiveLine, columns, say, table
+from elib.cli.terminal import LiveLine, columns, print_json, say, table
 from elib.records.reader import read_recording
 from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.studies import Fitted, fit_robot

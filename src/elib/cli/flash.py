@@ -13,8 +13,8 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.plaintext import plain
-from elib.cli.arguments import FAST_SIMULATION
-from elib.cli.terminal import is_live, say, table
+from elib.cli.arguments import FAST_SIMULATION, NamedUrl, SameUrl, one_of
+from elib.cli.terminal import is_live, progress_bar, say, table
 from elib.link.protocol.values import Version
 from elib.link.transport import open_transport, parse_url, speed_of
 from elib.link.transport.base import codec_of
@@ -24,8 +24,6 @@ from elib.tools.flash.image import BOOTLOADER, END, EPUCK2_HINT, NUMBER, NUMBER_
 from elib.tools.flash.uploader import NOT_THIS_ROBOT
 
 File = Annotated[Path, Cli(name="FILE.hex", help="The program, an Intel HEX file.")]
-Target = Annotated[str | None, Cli(help="The robot: serial:///dev/rfcomm0, rfcomm://..., tcp://HOST:PORT, ...")]
-Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same, as for the other commands.")]
 Number = Annotated[
     int | None, NUMBER, Cli(name="--id", metavar="N", help="The robot's number, on its label; 0 to 65535.")
 ]
@@ -47,10 +45,10 @@ SHOWN = 20
 
 def flash(
     file: File,
-    url: Target = None,
+    url: NamedUrl = None,
     /,
     *,
-    robot: Robot = None,
+    robot: SameUrl = None,
     number: Number = None,
     dry_run: DryRun = False,
     verify: Verify = False,
@@ -62,15 +60,14 @@ def flash(
     bootloader: an upload that was interrupted can be repeated. Without URL a virtual robot is used. An e-puck2
     is programmed over its USB cable; with a program or a URL of one, this command names the guide.
     """
-    if url is not None and robot is not None:
-        raise ArgumentError(f"two robots were named: {url} and {robot}", hint="name one of them")
+    url = one_of(url, robot)
     image = read_image(file)
     if dry_run:
         print(described(image, file.name, number))
         return
     if number is None:
         raise ArgumentError("--id is missing", hint=WHY_NUMBER)
-    target = parse_url(url or robot or FAST_SIMULATION)
+    target = parse_url(url or FAST_SIMULATION)
     if target.scheme == "wifi":
         raise Unsupported(f"{target}: {NOT_THIS_ROBOT}", hint=EPUCK2_HINT)
 
@@ -156,11 +153,6 @@ def _progress(rows: int) -> Iterator[Callable[[int, int], None]]:
 
         yield tell
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, redirect_stdout=False, redirect_stderr=True) as progress:
+    with progress_bar() as progress:
         task = progress.add_task("rows", total=rows)
         yield lambda written, rows: progress.update(task, completed=written)

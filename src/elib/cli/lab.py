@@ -18,8 +18,7 @@ from elib.base.files import reason_of, write_file
 from elib.base.plaintext import plain
 from elib.base.rules import Number, nearest
 from elib.cli.arguments import AsJson
-from elib.cli.readings import print_json
-from elib.cli.terminal import GREEN, RED, paint, say, table
+from elib.cli.terminal import GREEN, RED, paint, print_json, say, table
 from elib.lab import VariantResult, find_lab, load_lab, run_variant
 from elib.lab.goal import points
 from elib.lab.labfile import shipped_labs

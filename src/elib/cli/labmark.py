@@ -18,8 +18,7 @@ from elib.base.files import write_file
 from elib.base.plaintext import plain
 from elib.base.rules import Whole
 from elib.cli.arguments import AsJson
-from elib.cli.readings import print_json
-from elib.cli.terminal import LiveLine, say
+from elib.cli.terminal import LiveLine, print_json, say
 from elib.lab import Lab, find_lab, load_lab
 from elib.lab.marking import Mark, mark_all
 from elib.lab.marksheet import to_csv, to_html, to_json, to_rows

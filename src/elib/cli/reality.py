@@ -7,9 +7,9 @@ import sys
 import textwrap
 from itertools import groupby
 
-from elib.cli import readings
-from elib.cli.readings import Json
 from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, columns, paint
+from elib.link.protocol import words as readings
+from elib.link.protocol.words import Json
 from elib.studies.reality.figures import BOUNDS
 from elib.studies.reality.parity import Beside, Condition, Realism
 

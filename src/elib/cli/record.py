@@ -15,11 +15,11 @@ from elib.base.errors import ArgumentError
 from elib.base.plaintext import plain
 from elib.cli.arguments import AsJson, RobotUrl, Seconds
 from elib.cli.live import ENTER, beside, period_of, sensor_parts
-from elib.cli.readings import Json, print_json
 from elib.cli.report import link_rows
-from elib.cli.terminal import BOLD, LiveLine, say, table
+from elib.cli.terminal import BOLD, LiveLine, print_json, say, table
 from elib.cli.watch import RATE, Names, Rate, chosen
 from elib.link.protocol.values import Proximity
+from elib.link.protocol.words import Json
 from elib.link.transport import speed_of
 from elib.records.et.formats import format_of
 from elib.records.export import export

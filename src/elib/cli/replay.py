@@ -15,8 +15,8 @@ from elib.base.errors import ArgumentError
 from elib.base.plaintext import plain
 from elib.behaviours import find
 from elib.cli.arguments import Seconds
-from elib.cli.readings import Json, json_line
-from elib.cli.terminal import is_live, say
+from elib.cli.terminal import is_live, json_line, say
+from elib.link.protocol.words import Json
 from elib.records.mcapreader import Health
 from elib.records.reader import Recording
 from elib.records.timeline import KINDS, Moment, timeline

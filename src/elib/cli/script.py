@@ -8,10 +8,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
-import os
-import signal
 import sys
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -27,30 +24,26 @@ from elib.base.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE
 from elib.base.extras import check_web
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, RunMessage, StateChanged, behaviours, play
 from elib.behaviours._run.context import DEFAULT_SEED
-from elib.behaviours._run.program import code_of, interruptible, is_own, loops_at, own_traceback, run_file
+from elib.behaviours._run.program import TimeLimit, code_of, interruptible, is_own, loops_at, own_traceback, run_file
 from elib.cli.behaviouroptions import given_in, options_of
 from elib.cli.live import RunDisplay
 from elib.cli.program import execute_own, is_package
-from elib.cli.readings import print_json
 from elib.cli.report import ENDINGS, drive_rows, link_rows, state_rows, time_in_states
-from elib.cli.terminal import say, table
+from elib.cli.terminal import print_json, say, table
 from elib.link.session import Disconnected, Reconnected, TraceEvent
 from elib.link.session.statistics import LinkStats, merged
 from elib.link.transport import speed_of
 from elib.records.log import Log
 from elib.records.recorder import Recorder
 from elib.robot.aio import Epuck, on_open
-from elib.robot.emergency import stop_at_once
 from elib.robot.link import Record
 from elib.robot.runner import NOTHING, Records
-from elib.robot.signals import SHUTDOWN_TIME, SIGNALS, interrupt_main_thread
+from elib.robot.signals import SIGNALS
 from elib.robot.substitute import choose_robots, substituted, viewed
 from elib.robot.watchdog import watched
 from elib.studies.drive import RobotReport, draw_drive
 from elib.studies.report import check_report
 
-MAX_INTERRUPTS = 3
-"""Interrupts after which a program whose time is over, and which goes on, is ended by force."""
 LINK_FIGURES = ("count", "lost", "refused", "unsent", "median", "p99", "resyncs", "resets")
 """What the summary says of a link: fields of its LinkStats."""
 
@@ -124,7 +117,7 @@ def run(
             it.draw(plot)
         except ElibError as error:  # the summary comes first
             unwritten = unwritten or error
-    it.exit_code = code if unwritten is None else FAILED
+    it.limit.exit_code = code if unwritten is None else FAILED
     if json:
         print_json(it.to_json(code, plot))
     else:
@@ -212,7 +205,7 @@ class ProgramRun:
         seconds: As given.
         reason: Why it ended: a key of ENDINGS.
         error: The error that ended it, if none of the program's own lines is in its traceback; None before.
-        exit_code: The exit code of the process.
+        limit: Ends it when its time is over.
     """
 
     def __init__(self, name: str, records: Records, seconds: float | None) -> None:
@@ -221,7 +214,6 @@ class ProgramRun:
         self.seconds = seconds
         self.reason = "done"
         self.error: BaseException | None = None
-        self.exit_code = DONE
         self._records = records
         self._files: list[Log | Recorder] = []
         self._statistics: list[LinkStats] = []
@@ -231,8 +223,7 @@ class ProgramRun:
         self._duration: float | None = None
         self._is_swarm = False
         self._say: Callable[[str], object] = say
-        self._is_limited = False
-        self._has_ended = threading.Event()
+        self.limit = TimeLimit("elib run --for")
 
     @property
     def time(self) -> float:
@@ -261,8 +252,8 @@ class ProgramRun:
         self.robots.append(report)
         robot.trace(partial(self._tell_link, robot.name))
         self._opened.append(offset)
-        if self.seconds is not None and not self._is_limited:
-            asyncio.get_running_loop().call_later(max(0.0, self.seconds - offset), self._expire)
+        if self.seconds is not None:
+            asyncio.get_running_loop().call_later(max(0.0, self.seconds - offset), self.limit.expire)
         return [report]
 
     def end_with(self, work: Callable[[], object]) -> int:
@@ -288,8 +279,8 @@ class ProgramRun:
                 else:
                     self.error = error
                     code = WRONG_USAGE if isinstance(error, ArgumentError) else FAILED
-            self._has_ended.set()
-        if self._is_limited and self.reason == "interrupt":
+            self.limit.has_ended.set()
+        if self.limit.is_over and self.reason == "interrupt":
             code, self.reason = DONE, "time"
         return code
 
@@ -431,33 +422,6 @@ class ProgramRun:
                         each.note(event.state, kind="state")
                     else:
                         each.note(event.text)
-
-    def _expire(self) -> None:
-        """End the program because its time is over, as Ctrl-C does."""
-        if not self._is_limited:
-            self._is_limited = True
-            threading.Thread(target=self._insist, name="elib run --for", daemon=True).start()
-
-    def _insist(self) -> None:
-        for _ in range(MAX_INTERRUPTS):
-            interrupt_main_thread(signal.SIGINT)
-            if self._has_ended.wait(SHUTDOWN_TIME + 0.5):
-                return self._end_threads()
-        say("error: the program catches every Ctrl-C and goes on; it is ended now\nhint: write except Exception:")
-        stop_at_once()
-        os._exit(FAILED)
-
-    def _end_threads(self) -> None:
-        """End the process although threads of the program go on: Ctrl-C ends only the main thread."""
-        threading.main_thread().join()
-        for thread in threading.enumerate():
-            if not thread.daemon and thread is not threading.main_thread():
-                thread.join(SHUTDOWN_TIME)
-                if thread.is_alive():
-                    say(f"{thread.name} goes on after the time of the program, and is ended now")
-                    with contextlib.suppress(OSError, ValueError):
-                        sys.stdout.flush()
-                    os._exit(self.exit_code)
 
 
 def own_name(path: Path, word: str) -> Path:

@@ -16,11 +16,11 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.plaintext import plain, summary
 from elib.base.rules import Number, number_from
-from elib.cli import readings
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import columns, has_colour, say
+from elib.cli.terminal import columns, has_colour, print_json, say
 from elib.link.protocol import values
+from elib.link.protocol import words as readings
 from elib.link.protocol.context import Context
 from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES, rule
@@ -114,7 +114,7 @@ def send(what: CatalogueEntry, texts: Sequence[str], options: SendOptions) -> No
     if isinstance(value, Image):
         _show_picture(value, json=options.json, save=save)
     elif options.json:
-        readings.print_json(readings.to_json(value))
+        print_json(readings.to_json(value))
     elif value is None:
         say(f"{what.name}: done")
     else:
@@ -130,7 +130,7 @@ def _show_picture(image: Image, *, json: bool, save: Path | None) -> None:
         if save is not None and isinstance(shown, dict):
             shown["pixels"] = None
             shown["saved"] = str(save)
-        readings.print_json(shown)
+        print_json(shown)
         return
     if save is None and sys.stdout.isatty():
         from elib.behaviours._run.pictures import draw  # no other command needs it

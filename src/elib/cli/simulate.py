@@ -187,9 +187,9 @@ def simulate(
         stop = asyncio.Event()
         log = None
         if verbose:
-            from elib.cli.traffic import TrafficLog  # without it a simulation starts faster
+            from elib.records.decoding.traffic import TrafficLog  # without it a simulation starts faster
 
-            log = TrafficLog(settings.firmware)
+            log = TrafficLog(settings.firmware, say)
         controls: list[Control] = []
         async with contextlib.AsyncExitStack() as stack:
             robots = await stack.enter_async_context(

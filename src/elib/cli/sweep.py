@@ -11,8 +11,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
 from elib.cli.arguments import AsJson, Cluster, Workers
-from elib.cli.readings import print_json
-from elib.cli.terminal import say
+from elib.cli.terminal import print_json, progress_bar, say
 
 Target = Annotated[
     str, Cli(help="A behaviour, FILE.py or FILE.py:NAME with one of yours, or the best.toml of a study.")
@@ -62,9 +61,6 @@ def sweep(
     """
     if importlib.util.find_spec("duckdb") is None or importlib.util.find_spec("matplotlib") is None:
         raise Unsupported("elib sweep needs DuckDB and Matplotlib, which are not installed", hint=install("learn"))
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
     from elib.learn.executor import open_executor
     from elib.learn.sweep import (
         NO_FAULT,
@@ -92,10 +88,9 @@ def sweep(
     metric = check_metric(asked, plot)
     runs = asked.check()
     folder = Path(out or f"sweep-{Path(target.partition(':')[0]).stem}")
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     rows = []
     with (
-        Progress(*columns, console=Console(stderr=True)) as bar,
+        progress_bar() as bar,
         open_executor(workers, cluster, tell=lambda text: bar.console.print(text, markup=False)) as executor,
     ):
         work = bar.add_task("runs", total=len(runs))

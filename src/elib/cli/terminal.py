@@ -1,7 +1,8 @@
-"""Text on a terminal: messages, tables, and the live line."""
+"""Text on a terminal: messages, tables, lines of JSON, and the live line."""
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import sys
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Literal, Self, TextIO
 from elib.base.plaintext import plain
 
 if TYPE_CHECKING:
+    from rich.progress import Progress
     from rich.text import Text
 
 WIDEST = 100
@@ -24,6 +26,18 @@ DIM, BOLD, GREEN, YELLOW, RED, CYAN = "2", "1", "32", "33", "31", "36"
 def say(text: str = "") -> None:
     """Print a message that is not the result, on stderr."""
     print(plain(text), file=sys.stderr, flush=True)
+
+
+def print_json(value: object) -> None:
+    """Print *value* as one line of JSON, at once."""
+    print(json_line(value), flush=True)
+
+
+def json_line(value: object) -> str:
+    """Return *value* as one line of JSON."""
+    from elib.link.protocol.words import to_json  # the list of commands needs no protocol
+
+    return json.dumps(to_json(value), ensure_ascii=False)
 
 
 def is_live(stream: TextIO) -> bool:
@@ -96,6 +110,15 @@ def grid(
     with console.capture() as found:
         console.print(shown)
     return "\n".join(line.rstrip() for line in found.get().splitlines())
+
+
+def progress_bar() -> Progress:
+    """Return a bar on stderr that counts what is done, without a task yet."""
+    from rich.console import Console  # most commands show none
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    return Progress(*columns, console=Console(stderr=True), redirect_stdout=False)
 
 
 class LiveLine:

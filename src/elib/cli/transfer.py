@@ -12,8 +12,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError
 from elib.base.extras import install
 from elib.cli.arguments import AsJson, Cluster, Workers
-from elib.cli.readings import print_json
-from elib.cli.terminal import LiveLine, grid, say
+from elib.cli.terminal import LiveLine, grid, print_json, say
 from elib.learn.champion import load_champion
 from elib.learn.executor import open_executor
 from elib.learn.transfer import TransferPlan, TransferReport

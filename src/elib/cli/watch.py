@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.cli import readings
 from elib.cli.arguments import RobotUrl, Seconds
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import DIM, has_colour, is_live
+from elib.cli.terminal import DIM, has_colour, is_live, print_json
+from elib.link.protocol import words as readings
 from elib.link.transport import speed_of
 from elib.robot import snapshot as snapshots
 from elib.robot.aio import Epuck
@@ -80,7 +80,7 @@ def chosen(names: Sequence[str], rate: float) -> list[str]:
 async def _print(stream: Watch, robot: Epuck, *, once: bool, json: bool) -> None:
     async for snapshot in stream:
         if json:
-            readings.print_json(to_json(snapshot))
+            print_json(to_json(snapshot))
         elif once:
             board = Board(title(robot))
             board.take(snapshot)

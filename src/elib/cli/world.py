@@ -17,8 +17,7 @@ from elib.base.files import create_file
 from elib.base.rules import Choice, Whole, nearest
 from elib.base.tables import Source
 from elib.cli.arguments import AsJson
-from elib.cli.readings import json_line, print_json
-from elib.cli.terminal import say, table
+from elib.cli.terminal import json_line, print_json, say, table
 from elib.link.protocol.profiles import FIRMWARES
 from elib.simulator.drawing import draw_png
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Scene, World

@@ -25,6 +25,8 @@ from elib.base.plaintext import plain
 from elib.base.timebase import LoopSpeed, new_loop
 from elib.behaviours import Behaviour, play
 from elib.robot import runner
+from elib.robot.emergency import stop_at_once
+from elib.robot.signals import SHUTDOWN_TIME, interrupt_main_thread
 
 _LIBRARY = sysconfig.get_path("stdlib") + os.sep
 OURS = (
@@ -34,6 +36,9 @@ OURS = (
     *(_LIBRARY + name for name in ("asyncio", "concurrent", "contextlib", "runpy", "threading")),
 )
 """Beginnings of the paths of files that a traceback leaves out: those of elib, and what it calls the program by."""
+
+MAX_INTERRUPTS = 3
+"""Interrupts after which a program whose time is over, and which goes on, is ended by force."""
 
 
 def run_file(
@@ -93,6 +98,56 @@ def _run_defined(
         runner.run(main, argv=arguments)
 
 
+class TimeLimit:
+    """Ends a program when its time is over: as Ctrl-C does, then by force.
+
+    Args:
+        name: Name of the thread that does it.
+
+    Attributes:
+        is_over: Whether the time is over.
+        has_ended: Set when the program has ended by itself or by the interrupt.
+        exit_code: The exit code of the process, if threads of the program go on after it.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.is_over = False
+        self.has_ended = threading.Event()
+        self.exit_code = DONE
+        self._name = name
+
+    def expire(self) -> None:
+        """End the program because its time is over. Safe to repeat."""
+        if not self.is_over:
+            self.is_over = True
+            threading.Thread(target=self._insist, name=self._name, daemon=True).start()
+
+    def _insist(self) -> None:
+        for _ in range(MAX_INTERRUPTS):
+            interrupt_main_thread(signal.SIGINT)
+            if self.has_ended.wait(SHUTDOWN_TIME + 0.5):
+                return self._end_threads()
+        _say("error: the program catches every Ctrl-C and goes on; it is ended now\nhint: write except Exception:")
+        stop_at_once()
+        os._exit(FAILED)
+
+    def _end_threads(self) -> None:
+        """End the process although threads of the program go on: Ctrl-C ends only the main thread."""
+        threading.main_thread().join()
+        for thread in threading.enumerate():
+            if not thread.daemon and thread is not threading.main_thread():
+                thread.join(SHUTDOWN_TIME)
+                if thread.is_alive():
+                    _say(f"{thread.name} goes on after the time of the program, and is ended now")
+                    with contextlib.suppress(OSError, ValueError):
+                        sys.stdout.flush()
+                    os._exit(self.exit_code)
+
+
+def _say(text: str) -> None:
+    print(plain(text), file=sys.stderr, flush=True)
+
+
 @contextlib.contextmanager
 def interruptible() -> Iterator[None]:
     """Let Ctrl-C end the block also where it runs in the background of a shell, which ignores it."""
@@ -112,7 +167,7 @@ def code_of(ending: SystemExit) -> int:
     """Return the exit code of ``sys.exit(...)``, and print its text as Python does."""
     if ending.code is None or isinstance(ending.code, int):
         return ending.code or DONE
-    print(plain(str(ending.code)), file=sys.stderr, flush=True)
+    _say(str(ending.code))
     return FAILED
 
 

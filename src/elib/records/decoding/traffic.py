@@ -5,9 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
-from elib.cli.decoded import PAUSE, to_text
-from elib.cli.terminal import say
 from elib.records.decoding import AnyDecoder, Direction, Line, decoder_of
+from elib.records.decoding.words import PAUSE, to_text
 
 
 class TrafficLog:
@@ -15,10 +14,10 @@ class TrafficLog:
 
     Args:
         firmware: Firmware by whose rules bytes are decoded until the robot says its version.
-        show: Called with each line; it goes to stderr unless given.
+        show: Called with each line.
     """
 
-    def __init__(self, firmware: str, show: Callable[[str], None] = say) -> None:
+    def __init__(self, firmware: str, show: Callable[[str], object]) -> None:
         self._firmware = firmware
         self._show = show
         self._decoders: dict[str, AnyDecoder] = {}

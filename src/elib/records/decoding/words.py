@@ -1,39 +1,43 @@
-"""A decoded line as text and as JSON."""
+"""A decoded line in words, and in types that JSON has."""
 
 from __future__ import annotations
 
 import dataclasses
-import sys
-from typing import cast
+from collections.abc import Callable
+from typing import Literal, TypeAlias, cast
 
-from elib.cli import readings
-from elib.cli.terminal import CYAN, DIM, YELLOW, paint
 from elib.link.protocol import values as v
+from elib.link.protocol import words as readings
 from elib.link.protocol.image import Image
-from elib.records.decoding import FAULTS, Kind, Line
+from elib.records.decoding.lines import FAULTS, Kind, Line
 from elib.records.decoding.text import is_text
 
+Part: TypeAlias = Literal["place", "arrow", "fault", "filler"]
 PAUSE = 0.3
 """s of silence after which half an answer is shown; within an answer a link pauses less (wire-protocol.md, trap 27)."""
 TEXT_SHOWN, BYTES_SHOWN = 26, 8
 """The most characters of text, and bytes in hexadecimal, that are shown whole."""
 
 
-def to_text(line: Line, *, robot: str = "", colour: bool = False) -> str:
-    """Return a line as text: time or offset, the robot if it is named, direction, bytes, meaning."""
+def to_text(line: Line, *, robot: str = "", paint: Callable[[str, Part], str] = lambda text, _: text) -> str:
+    """Return a line as text: time or offset, the robot if it is named, direction, bytes, meaning.
+
+    Args:
+        line: The line.
+        robot: Name of the robot.
+        paint: Returns a part of the line in its colour.
+    """
     place = f"{line.offset:>10}" if line.time is None else f"{line.time:>10.4f}"
     place += f" {robot}" if robot else ""
     arrow = ">" if line.direction == "to robot" else "<"
-    mark = "!" if line.kind in FAULTS else " "
+    is_fault = line.kind in FAULTS
     shown = f"{whole(line.data) if line.kind is Kind.BYTES else shorten(line.data):<{TEXT_SHOWN}}"
     said = meaning(line)
     if line.unanswered:
         said += f"  (no answer came to {', '.join(line.unanswered)})"
-    if colour:
-        code = YELLOW if mark == "!" else DIM if line.kind is Kind.FILLER else ""
-        place, arrow = paint(place, DIM, sys.stdout), paint(arrow, CYAN, sys.stdout)
-        said = paint(said, code, sys.stdout) if code else said
-    return f"{place} {arrow}{mark}{shown}  {said}".rstrip()
+    if is_fault or line.kind is Kind.FILLER:
+        said = paint(said, "fault" if is_fault else "filler")
+    return f"{paint(place, 'place')} {paint(arrow, 'arrow')}{'!' if is_fault else ' '}{shown}  {said}".rstrip()
 
 
 def to_json(line: Line) -> dict[str, object]:

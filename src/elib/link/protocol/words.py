@@ -1,9 +1,8 @@
-"""Results of commands, as text for a person and as JSON for a program."""
+"""Answers in words: readings and other values as text for a person, and in types that JSON has for a program."""
 
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 import textwrap
 from collections.abc import Iterator
@@ -29,16 +28,6 @@ FEW = 4
 SAMPLED = describe(v.Microphones, Role.NUMBER)[0].names
 """The microphones of ``microphone_samples``, in the order of its rows; the front one is not among them
 (e-puck.md, 7)."""
-
-
-def print_json(value: object) -> None:
-    """Print *value* as one line of JSON, at once."""
-    print(json_line(value), flush=True)
-
-
-def json_line(value: object) -> str:
-    """Return *value* as one line of JSON."""
-    return json.dumps(to_json(value), ensure_ascii=False)
 
 
 def to_json(value: object) -> Json:
