@@ -87,8 +87,9 @@ licences: $(READY) ## Ask the installed packages for their licences again, and r
 pictures: page ## Renew the pictures of the documents; those of the panel need chromium
 	@$(BIN)/python docs/make_pictures.py --panel
 
+BENCHMARKS = bench_link simulation serving et recording web wifi marking doors agent stopping
 bench: page ## Measure ratios against floors and peers
-	@for script in benchmarks/bench_link.py benchmarks/simulation.py benchmarks/camera.py benchmarks/serving.py benchmarks/et.py benchmarks/recording.py benchmarks/web.py benchmarks/wifi.py benchmarks/marking.py benchmarks/doors.py benchmarks/agent.py benchmarks/stopping.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
+	@for name in $(BENCHMARKS); do echo "== $$name"; $(BIN)/python benchmarks/$$name.py || exit 1; done
 
 dist: $(READY) ## Build the source archive and the wheel into dist/, and try them
 	@$(BIN)/python release/dist.py

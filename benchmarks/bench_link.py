@@ -1,61 +1,37 @@
-"""What the link costs: elib against raw system calls, with the same responder in another process, in one run.
+"""What the link costs: elib against raw system calls, with the same robot in another process, in one run.
 
-The responder is the emulated firmware behind ptys (``responder`` below); the floor is a loop of blocking ``os.read``
-and ``os.write`` on the same pty. A second, bare responder that answers ``N`` with a constant shows the host's side
-alone.
+The robot is the emulated firmware behind a pty; the floor is a loop of blocking ``os.read`` and ``os.write`` on the
+same pty. A bare robot that answers ``N`` with a constant shows the host's side alone.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import multiprocessing
 import os
-import resource
 import statistics
 import subprocess
 import sys
 import termios
 import time
 import tty
-from collections.abc import Awaitable, Callable, Iterator
-from multiprocessing.connection import Connection
+from collections.abc import Awaitable, Callable
+
+from harness import Cell, Table, Tables, calling, in_turns, quick, run, simulated, started, trip
+from serving import at_rate
 
 import elib
-from elib.base.timebase import new_loop
-from elib.simulator.emulator.server import serve
-from elib.simulator.emulator.settings import SimulationSettings
+from elib.link.session import Received, Wrote
 
-TRIPS = 2000
-ROUNDS = 10
-FIRMWARE = "asercom-1.2.2"
+FIRMWARE = ("--firmware", "asercom-1.2.2")
 CONSTANTS = {b"V": b"v,Version 2.0.0 January 2008\r\n", b"N": b"n,1,2,3,4,5,6,7,8\r\n", b"S": b"s\r\n"}
 
 
-# -- the other side ----------------------------------------------------------------------------------------------------
-
-
-def responder(pipe: Connection, settings: dict[str, object]) -> None:
-    """Serve emulated robots until the pipe is closed."""
-
-    async def run() -> None:
-        async with serve(SimulationSettings(**settings), pty=True) as served:  # type: ignore[arg-type]
-            pipe.send([place.url for place in served])
-            await asyncio.get_running_loop().run_in_executor(None, wait, pipe)
-
-    def wait(pipe: Connection) -> None:
-        with contextlib.suppress(EOFError):
-            pipe.recv()
-
-    with asyncio.Runner(loop_factory=lambda: new_loop("real")) as runner:
-        runner.run(run())
-
-
-def bare_responder(pipe: Connection, settings: dict[str, object]) -> None:
-    """Answer every line with a constant, as fast as a process can."""
+def bare_robot() -> None:
+    """Answer every line on a pty with a constant, as fast as a process can."""
     master, slave = os.openpty()
     tty.setraw(slave)
-    pipe.send([f"serial://{os.ttyname(slave)}"])
+    print(f"serial://{os.ttyname(slave)}", flush=True)
     buffer = b""
     while True:
         buffer += os.read(master, 4096)
@@ -63,24 +39,6 @@ def bare_responder(pipe: Connection, settings: dict[str, object]) -> None:
             line, _, buffer = buffer.partition(b"\r")
             if line := line.lstrip(b"\0"):
                 os.write(master, CONSTANTS.get(line[:1], b"z,Command not found\r\n"))
-
-
-@contextlib.contextmanager
-def robots(
-    target: Callable[[Connection, dict[str, object]], None] = responder, **settings: object
-) -> Iterator[list[str]]:
-    """Run a responder in a process of its own and give the URLs of its robots."""
-    here, there = multiprocessing.Pipe()
-    process = multiprocessing.get_context("spawn").Process(target=target, args=(there, settings), daemon=True)
-    process.start()
-    try:
-        yield here.recv()
-    finally:
-        process.terminate()
-        process.join(5)
-
-
-# -- measuring ---------------------------------------------------------------------------------------------------------
 
 
 class Raw:
@@ -91,6 +49,9 @@ class Raw:
         tty.setraw(self._port)
         termios.tcflush(self._port, termios.TCIOFLUSH)
 
+    def close(self) -> None:
+        os.close(self._port)
+
     def ask(self, data: bytes, *, size: int = 0) -> None:
         """Send *data* and read *size* bytes, or a line."""
         os.write(self._port, data)
@@ -98,113 +59,75 @@ class Raw:
         while len(answer) < size if size else not answer.endswith(b"\n"):
             answer += os.read(self._port, 8192)
 
-    def close(self) -> None:
-        os.close(self._port)
 
-
-def timed(call: Callable[[], object], count: int) -> list[float]:
-    trips = []
-    for _ in range(count):
-        began = time.perf_counter()
-        call()
-        trips.append(time.perf_counter() - began)
-    return trips
-
-
-async def timed_async(call: Callable[[], Awaitable[object]], count: int) -> list[float]:
-    trips = []
+async def trips(call: Callable[[], Awaitable[object]], count: int) -> list[float]:
+    took = []
     for _ in range(count):
         began = time.perf_counter()
         await call()
-        trips.append(time.perf_counter() - began)
-    return trips
+        took.append(time.perf_counter() - began)
+    return took
 
 
-def show(what: str, seconds: float, floor: float, bound: str) -> None:
-    print(f"  {what:34}{seconds * 1e6:12,.0f} us{seconds / floor:8.2f} x floor   {bound}")
+def row(seconds: float, floor: float, goal: str = "") -> dict[str, Cell]:
+    return {"us": seconds * 1e6, "x floor": seconds / floor, "goal": goal}
 
 
-def round_trips(url: str) -> None:
-    raw = Raw(url)
-    timed(lambda: raw.ask(b"N\r"), 200)
-    floor = statistics.median(timed(lambda: raw.ask(b"N\r"), TRIPS))
-    raw.close()
-    show("raw os.read/os.write", floor, floor, "")
+def round_trips(url: str, count: int, rounds: int) -> Table:
+    with contextlib.closing(Raw(url)) as raw:
+        trip(lambda: raw.ask(b"N\r"), 200)
+        floor = trip(lambda: raw.ask(b"N\r"), count)
 
     async def through_async() -> tuple[float, float, float]:
         async with elib.open(url) as robot:
-            await timed_async(robot.proximity, 200)
-            trips = await timed_async(robot.proximity, TRIPS)
+            await trips(robot.proximity, 200)
+            one = statistics.median(await trips(robot.proximity, count))
             in_turn, queued = [], []
             patient = robot.within(60)
-            for _ in range(ROUNDS):  # by turns, so that a busy moment of the machine falls on both
-                in_turn.append(sum(await timed_async(patient.proximity, 1000)) / 1000)
+            for _ in range(rounds):  # by turns, so that a busy moment of the machine falls on both
+                in_turn.append(sum(await trips(patient.proximity, 1000)) / 1000)
                 began = time.perf_counter()
                 await asyncio.gather(*(patient.proximity() for _ in range(1000)))
                 queued.append((time.perf_counter() - began) / 1000)
-            return statistics.median(trips), statistics.median(in_turn), statistics.median(queued)
+            return one, statistics.median(in_turn), statistics.median(queued)
 
     one, in_turn, queued = asyncio.run(through_async())
-    show("async", one, floor, "goal 2")
-    show("1,000 async, one by one, each", in_turn, floor, "")
-    show("1,000 queued, each", queued, floor, "goal: not above the line before")
     with elib.connect(url) as robot:
-        timed(robot.proximity, 200)
-        show("blocking", statistics.median(timed(robot.proximity, TRIPS)), floor, "goal 3")
+        trip(robot.proximity, 200)
+        blocking = trip(robot.proximity, count)
+    return {
+        "raw os.read/os.write": row(floor, floor),
+        "async": row(one, floor, "2"),
+        "1,000 async, one by one, each": row(in_turn, floor),
+        "1,000 queued, each": row(queued, floor, "not above the line before"),
+        "blocking": row(blocking, floor, "3"),
+    }
 
 
-def paced() -> None:
-    with robots(firmware=FIRMWARE, latency=0.015) as (url,):
-        raw = Raw(url)
-        with elib.connect(url) as robot:
-            requests: list[bytes] = []
-            sizes: list[int] = []
+def paced(url: str) -> Table:
+    requests: list[bytes] = []
+    sizes: list[int] = []
 
-            def watch(_: float, event: object) -> None:
-                if type(event).__name__ == "Wrote":
-                    requests.append(event.data)  # type: ignore[attr-defined]
-                    sizes.append(0)
-                elif type(event).__name__ == "Received":
-                    sizes[-1] += len(event.data)  # type: ignore[attr-defined]
+    def watch(_: float, event: object) -> None:
+        match event:
+            case Wrote(data=data):
+                requests.append(data)
+                sizes.append(0)
+            case Received(data=data):
+                sizes[-1] += len(data)
 
-            robot.trace(watch)
-            robot.sensors()
-            ours = statistics.median(timed(robot.sensors, 20))
-            picture = statistics.median(timed(robot.image, 8))
-            request, size = requests[0], sizes[0]
-        raw.close()
-        raw = Raw(url)
-        floor = statistics.median(timed(lambda: raw.ask(request, size=size), 20))
-        floor_picture = statistics.median(timed(lambda: raw.ask(b"\xb7\0", size=3203), 8))
-        raw.close()
-        show(f"sensors(), {len(request)}+{size} bytes", ours, floor, "goal 1.05")
-        show("picture 40 x 40 in colour", picture, floor_picture, "goal 1.03")
-
-
-def many(count: int = 50, rate: float = 20, seconds: float = 10) -> None:
-    async def poll(robot: elib.Epuck, end: float) -> int:
-        answers = 0
-        loop = asyncio.get_running_loop()
-        due = loop.time()
-        while due < end:
-            await robot.proximity()
-            answers += 1
-            due += 1 / rate
-            await asyncio.sleep(max(0.0, due - loop.time()))
-        return answers
-
-    async def run(urls: list[str]) -> tuple[int, float]:
-        async with contextlib.AsyncExitStack() as stack:
-            crowd = await asyncio.gather(*(stack.enter_async_context(elib.open(url)) for url in urls))
-            began = time.process_time()
-            end = asyncio.get_running_loop().time() + seconds
-            answers = sum(await asyncio.gather(*(poll(robot, end) for robot in crowd)))
-            return answers, time.process_time() - began
-
-    with robots(firmware=FIRMWARE, robots=count, world="square") as urls:
-        answers, spent = asyncio.run(run(urls))
-    load = spent / seconds
-    print(f"  {count} robots at {rate:g} Hz: {answers / seconds:,.0f} answers/s, {load:.1%} of a core   goal 10 %")
+    with elib.connect(url) as robot:
+        robot.trace(watch)
+        robot.sensors()
+        request, size = requests[0], sizes[0]
+        ours, picture = trip(robot.sensors, 20), trip(robot.image, 8)
+    with contextlib.closing(Raw(url)) as raw:
+        floor = trip(lambda: raw.ask(request, size=size), 20)
+        floor_picture = trip(lambda: raw.ask(b"\xb7\0", size=3203), 8)
+    return {
+        f"sensors(), {len(request)}+{size} bytes": row(ours, floor, "1.05"),
+        "picture 40 x 40 in colour": row(picture, floor_picture, "1.03"),
+    }
 
 
 IDLE = """
@@ -218,39 +141,37 @@ robot.close()
 """
 
 
-def idle() -> None:
-    def run(program: str) -> tuple[float, str]:
-        began = time.perf_counter()
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-        return time.perf_counter() - began, done.stdout
-
-    empty = statistics.median(run("pass")[0] for _ in range(5))
-    full = statistics.median(run("import elib")[0] for _ in range(5))
-    facade = statistics.median(run("import elib; elib.connect")[0] for _ in range(5))
-    print(
-        f"  import elib {full - empty:.3f} s, elib.connect {facade - empty:.3f} s beyond an empty Python   goal 0.15 s"
-    )
-    with robots(firmware=FIRMWARE) as (url,):
-        memory, load = run(IDLE.format(url=url))[1].split()
-    print(f"  a connected idle program: {float(memory):.0f} MB, {float(load):.2%} of a core   goal 45 MB, 0.5 %")
+def output(program: str) -> str:
+    return subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, check=True).stdout
 
 
-def main() -> None:
-    print("round trip of proximity() on a pty, unpaced, median")
-    with robots(bare_responder) as (url,):
-        print(" a responder that answers a constant")
-        round_trips(url)
-    with robots(firmware=FIRMWARE, baud=0, world="square") as (url,):
-        print(" the emulated firmware")
-        round_trips(url)
-    print("115,200 baud, 15 ms each way, the emulated firmware")
-    paced()
-    print("many robots in another process")
-    many()
-    print("starting and waiting")
-    idle()
-    print(f"peak memory of this program {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
+def idle(rounds: int) -> Table:
+    works = ("pass", "import elib", "import elib; elib.connect")
+    took = in_turns({work: lambda work=work: trip(lambda: output(work), 1) for work in works}, rounds)
+    empty, full, facade = (statistics.median(took[work]) for work in works)
+    with simulated(*FIRMWARE) as (_, [url]):
+        memory, load = map(float, output(IDLE.format(url=url)).split())
+    return {
+        "import elib, s beyond an empty Python": {"figure": full - empty, "goal": "0.15"},
+        "elib.connect, s beyond an empty Python": {"figure": facade - empty, "goal": "0.15"},
+        "a connected idle program, MB": {"figure": memory, "goal": "45"},
+        "a connected idle program, % of a core": {"figure": 100 * load, "goal": "0.5"},
+    }
+
+
+@quick(trips=50, rounds=1, seconds=1.0)
+def measure(*, trips: int = 2000, rounds: int = 10, seconds: float = 10.0) -> Tables:
+    with started(*calling(bare_robot)) as (_, [url]):
+        yield "proximity() on a pty, a robot that answers a constant", round_trips(url, trips, rounds)
+    with simulated(*FIRMWARE, "--baud", "0", "--world", "square") as (_, [url]):
+        yield "proximity() on a pty, the emulated firmware, unpaced", round_trips(url, trips, rounds)
+    with simulated(*FIRMWARE, "--latency", "0.015") as (_, [url]):
+        yield "115,200 baud, 15 ms each way, the emulated firmware", paced(url)
+    crowd = at_rate(50, 20, seconds, "--pty", *FIRMWARE, reading="proximity")
+    found = {"answers/s": crowd["polls a second"], "% of a core": 100 * crowd["this program's share"], "goal": "10 %"}
+    yield "many robots in another process", {"proximity() of 50 robots at 20 Hz": found}
+    yield "starting and waiting", idle(min(rounds, 5))
 
 
 if __name__ == "__main__":
-    main()
+    run(__doc__, measure)

@@ -1,26 +1,23 @@
-"""What the doors cost: a command through `elib serve`, and its watchers.
+"""What the doors cost: a command through ``elib serve``, and its watchers.
 
 A command through the door is compared with the same blocking call in the program itself, and with an echo by a bare
 aiohttp server, which is the least that a WebSocket costs. The robot is virtual, on a line without delays. All three
-take turns, so that what else the computer does falls on all alike. Then twenty programs watch all sensors twenty times
-a second; the load is the CPU time of the server's process, as a share of one core.
-
-    python benchmarks/doors.py [--calls 500] [--rounds 5] [--watchers 20] [--rate 20] [--seconds 10] [--json]
+take turns. Then many programs watch all sensors; the load is the CPU time of the server's process, as a share of one
+core.
 """
 
 from __future__ import annotations
 
-import argparse
 import asyncio
-import contextlib
 import json
 import statistics
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 
-from serving import busy, delayed
+from echo import echo
+from harness import Cell, Tables, calling, in_turns, load, quick, run, started, trip
 from websockets.asyncio.client import connect as connect_async
 from websockets.sync.client import ClientConnection, connect
 
@@ -28,51 +25,6 @@ import elib
 
 ROBOT = "sim://square?baud=0"
 QUESTION = '{"do":"selector","id":1}'
-ECHO = """
-import asyncio
-from aiohttp import web
-
-async def echo(request):
-    ws = web.WebSocketResponse(compress=False)
-    await ws.prepare(request)
-    async for message in ws:
-        await ws.send_str(message.data)
-    return ws
-
-async def main():
-    application = web.Application()
-    application.router.add_get("/", echo)
-    runner = web.AppRunner(application)
-    await runner.setup()
-    site = web.TCPSite(runner, "127.0.0.1", 0)
-    await site.start()
-    print(f"ws://127.0.0.1:{site._server.sockets[0].getsockname()[1]}/", flush=True)
-    await asyncio.Event().wait()
-
-asyncio.run(main())
-"""
-
-
-@contextlib.contextmanager
-def server(*command: str) -> Iterator[tuple[int, str]]:
-    """Run a server; give its process number and the first line that it prints."""
-    process = subprocess.Popen([sys.executable, *command], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    try:
-        yield process.pid, process.stdout.readline().strip()
-    finally:
-        process.terminate()
-        process.wait(10)
-
-
-def median_of(call: Callable[[], object], calls: int) -> float:
-    """Return the median time of a call, ms."""
-    took = []
-    for _ in range(calls):
-        began = time.perf_counter()
-        call()
-        took.append(time.perf_counter() - began)
-    return 1e3 * statistics.median(took)
 
 
 def asking(socket: ClientConnection) -> Callable[[], object]:
@@ -83,26 +35,24 @@ def asking(socket: ClientConnection) -> Callable[[], object]:
     return ask
 
 
-def commands(url: str, calls: int, rounds: int) -> dict[str, float]:
-    """Return the median times of a call, of a command through the door, and of an echo, ms."""
-    found: dict[str, list[float]] = {"call": [], "door": [], "echo": [], "more": []}
+def commands(url: str, calls: int, rounds: int) -> dict[str, dict[str, Cell]]:
+    """Measure a call, a command through the door, and an echo."""
     with (
-        server("-c", ECHO) as (_, echo_url),
+        started(*calling(echo)) as (_, [echo_url]),
         connect(url, compression=None, proxy=None) as door,
-        connect(echo_url, compression=None, proxy=None) as echo,
+        connect(f"{echo_url}ws".replace("http", "ws"), compression=None, proxy=None) as bare,
         elib.connect(ROBOT) as robot,
     ):
-        works = {"call": robot.selector, "door": asking(door), "echo": asking(echo)}
-        for work in works.values():
-            median_of(work, 50)
-        for _ in range(rounds):
-            for name, work in works.items():
-                found[name].append(median_of(work, calls))
-            found["more"].append(found["door"][-1] - found["call"][-1])
-    return {f"{name}_ms": statistics.median(values) for name, values in found.items()}
+        works = {"blocking call": robot.selector, "through the door": asking(door), "echo of aiohttp": asking(bare)}
+        found = in_turns({name: partial(trip, work, calls) for name, work in works.items()}, rounds)
+    call, through, _ = found.values()
+    more = statistics.median(one - other for one, other in zip(through, call, strict=True))
+    return {name: {"ms": 1e3 * statistics.median(took)} for name, took in found.items()} | {
+        "the door adds": {"ms": 1e3 * more}
+    }
 
 
-async def watch(url: str, pid: int, watchers: int, rate: float, seconds: float) -> dict[str, float]:
+async def watch(url: str, pid: int, watchers: int, rate: float, seconds: float) -> dict[str, Cell]:
     """Return what watchers get, and the load of the server."""
     counts = [0] * watchers
 
@@ -114,44 +64,37 @@ async def watch(url: str, pid: int, watchers: int, rate: float, seconds: float) 
 
     tasks = [asyncio.create_task(one(index)) for index in range(watchers)]
     await asyncio.sleep(2)
-    before, used, waited, began = sum(counts), busy(pid), delayed(pid), time.perf_counter()
-    await asyncio.sleep(seconds)
-    took = time.perf_counter() - began
-    found = {
-        "messages_per_s": (sum(counts) - before) / took,
-        "load": (busy(pid) - used) / took,
-        "delayed": (delayed(pid) - waited) / took,
-    }
+    before, began = sum(counts), time.perf_counter()
+    with load(pid) as server:
+        await asyncio.sleep(seconds)
+    messages = (sum(counts) - before) / (time.perf_counter() - began)
     for task in tasks:
         task.cancel()
     await asyncio.gather(*tasks, return_exceptions=True)
-    return found
+    return {"messages/s": messages, "% of a core": 100 * server.share, "% delayed": 100 * server.delayed}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--calls", type=int, default=200, help="calls of each kind a round")
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--watchers", type=int, default=20)
-    parser.add_argument("--rate", type=float, default=20.0, help="messages a second to each")
-    parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
-    with server("-m", "elib", "serve", ROBOT, "--port", "0") as (pid, url):
-        found = commands(url, options.calls, options.rounds)
-        idle_used, idle_began = busy(pid), time.perf_counter()
-        time.sleep(3)
-        found["idle_load"] = (busy(pid) - idle_used) / (time.perf_counter() - idle_began)
-        found |= asyncio.run(watch(url, pid, options.watchers, options.rate, options.seconds))
-    if options.json:
-        print(json.dumps({name: round(value, 4) for name, value in found.items()}))
-        return
-    print(f"blocking call       {found['call_ms']:6.3f} ms")
-    print(f"through the door    {found['door_ms']:6.3f} ms, {found['more_ms']:+.3f} ms")
-    print(f"echo of bare aiohttp{found['echo_ms']:6.3f} ms")
-    print(f"{options.watchers} watchers at {options.rate:g} Hz: {found['messages_per_s']:.0f} messages/s,")
-    print(f"  {found['load']:.1%} of a core, {found['idle_load']:.1%} without them; waited {found['delayed']:.1%}")
+@quick(calls=20, rounds=2, seconds=1.0)
+def measure(
+    *, calls: int = 200, rounds: int = 5, watchers: int = 20, rate: float = 20.0, seconds: float = 10.0
+) -> Tables:
+    """Measure.
+
+    Args:
+        calls: Of each kind a round.
+        rounds: How many.
+        watchers: Programs that watch.
+        rate: Messages a second to each.
+        seconds: How long they watch.
+    """
+    with started(sys.executable, "-m", "elib", "serve", ROBOT, "--port", "0") as (process, [url]):
+        yield "one command", commands(url, calls, rounds)
+        with load(process.pid) as idle:
+            time.sleep(min(seconds, 3))
+        watched = asyncio.run(watch(url, process.pid, watchers, rate, seconds))
+    rows = {f"{watchers} watchers at {rate:g} Hz": watched, "none": {"% of a core": 100 * idle.share}}
+    yield "the server", rows
 
 
 if __name__ == "__main__":
-    main()
+    run(__doc__, measure)

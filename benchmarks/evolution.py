@@ -1,14 +1,13 @@
 """Evolution: Floreano and Mondada's experiment, tasks solved from random weights, and what the loop itself costs.
 
 ``avoid`` repeats the experiment and draws docs/images/evolution-avoid.svg. ``solve TASK ...`` says for how many seeds a
-task is solved. ``loop`` measures which share of the processor is not spent on episodes. ``chaos`` kills an evolution
-on two workers twice, at drawn moments, and with ``--every 20`` one of its workers every 20 s as well. Then it compares
-the folder with that of an undisturbed evolution.
+task is solved. ``loop`` measures which share of the processor is not spent on episodes, and ``workers`` how much faster
+two workers are than one. ``chaos`` kills an evolution on two workers twice, at drawn moments, and with ``--every 20``
+one of its workers every 20 s as well. Then it compares the folder with that of an undisturbed evolution.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import os
 import random
@@ -21,11 +20,13 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import psutil
+from harness import ROOT, Tables, in_turns, load, quick, run
 
 from elib.learn.evolution import Evolution
 from elib.learn.executor import Executor, open_executor
@@ -33,7 +34,7 @@ from elib.learn.results import curves
 from elib.learn.study import Evaluation, Generation, Settings, Study, evaluate
 from elib.studies.report import save
 
-PICTURE = Path(__file__).parents[1] / "docs" / "images" / "evolution-avoid.svg"
+PICTURE = ROOT / "docs/images/evolution-avoid.svg"
 
 
 class Timed(Executor):
@@ -78,92 +79,144 @@ def evolved(settings: Settings, executor: Executor) -> tuple[list[Generation], f
         return study.generations, time.perf_counter() - began, result
 
 
-def avoid(options: argparse.Namespace) -> None:
-    """Repeat the experiment of 1994 with some seeds: 100 individuals of 60 s, 100 generations, the same algorithm."""
+@quick(seeds=1, generations=2)
+def avoid(*, seeds: int = 5, generations: int = 100, picture: Path = PICTURE) -> Tables:
+    """Repeat the experiment of 1994 with some seeds: 100 individuals of 60 s, the same algorithm.
+
+    Args:
+        seeds: How many.
+        generations: How many; the picture is for 100.
+        picture: The file to draw.
+    """
     studies = []
-    base = Settings("avoid", algorithm="ga", population=100, scenarios=1, seconds=60.0)
+    base = Settings("avoid", algorithm="ga", population=100, scenarios=1, seconds=60.0, generations=generations)
     warm(base.evaluation())
-    for seed in range(1, options.seeds + 1):
-        settings = replace(base, seed=seed)
+    for seed in range(1, seeds + 1):
         with open_executor() as here:
-            generations, seconds, result = evolved(settings, here)
-        studies.append(generations)
-        shown = ", ".join(
-            f"{number}: {max(generations[number - 1].fitness):.2f} {np.mean(generations[number - 1].fitness):.2f}"
+            found, seconds, result = evolved(replace(base, seed=seed), here)
+        studies.append(found)
+        rows = {
+            f"generation {number}": {
+                "best": max(found[number - 1].fitness),
+                "mean": float(np.mean(found[number - 1].fitness)),
+            }
             for number in (1, 10, 20, 50, 100)
-        )
-        print(
-            f"seed {seed}: {seconds:.1f} s; best and mean of generation {shown}; test {result.fitness:.3f}", flush=True
-        )
-    figure = curves(studies, f"Floreano and Mondada's experiment: mean and range of {options.seeds} seeds")
+            if number <= generations
+        }
+        yield f"seed {seed}", rows | {"test": {"best": result.fitness, "s": seconds}}
+    if generations < 100:
+        return
+    figure = curves(studies, f"Floreano and Mondada's experiment: mean and range of {seeds} seeds")
     axes = figure.axes[0]
     axes.set_ylim(0, 1)
     axes.axvline(50, color="#2b2d33", linewidth=0.8, linestyle=":")
     note = "1994, on a real robot: from about here on\nthe best drove smoothly and touched nothing"
     axes.text(51, 0.03, note, fontsize=8)
-    save(figure, PICTURE)
+    save(figure, picture)
 
 
-def solve(options: argparse.Namespace) -> None:
-    """Evolve controllers for tasks from random weights, and say how many seeds solve them."""
-    for name in options.tasks:
-        solved = []
-        for seed in range(1, options.seeds + 1):
-            settings = Settings(
-                name,
-                options.controller,
-                options.hidden,
-                options.algorithm,
-                options.population,
-                options.generations,
-                options.scenarios,
-                seed=seed,
-            )
-            if seed == 1:
-                warm(settings.evaluation())
+@quick(seeds=1, population=6, generations=2)
+def solve(
+    *tasks: str,
+    seeds: int = 10,
+    controller: str = "recurrent",
+    hidden: int = 0,
+    algorithm: str = "cma",
+    population: int = 40,
+    generations: int = 60,
+    scenarios: int = 4,
+) -> Tables:
+    """Evolve controllers for tasks from random weights, and say how many seeds solve 90 % of 20 new episodes."""
+    for name in tasks:
+        rows, solved = {}, []
+        base = Settings(name, controller, hidden, algorithm, population, generations, scenarios)
+        warm(base.evaluation())
+        for seed in range(1, seeds + 1):
             with open_executor() as here:
-                _, seconds, result = evolved(settings, here)
+                _, seconds, result = evolved(replace(base, seed=seed), here)
             solved.append(result.solved)
-            print(
-                f"{name} seed {seed}: fitness {result.fitness:.3f}, {result.solved:.0%} of 20 new episodes solved, "
-                f"best of generation {result.best.generation}, {seconds:.1f} s",
-                flush=True,
-            )
+            rows[f"seed {seed}"] = {
+                "fitness": result.fitness,
+                "solved": result.solved,
+                "best of generation": str(result.best.generation),
+                "s": seconds,
+            }
+            print(".", end="", file=sys.stderr, flush=True)
         good = sum(each >= 0.9 for each in solved)
-        print(f"{name}: {good} of {len(solved)} seeds solve at least 90 % of new episodes; mean {np.mean(solved):.0%}")
+        yield name, rows | {"all": {"solved": float(np.mean(solved)), "seeds": f"{good} of {seeds}"}}
 
 
-def loop(options: argparse.Namespace) -> None:
+@quick(generations=10)
+def loop(*, generations: int = 50) -> Tables:
     """Measure which share of an evolution is not spent on episodes: here, and of the coordinator of two workers.
 
     With workers each individual plays 40 episodes, so that a generation takes some seconds.
     """
     for algorithm in ("ga", "cma"):
-        settings = Settings("avoid", algorithm=algorithm, population=100, scenarios=1, generations=options.generations)
+        settings = Settings("avoid", algorithm=algorithm, population=100, scenarios=1, generations=generations)
         warm(settings.evaluation())
         with open_executor() as here:
             timed = Timed(here)
             began = time.process_time()
             _, seconds, _ = evolved(settings, timed)
             processor = time.process_time() - began
-        print(
-            f"{algorithm}, in this process: {1 - timed.wall / seconds:.1%} of {seconds:.1f} s by the clock,"
-            f" {1 - timed.processor / processor:.1%} of {processor:.1f} s of the processor",
-            flush=True,
-        )
-        settings = replace(settings, scenarios=40, generations=options.generations // 10)
+        settings = replace(settings, scenarios=40, generations=max(generations // 10, 1))
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         with open_executor(workers=2) as workers:
             began = time.process_time()
-            _, seconds, _ = evolved(settings, workers)
+            _, of_two, _ = evolved(settings, workers)
             own = time.process_time() - began
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        print(
-            f"{algorithm}, 2 workers: this process used {own:.2f} s of the processor, {own / (own + spent):.1%} of all,"
-            f" in {seconds:.1f} s by the clock",
-            flush=True,
-        )
+        here_all = {"% of the clock": 100 - 100 * timed.wall / seconds, "s": seconds}
+        here_all |= {"% of the processor": 100 - 100 * timed.processor / processor, "s of it": processor}
+        of_workers = {"s": of_two, "% of the processor": 100 * own / (own + spent), "s of it": own + spent}
+        yield algorithm, {"in this process": here_all, "2 workers": of_workers}
+
+
+def chunk(settings: Settings, seed: int, individuals: int) -> tuple[float, float]:
+    """Evaluate a part of a population; return the sum of its fitness, and how long it took, s."""
+    began = time.perf_counter()
+    evaluation = settings.evaluation()
+    population = np.random.default_rng(seed).normal(size=(individuals, evaluation.controller.size))
+    scores = evaluate(evaluation, population, [seed], threads=1)
+    return float(scores.fitness.sum()), time.perf_counter() - began
+
+
+@quick(chunks=2, rounds=1, seconds=0.1)
+def workers(*, chunks: int = 8, rounds: int = 2, seconds: float = 2.5) -> Tables:
+    """Evaluate a population on one worker and on two, and measure what this process, which gives out the work, takes.
+
+    Args:
+        chunks: Parts of the population.
+        rounds: The fastest counts.
+        seconds: That a chunk takes at least.
+    """
+    settings = Settings("avoid")
+    chunk(settings, 1, 10)  # compile, once, into the cache that the workers use
+    individuals = 500
+    while (took := chunk(settings, 1, individuals)[1]) < seconds:
+        individuals = int(individuals * max(1.2, 1.2 * seconds / took))
+
+    def timed(executor: Executor) -> tuple[float, float, list[tuple[int, float]]]:
+        began = time.perf_counter()
+        with load() as used:
+            jobs = [(settings, seed, individuals) for seed in range(chunks)]
+            results = sorted((k, total) for k, (total, _) in executor.run(chunk, jobs))
+        return time.perf_counter() - began, used.share, results
+
+    with contextlib.ExitStack() as stack:
+        executors = {f"{n} workers": stack.enter_context(open_executor(n)) for n in (1, 2)}
+        for executor in executors.values():
+            list(executor.run(chunk, [(settings, 1, 10)] * 8))  # every worker loads the compiled code
+        found = {
+            name: min(each)
+            for name, each in in_turns({n: partial(timed, e) for n, e in executors.items()}, rounds).items()
+        }
+    one, two = found.values()
+    rows = {n: {"s": s, "this process, % of a core": 100 * u} for n, (s, u, _) in found.items()}
+    rows["two by one"] = {"times as fast": one[0] / two[0], "equal results": str(one[2] == two[2])}
+    yield f"{chunks} chunks of {individuals} individuals", rows
 
 
 def kill_workers(every: float, is_over: threading.Event) -> None:
@@ -177,21 +230,30 @@ def kill_workers(every: float, is_over: threading.Event) -> None:
             print(f"killed worker {victim.pid}", flush=True)
 
 
-def chaos(options: argparse.Namespace) -> None:
-    """Kill an evolution on two workers twice, at drawn moments, and let it go on; kill its workers too, if asked to."""
-    draws = random.Random(options.seed)
+@quick(generations=20, population=10, seconds=5.0)
+def chaos(
+    *, generations: int = 40, population: int = 50, seconds: float = 20.0, every: float = 0.0, seed: int = 1
+) -> Tables:
+    """Kill an evolution on two workers twice, at drawn moments, and let it go on; kill its workers too, if asked to.
+
+    Args:
+        generations: How many.
+        population: How many individuals.
+        seconds: Length of an episode.
+        every: s between two kills of a worker; 0 kills none.
+        seed: Of the moments.
+    """
+    draws = random.Random(seed)
     is_over = threading.Event()
     with tempfile.TemporaryDirectory() as place:
-        command = [sys.executable, "-m", "elib", "evolve", "avoid", "--workers", "2"]
-        for name in ("seconds", "population", "generations"):
-            command += [f"--{name}", str(getattr(options, name))]
-        command.append("--out")
+        command = [sys.executable, "-m", "elib", "evolve", "avoid", "--workers", "2", "--seconds", str(seconds)]
+        command += ["--population", str(population), "--generations", str(generations), "--out"]
         whole, killed = Path(place) / "whole", Path(place) / "killed"
         subprocess.run([*command, str(whole)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        if options.every:
-            threading.Thread(target=kill_workers, args=(options.every, is_over), daemon=True).start()
+        if every:
+            threading.Thread(target=kill_workers, args=(every, is_over), daemon=True).start()
         for _ in range(2):
-            until = draws.randrange(options.generations // 10, options.generations // 2)
+            until = draws.randrange(generations // 10, generations // 2)
             before = _recorded(killed)
             driver = subprocess.Popen(
                 [*command, str(killed)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
@@ -207,8 +269,8 @@ def chaos(options: argparse.Namespace) -> None:
         names = sorted(path.name for path in whole.iterdir())
         assert names == sorted(path.name for path in killed.iterdir())
         are_same = [(whole / name).read_bytes() == (killed / name).read_bytes() for name in names]
-        for name, is_same in zip(names, are_same, strict=True):
-            print(f"{name}: {'the same bytes' if is_same else 'DIFFERENT'}")
+        found = {True: {"bytes": "the same"}, False: {"bytes": "DIFFERENT"}}
+        yield "after the kills", {name: found[is_same] for name, is_same in zip(names, are_same, strict=True)}
         if not all(are_same):
             raise SystemExit(1)
 
@@ -218,36 +280,5 @@ def _recorded(folder: Path) -> int:
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
 
-def main() -> None:
-    """Run what the command line names."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    modes = parser.add_subparsers(required=True)
-    mode = modes.add_parser("avoid")
-    mode.add_argument("--seeds", type=int, default=5)
-    mode.set_defaults(run=avoid)
-    mode = modes.add_parser("solve")
-    mode.add_argument("tasks", nargs="+")
-    mode.add_argument("--seeds", type=int, default=10)
-    mode.add_argument("--controller", default="recurrent")
-    mode.add_argument("--hidden", type=int, default=0)
-    mode.add_argument("--algorithm", default="cma")
-    mode.add_argument("--population", type=int, default=40)
-    mode.add_argument("--generations", type=int, default=60)
-    mode.add_argument("--scenarios", type=int, default=4)
-    mode.set_defaults(run=solve)
-    mode = modes.add_parser("loop")
-    mode.add_argument("--generations", type=int, default=50)
-    mode.set_defaults(run=loop)
-    mode = modes.add_parser("chaos")
-    mode.add_argument("--generations", type=int, default=40)
-    mode.add_argument("--population", type=int, default=50)
-    mode.add_argument("--seconds", type=float, default=20.0, help="length of an episode")
-    mode.add_argument("--every", type=float, default=0.0, help="s between two kills of a worker; 0 kills none")
-    mode.add_argument("--seed", type=int, default=1)
-    mode.set_defaults(run=chaos)
-    options = parser.parse_args()
-    options.run(options)
-
-
 if __name__ == "__main__":
-    main()
+    run(__doc__, avoid, solve, loop, workers, chaos)

@@ -6,18 +6,19 @@ through the calibration drive. With 24 robots this takes some minutes.
 
 from __future__ import annotations
 
-import argparse
 import math
+import statistics
 import sys
 import tempfile
 from pathlib import Path
 
+from harness import Tables, quick, run, use_tests
+
 from elib.records.reader import read_recording
 from elib.studies import fit_robot
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "studies"))
-from parity_drives import hidden_robot, off
+use_tests("studies")
+from parity_drives import hidden_robot, off  # noqa: E402
 
 DISTANCES = [0.001 * k for k in range(12, 61, 2)]
 """m, at which curves are compared: from where the drive turns to where noise hides the wall."""
@@ -46,25 +47,26 @@ def errors(folder: Path, seed: int, jitter: float, duration: float) -> dict[str,
     }
 
 
-def main() -> None:
-    """Drive, fit and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--robots", type=int, default=24)
-    parser.add_argument("--seed", type=int, default=100, help="of the first robot")
-    parser.add_argument("--jitter", type=float, default=0.0, help="of the link, s")
-    parser.add_argument("--duration", type=float, default=120.0, help="of each drive, s")
-    options = parser.parse_args()
-    rows: list[dict[str, float]] = []
+@quick(robots=1)
+def measure(*, robots: int = 24, seed: int = 100, jitter: float = 0.0, duration: float = 120.0) -> Tables:
+    """Drive and fit.
+
+    Args:
+        robots: How many.
+        seed: Of the first robot.
+        jitter: Of the link, s.
+        duration: Of each drive, s.
+    """
+    missed: list[dict[str, float]] = []
     with tempfile.TemporaryDirectory() as folder:
-        for number in range(options.robots):
-            rows.append(errors(Path(folder), options.seed + number, options.jitter, options.duration))
+        for number in range(robots):
+            missed.append(errors(Path(folder), seed + number, jitter, duration))
             print(".", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
-    print(f"{options.robots:>3} robots{'':<26}{'mean':>10}{'largest':>10}")
-    for name in rows[0]:
-        values = [row[name] for row in rows]
-        print(f"{name:<36}{sum(values) / len(values):>10.3f}{max(values):>10.3f}")
+    columns = {name: [each[name] for each in missed] for name in missed[0]}
+    rows = {name: {"mean": statistics.fmean(each), "largest": max(each)} for name, each in columns.items()}
+    yield f"missed by, of {robots} robots", rows
 
 
 if __name__ == "__main__":
-    main()
+    run(__doc__, measure)

@@ -11,25 +11,20 @@ machine changes by the minute:
 
 The engine's worlds run a whole episode in one call. The vector environment takes as many steps as an episode has
 decisions, and one more, in which all worlds begin again.
-
-    python benchmarks/learning.py                          avoid, 1,000 worlds, one thread and two
-    python benchmarks/learning.py --task wall-following --worlds 100 --json
 """
 
 from __future__ import annotations
 
-import argparse
 import concurrent.futures
-import json
 import os
 import statistics
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 from gymnasium.vector import SyncVectorEnv, VectorEnv
+from harness import Cell, Table, Tables, in_turns, quick, ratio, run
 
 from elib.base.body import METRES_PER_STEP
 from elib.learn import Task, find_task
@@ -94,56 +89,48 @@ def play(task: Task, worlds: int, threads: int) -> Work:
     return partial(episodes.play, BRAITENBERG, population, [1]), worlds * task.robots * task.ticks
 
 
-def measured(works: dict[str, Work], rounds: int) -> dict[str, list[tuple[float, float]]]:
-    """Return robot-steps a second of each work in each round: of the clock, and of CPU time."""
-    rates: dict[str, list[tuple[float, float]]] = {name: [] for name in works}
-    for work, _ in works.values():
-        work()  # It is compiled, and in the caches.
-    for number in range(rounds):
-        for name, (work, count) in list(works.items())[:: 1 if number % 2 else -1]:
-            wall, cpu = time.perf_counter(), time.process_time()
-            work()
-            rates[name].append((count / (time.perf_counter() - wall), count / (time.process_time() - cpu)))
-    return rates
+def rates(work: Callable[[], object], count: float) -> tuple[float, float]:
+    """Work once, and return the robot-steps a second: of the clock, and of CPU time."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    work()
+    return count / (time.perf_counter() - wall), count / (time.process_time() - cpu)
 
 
-def report(rates: dict[str, list[tuple[float, float]]], threads: int) -> dict[str, Any]:
-    """Print the figures with so many threads, and return them."""
-    found: dict[str, Any] = {}
-    print(f"threads: {threads}")
-    for name, each in rates.items():
-        wall, cpu = (statistics.median(rate[k] for rate in each) for k in (0, 1))
-        found[name] = {"robot_steps_per_s": wall, "robot_steps_per_cpu_s": cpu}
-        print(f"  {name:8} {wall:14,.0f} robot-steps/s of the clock {cpu:14,.0f} of CPU time")
-    for other in ("engine", "loop", "play"):
-        ratios = [
-            statistics.median(mine[k] / its[k] for mine, its in zip(rates["vector"], rates[other], strict=True))
-            for k in (0, 1)
-        ]
-        found[f"vector_by_{other}"] = {"clock": ratios[0], "cpu": ratios[1]}
-        print(f"  vector / {other:7} {ratios[0]:6.2f} by the clock {ratios[1]:6.2f} by CPU time")
-    return found
+def compared(works: dict[str, Work], rounds: int) -> Table:
+    """Return how fast all work, and how many times as fast as each the vector environment is."""
+    measured = in_turns({name: partial(rates, *work) for name, work in works.items()}, rounds)
+    columns = {name: list(zip(*each, strict=True)) for name, each in measured.items()}
+    return {name: figures(by, columns["vector"]) for name, by in columns.items()}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--task", default="avoid", help="a task that senses proximity first, or FILE.py:NAME")
-    parser.add_argument("--worlds", type=int, default=1000)
-    parser.add_argument("--threads", type=int, nargs="*", default=sorted({1, os.cpu_count() or 1}))
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--json", action="store_true", help="the figures as JSON in the last line")
-    options = parser.parse_args()
-    task = find_task(options.task)
-    if task.sensors[0] != "proximity":
-        parser.error(f"{options.task} does not sense proximity first")
-    print(f"{task.name}, {options.worlds:,} worlds, robots in each: {task.robots}, {task.ticks} ticks an episode")
-    figures = {}
-    for threads in options.threads:
-        works = {maker.__name__: maker(task, options.worlds, threads) for maker in (engine, vector, loop, play)}
-        figures[str(threads)] = report(measured(works, options.rounds), threads)
-    if options.json:
-        print(json.dumps({"task": task.name, "worlds": options.worlds, "threads": figures}))
+def figures(each: list[tuple[float, ...]], vector: list[tuple[float, ...]]) -> dict[str, Cell]:
+    (clock, cpu), (vector_clock, vector_cpu) = each, vector
+    return {
+        "robot-steps/s of the clock": statistics.median(clock),
+        "of CPU time": statistics.median(cpu),
+        "vector by it, clock": ratio(vector_clock, clock),
+        "CPU time": ratio(vector_cpu, cpu),
+    }
+
+
+@quick(worlds=20, rounds=1)
+def measure(*, task: str = "avoid", worlds: int = 1000, threads: tuple[int, ...] = (), rounds: int = 5) -> Tables:
+    """Measure.
+
+    Args:
+        task: One that senses proximity first, or FILE.py:NAME.
+        worlds: How many.
+        threads: One, and as many as there are cores, unless told.
+        rounds: How many.
+    """
+    found = find_task(task)
+    if found.sensors[0] != "proximity":
+        raise SystemExit(f"{task} does not sense proximity first")
+    print(f"{found.name}, {worlds:,} worlds, robots in each: {found.robots}, {found.ticks} ticks an episode")
+    for count in threads or sorted({1, os.cpu_count() or 1}):
+        works = {maker.__name__: maker(found, worlds, count) for maker in (engine, vector, loop, play)}
+        yield f"threads: {count}", compared(works, rounds)
 
 
 if __name__ == "__main__":
-    main()
+    run(__doc__, measure)

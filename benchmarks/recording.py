@@ -11,29 +11,25 @@ file is compared with what it had reported until then.
 
 from __future__ import annotations
 
-import argparse
 import asyncio
-import json
 import random
 import statistics
-import sys
 import tempfile
 import time
 from pathlib import Path
 
-from bench_link import FIRMWARE, robots
+from bench_link import FIRMWARE
+from harness import Cell, Tables, quick, ratio, run, simulated, use_tests
 
 import elib
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "records"))
-from killing import SPEED, Killed, record_and_kill
+use_tests("records")
+from killing import SPEED, Killed, record_and_kill  # noqa: E402
 
 TURN = 0.8
 """s."""
 AHEAD = 0.6
 """s that a recorder is at work before its turn."""
-GOAL, SECOND = 0.95, 1.0
 
 
 async def turn(robot: elib.Epuck, seconds: float) -> tuple[float, float]:
@@ -45,7 +41,7 @@ async def turn(robot: elib.Epuck, seconds: float) -> tuple[float, float]:
     return trips / (now - began), (time.process_time() - spent) / trips
 
 
-async def compare(url: str, turns: int, folder: Path) -> dict[str, float]:
+async def compare(url: str, turns: int, folder: Path) -> dict[str, Cell]:
     """Return the figures of one line."""
     without, recorded = [], []
     sizes: list[float] = []
@@ -58,35 +54,20 @@ async def compare(url: str, turns: int, folder: Path) -> dict[str, float]:
                 await turn(robot, AHEAD)
                 recorded.append(await turn(robot, TURN))
             sizes.append(path.stat().st_size / (robot.time - began))
-    ratios = [rate / other for (rate, _), (other, _) in zip(recorded, without, strict=True)]
-    quartiles = statistics.quantiles(ratios, n=4)
+    (plain, plain_spent), (rates, spent) = zip(*without, strict=True), zip(*recorded, strict=True)
+    lower, _, upper = statistics.quantiles([one / other for one, other in zip(rates, plain, strict=True)], n=4)
     return {
-        "rate_without": statistics.median(rate for rate, _ in without),
-        "rate_recorded": statistics.median(rate for rate, _ in recorded),
-        "ratio": quartiles[1],
-        "ratio_lower_quartile": quartiles[0],
-        "ratio_upper_quartile": quartiles[2],
-        "processor_us_a_trip": 1e6
-        * statistics.median(mine - other for (_, mine), (_, other) in zip(recorded, without, strict=True)),
-        "bytes_a_second": statistics.median(sizes),
+        "/s without": statistics.median(plain),
+        "/s recorded": statistics.median(rates),
+        "ratio": ratio(rates, plain),
+        "lower quartile": lower,
+        "upper": upper,
+        "us of CPU a trip": 1e6 * statistics.median(one - other for one, other in zip(spent, plain_spent, strict=True)),
+        "KB/s": statistics.median(sizes) / 1000,
     }
 
 
-def rates(turns: int) -> dict[str, dict[str, float]]:
-    found = {}
-    for name, baud in (("115200 baud", 115_200), ("unpaced", 0)):
-        with robots(firmware=FIRMWARE, baud=baud, world="square") as (url,), tempfile.TemporaryDirectory() as folder:
-            found[name] = figures = asyncio.run(compare(url, turns, Path(folder)))
-        print(
-            f"  {name:12}{figures['rate_without']:8,.0f} /s without, {figures['rate_recorded']:8,.0f} /s recorded: "
-            f"{figures['ratio']:.3f} ({figures['ratio_lower_quartile']:.3f} to {figures['ratio_upper_quartile']:.3f}), "
-            f"{figures['processor_us_a_trip']:.0f} us of processor a trip, {figures['bytes_a_second'] / 1000:.0f} KB/s",
-            flush=True,
-        )
-    return found
-
-
-def kills(count: int, seed: int) -> list[Killed]:
+def killed(count: int, seed: int) -> list[Killed]:
     moments = random.Random(seed)
     found = []
     with tempfile.TemporaryDirectory() as folder:
@@ -96,37 +77,32 @@ def kills(count: int, seed: int) -> list[Killed]:
     return found
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--turns", type=int, default=20, help="of each line, with and without (20)")
-    parser.add_argument("--kills", type=int, default=50, help="of the recording program (50)")
-    parser.add_argument("--seed", type=int, default=1, help="of the moments of the kills (1)")
-    parser.add_argument("--json", action="store_true", help="the figures as one line of JSON, last")
-    options = parser.parse_args()
-    figures: dict[str, object] = {}
-    if options.turns > 1:
-        print("round trips of proximity() on a pty, in turns; goal: 0.95 of the rate")
-        figures["rates"] = found = rates(options.turns)
-        figures["met"] = found["115200 baud"]["ratio"] >= GOAL
-    if options.kills:
-        print(f"a recording program at {SPEED} times real time, killed at {options.kills} random moments")
-        ends = kills(options.kills, options.seed)
-        losses = sorted(each.loss for each in ends)
-        kept = sum(each.loss < SECOND for each in ends)
-        figures["kills"] = {
-            "count": len(ends),
-            "within_a_second": kept,
-            "loss_median_s": statistics.median(losses),
-            "loss_most_s": losses[-1],
-            "damaged": sum(each.health.damaged for each in ends),
+@quick(turns=2, kills=1)
+def measure(*, turns: int = 20, kills: int = 50, seed: int = 1) -> Tables:
+    """Measure.
+
+    Args:
+        turns: Of each line, with and without; 0 leaves them out.
+        kills: Of the recording program.
+        seed: Of the moments of the kills.
+    """
+    rates = {}
+    for name, baud in (("115200 baud", "115200"), ("unpaced", "0")) if turns else ():
+        options = (*FIRMWARE, "--baud", baud, "--world", "square")
+        with simulated(*options) as (_, [url]), tempfile.TemporaryDirectory() as folder:
+            rates[name] = asyncio.run(compare(url, turns, Path(folder)))
+    yield "round trips of proximity() on a pty, in turns; goal: 0.95 of the rate", rates
+    ends = killed(kills, seed)
+    losses = sorted(each.loss for each in ends)
+    if losses:
+        found = {
+            "median loss, s": statistics.median(losses),
+            "most, s": losses[-1],
+            "below 1 s": f"{sum(loss < 1 for loss in losses)} of {kills}",
+            "damaged chunks": sum(each.health.damaged for each in ends),
         }
-        print(
-            f"  loss: median {statistics.median(losses):.2f} s of wall time, most {losses[-1]:.2f} s; below 1 s in "
-            f"{kept} of {len(ends)}; no gap before it, {sum(each.health.damaged for each in ends)} damaged chunks"
-        )
-    if options.json:
-        print(json.dumps(figures))
+        yield f"a recording program at {SPEED} times real time, killed", {"wall time; no gap before it": found}
 
 
 if __name__ == "__main__":
-    main()
+    run(__doc__, measure)

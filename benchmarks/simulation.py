@@ -8,25 +8,19 @@ Each contender measures in a process of its own. They take turns, round by round
 changes by the minute, and start anew every few rounds: where a process has its memory is worth up to 10 %, and a crowd
 takes longer the more its robots lean on each other.
 
-    python benchmarks/simulation.py                                     this tree
-    python benchmarks/simulation.py --beside ../other --enki --json     another checkout (with its .venv) and Enki, too
-    python benchmarks/simulation.py --only threads                      the rows with this in their names
-
-Ratios are this tree's speed by the other's: over 1 is faster. "median" is the median of each round's ratio, "best" is
-best against best. Enki comes as Debian's libenki-dev; ``enki.cpp`` is compiled into ``build/``. Stock Enki simulates a
-turret on each e-puck; "sensors" is Enki with the eight infrared sensors only, as elib has them.
+Shown is the best of the rounds. Ratios are this tree's speed by the other's: over 1 is faster. "median" is the median
+of each round's ratio, "best" is best against best. Enki comes as Debian's libenki-dev; ``enki.cpp`` is compiled into
+``build/``. Stock Enki simulates a turret on each e-puck; "sensors" is Enki with its eight infrared sensors only, as
+elib has them.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 import os
 import random
 import resource
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -36,7 +30,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-HERE = Path(__file__).resolve()
+from harness import ROOT, Cell, Table, Tables, calling, python_in, quick, ratio, run
+
 CHECKED = 2000  # Robot-steps that both engines run for the digest.
 BEHAVED = 30.0  # Simulated seconds of the behaviour.
 ROUNDS_A_PROCESS = 5
@@ -172,8 +167,8 @@ def compile_time() -> float:
     """Return the CPU seconds of a whole process that runs first_run() with an empty cache."""
     with tempfile.TemporaryDirectory() as folder:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        command, empty = [sys.executable, str(HERE), "--first-run"], os.environ | {"XDG_CACHE_HOME": folder}
-        subprocess.run(command, env=empty, check=True, stderr=subprocess.DEVNULL)
+        empty = os.environ | {"XDG_CACHE_HOME": folder}
+        subprocess.run(calling(first_run), env=empty, check=True, stderr=subprocess.DEVNULL)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -267,7 +262,7 @@ class Contender:
     def __init__(self, name: str, command: list[str], tree: Path | None = None) -> None:
         self.name, self._command = name, command
         # A cache of its own: others of this user may clear theirs away meanwhile.
-        cache_folder = HERE.parents[1] / "build" / f"cache-{name}"
+        cache_folder = ROOT / "build" / f"cache-{name}"
         self._environment = os.environ | {"XDG_CACHE_HOME": str(cache_folder)}
         if tree:
             self._environment["PYTHONPATH"] = str(tree / "src")
@@ -306,16 +301,14 @@ class Contender:
 
 def contenders(beside: Path | None, with_enki: bool) -> list[Contender]:
     """Start the processes, this tree's first."""
-    home = HERE.parents[1]
-    found = [Contender("this", [sys.executable, str(HERE), "--worker"], home)]
+    found = [Contender("this", calling(serve), ROOT)]
     if beside:
-        own = beside / ".venv/bin/python"
-        python = str(own) if own.exists() else sys.executable
-        found.append(Contender("other", [python, str(HERE), "--worker"], beside))
+        found.append(Contender("other", calling(serve, python=python_in(beside)), beside.resolve()))
     if with_enki:
-        program = home / "build/enki"
+        program = ROOT / "build/enki"
         program.parent.mkdir(exist_ok=True)
-        build = [shutil.which("g++") or "false", "-O3", str(HERE.with_name("enki.cpp")), "-o", str(program), "-lenki"]
+        source = Path(__file__).with_name("enki.cpp")
+        build = [shutil.which("g++") or "false", "-O3", str(source), "-o", str(program), "-lenki"]
         if subprocess.run(build).returncode == 0:
             found += [Contender("enki", [str(program)]), Contender("sensors", [str(program), "--sensors-only"])]
         else:
@@ -336,7 +329,7 @@ def check_digests(found: list[Contender], robots: int, walls: int) -> None:
             print(f"{one.name}: other digest than this at {robots} robots, {walls} walls a m2")
 
 
-def measure(found: list[Contender], wanted: list[Row], rounds: int) -> None:
+def let_all_measure(found: list[Contender], wanted: list[Row], rounds: int) -> None:
     """Let all measure each row in turns, so many rounds; but the first run, which is long, once a process."""
     for first in range(0, rounds, ROUNDS_A_PROCESS):
         for one in found:
@@ -348,64 +341,49 @@ def measure(found: list[Contender], wanted: list[Row], rounds: int) -> None:
                         one.measure(row, row.request if one is found[0] else row.rival or row.request)
 
 
-def report(row: Row, found: list[Contender]) -> dict[str, Any]:
-    """Print a row, and return its figures."""
-    ours, figures, line = found[0].rates(row), {}, f"{row.name:46}"
+def report(row: Row, found: list[Contender]) -> dict[str, Cell]:
+    """Return the figures of a row."""
+    ours, figures = found[0].rates(row), {}
     for one in found:
         rates = one.rates(row)
         if not rates or not ours:
-            line += f"{'-':>14}" + f"{'':16}" * (one is not found[0])
+            figures[one.name] = one.reasons.get(row, "-")
             continue
-        middle, best = (row.units / rate if row.unit else rate for rate in (statistics.median(rates), max(rates)))
-        figures[one.name] = {"unit": row.unit or "1/s", "median": middle, "best": best}
-        line += f"{f'{best:,.1f} {row.unit}' if row.unit else f'{best:,.0f}/s':>14}"
+        figures[one.name] = row.units / max(rates) if row.unit else max(rates)
         if one is not found[0]:
-            ratio = statistics.median(a / b for a, b in zip(ours, rates, strict=False))
-            figures[one.name] |= {"ratio_median": ratio, "ratio_best": max(ours) / max(rates)}
-            line += f"{ratio:8.2f}{max(ours) / max(rates):8.2f}"
+            figures |= {f"by {one.name}, median": ratio(ours, rates), "best": max(ours) / max(rates)}
     if len(found) == 1 and ours and not row.unit:
-        figures["this"]["additions_each"] = found[0].additions(row)
-        line += f"{found[0].additions(row):16.1f}"
-    print(line, found[0].reasons.get(row, ""))
-    return figures
+        figures["additions each"] = found[0].additions(row)
+    return figures | {"unit": row.unit or "1/s"}
 
 
-def table(found: list[Contender], wanted: list[Row]) -> dict[str, Any]:
-    """Print what was measured, and return the figures."""
-    others = "".join(f"{one.name:>14}{'median':>8}{'best':>8}" for one in found[1:])
-    print(f"{'best of its rounds':46}{'this':>14}{others or '  additions each'}")
+def table(found: list[Contender], wanted: list[Row]) -> Table:
+    """Return what was measured."""
     figures = {row.name: report(row, found) for row in wanted}
     pair = [row for row in wanted if row.request.startswith("fitness")]
-    for one in found:
-        if len(pair) == 2 and one.rates(pair[1]):
-            cost = statistics.median(a / b for a, b in zip(*map(one.rates, pair), strict=False)) - 1
-            figures[f"fitness each tick adds, {one.name}"] = {"share": cost}
-            print(f"a fitness each tick adds {cost:.0%} to a run ({one.name})")
+    if len(pair) == 2 and all(found[0].rates(row) for row in pair):
+        costs = {one.name: ratio(*map(one.rates, pair)) - 1 for one in found if one.rates(pair[1])}
+        figures["a fitness each tick adds to a run"] = {**costs, "unit": "of it"}
     return figures
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--beside", type=Path, metavar="PATH", help="another checkout to measure in turns with this")
-    parser.add_argument("--enki", action="store_true", help="measure stock Enki, too")
-    parser.add_argument("--rounds", type=int, help="of each row; 25 beside others, 7 alone")
-    parser.add_argument("--only", default="", metavar="TEXT", help="only the rows with this in their names")
-    parser.add_argument("--json", action="store_true", help="the figures as JSON in the last line")
-    parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("--first-run", action="store_true", help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.worker or options.first_run:
-        (serve if options.worker else first_run)()
-        return
-    found = contenders(options.beside and options.beside.resolve(), options.enki)
+@quick(rounds=1, only="interpreted")
+def measure(*, beside: Path | None = None, enki: bool = False, rounds: int = 0, only: str = "") -> Tables:
+    """Measure.
+
+    Args:
+        beside: Another checkout of elib, with its ``.venv``, to measure in turns with this one.
+        enki: Measure stock Enki, too.
+        rounds: Of each row; 25 beside others and 7 alone if left out.
+        only: Part of the names of the rows that are wanted.
+    """
+    found = contenders(beside, enki)
     for robots, walls in ((1, 0), (10, 0), (100, 20)):
         check_digests(found, robots, walls)
-    wanted = [row for row in rows() if options.only in row.name]
-    measure(found, wanted, options.rounds or (25 if len(found) > 1 else 7))
-    figures = table(found, wanted)
-    if options.json:
-        print(json.dumps(figures))
+    wanted = [row for row in rows() if only in row.name]
+    let_all_measure(found, wanted, rounds or (25 if len(found) > 1 else 7))
+    yield "best of its rounds", table(found, wanted)
 
 
 if __name__ == "__main__":
-    main()
+    run(__doc__, measure)

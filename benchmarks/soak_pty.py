@@ -1,12 +1,11 @@
 """Ten real minutes on a pty with the faults of flaky Bluetooth: every call ends, counts agree, memory does not grow.
 
 Robot and program share one process and one event loop; between them is a real pty, so the bytes go through the kernel
-in real time. Run it by hand: python benchmarks/soak_pty.py --seconds 600. It ends with exit code 1 if a check fails.
+in real time. It ends with exit code 1 if a check fails.
 """
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import gc
 import os
@@ -16,6 +15,8 @@ import threading
 import time
 from collections import Counter
 from pathlib import Path
+
+from harness import Tables, quick, run
 
 import elib
 from elib.base.timebase import new_loop
@@ -56,7 +57,7 @@ def memory() -> tuple[int, int]:
     return sys.getallocatedblocks(), resident
 
 
-async def soak(seconds: float, script: str) -> bool:
+async def soak(seconds: float, script: str) -> dict[str, bool]:
     simulation = Simulation(SimulationSettings(world="square", fault=script))
     pty = PtyTransport()
     simulation.robots[0].link.attach(pty)
@@ -85,7 +86,14 @@ async def soak(seconds: float, script: str) -> bool:
     await pty.close()
     calls = ends.total()
     unanswered = books.questions - statistics.resyncs
-    checks = {
+    print(f"{script} on {pty.url} for {seconds:g} s")
+    print(f"calls {calls}, {dict(ends)}; resyncs {statistics.resyncs}, of their questions {unanswered} unanswered")
+    print(f"the script: {counts}")
+    trips = f"median {statistics.median * 1e3:.1f} ms, p99 {statistics.p99 * 1e3:.1f} ms"
+    print(f"{trips}, longest call {slowest * 1e3:.0f} ms")
+    print(f"blocks {before[0]} -> {after[0]}, resident {before[1] / 1e6:.2f} -> {after[1] / 1e6:.2f} MB")
+    print(f"processor time {time.process_time():.1f} s, peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss} kB")
+    return {
         "every call ended once": (books.called - 1, books.ended - 1, books.twice) == (calls, calls, 0),
         "no call ended later than 0.15 s after its deadline": slowest <= 1.15,
         "values and statistics agree": statistics.count == ends["value"],
@@ -94,33 +102,24 @@ async def soak(seconds: float, script: str) -> bool:
         "memory is flat": after[0] - before[0] < MORE_BLOCKS and after[1] - before[1] < MORE_MEMORY,
         "no task is left": tasks == 1 and len(asyncio.all_tasks()) == 1,
     }
-    print(f"{script} on {pty.url} for {seconds:g} s")
-    print(f"calls {calls}, {dict(ends)}; resyncs {statistics.resyncs}, of their questions {unanswered} unanswered")
-    print(f"the script: {counts}")
-    trips = f"median {statistics.median * 1e3:.1f} ms, p99 {statistics.p99 * 1e3:.1f} ms"
-    print(f"{trips}, longest call {slowest * 1e3:.0f} ms")
-    print(f"blocks {before[0]} -> {after[0]}, resident {before[1] / 1e6:.2f} -> {after[1] / 1e6:.2f} MB")
-    print(f"processor time {time.process_time():.1f} s, peak {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss} kB")
-    return report(checks)
 
 
-def report(checks: dict[str, bool]) -> bool:
-    for name, is_kept in checks.items():
-        print(f"{'ok  ' if is_kept else 'FAIL'}  {name}")
-    return all(checks.values())
+@quick(seconds=4.0)
+def measure(*, seconds: float = 600.0, fault: str = "flaky-bluetooth") -> Tables:
+    """Soak the library.
 
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Soak the library on a pty with link faults, in real time.")
-    parser.add_argument("--seconds", type=float, default=600.0, help="how long (default: 600)")
-    parser.add_argument("--fault", default="flaky-bluetooth", help="the fault script (default: flaky-bluetooth)")
-    options = parser.parse_args()
+    Args:
+        seconds: How long.
+        fault: The fault script.
+    """
     threads = threading.active_count()
     with asyncio.Runner(loop_factory=lambda: new_loop("real")) as runner:
-        is_sound = runner.run(soak(options.seconds, options.fault))
-    is_alone = report({"no thread is left": threading.active_count() == threads})
-    return 0 if is_sound and is_alone else 1
+        checks = runner.run(soak(seconds, fault))
+    checks["no thread is left"] = threading.active_count() == threads
+    yield "checks", {name: {"": "ok" if is_kept else "FAILED"} for name, is_kept in checks.items()}
+    if not all(checks.values()):
+        raise SystemExit(1)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run(__doc__, measure)

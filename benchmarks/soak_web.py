@@ -1,8 +1,6 @@
 """Open and close hundreds of pages, then send random messages for minutes: does the server stay as small as it was?
 
-It prints memory, tasks and connections of the server after each part, and whether the robots stand at the end::
-
-    python benchmarks/soak_web.py [PAGES [MINUTES]]
+It shows memory, tasks and connections of the server after each part, and whether the robots stand at the end.
 """
 
 from __future__ import annotations
@@ -10,15 +8,16 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
-import itertools
 import json
 import os
 import random
+import subprocess
 import sys
 import tempfile
 import threading
 from collections.abc import AsyncIterator
 
+from harness import Tables, calling, quick, run, started
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
@@ -30,8 +29,6 @@ from elib.panel.server.messages import MESSAGES, decode
 from elib.panel.slot import Slot
 from elib.robot.running import run_coroutine
 
-PAGES, MINUTES = 500, 10.0
-SCRIPT = os.path.abspath(__file__)
 ROBOTS = ["sim://crowd?robots=4", "sim://line"]
 AT_ONCE = 8
 """Pages that are open at the same time."""
@@ -130,11 +127,11 @@ def serve() -> None:
             print(
                 json.dumps(
                     {
-                        "memory": pages * os.sysconf("SC_PAGE_SIZE") / 2**20,
+                        "MiB": pages * os.sysconf("SC_PAGE_SIZE") / 2**20,
                         "tasks": len(asyncio.all_tasks()),
                         "files": len(os.listdir("/proc/self/fd")),
                         "objects": len(gc.get_objects()),
-                        "moving": [key for key, slot in panel.slots.items() if slot.drive.may_move],
+                        "moving": " ".join(key for key, slot in panel.slots.items() if slot.drive.may_move) or "none",
                         "poses": [place_of(slot) for slot in panel.slots.values()],
                         "connected": sum(slot.is_connected for slot in panel.slots.values()),
                     }
@@ -232,55 +229,53 @@ async def tidy(place: str) -> None:
         await asyncio.sleep(3.0)  # a link that was cut is opened again
 
 
-async def soak(pages: int, minutes: float) -> None:
+async def soak(pages: int, minutes: float) -> dict[str, dict]:
+    """Return how large the server is after each part."""
+    rows: dict[str, dict] = {}
     with tempfile.TemporaryDirectory() as folder:
-        process = await asyncio.create_subprocess_exec(
-            *(sys.executable, SCRIPT, "--serve"),
-            stdin=asyncio.subprocess.PIPE,
-            stdout=asyncio.subprocess.PIPE,
-            cwd=folder,
-            env={**os.environ, "XDG_STATE_HOME": folder, "HOME": folder},
-        )
-        assert process.stdout is not None
-        assert process.stdin is not None
+        home = {**os.environ, "XDG_STATE_HOME": folder, "HOME": folder}
+        with started(*calling(serve), stdin=subprocess.PIPE, cwd=folder, env=home) as (process, [url]):
+            assert process.stdin is not None
+            assert process.stdout is not None
 
-        async def look(after: str) -> dict:
-            await asyncio.sleep(3.0)  # the robots of pages that left have been stopped
-            process.stdin.write(b"\n")
-            found = json.loads(await process.stdout.readline())
-            print(
-                f"{after:34} {found['memory']:6.1f} MiB, {found['tasks']:3} tasks, {found['files']:3} files, "
-                f"{found['objects']:7} objects, {found['connected']} connected, moving: {found['moving'] or 'none'}",
-                flush=True,
-            )
-            return found
+            async def look(after: str) -> None:
+                await asyncio.sleep(3.0)  # the robots of pages that left have been stopped
+                print(file=process.stdin, flush=True)
+                rows[after] = json.loads(await asyncio.to_thread(process.stdout.readline))
+                print(".", end="", file=sys.stderr, flush=True)
 
-        place = (await process.stdout.readline()).decode().strip().removeprefix("http://").rstrip("/")
-        await asyncio.sleep(5.0)
-        await look("at the beginning")
-        await asyncio.gather(*(visit(place, 2) for _ in range(AT_ONCE)))
-        first = await look(f"after {2 * AT_ONCE} pages")
-        await asyncio.gather(*(visit(place, pages // AT_ONCE) for _ in range(AT_ONCE)))
-        await look(f"after {pages // AT_ONCE * AT_ONCE} more pages")
-        last = first
-        for part in itertools.count(1):
-            if part > max(1, round(minutes)):
-                break
-            length = 60.0 * minutes / max(1, round(minutes))
-            told = await asyncio.gather(*(talk(place, part * 100 + seed, length) for seed in range(4)))
-            await tidy(place)
-            last = await look(f"{sum(a for a, _ in told)} messages, {sum(b for _, b in told)} thrown out")
-        again = await look("three seconds later")
-        process.stdin.close()
-        print("exit code", await process.wait())
-        assert last["tasks"] <= first["tasks"], "tasks were left"
-        assert not last["moving"], "a robot moves"
-        assert last["poses"] == again["poses"], "a robot moves though none should"
+            place = url.removeprefix("http://").rstrip("/")
+            await asyncio.sleep(5.0)
+            await look("at the beginning")
+            for count in (2, pages // AT_ONCE):
+                await asyncio.gather(*(visit(place, count) for _ in range(AT_ONCE)))
+                await look(f"after {count * AT_ONCE} pages")
+            parts = max(1, round(minutes))
+            for part in range(1, parts + 1):
+                told = await asyncio.gather(*(talk(place, part * 100 + k, 60.0 * minutes / parts) for k in range(4)))
+                await tidy(place)
+                await look(f"{part}: {sum(a for a, _ in told)} messages, {sum(b for _, b in told)} thrown out")
+            await look("three seconds later")
+            process.stdin.close()
+            rows["at the end"] = {"exit code": await asyncio.to_thread(process.wait)}
+    return rows
+
+
+@quick(pages=16, minutes=0.05)
+def measure(*, pages: int = 500, minutes: float = 10.0) -> Tables:
+    """Soak the server.
+
+    Args:
+        pages: That are opened and closed.
+        minutes: Of random messages.
+    """
+    rows = asyncio.run(soak(pages, minutes))
+    yield "the server", {name: {key: row[key] for key in row if key != "poses"} for name, row in rows.items()}
+    _, first, *_, last, again, _ = rows.values()
+    assert last["tasks"] <= first["tasks"], "tasks were left"
+    assert last["moving"] == "none", "a robot moves"
+    assert last["poses"] == again["poses"], "a robot moves though none should"
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["--serve"]:
-        serve()
-    else:
-        given = sys.argv[1:]
-        asyncio.run(soak(int(given[0]) if given else PAGES, float(given[1]) if len(given) > 1 else MINUTES))
+    run(__doc__, measure)

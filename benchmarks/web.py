@@ -12,32 +12,34 @@ Figures, the medians of several tries where there are tries:
   second, and without a page. The floor is a bare server that sends messages of the same size as often.
 - ``script``: time that the page's own scripts take for each frame, with twenty robots and their world.
 
-``--beside FOLDER`` measures the program of another checkout of elib (with its own ``.venv``) too, in the same run.
+``--beside`` measures the program of another checkout of elib (with its own ``.venv``) too, in the same run.
 """
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import contextlib
-import json
 import os
 import statistics
 import sys
 import tempfile
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
+from subprocess import Popen
 
-ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "panel")]
+from echo import echo
+from harness import Tables, calling, load, python_in, quick, run, simulated, started, use_tests
+
+use_tests("panel")
 
 from browser import CHROMIUM, Tab, browser  # noqa: E402
-from panel_rig import Rig, virtual_robot  # noqa: E402
+from panel_rig import Driver, Rig, virtual_robot  # noqa: E402
 
-SECONDS = 10.0
+Opener = Callable[[str], Awaitable[Tab]]
+
 ROBOTS = 20
-TRIES = 15
 CONNECTED = "[...elib.robots.values()].some(({tick}) => (tick?.value ?? tick)?.phase === 'connected')"
 """Also on older pages, whose tick is no signal."""
 LINKS = {"late": {"latency": 1.0}, "noisy": {"loss": 0.3, "jitter": 0.1}, "cut": {"loss": 1.0}}
@@ -56,97 +58,36 @@ WebSocket.prototype.send = function (text) {
   if (/frames?_drawn/.test(text)) window.framesDrawn += JSON.parse(text).frames?.length ?? 1; // older ones tell of each
   send.call(this, text);
 };"""
-ECHO = """
-import asyncio, json, sys, time
-from aiohttp import web
-PAGE = '''<canvas style="width:300px;height:300px" class="pad"></canvas><script>
-const ws = new WebSocket(`ws://${location.host}/ws`);
-addEventListener("pointerdown", (e) => ws.send(String(performance.timeOrigin + e.timeStamp)));
-</script>'''
-async def page(request):
-    return web.Response(text=PAGE, content_type="text/html")
-async def socket(request):
-    ws = web.WebSocketResponse(compress=False)
-    await ws.prepare(request)
-    async def send():
-        while True:
-            await asyncio.sleep(1 / float(sys.argv[1]))
-            await ws.send_str("x" * int(sys.argv[2]))
-    sending = asyncio.create_task(send())
-    async for message in ws:
-        print(1000 * time.time() - float(message.data), flush=True)
-    sending.cancel()
-    return ws
-async def main():
-    app = web.Application()
-    app.router.add_get("/", page)
-    app.router.add_get("/ws", socket)
-    runner = web.AppRunner(app)
-    await runner.setup()
-    site = web.TCPSite(runner, "127.0.0.1", 0)
-    await site.start()
-    print(f"http://127.0.0.1:{site._server.sockets[0].getsockname()[1]}/", flush=True)
-    await asyncio.Event().wait()
-asyncio.run(main())
-"""
 
 
 @contextlib.asynccontextmanager
-async def process(*words: str, folder: Path) -> AsyncIterator[tuple[asyncio.subprocess.Process, str]]:
-    """Run a program until the block ends; yield it and the first line that it prints."""
-    started = await asyncio.create_subprocess_exec(
-        *words, stdout=asyncio.subprocess.PIPE, cwd=folder, env={**os.environ, "XDG_STATE_HOME": str(folder)}
-    )
-    assert started.stdout is not None
+async def aside(place: AbstractContextManager[tuple[Popen[str], list[str]]]) -> AsyncIterator[tuple[Popen[str], str]]:
+    """Start a process while the event loop goes on, for the robot in it; give it and the first line that it prints."""
+    process, [line] = await asyncio.to_thread(place.__enter__)
     try:
-        async with asyncio.timeout(60):
-            line = (await started.stdout.readline()).decode().strip()
-        yield started, line
+        yield process, line
     finally:
-        with contextlib.suppress(ProcessLookupError):
-            started.terminate()
-        await started.wait()
+        await asyncio.to_thread(place.__exit__, None, None, None)
 
 
-class Program:
-    """The program of one checkout.
-
-    Args:
-        root: The checkout.
-    """
-
-    def __init__(self, root: Path) -> None:
-        self.python = str(root / ".venv" / "bin" / "python")
-
-    def command(self, *urls: str) -> list[str]:
-        """Return the command line that opens the panel on some robots."""
-        return [self.python, "-m", "elib", "joystick", "--no-browser", "--port", "0", *urls]
+def panel(python: str, folder: Path, *urls: str) -> contextlib.AbstractAsyncContextManager[tuple[Popen[str], str]]:
+    """Open the panel of a checkout on some robots."""
+    command = (python, "-m", "elib", "joystick", "--no-browser", "--port", "0", *urls)
+    return aside(started(*command, cwd=folder, env=os.environ | {"XDG_STATE_HOME": str(folder)}))
 
 
-def cpu(program: asyncio.subprocess.Process) -> float:
-    """Return the CPU time of a process so far, s."""
-    fields = Path(f"/proc/{program.pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-async def share(program: asyncio.subprocess.Process) -> float:
+async def share(process: Popen[str], seconds: float) -> float:
     """Return which share of a core a process takes, in percent."""
-    before = cpu(program)
-    await asyncio.sleep(SECONDS)
-    return 100 * (cpu(program) - before) / SECONDS
+    with load(process.pid) as used:
+        await asyncio.sleep(seconds)
+    return 100 * used.share
 
 
-async def middle(tab: Tab, selector: str) -> tuple[float, float]:
-    """Return where the middle of an element is."""
-    found = f"document.querySelector({selector!r})"
-    await tab.until(f"!!{found}")
-    await tab.run(f"{found}.scrollIntoView({{block: 'center', behavior: 'instant'}})")
-    await asyncio.sleep(0.2)
-    place = await tab.run(
-        f"(() => {{ const b = {found}.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 4]; }})()"
-    )
-    x, y = place  # type: ignore[misc]
-    return x, y
+async def upper(tab: Tab) -> tuple[float, float]:
+    """Return where the pad is pressed to drive ahead."""
+    x, y = await Driver(tab).middle(".pad")
+    height = await tab.run("document.querySelector('.pad').getBoundingClientRect().height")
+    return x, y - float(height) / 4  # type: ignore[arg-type]
 
 
 def is_turning(rig: Rig) -> bool:
@@ -163,25 +104,25 @@ async def until(rig: Rig, *, turning: bool) -> float:
     return 1000 * time.time()
 
 
-async def quickness(program: Program, opened, folder: Path) -> dict[str, float]:
+async def quickness(python: str, opened: Opener, folder: Path, tries: int) -> dict[str, float]:
     """Measure how quick the page is."""
     found: dict[str, float] = {}
     async with (
         virtual_robot(folder, baud=0) as rig,
-        process(*program.command(rig.url), folder=folder) as (_, address),
+        panel(python, folder, rig.url) as (_, address),
     ):
         tab = await opened("about:blank")
         await tab.call("Page.addScriptToEvaluateOnNewDocument", source=STARTED)
         await tab.size(1440, 900)
         times = []
-        for _ in range(5):
+        for _ in range(1 + max(tries // 4, 1)):
             await tab.call("Page.navigate", url=address)
             await tab.until("window.usableAfter")
             times.append(float(await tab.run("window.usableAfter")))  # type: ignore[arg-type]
         found["page usable, ms"] = statistics.median(times[1:])  # the first fills the browser's cache
-        x, y = await middle(tab, ".pad")
+        x, y = await upper(tab)
         times = []
-        for _ in range(TRIES):
+        for _ in range(tries):
             await asyncio.gather(
                 tab.mouse("mousePressed", x, y), turned := asyncio.ensure_future(until(rig, turning=True))
             )
@@ -191,7 +132,7 @@ async def quickness(program: Program, opened, folder: Path) -> dict[str, float]:
             await asyncio.sleep(0.3)
         found["click to robot, ms"] = statistics.median(times)
         times = []
-        for _ in range(5):
+        for _ in range(max(tries // 3, 1)):
             await tab.mouse("mousePressed", x, y)
             await until(rig, turning=True)
             await asyncio.sleep(0.3)
@@ -225,45 +166,41 @@ async def acknowledged(tab: Tab) -> float:
     return float(await tab.run("window.marked"))  # type: ignore[arg-type]
 
 
-async def costs(program: Program, opened, folder: Path) -> dict[str, float]:
+async def costs(python: str, opened: Opener, folder: Path, seconds: float) -> dict[str, float]:
     """Measure what the program and the page take of a core."""
     found: dict[str, float] = {}
-    async with virtual_robot(folder) as rig, process(*program.command(rig.url), folder=folder) as (panel, address):
+    async with virtual_robot(folder) as rig, panel(python, folder, rig.url) as (program, address):
         await asyncio.sleep(3)
-        found["one robot, no page, % of a core"] = await share(panel)
+        found["one robot, no page, % of a core"] = await share(program, seconds)
         tab = await opened(address)
         await tab.size(1440, 900)
         await tab.until(f"window.elib && {CONNECTED}")
         await asyncio.sleep(2)
-        found["one robot, one page, % of a core"] = await share(panel)
+        found["one robot, one page, % of a core"] = await share(program, seconds)
         await tab.close()
-    simulate = [program.python, "-m", "elib", "simulate", "crowd", "--robots", str(ROBOTS), "--tcp", "0"]
-    async with process(*simulate, folder=folder) as (served, line):
-        assert served.stdout is not None
-        lines = [line] + [(await served.stdout.readline()).decode() for _ in range(ROBOTS - 1)]
-        urls = [each.split()[1] for each in lines]
-        async with process(*program.command(*urls), folder=folder) as (panel, address):
+    with simulated("--world", "crowd", "--tcp", "0", robots=ROBOTS, python=python) as (_, urls):
+        async with panel(python, folder, *urls) as (program, address):
             await asyncio.sleep(8)
-            found["twenty robots, no page, % of a core"] = await share(panel)
+            found["twenty robots, no page, % of a core"] = await share(program, seconds)
             tab = await opened(address)
             await tab.size(1440, 900)
             await tab.until("document.querySelectorAll('article').length >= 20")
             await asyncio.sleep(3)
-            found["twenty robots, one page, % of a core"] = await share(panel)
+            found["twenty robots, one page, % of a core"] = await share(program, seconds)
             await tab.close()
-    async with process(*program.command(f"sim://crowd?robots={ROBOTS}"), folder=folder) as (_, address):
+    async with panel(python, folder, f"sim://crowd?robots={ROBOTS}") as (_, address):
         tab = await opened("about:blank")
         await tab.call("Page.addScriptToEvaluateOnNewDocument", source=FRAMES)
         await tab.size(1440, 900)
         await tab.go(address)
         await tab.until("document.querySelectorAll('article').length >= 20")
         await asyncio.sleep(5)
-        found["script, ms a frame, twenty robots and their world"] = await script(tab)
+        found["script, ms a frame, twenty robots and their world"] = await script(tab, seconds)
         await tab.close()
     return found
 
 
-async def script(tab: Tab) -> float:
+async def script(tab: Tab, seconds: float) -> float:
     """Return the time that the page's scripts take for each frame that they draw, ms."""
     await tab.call("Performance.enable")
 
@@ -275,64 +212,63 @@ async def script(tab: Tab) -> float:
         return float(await tab.run("window.framesDrawn"))  # type: ignore[arg-type]
 
     before, first = await spent(), await frames()
-    await asyncio.sleep(SECONDS)
+    await asyncio.sleep(seconds)
     drawn = await frames() - first
     return 1000 * (await spent() - before) / drawn
 
 
-async def floor(opened, folder: Path) -> dict[str, float]:
+async def floor(opened: Opener, tries: int, seconds: float) -> dict[str, float]:
     """Measure a bare WebSocket server of aiohttp."""
     found: dict[str, float] = {}
-    for name, rate, size in (("one", 10, 6000), ("twenty", 5, 8000)):
-        async with process(sys.executable, "-c", ECHO, str(rate), str(size), folder=folder) as (server, address):
+    for name, rate, size in (("one robot", 10, 6000), ("twenty robots", 5, 8000)):
+        async with aside(started(*calling(echo, str(rate), str(size)))) as (server, address):
             assert server.stdout is not None
             tab = await opened(address)
             await tab.size(1440, 900)
             await asyncio.sleep(1)
-            if name == "one":
-                x, y = await middle(tab, ".pad")
+            if name == "one robot":
+                x, y = await upper(tab)
                 times = []
-                for _ in range(TRIES):
+                for _ in range(tries):
                     await tab.mouse("mousePressed", x, y)
-                    times.append(float(await server.stdout.readline()))
+                    times.append(float(await asyncio.to_thread(server.stdout.readline)))
                     await tab.mouse("mouseReleased", x, y)
                     await asyncio.sleep(0.3)
                 found["click to robot, ms"] = statistics.median(times)
-            found[f"{name} robot{'s' * (name == 'twenty')}, one page, % of a core"] = await share(server)
+            found[f"{name}, one page, % of a core"] = await share(server, seconds)
             await tab.close()
     return found
 
 
-async def measure(programs: dict[str, Program]) -> dict[str, dict[str, float]]:
-    """Measure everything once."""
-    folder = Path(tempfile.mkdtemp(prefix="elib-web-"))
-    found: dict[str, dict[str, float]] = {}
-    async with browser() as opened:
-        found["floor"] = await floor(opened, folder)
-        for name, program in programs.items():
-            found[name] = await quickness(program, opened, folder) | await costs(program, opened, folder)
+async def all_of(pythons: dict[str, str], tries: int, seconds: float) -> dict[str, dict[str, float]]:
+    """Return the figures of the floor and of each checkout."""
+    with tempfile.TemporaryDirectory(prefix="elib-web-", ignore_cleanup_errors=True) as name:
+        folder = Path(name)
+        async with browser() as opened:
+            found = {"floor": await floor(opened, tries, seconds)}
+            for column, python in pythons.items():
+                quickly = await quickness(python, opened, folder, tries)
+                found[column] = quickly | await costs(python, opened, folder, seconds)
     return found
 
 
-def main() -> None:
-    """Print what was found."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--beside", type=Path)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
+@quick(tries=1, seconds=1.0)
+def measure(*, beside: Path | None = None, tries: int = 15, seconds: float = 10.0) -> Tables:
+    """Measure.
+
+    Args:
+        beside: Another checkout of elib to measure too, with its own ``.venv``.
+        tries: Of a click.
+        seconds: How long a share of a core is measured.
+    """
     if CHROMIUM is None:
         raise SystemExit("no chromium: apt-get install chromium")
-    programs = {"here": Program(ROOT)} | ({"beside": Program(options.beside)} if options.beside else {})
-    found = asyncio.run(measure(programs))
-    if options.json:
-        print(json.dumps(found))
-        return
-    rows = dict.fromkeys(name for figures in found.values() for name in figures)
-    print(f"{'':52}" + "".join(f"{name:>10}" for name in found))
-    for row in rows:
-        figures = (each.get(row) for each in found.values())
-        print(f"{row:52}" + "".join(f"{'' if figure is None else f'{figure:.1f}':>10}" for figure in figures))
+    pythons = {"here": sys.executable} | ({"beside": python_in(beside)} if beside else {})
+    found = asyncio.run(all_of(pythons, tries, seconds))
+    names = dict.fromkeys(name for figures in found.values() for name in figures)
+    rows = {name: {column: each[name] for column, each in found.items() if name in each} for name in names}
+    yield "the page", rows
 
 
 if __name__ == "__main__":
-    main()
+    run(__doc__, measure)

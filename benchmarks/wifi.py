@@ -1,26 +1,20 @@
 """What a program pays for an e-puck2 on Wi-Fi: sensor packets, pictures, calls, and twenty robots at once.
 
-A small robot of its own process, in `--serve`, answers as docs/reference/wire-protocol.md 4 says: one command a cycle
+A small robot of its own process answers as docs/reference/wire-protocol.md 4 says: one command a cycle
 of 20 ms, sensors in each cycle, and with pictures one of 38,401 bytes more every 80 ms. It computes nothing, so that
 the figures are those of the program's side. Each part is measured twice in one run: with elib, and as a floor with a
 program that only reads the sockets and throws the bytes away. Used: processor time of this process by the time that
 passed, in percent of one core.
-
-    python benchmarks/wifi.py [--robots 20] [--rate 10] [--seconds 5] [--json]
-
-The last line of the JSON form is {"packets_per_second": ..., "packets_core": ..., ...}.
 """
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import contextlib
-import json
-import subprocess
-import sys
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import Awaitable, Callable
+
+from harness import Table, Tables, calling, load, quick, run, started
 
 import elib
 
@@ -35,8 +29,12 @@ PICTURES = bytes((0x80, 3)) + bytes(19)
 # -- the robot ---------------------------------------------------------------------------------------------------------
 
 
-async def serve() -> None:
+def serve() -> None:
     """Serve any number of robots on one port, a connection each, and print the port."""
+    asyncio.run(_serve())
+
+
+async def _serve() -> None:
     sensors = bytearray(105)
     sensors[0], sensors[1 + 89] = 2, 15
     picture = b"\x01" + bytes(38400)
@@ -71,27 +69,15 @@ async def serve() -> None:
     await server.serve_forever()
 
 
-@contextlib.asynccontextmanager
-async def robots() -> AsyncIterator[int]:
-    """Serve robots in another process; give the port."""
-    command = [sys.executable, __file__, "--serve"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: ASYNC220
-        try:
-            assert process.stdout is not None
-            yield int(process.stdout.readline())
-        finally:
-            process.terminate()
-
-
 # -- what is measured --------------------------------------------------------------------------------------------------
 
 
 async def measured(work: Callable[[float], Awaitable[int]], seconds: float) -> tuple[float, float]:
     """Return how many things a second *work* counted, and the percent of a core that this process took."""
-    began, used = time.perf_counter(), time.process_time()
-    count = await work(asyncio.get_running_loop().time() + seconds)
-    passed = time.perf_counter() - began
-    return count / passed, 100 * (time.process_time() - used) / passed
+    began = time.perf_counter()
+    with load() as used:
+        count = await work(asyncio.get_running_loop().time() + seconds)
+    return count / (time.perf_counter() - began), 100 * used.share
 
 
 class Floor(asyncio.Protocol):
@@ -142,21 +128,21 @@ async def watched(port: int, seconds: float, *names: str) -> tuple[float, float]
         return await measured(take, seconds)
 
 
-async def called(port: int, seconds: float) -> dict[str, float]:
+async def called(port: int, seconds: float) -> Table:
     """Return how long a call takes that sets something, one that reads, and a picture, ms."""
-    found: dict[str, float] = {}
+    found = {}
     async with elib.open(f"wifi://127.0.0.1:{port}") as robot:
         calls: dict[str, Callable[[], Awaitable[object]]] = {
-            "setting_ms": lambda: robot.set_speed(0.1, 0.1),
-            "reading_ms": robot.proximity,
-            "picture_ms": robot.image,
+            "set_speed": lambda: robot.set_speed(0.1, 0.1),
+            "proximity": robot.proximity,
+            "image": robot.image,
         }
         for name, call in calls.items():
             began, count = robot.time, 0
             while robot.time < began + seconds / 3:
                 await call()
                 count += 1
-            found[name] = 1000 * (robot.time - began) / count
+            found[name] = {"ms": 1000 * (robot.time - began) / count}
     return found
 
 
@@ -180,55 +166,33 @@ async def crowd(port: int, seconds: float, count: int, rate: float) -> tuple[flo
         return await measured(take, seconds)
 
 
-async def measure(count: int, rate: float, seconds: float) -> dict[str, float]:
-    """Return every figure."""
-    async with robots() as port:
-        bytes_, idle = await floor(port, seconds)
-        packets, core = await watched(port, seconds, "proximity")
-        found = {
-            "packets_per_second": packets,
-            "packets_share_of_sent": packets * 105 / bytes_,
-            "packets_core": core,
-            "packets_floor_core": idle,
-        }
-        bytes_, idle = await floor(port, seconds, command=PICTURES)
-        pictures, core = await watched(port, seconds, "image")
-        found |= {
-            "pictures_per_second": pictures,
-            "pictures_share_of_carried": pictures * (38401 + 105) / bytes_,
-            "pictures_core": core,
-            "pictures_floor_core": idle,
-        }
-        found |= await called(port, seconds)
-        _, idle = await floor(port, seconds, links=count)
-        snapshots, core = await crowd(port, seconds, count, rate)
-        return found | {
-            "crowd_snapshots_per_second": snapshots,
-            "crowd_core": core,
-            "crowd_floor_core": idle,
-        }
+async def streams(port: int, seconds: float, count: int, rate: float) -> Table:
+    """Return what watching costs: packets, pictures, and all sensors of many robots."""
+    found = {}
+    for name, command, size in (("proximity", STREAM, 105), ("image", PICTURES, 38401 + 105)):
+        carried, idle = await floor(port, seconds, command=command)
+        snapshots, core = await watched(port, seconds, name)
+        shares = {"share of what came": snapshots * size / carried, "% of a core": core, "floor, % of a core": idle}
+        found[name] = {"a second": snapshots, **shares}
+    _, idle = await floor(port, seconds, links=count)
+    snapshots, core = await crowd(port, seconds, count, rate)
+    all_of = {"a second": snapshots, "% of a core": core, "floor, % of a core": idle}
+    return found | {f"all sensors of {count} robots at {rate:g} Hz": all_of}
 
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--robots", type=int, default=20)
-    parser.add_argument("--rate", type=float, default=10.0)
-    parser.add_argument("--seconds", type=float, default=5.0)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.serve:
-        with contextlib.suppress(KeyboardInterrupt):
-            asyncio.run(serve())
-        return
-    found = asyncio.run(measure(options.robots, options.rate, options.seconds))
-    if options.json:
-        print(json.dumps({name: round(value, 4) for name, value in found.items()}))
-        return
-    for name, value in found.items():
-        print(f"{name:<28} {value:10.3f}")
+@quick(robots=3, seconds=0.5)
+def measure(*, robots: int = 20, rate: float = 10.0, seconds: float = 5.0) -> Tables:
+    """Measure.
+
+    Args:
+        robots: How many are watched at once.
+        rate: Snapshots a second of each of them.
+        seconds: How long each part lasts.
+    """
+    with started(*calling(serve)) as (_, [port]):
+        yield "watching", asyncio.run(streams(int(port), seconds, robots, rate))
+        yield "calls", asyncio.run(called(int(port), seconds))
 
 
 if __name__ == "__main__":
-    main()
+    run(__doc__, measure)
