@@ -2,90 +2,27 @@
 
 Run ``.venv/bin/python docs/generate_reference.py`` after a change that users see; ``--check`` writes nothing, names the
 pages that are out of date and exits with 1. The pages on measured robots need ``--measure`` too; ``make docs`` has it.
+
+A module of ``generator`` that has a function ``page`` makes the page of its name. In any other page, what stands
+between ``<!-- generated: MODULE.FUNCTION -->`` and ``<!-- end -->`` is what that function returns.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
+import pkgutil
 import sys
+from collections.abc import Collection
 from pathlib import Path
 
-from generator import (
-    cli,
-    commands,
-    cookbook,
-    course,
-    diagram,
-    drawings,
-    drive,
-    epuck,
-    epuck2,
-    errors,
-    faults,
-    labs,
-    layers,
-    learning,
-    licences,
-    link,
-    pagetypes,
-    profiles,
-    reality,
-    recording,
-    robot,
-    serve,
-    simulator,
-    tasks,
-    telemetry,
-    urls,
-    values,
-    worlds,
-)
-from generator.markdown import replace_marked
+import generator
+from generator import course, diagram, drawings, pagetypes, reality
+from generator.markdown import markers, replace_marked
 
 DOCS = Path(__file__).parent
 COMMAND = ".venv/bin/python docs/generate_reference.py"
 NOTICE = f"<!-- Generated from the code; do not edit. Renew it with: {COMMAND} -->\n\n"
-
-PAGES = {
-    "commands.md": commands.page,
-    "robot.md": robot.page,
-    "telemetry.md": telemetry.page,
-    "values.md": values.page,
-    "errors.md": errors.page,
-    "urls.md": urls.page,
-    "worlds.md": worlds.page,
-    "labs.md": labs.page,
-    "simulator.md": simulator.page,
-    "tasks.md": tasks.page,
-    "learning.md": learning.page,
-    "faults.md": faults.page,
-    "profiles.md": profiles.page,
-    "cli.md": cli.page,
-    "serve-protocol.md": serve.page,
-    "licences.md": licences.page,
-}
-MARKED = {
-    "architecture.md": {"layers": layers.layers, "rules": layers.rules},
-    "cookbook/README.md": {"programs": cookbook.programs},
-    "concepts/link.md": {"transitions": link.transitions},
-    "guides/connect-a-robot.md": {"selector": link.selector},
-    "guides/joystick.md": {"drive": drive.states},
-    "guides/epuck2.md": {"devices": epuck2.devices, "missing": epuck2.missing},
-    "guides/link-faults.md": {"faults": faults.summary, "scripts": faults.gallery},
-    "guides/records.md": {"topics": recording.topics, "about": recording.about},
-    "guides/worlds.md": {"worlds": worlds.listed},
-    "labs.md": {"labs": course.listed, "pictures": course.shown},
-    "reference/e-puck.md": {
-        "speeds": epuck.speeds,
-        "infrared": epuck.infrared,
-        "responses": epuck.responses,
-        "devices": epuck.devices,
-        "leds": epuck.leds,
-        "sounds": epuck.sounds,
-        "distances": epuck.distances,
-    },
-}
-"""Pages written by hand that hold generated tables between markers."""
 
 DRAWINGS = {
     "architecture.svg": diagram.parts,
@@ -97,29 +34,43 @@ DRAWINGS = {
 }
 
 
-MEASURED = DOCS / "concepts/how-real-is-it.md"
-"""The page that holds a table of what is measured again, which takes a quarter of a minute."""
+def pages(names: Collection[str] = ()) -> dict[Path, str]:
+    """Return the pages of docs/reference by their paths, or only those of some names."""
+    found = {}
+    for each in pkgutil.iter_modules(generator.__path__):
+        name = f"{each.name.replace('_', '-')}.md"
+        make = getattr(importlib.import_module(f"generator.{each.name}"), "page", None)
+        if make and (not names or name in names):
+            found[DOCS / "reference" / name] = NOTICE + make()
+    return found
+
+
+def marked(*, is_measured: bool) -> dict[Path, str]:
+    """Return the pages that are written by hand, with their generated parts: those that are measured, or the others."""
+    found = {}
+    for path in sorted(DOCS.rglob("*.md")):
+        text = path.read_text(encoding="utf-8")
+        for marker in markers(text):
+            module, _, function = marker.partition(".")
+            if (module == "reality") is is_measured:
+                make = getattr(importlib.import_module(f"generator.{module}"), function)
+                found[path] = replace_marked(found.get(path, text), marker, make())
+    return found
 
 
 def measured() -> dict[Path, str]:
-    """Return what the pages and pictures about real robots and virtual ones should hold, by their paths."""
+    """Return what is measured again, which takes a quarter of a minute: about real robots and virtual ones."""
     found = {DOCS / "images" / name: text for name, text in reality.pictures().items()}
-    found[DOCS / "reference/measured-robots.md"] = NOTICE.replace(COMMAND, f"{COMMAND} --measure") + reality.page()
-    found[MEASURED] = replace_marked(MEASURED.read_text(encoding="utf-8"), "measured", reality.summary())
-    return found
+    found[DOCS / "reference/measured-robots.md"] = NOTICE.replace(COMMAND, f"{COMMAND} --measure") + reality.robots()
+    return found | marked(is_measured=True)
 
 
 def wanted() -> dict[Path, str]:
     """Return what every other generated page and drawing should hold, by its path."""
-    found = {DOCS / "reference" / name: NOTICE + page() for name, page in PAGES.items()}
-    for name, tables in MARKED.items():
-        text = (DOCS / name).read_text(encoding="utf-8")
-        for marker, make in tables.items():
-            text = replace_marked(text, marker, make())
-        found[DOCS / name] = text
+    found = pages() | marked(is_measured=False)
     found |= {DOCS / "images" / name: draw() for name, draw in DRAWINGS.items()}
     found |= course.pictures()
-    found[DOCS.parent / "page/src/messages.ts"] = pagetypes.page()
+    found[DOCS.parent / "page/src/messages.ts"] = pagetypes.module()
     return found
 
 

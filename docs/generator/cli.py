@@ -11,7 +11,7 @@ from elib.behaviours import Behaviour, behaviours
 from elib.cli import main
 from elib.cli.program import APPS, COMMANDS, build
 from elib.link.protocol.profiles import rule
-from generator.markdown import inline, table
+from generator.markdown import inline, joined, table
 
 INTRODUCTION = """# Command line
 
@@ -41,7 +41,7 @@ def page() -> str:
         elif name in APPS and name != "send":  # its sub-commands are on a page of their own
             parts += [help_entry([name, part]) for part in build([name])[name] if not part.startswith("-")]
     parts.insert(1, help_entry([]))
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)
 
 
 def behaviour_entry(behaviour: Behaviour) -> str:

@@ -14,7 +14,7 @@ from elib.link.protocol.styles import Action
 from elib.link.protocol.table import Spec
 from elib.robot.actions import Actions, Messenger
 from elib.robot.motion import Motions
-from generator.markdown import docstring, inline, table
+from generator.markdown import bullets, docstring, inline, joined, table
 
 INTRODUCTION = """# Commands
 
@@ -50,7 +50,7 @@ def page() -> str:
     )
     parts += [action(name) for name in ACTIONS]
     parts.append(firmwares())
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)
 
 
 def overview() -> str:
@@ -96,7 +96,7 @@ def entry(spec: Spec[object]) -> str:
     if busy:
         facts.append("The robot is busy meanwhile and reads nothing, up to " + ", ".join(busy) + ".")
     facts += absent(spec.name)
-    return "\n\n".join([*parts, "\n".join(f"- {fact}" for fact in facts)])
+    return "\n\n".join([*parts, bullets(facts)])
 
 
 def action(name: str) -> str:
@@ -106,7 +106,7 @@ def action(name: str) -> str:
     if row.__signature__.return_annotation != "None":
         facts.insert(0, f"Returns {returns(row.__signature__)}.")
     parts = [f"## {name}", f"```text\n{name}{shown(row.__signature__)}\n```", docstring(row.__doc__)]
-    return "\n\n".join([*parts, "\n".join(f"- {fact}" for fact in facts)])
+    return "\n\n".join([*parts, bullets(facts)])
 
 
 def absent(name: str) -> list[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import elib
 from elib.base import errors
-from generator.markdown import docstring, table
+from generator.markdown import block, docstring, joined, table
 
 INTRODUCTION = """# Errors
 
@@ -62,18 +62,16 @@ def page() -> str:
     Raises:
         KeyError: An error has no cure yet.
     """
-    tree = inspect.cleandoc(errors.__doc__ or "").partition("::\n\n")[2].partition("\n\nAn error")[0]
-    shown = "\n".join(line[4:] for line in tree.splitlines())
     said = messages()
     kinds = [kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, errors.ElibError)]
-    parts = [INTRODUCTION.format(tree=shown)]
+    parts = [INTRODUCTION.format(tree=block(errors.__doc__))]
     for kind in kinds:
         bases = " and ".join(f"`{base.__name__}`" for base in kind.__bases__)
         about = f"{docstring(kind.__doc__)}\n\nBased on {bases}.\n\n**What to do.** {CURES[kind.__name__]}"
         parts.append(f"## {kind.__name__}\n\n{about}")
         if rows := said.get(kind.__name__):
             parts.append(table(("Message", "Hint"), rows))
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)
 
 
 def messages() -> dict[str, list[tuple[str, str]]]:

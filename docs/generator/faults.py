@@ -10,7 +10,7 @@ from elib.simulator.emulator import faultscript
 from elib.simulator.emulator.faultkinds import KINDS, Counts, Kind, Strength, When
 from elib.testing import faults as testing
 from elib.testing import plugin
-from generator.markdown import docstring, inline, section, table
+from generator.markdown import block, docstring, field_table, inline, joined, section, table
 
 INTRODUCTION = """# Fault scripts
 
@@ -41,14 +41,13 @@ TIMES = {
 def page() -> str:
     """Return the page."""
     parts = [INTRODUCTION, file(), times(), kinds(), shipped(), tests()]
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)
 
 
 def file() -> str:
     """Return an example and the keys at the top of a file."""
-    text = inspect.cleandoc(faultscript.__doc__ or "").partition("::\n\n")[2]
-    example, _, rule = text.partition("\n\nTimes are")
-    shown = "\n".join(line[4:] for line in example.splitlines()).replace(CODE, "one of the kinds below")
+    shown = block(faultscript.__doc__).replace(CODE, "one of the kinds below")
+    rule = inspect.cleandoc(faultscript.__doc__ or "").partition("\n\nTimes are")[2]
     return (
         f"## The file\n\n```toml\n{shown}\n```\n\n{table(('Key', 'Type', 'What it is'), TOP)}\n\nTimes are{rule}\n\n"
         "What breaks a rule is refused before anything runs, with the file, the line, the key and what to try."
@@ -141,10 +140,8 @@ def tests() -> str:
     for what in (testing.fault_scripts, testing.with_faults, testing.faults_of):
         names = ", ".join(str(item).partition(":")[0] for item in inspect.signature(what).parameters.values())
         parts.append(f"### {what.__name__}\n\n```text\n{what.__name__}({names})\n```\n\n{docstring(what.__doc__)}")
-    counts = section(Counts.__doc__, "Attributes")
     about = inline((Counts.__doc__ or "").partition("\n")[0])
-    rows = ((f"`{name}`", inline(text)) for name, text in counts.items())
-    parts.append(f"### Counts\n\n{about}\n\n{table(('Field', 'What it is'), rows)}")
+    parts.append(f"### Counts\n\n{about}\n\n{field_table(section(Counts.__doc__, 'Attributes'))}")
     fixture = inspect.cleandoc(inspect.getsource(plugin.elib_link_faults)).partition('"""')[2].partition('"""')[0]
     parts.append(f"### The fixture elib_link_faults\n\n{docstring(fixture)}")
     return "\n\n".join(parts)

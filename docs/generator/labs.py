@@ -13,7 +13,7 @@ from elib.lab.labfile import ANY_GOAL, GOALS, KIND, TOP, VARIANTS, ZONES
 from elib.lab.lockstep import MAX_MESSAGE
 from elib.lab.marker import MAX_KEPT
 from elib.lab.running import AFTERWARDS, GRACE, MAX_OUTPUT, WALL
-from generator.markdown import inline, table
+from generator.markdown import block, bullets, inline, joined, table
 from generator.worlds import HEAD, entry, keys, row
 
 INTRODUCTION = """# Labs
@@ -43,15 +43,17 @@ line, the key and what to try.
 def page() -> str:
     """Return the page."""
     tables = [entry(each) for each in (ZONES, VARIANTS)]
-    parts = [INTRODUCTION, example(), f"## Top of the file\n\n{keys(TOP)}", *tables, goals(), judging(), limits()]
-    return "\n\n".join(part.strip() for part in parts)
-
-
-def example() -> str:
-    """Return the example that the reader's own documentation gives."""
-    text = inspect.cleandoc(labfile.__doc__ or "").partition("::\n\n")[2].partition("\n\nLengths are")[0]
-    shown = "\n".join(line[4:] for line in text.splitlines())
-    return f"## The file\n\n```toml\n{shown}\n```"
+    shown = block(labfile.__doc__)
+    parts = [
+        INTRODUCTION,
+        f"## The file\n\n```toml\n{shown}\n```",
+        f"## Top of the file\n\n{keys(TOP)}",
+        *tables,
+        goals(),
+        judging(),
+        limits(),
+    ]
+    return joined(parts)
 
 
 def goals() -> str:
@@ -90,7 +92,7 @@ def judging() -> str:
         "opened, `set_speed` and `encoders` during `drive` and `turn`, and repetitions after a fault. An e-puck2 on "
         "Wi-Fi streams its sensors, so they are not asked for there.",
     )
-    return "## How goals are judged\n\n" + "\n".join(f"- {fact}" for fact in facts)
+    return "## How goals are judged\n\n" + bullets(facts)
 
 
 def limits() -> str:

@@ -8,7 +8,7 @@ import re
 from elib import learn
 from elib.learn.envs import Environment, TaskEnv
 from elib.simulator.physics.records import Lamp, Robot, Thing, Tone
-from generator.markdown import docstring, table
+from generator.markdown import docstring, joined, table
 from generator.robot import function
 from generator.simulator import own
 
@@ -48,7 +48,7 @@ def page() -> str:
     ]
     parts += [*(function(each, "elib.learn") for each in FUNCTIONS), REWARDS]
     parts += [*(f"### `{name}`\n\n{record(kind)}" for name, kind in RECORDS)]
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)
 
 
 def record(kind: type) -> str:

@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
 from typing import Any
 
-from generator.markdown import table
+from generator.markdown import joined, table
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/reference/licences.md"
@@ -80,7 +80,7 @@ def page() -> str:
             rest = _with_needs(set(direct), packages) - in_core
             parts.append(f"## The extra {extra}\n\n{_table(rest, direct, packages, known)}")
     parts.append(PAGE_INTRODUCTION + "\n" + _of_the_page())
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)
 
 
 def _of_the_page() -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterable, Sequence
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
 
 SECTIONS = ("Args", "Attributes", "Returns", "Yields", "Raises", "Example")
 
@@ -89,13 +90,40 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
 
 
+def field_table(told: Mapping[str, str]) -> str:
+    """Return the table of the fields that a docstring describes."""
+    return table(("Field", "What it is"), ((f"`{name}`", inline(text)) for name, text in told.items()))
+
+
+def bullets(facts: Iterable[str]) -> str:
+    """Return a Markdown list."""
+    return "\n".join(f"- {fact}" for fact in facts)
+
+
+def block(text: str | None) -> str:
+    """Return the first block of code of a docstring."""
+    shown = re.match(r"(?:    .*\n|\n)*", inspect.cleandoc(text or "").partition("::\n\n")[2] + "\n")
+    return textwrap.dedent(shown[0]).strip() if shown else ""
+
+
+def joined(parts: Iterable[str]) -> str:
+    """Return the parts of a page as one text."""
+    return "\n\n".join(part.strip() for part in parts)
+
+
+def markers(text: str) -> list[str]:
+    """Return the names of the generated parts of a page."""
+    return re.findall(r"^<!-- generated: (\S+) -->$", text, re.MULTILINE)
+
+
 def replace_marked(text: str, marker: str, new: str) -> str:
     """Return *text* with *new* between ``<!-- generated: marker -->`` and ``<!-- end -->``.
 
     Raises:
-        ValueError: The page has no such marker.
+        ValueError: The marker has no end.
     """
-    pattern = rf"(<!-- generated: {marker} -->\n).*?(<!-- end -->)"
-    if not re.search(pattern, text, re.DOTALL):
-        raise ValueError(f"there is no marker {marker!r}")
-    return re.sub(pattern, lambda match: f"{match[1]}\n{new}\n\n{match[2]}", text, flags=re.DOTALL)
+    pattern = rf"(<!-- generated: {re.escape(marker)} -->\n).*?(<!-- end -->)"
+    found, count = re.subn(pattern, lambda match: f"{match[1]}\n{new}\n\n{match[2]}", text, flags=re.DOTALL)
+    if not count:
+        raise ValueError(f"the marker {marker!r} has no end")
+    return found

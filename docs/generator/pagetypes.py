@@ -77,7 +77,7 @@ class Types:
         return f"\n{_comment(cls)}export type {cls.__name__} = {_object(self.fields(cls), '')};\n"
 
 
-def page() -> str:
+def module() -> str:
     """Return the module."""
     found = Types()
     told = [cls for cls in TOLD if cls not in (Answer, Failure)]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
-
 from elib.simulator.emulator import robotprofile
 from elib.simulator.emulator.robotprofile import TABLES, TOP
+from generator.markdown import block, joined
 from generator.worlds import entry, keys
 
 INTRODUCTION = """# Robot profiles
@@ -28,13 +27,11 @@ RULES = """## Rules
 
 def page() -> str:
     """Return the page."""
-    text = inspect.cleandoc(robotprofile.__doc__ or "").partition("::\n\n")[2].partition("\n\nEvery table")[0]
-    shown = "\n".join(line[4:] for line in text.splitlines())
     parts = [
         INTRODUCTION,
-        f"## The file\n\n```toml\n{shown}\n```",
+        f"## The file\n\n```toml\n{block(robotprofile.__doc__)}\n```",
         f"## Top of the file\n\n{keys(TOP)}",
         *(entry(each) for each in TABLES),
         RULES,
     ]
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)

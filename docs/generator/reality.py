@@ -44,7 +44,7 @@ def measured() -> Realism:
     return realism()
 
 
-def page() -> str:
+def robots() -> str:
     """Return the page."""
     found, known = measured(), reference()
     inside = sum(each.share == 1 for each in found.counted)

@@ -11,7 +11,7 @@ import elib
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.table import example_of
 from elib.robot.actions import Actions
-from generator.markdown import description, docstring, inline
+from generator.markdown import description, docstring, inline, joined
 
 INTRODUCTION = """# Robots
 
@@ -56,7 +56,7 @@ def page() -> str:
     """Return the page."""
     parts = [INTRODUCTION, *(function(each) for each in FUNCTIONS), *(robot(each) for each in CLASSES)]
     parts.append(f"## __version__\n\n`elib.__version__` is the version of the library as text: `{elib.__version__}`.")
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)
 
 
 def function(what: Callable[..., object], package: str = "elib") -> str:

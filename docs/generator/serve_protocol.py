@@ -22,7 +22,7 @@ from elib.panel.drivelock import DEAD_MAN
 from elib.panel.server.conversation import ANSWERS, MAX_MESSAGE, MAX_WAITING, Message
 from elib.panel.server.http import READING_TIME
 from elib.panel.server.listening import PORT, listen
-from generator.markdown import inline, table
+from generator.markdown import inline, joined, table
 
 Schema = dict[str, Any]
 
@@ -92,7 +92,7 @@ def page() -> str:
     found.append("## Readings\n\nAll have `time`, s on the clock of the door, too.")
     found.append(readings(parts))
     found += [record(parts[name]) for name in ("Trouble", "Picture", "Welcome", "RobotInfo")]
-    return "\n\n".join(part.strip() for part in found)
+    return joined(found)
 
 
 def session() -> str:

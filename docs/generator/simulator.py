@@ -5,7 +5,7 @@ from __future__ import annotations
 import elib
 from elib.simulator.physics import Box, Cylinder, Lamps, Light, Patch, Print, SensorView, Sound, Stripe, Wall
 from elib.simulator.physics.fittings import Checkers
-from generator.markdown import docstring
+from generator.markdown import docstring, joined
 from generator.robot import entry
 
 INTRODUCTION = """# The simulator
@@ -25,7 +25,7 @@ def page() -> str:
     parts = [INTRODUCTION, *(own(each) for each in RUNS), "# What a scene is made of"]
     parts += [*(own(each) for each in PUBLIC), "The parts of a scene come from `elib.simulator.physics`."]
     parts += [f"## {each.__name__}\n\n{docstring(each.__doc__)}" for each in PARTS]
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)
 
 
 def own(kind: type, package: str = "elib") -> str:

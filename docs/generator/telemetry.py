@@ -5,7 +5,7 @@ from __future__ import annotations
 import elib
 from elib.robot.events import BlockingEvents, Events, RobotEvent
 from elib.robot.snapshot import WATCHABLE
-from generator.markdown import docstring, inline, section, table
+from generator.markdown import docstring, field_table, inline, joined, section
 from generator.robot import function, members, robot
 
 INTRODUCTION = """# Telemetry
@@ -20,7 +20,7 @@ SHOWN = ("- `recent", "- `dropped", "- `within")
 def page() -> str:
     """Return the page."""
     parts = [INTRODUCTION, watching(), robot(elib.Watch), robot(elib.BlockingWatch), snapshot(), events()]
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)
 
 
 def watching() -> str:
@@ -33,8 +33,7 @@ def watching() -> str:
 def snapshot() -> str:
     """Return the entry of snapshots."""
     about, _, _ = docstring(elib.Snapshot.__doc__).partition("**Attributes**")
-    told = section(elib.Snapshot.__doc__, "Attributes")
-    fields = table(("Field", "What it is"), ((f"`{name}`", inline(text)) for name, text in told.items()))
+    fields = field_table(section(elib.Snapshot.__doc__, "Attributes"))
     return "\n\n".join(["## elib.Snapshot", about.strip(), fields, "\n".join(members(elib.Snapshot))])
 
 

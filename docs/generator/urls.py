@@ -9,7 +9,7 @@ from elib.link.protocol.profiles import FIRMWARES
 from elib.link.transport.url import scheme_named
 from elib.simulator.emulator.settings import SimulationSettings
 from elib.simulator.worlds.files import gallery
-from generator.markdown import inline, section, table
+from generator.markdown import inline, joined, section, table
 
 INTRODUCTION = """# URLs
 
@@ -65,7 +65,7 @@ TARGETS = {
 
 def page() -> str:
     """Return the page."""
-    return "\n\n".join(part.strip() for part in (INTRODUCTION, schemes(), simulation(), WHICH))
+    return joined([INTRODUCTION, schemes(), simulation(), WHICH])
 
 
 def schemes() -> str:

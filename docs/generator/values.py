@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import elib
 from elib.link.protocol import image, quantities, values
 from elib.link.session.statistics import LinkStats
-from generator.markdown import description, docstring, inline, section, table
+from generator.markdown import description, docstring, field_table, inline, joined, section, table
 
 INTRODUCTION = """# Values
 
@@ -42,7 +42,7 @@ def page() -> str:
     ]
     parts.append("## Enumerations\n\nA command takes the member, its name in upper or lower case, or its number.")
     parts += [enumeration(kind) for kind in ENUMERATIONS]
-    return "\n\n".join(part.strip() for part in parts)
+    return joined(parts)
 
 
 def is_value(kind: object) -> bool:
@@ -55,7 +55,7 @@ def entry(kind: type) -> str:
     told = section(kind.__doc__, "Attributes")
     parts = [f"## {kind.__name__}", docstring(description(kind.__doc__))]
     if not is_value(kind):
-        parts.append(table(("Field", "What it is"), ((f"`{name}`", inline(text)) for name, text in told.items())))
+        parts.append(field_table(told))
     else:
         infos = values.describe(kind, values.Role.NUMBER, values.Role.CONVERTED)
         if told:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 
 from elib.base.rules import Flag, Number, rule_of
@@ -11,7 +10,7 @@ from elib.simulator.physics.fittings import MAX_POINTS
 from elib.simulator.physics.scene import MAX_THINGS
 from elib.simulator.worlds import files as worldfile
 from elib.simulator.worlds.tables import PAINT, TABLES, THINGS, TOP
-from generator.markdown import inline, section, table
+from generator.markdown import block, bullets, inline, joined, section, table
 
 INTRODUCTION = """# World files
 
@@ -28,14 +27,14 @@ HEAD = ("Key", "What it sets", "Value", "If left out")
 def page() -> str:
     """Return the page."""
     parts = [INTRODUCTION, example(), f"## Top of the file\n\n{keys(TOP)}", *(entry(each) for each in TABLES)]
-    return "\n\n".join(part.strip() for part in [*parts, rules(), gallery()])
+    return joined([*parts, rules(), gallery()])
 
 
 def example() -> str:
     """Return the example that the reader's own documentation gives."""
-    text = inspect.cleandoc(worldfile.__doc__ or "").partition("::\n\n")[2].partition("\n\nLengths are")[0]
-    shown = "\n".join(line[4:] for line in text.splitlines())
-    shown = shown.replace("what the robots are like: the fields of EpuckModel", "what the robots are like")
+    shown = block(worldfile.__doc__).replace(
+        "what the robots are like: the fields of EpuckModel", "what the robots are like"
+    )
     return f"## The file\n\n```toml\n{shown}\n```"
 
 
@@ -95,7 +94,7 @@ def rules() -> str:
         "`mine.toml:12: box[1].size is [0.1, 0]; it must be two numbers, each from 0.001 to 1000 m`. `box[1]` is the "
         "second one: they count from 0.",
     )
-    return "## Rules\n\n" + "\n".join(f"- {fact}" for fact in facts)
+    return "## Rules\n\n" + bullets(facts)
 
 
 def gallery() -> str:

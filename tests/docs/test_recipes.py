@@ -53,8 +53,7 @@ for lines, code in questions:
 if pages:
     sys.path.insert(0, "docs")
     import generate_reference
-    generate_reference.PAGES = {name: generate_reference.PAGES[name] for name in pages}
-    generate_reference.MARKED = generate_reference.DRAWINGS = {}
+    generate_reference.wanted = lambda: generate_reference.pages(pages)
     sys.argv = ["generate_reference.py"]
     with contextlib.redirect_stdout(io.StringIO()):
         generate_reference.main()
@@ -599,10 +598,10 @@ def a_message_of_the_page_is_one_function(copy: Copy) -> Asking:
         import sys
 
         sys.path.insert(0, "docs")
-        from generator.pagetypes import page
+        from generator.pagetypes import module
         from elib.panel.server.messages import decode
 
-        types = page()
+        types = module()
         found = ["  wave: { times: number };" in types, "  wave: number;" in types]
         found += [decode('{"do": "wave", "times": 3}')[1].needs, str(decode('{"do": "wave", "times": 10}')[1])]
         """,
