@@ -14,10 +14,12 @@ from typing import NamedTuple
 from elib.base.body import AXLE, SENSOR_DIRECTIONS, WHEEL_DIAMETER, camera_view
 from elib.base.infrared import SPACING
 from elib.link.protocol.values import Proximity
+from elib.simulator.drawing.svg import document, element
 from elib.simulator.physics import optics
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.profiles import APERTURE, FULL_SCALE, PLACES, PROFILES
-from elib.simulator.physics.sensors import brightness, distance, ground, microphones
+from elib.simulator.physics.sensors import brightness, distance
+from generator.epuck import MICROPHONES, ON_THE_FLOOR
 
 INK = "#24272c"
 QUIET = "#6b7078"
@@ -70,13 +72,12 @@ class Picture:
     """
 
     def __init__(self, width: int, height: int, title: str) -> None:
-        self._elements = [
-            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
-            f' viewBox="0 0 {width} {height}" role="img" font-family="Helvetica, Arial, sans-serif"'
-            ' stroke-linecap="round" stroke-linejoin="round">',
-            f"<title>{escape(title)}</title>",
-            f'<rect x="1" y="1" width="{width - 2}" height="{height - 2}" rx="10" fill="{PAPER}" stroke="{RIM}"/>',
-        ]
+        self.width, self.height = width, height
+        frame = element("rect", x=1, y=1, width=width - 2, height=height - 2, rx=10, fill=PAPER, stroke=RIM)
+        self._elements = [element("title", escape(title)), frame]
+
+    def _add(self, name: str, content: str | None = None, **attributes: object) -> None:
+        self._elements.append(element(name, content, **attributes))
 
     def text(
         self,
@@ -90,30 +91,23 @@ class Picture:
         is_bold: bool = False,
     ) -> None:
         """Write one line; *anchor* is the part of it that stands at *place*: start, middle or end."""
-        kind = ' font-family="Menlo, Consolas, monospace"' if is_code else ""
-        kind += ' font-weight="bold"' if is_bold else ""
-        self._elements.append(
-            f'<text x="{_number(place.x)}" y="{_number(place.y)}" font-size="{size}" fill="{colour}"'
-            f' text-anchor="{anchor}"{kind}>{escape(words)}</text>'
-        )
+        family, weight = "Menlo, Consolas, monospace" if is_code else None, "bold" if is_bold else None
+        look = {"fill": colour, "text_anchor": anchor, "font_family": family, "font_weight": weight}
+        self._add("text", escape(words), x=_number(place.x), y=_number(place.y), font_size=size, **look)
 
     def line(self, points: Sequence[Point], colour: str, width: float = 1.5, *, is_dashed: bool = False) -> None:
         """Draw a line through *points*."""
-        dashes = ' stroke-dasharray="5 5"' if is_dashed else ""
-        self._elements.append(
-            f'<polyline points="{_path(points)}" fill="none" stroke="{colour}" stroke-width="{width}"{dashes}/>'
-        )
+        look = {"stroke": colour, "stroke_width": width, "stroke_dasharray": "5 5" if is_dashed else None}
+        self._add("polyline", points=_path(points), fill="none", **look)
 
     def area(self, points: Sequence[Point], fill: str, *, opacity: float = 1.0) -> None:
         """Fill a polygon."""
-        self._elements.append(f'<polygon points="{_path(points)}" fill="{fill}" fill-opacity="{opacity}"/>')
+        self._add("polygon", points=_path(points), fill=fill, fill_opacity=opacity)
 
     def disc(self, centre: Point, radius: float, fill: str, outline: str = "none", width: float = 1.5) -> None:
         """Draw a circle."""
-        self._elements.append(
-            f'<circle cx="{_number(centre.x)}" cy="{_number(centre.y)}" r="{_number(radius)}" fill="{fill}"'
-            f' stroke="{outline}" stroke-width="{width}"/>'
-        )
+        place = {"cx": _number(centre.x), "cy": _number(centre.y), "r": _number(radius)}
+        self._add("circle", **place, fill=fill, stroke=outline, stroke_width=width)
 
     def arrow(self, points: Sequence[Point], colour: str, width: float = 3.0) -> None:
         """Draw a line with a head at its end."""
@@ -125,7 +119,8 @@ class Picture:
 
     def svg(self) -> str:
         """Return the document."""
-        return "\n".join([*self._elements, "</svg>"])
+        family = "Helvetica, Arial, sans-serif"
+        return document(self.width, self.height, self._elements, role="img", font_family=family)
 
 
 def _path(points: Sequence[Point]) -> str:
@@ -164,27 +159,45 @@ def infrared() -> str:
     """Return the picture of the infrared sensors, with their names and the axes."""
     picture = Picture(820, 560, "The e-puck from above: eight infrared sensors, their names and directions, the axes")
     robot = Robot(picture, Point(410, 305))
-    names = [field.name for field in fields(Proximity) if not field.kw_only]
-    for number, (name, place, angle) in enumerate(zip(names, PLACES, SENSOR_DIRECTIONS, strict=True)):
-        eye = robot.at(*place)
-        half = math.radians(APERTURE)
-        beam = [eye]
-        for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
-            turn = angle + share * half
-            beam.append(Point(eye.x - 66 * math.sin(turn), eye.y - 66 * math.cos(turn)))
-        picture.area(beam, INFRARED, opacity=0.18)
-        picture.disc(eye, 11, INFRARED)
-        picture.text(Point(eye.x, eye.y + 5), str(number), colour="#ffffff", anchor="middle", is_bold=True)
-        _sensor_label(picture, robot, name, place, angle)
+    _eyes(picture, robot, 11, reach=66, is_numbered=True)
     _axes(picture, robot)
     picture.text(Point(410, 34), "front", colour=QUIET, anchor="middle")
     return picture.svg()
 
 
+def _eyes(
+    picture: Picture, robot: Robot, radius: float, *, reach: float, outside: float = 1.0, is_numbered: bool = False
+) -> None:
+    """Draw the infrared sensors with their beams and names; *outside* is how much further out they stand."""
+    names = [field.name for field in fields(Proximity) if not field.kw_only]
+    for number, (name, (x, y), angle) in enumerate(zip(names, PLACES, SENSOR_DIRECTIONS, strict=True)):
+        place = outside * x, outside * y
+        eye = robot.at(*place)
+        ends = [angle + share * math.radians(APERTURE) for share in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+        beam = [eye, *(Point(eye.x - reach * math.sin(end), eye.y - reach * math.cos(end)) for end in ends)]
+        picture.area(beam, INFRARED, opacity=0.18)
+        picture.disc(eye, radius, INFRARED)
+        if is_numbered:
+            _numbered(picture, eye, number)
+        _sensor_label(picture, robot, name, place, angle)
+
+
+def _ring(picture: Picture, robot: Robot, radius: float, colours: tuple[str, str]) -> Point:
+    """Draw the LEDs of the ring, those with even and odd numbers in their colours; return where the front LED is."""
+    *ring, front = (robot.at(x / 1000, y / 1000) for x, y in brightness.LED_PLACES)
+    for number, spot in enumerate(ring):
+        picture.disc(spot, radius, colours[number % 2], PAPER)
+        _numbered(picture, spot, number)
+    return front
+
+
+def _numbered(picture: Picture, spot: Point, number: int) -> None:
+    picture.text(Point(spot.x, spot.y + 5), str(number), colour="#ffffff", anchor="middle", is_bold=True)
+
+
 def _sensor_label(picture: Picture, robot: Robot, name: str, place: tuple[float, float], angle: float) -> None:
     degrees = math.degrees(angle)
-    along = Point(*place)
-    spot = robot.at(along.x + 0.0205 * math.cos(angle), along.y + 0.0205 * math.sin(angle))
+    spot = robot.at(place[0] + 0.0205 * math.cos(angle), place[1] + 0.0205 * math.sin(angle))
     is_left = degrees > 0
     x = spot.x + (-8 if is_left else 8)
     anchor = "end" if is_left else "start"
@@ -211,18 +224,8 @@ def overview() -> str:
     edges = [robot.at(optics.FORWARD + reach, side * reach * math.tan(VIEW)) for side in (1, -1)]
     picture.area([lens, *edges], AXIS, opacity=0.13)
     picture.text(Point(430, 46), "what the camera sees", colour=AXIS, anchor="middle")
-    names = [field.name for field in fields(Proximity) if not field.kw_only]
-    for name, (x, y), angle in zip(names, PLACES, SENSOR_DIRECTIONS, strict=True):
-        eye = robot.at(OUTSIDE * x, OUTSIDE * y)
-        ends = [angle + share * math.radians(APERTURE) for share in (-1.0, -0.5, 0.0, 0.5, 1.0)]
-        beam = [eye, *(Point(eye.x - 62 * math.sin(end), eye.y - 62 * math.cos(end)) for end in ends)]
-        picture.area(beam, INFRARED, opacity=0.18)
-        picture.disc(eye, 7, INFRARED)
-        _sensor_label(picture, robot, name, (OUTSIDE * x, OUTSIDE * y), angle)
-    *ring, front = (robot.at(x / 1000, y / 1000) for x, y in brightness.LED_PLACES)
-    for number, spot in enumerate(ring):
-        picture.disc(spot, 12, RED, PAPER)
-        picture.text(Point(spot.x, spot.y + 5), str(number), colour="#ffffff", anchor="middle", is_bold=True)
+    _eyes(picture, robot, 7, reach=62, outside=OUTSIDE)
+    front = _ring(picture, robot, 12, (RED, RED))
     picture.disc(front, 7, FRONT, PAPER)
     picture.text(Point(front.x, front.y + 24), "front LED", colour=FRONT, size=13, anchor="middle")
     picture.text(robot.at(-0.022, 0), "body LED: the whole body", colour=SOUND, size=13, anchor="middle")
@@ -238,7 +241,7 @@ def overview() -> str:
     ):
         picture.disc(Point(70, 616 + 28 * row), 12 if colour == RED else 7, colour)
         picture.text(Point(92, 621 + 28 * row), words)
-    picture.text(Point(70, 649), "0", colour="#ffffff", anchor="middle", is_bold=True)
+    _numbered(picture, Point(70, 644), 0)
     return picture.svg()
 
 
@@ -256,19 +259,17 @@ def sensors() -> str:
     robot = Robot(picture, Point(450, 215))
     left = [Label(robot.at(0, AXLE / 2), "left wheel", RUBBER)]
     right = [Label(robot.at(0, -AXLE / 2), "right wheel", RUBBER)]
-    floor = ("ground left", "ground centre", "ground right", "cliff left", "cliff right")
-    for x, y, words in zip(ground.PLACE_X, ground.PLACE_Y, floor, strict=True):
+    for words, x, y in ON_THE_FLOOR:
         spot = robot.at(x, y)
         picture.area([Point(spot.x + u, spot.y + v) for u, v in ((-6, -6), (6, -6), (6, 6), (-6, 6))], FLOOR)
         if y == 0.0:  # A line to the side would cross the others.
             picture.text(Point(spot.x, spot.y + 24), words, colour=FLOOR, anchor="middle")
         else:
             (left if y > 0.0 else right).append(Label(spot, words, FLOOR))
-    sides = ("right", "left", "rear", "front (e-puck2)")
-    for x, y, side in zip(microphones.PLACE_X, microphones.PLACE_Y, sides, strict=True):
+    for words, x, y in MICROPHONES:
         spot = robot.at(x, y)
         picture.disc(spot, 8, SOUND, PAPER)
-        (left if y > 0 or side == "rear" else right).append(Label(spot, f"microphone {side}", SOUND))
+        (left if y > 0 or words.endswith("rear") else right).append(Label(spot, words, SOUND))
     eye = robot.at(*distance.PLACE)
     picture.area([Point(eye.x + u, eye.y + v) for u, v in ((0, -9), (9, 7), (-9, 7))], AXIS)
     right.append(Label(eye, "distance sensor (e-puck2)", AXIS))
@@ -293,10 +294,7 @@ def leds() -> str:
     picture = Picture(820, 560, "The e-puck from above: its LEDs with their numbers, and what the camera sees")
     robot = Robot(picture, Point(410, 310))
     _view(picture, robot)
-    *ring, front = (robot.at(x / 1000, y / 1000) for x, y in brightness.LED_PLACES)
-    for number, spot in enumerate(ring):
-        picture.disc(spot, 13, COLOURED if number % 2 else RED, PAPER)
-        picture.text(Point(spot.x, spot.y + 5), str(number), colour="#ffffff", anchor="middle", is_bold=True)
+    front = _ring(picture, robot, 13, (RED, COLOURED))
     picture.disc(front, 9, FRONT, PAPER)
     picture.line([Point(front.x + 9, front.y - 4), Point(front.x + 92, front.y - 40)], FRONT, 1)
     picture.text(Point(front.x + 98, front.y - 40), "front LED", colour=FRONT)

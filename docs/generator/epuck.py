@@ -19,6 +19,12 @@ DISTANCES = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 10.0)
 SPEEDS = (100, 300, 500, 600, 700, 800, 900, 950, 1000, 1100)
 """steps/s. Rows of the table of speeds."""
 
+_FLOOR = ("ground left", "ground centre", "ground right", "cliff left", "cliff right")
+ON_THE_FLOOR = [*zip(_FLOOR, ground.PLACE_X, ground.PLACE_Y, strict=True)]
+_SIDES = ("microphone right", "microphone left", "microphone rear", "microphone front (e-puck2)")
+MICROPHONES = [*zip(_SIDES, microphones.PLACE_X, microphones.PLACE_Y, strict=True)]
+"""Names and places, m ahead of the middle and to its left."""
+
 
 def infrared() -> str:
     """Return the infrared sensors: number, name, direction and place."""
@@ -65,13 +71,7 @@ def leds() -> str:
 
 def devices() -> str:
     """Return where ground sensors, microphones and distance sensor are."""
-    floor = ("ground left", "ground centre", "ground right", "cliff left", "cliff right")
-    sides = ("right", "left", "rear", "front (e-puck2)")
-    rows = [
-        *zip(floor, ground.PLACE_X, ground.PLACE_Y, strict=True),
-        *zip([f"microphone {side}" for side in sides], microphones.PLACE_X, microphones.PLACE_Y, strict=True),
-        ("distance sensor (e-puck2)", *distance.PLACE),
-    ]
+    rows = [*ON_THE_FLOOR, *MICROPHONES, ("distance sensor (e-puck2)", *distance.PLACE)]
     return table(("Sensor", "x, mm", "y, mm"), ((name, *_millimetres(x, y)) for name, x, y in rows))
 
 

@@ -2,37 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from os import PathLike, fspath
 from pathlib import Path
+from typing import Unpack
 
 from elib.base.errors import ArgumentError
 from elib.base.files import write_file
-from elib.base.zone import Zone
 from elib.simulator.drawing.png import draw_png
 from elib.simulator.drawing.svg import draw_svg
-from elib.simulator.drawing.top import Trail
+from elib.simulator.drawing.top import Look
 from elib.simulator.physics import Snapshot
 
 
-def draw(
-    snapshot: Snapshot,
-    path: str | PathLike[str] | None = None,
-    *,
-    trails: Sequence[Trail] = (),
-    caption: str | None = None,
-    size: int = 900,
-    zones: Sequence[Zone] = (),
-) -> str | None:
+def draw(snapshot: Snapshot, path: str | PathLike[str] | None = None, **look: Unpack[Look]) -> str | None:
     """Draw *snapshot* from above: robots with their lamps, rays and trails, and all that is around them.
 
     Args:
         snapshot: The world; take it with ``beams=True`` to see the infrared sensors.
         path: Of a file that ends in ``.svg`` or ``.png``; an existing one is replaced. None for no file.
-        trails: Where each robot was, oldest first, in the order of the robots; pale is old.
-        caption: Line below the picture; None makes one from the snapshot, "" leaves it empty.
-        size: Pixels of the arena's longer side, 200..8000.
-        zones: Parts of the floor to be marked.
+        look: How it is drawn.
 
     Returns:
         The SVG document if there is no path.
@@ -42,13 +30,12 @@ def draw(
         ElibError: The disk is full.
     """
     if path is None:
-        return draw_svg(snapshot, trails=trails, caption=caption, size=size, zones=zones)
+        return draw_svg(snapshot, **look)
     match Path(path).suffix.lower():
         case ".svg":
-            document = draw_svg(snapshot, trails=trails, caption=caption, size=size, zones=zones)
-            write_file(path, document.encode())
+            write_file(path, draw_svg(snapshot, **look).encode())
         case ".png":
-            draw_png(snapshot, path, trails=trails, caption=caption, size=size, zones=zones)
+            draw_png(snapshot, path, **look)
         case _:
             raise ArgumentError(
                 f"a drawing cannot become {fspath(path)!r}; its name must end in .svg or .png",

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 from elib.base.files import write_file
-from elib.base.zone import Zone
 from elib.simulator.drawing.shapes import Circle, Drawing, Picture, Point, Polygon, Stroke, Text
-from elib.simulator.drawing.top import Trail, top_view
+from elib.simulator.drawing.top import Look, top_view
 from elib.simulator.physics import Snapshot
 
 if TYPE_CHECKING:
@@ -20,43 +18,20 @@ if TYPE_CHECKING:
 OVERSAMPLING = 3  # Drawn this much larger, then scaled down: Pillow draws hard edges. Above 3 nothing is gained.
 
 
-def draw_png(
-    snapshot: Snapshot,
-    path: str | PathLike[str],
-    *,
-    trails: Sequence[Trail] = (),
-    caption: str | None = None,
-    size: int = 900,
-    zones: Sequence[Zone] = (),
-) -> None:
-    """Write *snapshot* seen from above to a PNG file.
-
-    Args:
-        snapshot: The world; take it with ``beams=True`` to see the infrared sensors.
-        path: Path of the file; an existing one is replaced.
-        trails: Where each robot was, oldest first, in the order of the robots; pale is old.
-        caption: Line below the picture; None makes one from the snapshot, "" leaves it empty.
-        size: Pixels of the arena's longer side, 200..8000.
-        zones: Parts of the floor to be marked.
+def draw_png(snapshot: Snapshot, path: str | PathLike[str], **look: Unpack[Look]) -> None:
+    """Write *snapshot* seen from above to a PNG file; an existing one is replaced.
 
     Raises:
-        ArgumentError: *size* is out of its range, or the file cannot be written.
+        ArgumentError: The size is out of its range, or the file cannot be written.
         ElibError: The disk is full.
     """
-    write_file(path, png_of(snapshot, trails=trails, caption=caption, size=size, zones=zones))
+    write_file(path, png_of(snapshot, **look))
 
 
-def png_of(
-    snapshot: Snapshot,
-    *,
-    trails: Sequence[Trail] = (),
-    caption: str | None = None,
-    size: int = 900,
-    zones: Sequence[Zone] = (),
-) -> bytes:
+def png_of(snapshot: Snapshot, **look: Unpack[Look]) -> bytes:
     """Return what :func:`draw_png` writes."""
     out = io.BytesIO()
-    render(top_view(snapshot, trails, caption, size, zones)).save(out, "PNG", optimize=True)
+    render(top_view(snapshot, **look)).save(out, "PNG", optimize=True)
     return out.getvalue()
 
 

@@ -1,75 +1,66 @@
-"""The top view as SVG text: scales without loss and goes straight into a web page or a notebook."""
+"""SVG: scales without loss and goes straight into a web page or a notebook."""
 
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Iterable
 from html import escape
 from io import BytesIO
+from typing import Unpack
 
-from elib.base.zone import Zone
 from elib.simulator.drawing.shapes import Circle, Picture, Point, Polygon, Shape, Stroke, Text
-from elib.simulator.drawing.top import Trail, top_view
+from elib.simulator.drawing.top import Look, top_view
 from elib.simulator.physics import Colour, Snapshot
 
 
-def draw_svg(
-    snapshot: Snapshot,
-    *,
-    trails: Sequence[Trail] = (),
-    caption: str | None = None,
-    size: int = 900,
-    zones: Sequence[Zone] = (),
-) -> str:
+def draw_svg(snapshot: Snapshot, **look: Unpack[Look]) -> str:
     """Return *snapshot* seen from above as an SVG document.
 
-    Args:
-        snapshot: The world; take it with ``beams=True`` to see the infrared sensors.
-        trails: Where each robot was, oldest first, in the order of the robots; pale is old.
-        caption: Line below the picture; None makes one from the snapshot, "" leaves it empty.
-        size: Pixels of the arena's longer side, 200..8000.
-        zones: Parts of the floor to be marked.
-
     Raises:
-        ArgumentError: *size* is out of its range.
+        ArgumentError: The size is out of its range.
     """
-    drawing = top_view(snapshot, trails, caption, size, zones)
-    return "\n".join(
-        [
-            f'<svg xmlns="http://www.w3.org/2000/svg" width="{drawing.width}" height="{drawing.height}"'
-            f' viewBox="0 0 {drawing.width} {drawing.height}" font-family="sans-serif"'
-            ' stroke-linecap="round" stroke-linejoin="round">',
-            f'<rect width="100%" height="100%" fill="{drawing.background}"/>',
-            *(_element(shape) for shape in drawing.shapes),
-            "</svg>\n",
-        ]
+    drawing = top_view(snapshot, **look)
+    background = element("rect", width="100%", height="100%", fill=drawing.background)
+    shapes = [background, *map(_written, drawing.shapes)]
+    return document(drawing.width, drawing.height, shapes, font_family="sans-serif") + "\n"
+
+
+def document(width: int, height: int, elements: Iterable[str], **attributes: object) -> str:
+    """Return an SVG document, an element on each line; the attributes are those of :func:`element`."""
+    return element(
+        "svg",
+        "\n".join(["", *elements, ""]),
+        xmlns="http://www.w3.org/2000/svg",
+        width=width,
+        height=height,
+        viewBox=f"0 0 {width} {height}",
+        **attributes,
+        stroke_linecap="round",
+        stroke_linejoin="round",
     )
 
 
-def _element(shape: Shape) -> str:
+def element(name: str, content: str | None = None, /, **attributes: object) -> str:
+    """Return an element with what is in it; ``font_size=12`` is its attribute ``font-size``, None leaves one out."""
+    written = (f' {key.replace("_", "-")}="{value}"' for key, value in attributes.items() if value is not None)
+    return f"<{name}{''.join(written)}" + ("/>" if content is None else f">{content}</{name}>")
+
+
+def _written(shape: Shape) -> str:
     match shape:
         case Polygon():
-            ink = _ink(shape.fill, shape.outline, shape.width)
-            return f'<polygon points="{_points(shape.points)}"{ink}/>'
-        case Circle():
-            x, y = shape.centre
-            ink = _ink(shape.fill, shape.outline, shape.width)
-            return f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{shape.radius:.2f}"{ink}/>'
+            return element("polygon", points=_points(shape.points), **_ink(shape.fill, shape.outline, shape.width))
+        case Circle(centre=(x, y)):
+            place = {"cx": f"{x:.2f}", "cy": f"{y:.2f}", "r": f"{shape.radius:.2f}"}
+            return element("circle", **place, **_ink(shape.fill, shape.outline, shape.width))
         case Stroke():
-            ink = _ink(None, shape.colour, shape.width)
-            return f'<polyline points="{_points(shape.points)}"{ink}/>'
-        case Text():
-            x, y = shape.place
-            return (
-                f'<text x="{x:.2f}" y="{y:.2f}" font-size="{shape.size:.1f}" fill="{shape.colour}"'
-                f' text-anchor="{shape.anchor}">{escape(shape.text)}</text>'
-            )
-        case Picture():
-            (x, y), (width, height) = shape.place, shape.size
-            return (
-                f'<image x="{x:.2f}" y="{y:.2f}" width="{width:.2f}" height="{height:.2f}"'
-                f' preserveAspectRatio="none" href="{_inline(shape)}"/>'
-            )
+            return element("polyline", points=_points(shape.points), **_ink(None, shape.colour, shape.width))
+        case Text(place=(x, y)):
+            look = {"font_size": f"{shape.size:.1f}", "fill": shape.colour, "text_anchor": shape.anchor}
+            return element("text", escape(shape.text), x=f"{x:.2f}", y=f"{y:.2f}", **look)
+        case Picture(place=(x, y), size=(width, height)):
+            place = {"x": f"{x:.2f}", "y": f"{y:.2f}", "width": f"{width:.2f}", "height": f"{height:.2f}"}
+            return element("image", **place, preserveAspectRatio="none", href=_inline(shape))
 
 
 def _inline(picture: Picture) -> str:
@@ -85,6 +76,6 @@ def _points(points: tuple[Point, ...]) -> str:
     return " ".join(f"{x:.2f},{y:.2f}" for x, y in points)
 
 
-def _ink(fill: Colour | None, outline: Colour | None, width: float) -> str:
-    stroke = f' stroke="{outline}" stroke-width="{width:.2f}"' if outline is not None else ""
-    return f' fill="{fill if fill is not None else "none"}"{stroke}'
+def _ink(fill: Colour | None, outline: Colour | None, width: float) -> dict[str, object]:
+    stroke = {} if outline is None else {"stroke": outline, "stroke_width": f"{width:.2f}"}
+    return {"fill": fill or "none", **stroke}

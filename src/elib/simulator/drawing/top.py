@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeAlias
+from typing import TypeAlias, TypedDict
 
 from elib.base.rules import Whole
 from elib.base.zone import Zone
@@ -65,23 +65,33 @@ class Tones:
 ON_PAPER = Tones()
 
 
+class Look(TypedDict, total=False):
+    """How a world is drawn.
+
+    Attributes:
+        trails: Where each robot was, oldest first, in the order of the robots; pale is old. Fewer leave others without.
+        caption: Line below the picture; None makes one from the snapshot, "" leaves it empty.
+        size: Pixels of the arena's longer side, 200..8000.
+        zones: Parts of the floor to be marked.
+        tones: The colours around the things.
+    """
+
+    trails: Sequence[Trail]
+    caption: str | None
+    size: int
+    zones: Sequence[Zone]
+    tones: Tones
+
+
 def top_view(
     snapshot: Snapshot,
-    trails: Sequence[Trail],
-    caption: str | None,
-    size: int,
+    trails: Sequence[Trail] = (),
+    caption: str | None = None,
+    size: int = 900,
     zones: Sequence[Zone] = (),
     tones: Tones = ON_PAPER,
 ) -> Drawing:
-    """Return the drawing of *snapshot* from above.
-
-    Args:
-        snapshot: The world.
-        trails: One a robot, in the order of its robots; fewer leave the others without.
-        caption: Line below the picture; None makes one from the snapshot.
-        size: Pixels of the arena's longer side, 200..8000.
-        zones: Parts of the floor to be marked.
-        tones: Its colours.
+    """Return the drawing of *snapshot* from above; the other arguments are those of :class:`Look`.
 
     Raises:
         ArgumentError: *size* is out of its range.
