@@ -23,6 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 DIST = ROOT / "dist"
 PAGE = "src/elib/panel/page"
+UV = shutil.which("uv") or str(ROOT / ".uv/bin/uv")
 PATIENCE = 300.0
 """s that a command may take on a busy machine before it counts as hanging."""
 
@@ -30,26 +31,25 @@ PATIENCE = 300.0
 def main() -> None:
     """Build, check and install."""
     with tempfile.TemporaryDirectory() as folder:
-        work = Path(folder)
-        tracked = export(work / "commit")
-        version, extras = read_project(work / "commit")
-        source, wheel = build(work / "commit", work / "first", "sdist"), build(work / "commit", work / "first", "wheel")
-        built = work / "commit" / PAGE
+        work, commit = Path(folder), Path(folder) / "commit"
+        tracked = export(commit)
+        first = source, wheel = build(commit, work / "first")  # the wheel is built from the source archive
+        built = commit / PAGE
         if not built.exists():
             sys.exit("The page was not built: that needs npm and its registry.")
         page = {f"{PAGE}/{file.name}" for file in built.iterdir()}
         shutil.rmtree(built)  # it is built a second time too
-        is_same("a second source archive", build(work / "commit", work / "second", "sdist"), source)
-        with tarfile.open(source) as archive:
-            archive.extractall(work / "unpacked", filter="data")
-        unpacked = work / "unpacked" / f"elib_epuck-{version}"
-        is_same("the wheel of the source archive", build(unpacked, work / "third", "wheel"), wheel)
-        check_files(tracked | page, unpacked, wheel)
+        for archive, again in zip(first, build(commit, work / "second", "--sdist", "--wheel"), strict=True):
+            if archive.read_bytes() != again.read_bytes():
+                sys.exit(f"a second {archive.name} is not the same")
+        check_files(tracked | page, source, wheel)
+        version = wheel.name.split("-")[1]
         print(f"{source.name}: {len(tracked)} files, {wheel.name}: version {version}; both the same when built again")
-        for extra in ("", *extras):
+        project = tomllib.loads((commit / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+        for extra in ("", *project["optional-dependencies"]):
             install(wheel, extra, work / "environment", version)
         DIST.mkdir(exist_ok=True)
-        for file in (source, wheel):
+        for file in first:
             shutil.copy(file, DIST)
             print(f"dist/{file.name}  {file.stat().st_size / 1e6:.1f} MB")
 
@@ -59,35 +59,24 @@ def export(folder: Path) -> set[str]:
     if run("git", "status", "--porcelain", where=ROOT):
         print("There are changes that are not committed; they are not part of what is built.", file=sys.stderr)
     done = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, check=True, capture_output=True)
-    with tarfile.open(fileobj=io.BytesIO(done.stdout)) as archive:
-        archive.extractall(folder, filter="data")
     # The files in the archives get the time of the commit; without this they would all be of 2020.
     os.environ["SOURCE_DATE_EPOCH"] = run("git", "log", "-1", "--format=%ct", where=ROOT).strip()
-    return set(run("git", "ls-tree", "-r", "--name-only", "-z", "HEAD", where=ROOT).strip("\0").split("\0"))
+    with tarfile.open(fileobj=io.BytesIO(done.stdout)) as archive:
+        archive.extractall(folder, filter="data")
+        return {each.name for each in archive if not each.isdir()}
 
 
-def read_project(folder: Path) -> tuple[str, list[str]]:
-    """Return the version and the names of the extras."""
-    project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    version = run(sys.executable, "-m", "hatchling", "version", where=folder).strip()
-    return version, list(project["optional-dependencies"])
+def build(folder: Path, into: Path, *kinds: str) -> tuple[Path, Path]:
+    """Build the source archive and the wheel of *folder*, and return their paths."""
+    here = ("--no-build-isolation", "--python", sys.executable)  # with the hatchling that is installed
+    run(UV, "build", *here, *kinds, "--out-dir", str(into), where=folder)
+    return next(into.glob("*.tar.gz")), next(into.glob("*.whl"))
 
 
-def build(folder: Path, into: Path, kind: str) -> Path:
-    """Build an archive of *folder* and return its path."""
-    run(sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(into), where=folder)
-    return next(into.glob("*.whl" if kind == "wheel" else "*.tar.gz"))
-
-
-def is_same(what: str, built: Path, first: Path) -> None:
-    """Check that two archives are the same to the last byte."""
-    if built.read_bytes() != first.read_bytes():
-        sys.exit(f"{what} is not the same as {first.name}")
-
-
-def check_files(files: set[str], unpacked: Path, wheel: Path) -> None:
+def check_files(files: set[str], source: Path, wheel: Path) -> None:
     """Check that the archives hold the files of the commit and the page, and nothing else."""
-    in_source = {path.relative_to(unpacked).as_posix() for path in unpacked.rglob("*") if path.is_file()}
+    with tarfile.open(source) as archive:
+        in_source = {each.name.partition("/")[2] for each in archive if not each.isdir()}
     in_wheel = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
     wanted = {name.removeprefix("src/") for name in files if name.startswith("src/")}
     wanted |= {name.replace("docs/", "elib/", 1) for name in files if name.startswith("docs/guides/")}
@@ -102,12 +91,11 @@ def check_files(files: set[str], unpacked: Path, wheel: Path) -> None:
 def install(wheel: Path, extra: str, folder: Path, version: str) -> None:
     """Install the wheel into a fresh environment, and run a program there."""
     shutil.rmtree(folder, ignore_errors=True)
-    uv = shutil.which("uv") or str(ROOT / ".uv/bin/uv")
     seed = () if extra else ("--seed",)  # with pip
-    run(uv, "venv", "--quiet", *seed, "--python", sys.executable, str(folder), where=ROOT)
+    run(UV, "venv", "--quiet", *seed, "--python", sys.executable, str(folder), where=ROOT)
     what = f"{wheel}[{extra}]" if extra else str(wheel)
     constraints = str(ROOT / "requirements/dev.txt")
-    run(uv, "pip", "install", "--quiet", "--python", str(folder), "--constraints", constraints, what, where=ROOT)
+    run(UV, "pip", "install", "--quiet", "--python", str(folder), "--constraints", constraints, what, where=ROOT)
     programs = folder / ("Scripts" if os.name == "nt" else "bin")
     trial = folder / "trial"
     trial.mkdir()
@@ -141,12 +129,10 @@ def core(programs: Path, folder: Path) -> None:
     writes("elib-demo.png", "elib", "demo", "--for", "2")(programs, folder)
     for listed in ("world", "lab"):
         run(str(programs / "elib"), listed, "list", where=folder)
-    (folder / "empty.hex").write_text(EMPTY_HEX)
-    asked = [str(programs / "elib"), "flash", "--dry-run", "empty.hex"]
-    done = subprocess.run(asked, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
-    hint = done.stderr.partition("install the extra flash: ")[2].strip()
+    said = flash_said(programs, folder)
+    hint = said.partition("install the extra flash: ")[2].strip()
     if not hint:
-        sys.exit(f"elib flash said, without its extra:\n{done.stdout}{done.stderr}")
+        sys.exit(f"elib flash said, without its extra:\n{said}")
     subprocess.run(hint, cwd=folder, shell=True, check=True, capture_output=True, timeout=PATIENCE)
     flash(programs, folder)
 
@@ -171,11 +157,16 @@ def web(programs: Path, folder: Path) -> None:
 
 def flash(programs: Path, folder: Path) -> None:
     """Read an Intel HEX file: the smallest one, of which elib says that it holds no program."""
-    (folder / "empty.hex").write_text(EMPTY_HEX)
+    said = flash_said(programs, folder)
+    if "empty.hex" not in said or "intelhex" in said:
+        sys.exit(f"elib flash said:\n{said}")
+
+
+def flash_said(programs: Path, folder: Path) -> str:
+    """Return what ``elib flash`` says about an empty file."""
+    (folder / "empty.hex").write_text(":00000001FF\n")
     command = [str(programs / "elib"), "flash", "--dry-run", "empty.hex"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
-    if "empty.hex" not in done.stderr or "intelhex" in done.stderr:
-        sys.exit(f"elib flash said:\n{done.stdout}{done.stderr}")
+    return subprocess.run(command, cwd=folder, stderr=subprocess.PIPE, text=True, timeout=PATIENCE, check=False).stderr
 
 
 def compiled(programs: Path, folder: Path) -> None:
@@ -191,7 +182,6 @@ def everything(programs: Path, folder: Path) -> None:
             trial(programs, folder)
 
 
-EMPTY_HEX = ":00000001FF\n"
 FAST: Sequence[str] = ("--robot", "sim://?speed=max", "--for", "2")
 TRIALS: dict[str, Callable[[Path, Path], None]] = {
     "": core,
