@@ -117,7 +117,9 @@ def avoid(*, seeds: int = 5, generations: int = 100, picture: Path = PICTURE) ->
 
 @quick(seeds=1, population=6, generations=2)
 def solve(
-    *tasks: str,
+    tasks: list[str],
+    /,
+    *,
     seeds: int = 10,
     controller: str = "recurrent",
     hidden: int = 0,

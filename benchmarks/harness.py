@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
-import json as json_of
+import json
 import math
 import os
 import statistics
@@ -17,7 +17,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias, TypeVar
@@ -47,7 +47,7 @@ def quick(**values: object) -> Callable[[T], T]:
     return decorate
 
 
-def run(about: str | None, *works: Callable[..., Iterable[tuple[str, Table]] | None]) -> None:
+def run(about: str | None, *works: Callable[..., Tables]) -> None:
     """Run a benchmark, or the one that the command line names, and show its tables."""
     app = App(help=about, version_flags=[])
     for work in works:
@@ -56,18 +56,18 @@ def run(about: str | None, *works: Callable[..., Iterable[tuple[str, Table]] | N
     @app.meta.default
     def start(
         *words: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)],
-        json: Annotated[bool, Parameter(negative="", help="Print the figures as one line of JSON too, last.")] = False,
-        quick: Annotated[bool, Parameter(negative="", help="Make a run of seconds, to see that it works.")] = False,
+        is_json: Annotated[bool, Parameter("--json", negative="", help="Print all figures as JSON too, last.")] = False,
+        is_quick: Annotated[bool, Parameter("--quick", negative="", help="Only show that all works.")] = False,
     ) -> None:
         work, given, _ = app.parse_args(words)
-        if quick:
-            given.arguments.update({k: v for k, v in work.quick.items() if k not in given.arguments})
+        if is_quick:
+            given.arguments.update({key: value for key, value in work.quick.items() if key not in given.arguments})
         figures: dict[str, Table] = {}
-        for title, table in work(*given.args, **given.kwargs) or ():
+        for title, table in work(*given.args, **given.kwargs):
             figures[title] = table
             show(title, table)
-        if json:
-            print(json_of.dumps(figures))
+        if is_json:
+            print(json.dumps(figures))
 
     app.meta()
 

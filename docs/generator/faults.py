@@ -6,11 +6,12 @@ import inspect
 from importlib.resources import files
 
 from elib.base.files import FAULTS
+from elib.base.plaintext import summary
 from elib.simulator.emulator import faultscript
 from elib.simulator.emulator.faultkinds import KINDS, Counts, Kind, Strength, When
 from elib.testing import faults as testing
 from elib.testing import plugin
-from generator.markdown import block, docstring, field_table, inline, joined, section, table
+from generator.markdown import block, docstring, field_table, joined, section, table
 
 INTRODUCTION = """# Fault scripts
 
@@ -72,16 +73,11 @@ def kinds() -> str:
         "## Kinds\n\nA number that may change can be two, `[first, last]`: it goes from one to the other meanwhile."
     ]
     for name, kind in KINDS.items():
-        parts.append(f"### {name}\n\n{' '.join([effect(kind), *rules(kind)])}")
+        parts.append(f"### {name}\n\n{' '.join([summary(kind), *rules(kind)])}")
         if kind.keys:
             head = ("Key", "What it sets", "Unit", "Range", "Default", "May change")
             parts.append(table(head, (row(key) for key in kind.keys)))
     return "\n\n".join(parts)
-
-
-def effect(kind: type[Kind]) -> str:
-    """Return what a kind does, in a sentence."""
-    return (kind.__doc__ or "").partition("\n")[0]
 
 
 def rules(kind: type[Kind]) -> list[str]:
@@ -103,13 +99,13 @@ def row(key: Strength) -> tuple[str, ...]:
     return f"`{key.name}`", key.meaning, unit, f"{key.low:g} to {key.high:g}", default, may_change
 
 
-def summary() -> str:
+def overview() -> str:
     """Return the table of kinds for the guide."""
     rows = []
     for name, kind in KINDS.items():
         keys = [f"`{key.name}`" + (f" ({key.default:g})" if key.default is not None else "") for key in kind.keys]
         rows.append(
-            (f"[`{name}`](../reference/faults.md#{name})", " ".join([effect(kind), *rules(kind)]), ", ".join(keys))
+            (f"[`{name}`](../reference/faults.md#{name})", " ".join([summary(kind), *rules(kind)]), ", ".join(keys))
         )
     return table(("Kind", "What happens", "Its keys (default)"), rows)
 
@@ -140,8 +136,7 @@ def tests() -> str:
     for what in (testing.fault_scripts, testing.with_faults, testing.faults_of):
         names = ", ".join(str(item).partition(":")[0] for item in inspect.signature(what).parameters.values())
         parts.append(f"### {what.__name__}\n\n```text\n{what.__name__}({names})\n```\n\n{docstring(what.__doc__)}")
-    about = inline((Counts.__doc__ or "").partition("\n")[0])
-    parts.append(f"### Counts\n\n{about}\n\n{field_table(section(Counts.__doc__, 'Attributes'))}")
+    parts.append(f"### Counts\n\n{summary(Counts)}\n\n{field_table(section(Counts.__doc__, 'Attributes'))}")
     fixture = inspect.cleandoc(inspect.getsource(plugin.elib_link_faults)).partition('"""')[2].partition('"""')[0]
     parts.append(f"### The fixture elib_link_faults\n\n{docstring(fixture)}")
     return "\n\n".join(parts)

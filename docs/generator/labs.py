@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
-
+from elib.base.plaintext import summary
 from elib.base.rules import fields_of
 from elib.base.tables import Table
 from elib.lab import labfile
@@ -67,7 +66,7 @@ def goals() -> str:
     ]
     for name, described in GOALS.items():
         own = Table("goal", "", described.makes, tuple(key for key in described.keys if key.name not in common))
-        about = inline(inspect.cleandoc(described.makes.__doc__ or "").partition("\n")[0])
+        about = inline(summary(described.makes))
         rows = [row(own, key) for key in own.keys]
         parts.append(f"### {name}\n\n{about}" + (f"\n\n{table(HEAD, rows)}" if rows else ""))
     return "\n\n".join(parts)

@@ -88,7 +88,9 @@ def page() -> str:
     )
     found.append(commands(parts))
     found.append("## What a program is told")
-    found += [told(parts[kind.__name__]) for kind in TOLD]
+    for kind in TOLD:
+        part = parts[kind.__name__]
+        found.append(record(part, f"{part['properties']['type']['enum'][0]}: "))
     found.append("## Readings\n\nAll have `time`, s on the clock of the door, too.")
     found.append(readings(parts))
     found += [record(parts[name]) for name in ("Trouble", "Picture", "Welcome", "RobotInfo")]
@@ -178,12 +180,6 @@ def _argument(name: str, part: Schema) -> str:
     return f"`{name}`{default}: {rule.lower() if 'enum' in part else rule}"
 
 
-def told(part: Schema) -> str:
-    """Return the entry of a message that a program is told."""
-    kind = part["properties"]["type"]["enum"][0]
-    return "\n\n".join([f"### {kind}: {part['title']}", inline(part["description"]), record_table(part)])
-
-
 def readings(parts: dict[str, Schema]) -> str:
     """Return the table of the readings."""
     rows = []
@@ -194,15 +190,11 @@ def readings(parts: dict[str, Schema]) -> str:
     return table(("Reading", "Fields"), rows)
 
 
-def record(part: Schema) -> str:
-    """Return the entry of an object."""
-    return "\n\n".join([f"### {part['title']}", inline(part["description"]), record_table(part)])
-
-
-def record_table(part: Schema) -> str:
-    """Return the fields of an object, all of which are always there."""
+def record(part: Schema, kind: str = "") -> str:
+    """Return the entry of an object, all of whose fields are always there; *kind* is that of a message."""
     rows = [(f"`{n}`", shown(each), inline(each.get("description", ""))) for n, each in part["properties"].items()]
-    return table(("Field", "Type", "Meaning"), rows)
+    fields = table(("Field", "Type", "Meaning"), rows)
+    return joined([f"### {kind}{part['title']}", inline(part["description"]), fields])
 
 
 def shown(part: Schema) -> str:
