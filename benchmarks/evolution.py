@@ -80,13 +80,12 @@ def evolved(settings: Settings, executor: Executor) -> tuple[list[Generation], f
 
 
 @quick(seeds=1, generations=2)
-def avoid(*, seeds: int = 5, generations: int = 100, picture: Path = PICTURE) -> Tables:
+def avoid(*, seeds: int = 5, generations: int = 100) -> Tables:
     """Repeat the experiment of 1994 with some seeds: 100 individuals of 60 s, the same algorithm.
 
     Args:
         seeds: How many.
-        generations: How many; the picture is for 100.
-        picture: The file to draw.
+        generations: How many; the picture is drawn of 100.
     """
     studies = []
     base = Settings("avoid", algorithm="ga", population=100, scenarios=1, seconds=60.0, generations=generations)
@@ -112,7 +111,7 @@ def avoid(*, seeds: int = 5, generations: int = 100, picture: Path = PICTURE) ->
     axes.axvline(50, color="#2b2d33", linewidth=0.8, linestyle=":")
     note = "1994, on a real robot: from about here on\nthe best drove smoothly and touched nothing"
     axes.text(51, 0.03, note, fontsize=8)
-    save(figure, picture)
+    save(figure, PICTURE)
 
 
 @quick(seeds=1, population=6, generations=2)
@@ -207,14 +206,9 @@ def workers(*, chunks: int = 8, rounds: int = 2, seconds: float = 2.5) -> Tables
             results = sorted((k, total) for k, (total, _) in executor.run(chunk, jobs))
         return time.perf_counter() - began, used.share, results
 
-    with contextlib.ExitStack() as stack:
-        executors = {f"{n} workers": stack.enter_context(open_executor(n)) for n in (1, 2)}
-        for executor in executors.values():
-            list(executor.run(chunk, [(settings, 1, 10)] * 8))  # every worker loads the compiled code
-        found = {
-            name: min(each)
-            for name, each in in_turns({n: partial(timed, e) for n, e in executors.items()}, rounds).items()
-        }
+    with open_executor(1) as single, open_executor(2) as both:
+        runs = in_turns({"1 worker": partial(timed, single), "2 workers": partial(timed, both)}, rounds)
+    found = {name: min(each) for name, each in runs.items()}
     one, two = found.values()
     rows = {n: {"s": s, "this process, % of a core": 100 * u} for n, (s, u, _) in found.items()}
     rows["two by one"] = {"times as fast": one[0] / two[0], "equal results": str(one[2] == two[2])}

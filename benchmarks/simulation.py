@@ -351,7 +351,8 @@ def report(row: Row, found: list[Contender]) -> dict[str, Cell]:
             continue
         figures[one.name] = row.units / max(rates) if row.unit else max(rates)
         if one is not found[0]:
-            figures |= {f"by {one.name}, median": ratio(ours, rates), "best": max(ours) / max(rates)}
+            ratios = {"median": ratio(ours, rates), "best": max(ours) / max(rates)}
+            figures |= {f"by {one.name}, {name}": value for name, value in ratios.items()}
     if len(found) == 1 and ours and not row.unit:
         figures["additions each"] = found[0].additions(row)
     return figures | {"unit": row.unit or "1/s"}

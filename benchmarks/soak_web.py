@@ -17,7 +17,7 @@ import tempfile
 import threading
 from collections.abc import AsyncIterator
 
-from harness import Tables, calling, quick, run, started
+from harness import PATIENCE, Tables, calling, quick, run, started
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
@@ -242,14 +242,14 @@ async def soak(pages: int, minutes: float) -> dict[str, dict]:
                 await asyncio.sleep(3.0)  # the robots of pages that left have been stopped
                 print(file=process.stdin, flush=True)
                 rows[after] = json.loads(await asyncio.to_thread(process.stdout.readline))
-                print(".", end="", file=sys.stderr, flush=True)
+                print(f"{after}: {rows[after]['MiB']:.0f} MiB", file=sys.stderr, flush=True)
 
             place = url.removeprefix("http://").rstrip("/")
             await asyncio.sleep(5.0)
             await look("at the beginning")
-            for count in (2, pages // AT_ONCE):
+            for count, more in ((2, ""), (pages // AT_ONCE, "more ")):
                 await asyncio.gather(*(visit(place, count) for _ in range(AT_ONCE)))
-                await look(f"after {count * AT_ONCE} pages")
+                await look(f"after {count * AT_ONCE} {more}pages")
             parts = max(1, round(minutes))
             for part in range(1, parts + 1):
                 told = await asyncio.gather(*(talk(place, part * 100 + k, 60.0 * minutes / parts) for k in range(4)))
@@ -257,7 +257,7 @@ async def soak(pages: int, minutes: float) -> dict[str, dict]:
                 await look(f"{part}: {sum(a for a, _ in told)} messages, {sum(b for _, b in told)} thrown out")
             await look("three seconds later")
             process.stdin.close()
-            rows["at the end"] = {"exit code": await asyncio.to_thread(process.wait)}
+            rows["at the end"] = {"exit code": await asyncio.to_thread(process.wait, PATIENCE)}
     return rows
 
 
