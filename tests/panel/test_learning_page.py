@@ -83,6 +83,7 @@ async def test_the_page_can_change_nothing(world, view, capsys, monkeypatch) -> 
             "pause": {},
             "set_speed": {"speed": 2},
             "cut": {"robot": 0},
+            "go_back": {"time": 0},
         }.items():
             refused = await page.ask(what, **values)
             assert not refused["ok"]

@@ -330,10 +330,19 @@ def test_a_panel_that_closes_lets_a_paused_world_go_on_so_that_its_robot_confirm
     asyncio.run(story())
 
 
+async def test_the_world_of_a_study_does_not_go_back(panel: Panel, monkeypatch: pytest.MonkeyPatch) -> None:
+    (slot,) = await connected(panel, SIM)
+    assert slot.control
+    time = look(slot.control)
+    monkeypatch.setattr(panel, "study", object())
+    with pytest.raises(ArgumentError, match="the world of a study does not go back"):
+        await panel.go_back(slot.control, time)
+
+
 def look(control: Control) -> float:
     """Keep the world of now, as a page does that looks at it, and return its time, s."""
     found = control.snapshot().time
-    assert control.simulation.past.keep(control.world, -1.0)
+    control.keep()
     return found
 
 
@@ -409,7 +418,8 @@ async def test_a_world_keeps_a_minute_and_of_many_robots_fewer_moments(monkeypat
         world, kept, times = World(Scene(2, 2), robots=robots), past.Past(), [-math.inf]
         for _ in range(100 * 16):
             world.run(4)
-            if kept.keep(world, times[-1]):
+            if past.is_due(robots, world.time, times[-1]):
+                kept.keep(world)
                 times.append(world.time)
         assert min(later - time for time, later in pairwise(times)) == pytest.approx(gap)
         assert kept.at(41).time == pytest.approx(41, abs=gap)
@@ -417,7 +427,8 @@ async def test_a_world_keeps_a_minute_and_of_many_robots_fewer_moments(monkeypat
             kept.at(39)
         assert len(kept._moments) * robots <= 1200
     world.reset()
-    assert kept.keep(world, times[-1])
+    assert past.is_due(20, world.time, times[-1])
+    kept.keep(world)
     with pytest.raises(ArgumentError) as refused:
         kept.at(41)
     assert refused.value.hint == "it knows 0.0 to 0.0 s"

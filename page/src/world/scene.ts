@@ -241,7 +241,7 @@ export class World {
   private keep({ time, isKept }: Frame) {
     const { moments } = this,
       timeOf = (at: number) => moments.at(at)?.frame?.time ?? time;
-    if (timeOf(-1) > time) moments.length = 0; // the world was begun anew
+    if (timeOf(-1) > time) moments.length = 0; // the world began again
     if (moments.length && timeOf(-1) === time) moments.pop(); // a hand may have moved something since
     if (isKept) moments.push(this.now);
     while (timeOf(0) < time - KEPT) moments.shift();

@@ -65,6 +65,9 @@ class _Shown(Control):
         """Return the world as the program showed it last."""
         return self._seen
 
+    def keep(self) -> None:
+        """Keep nothing: the world does not go back."""
+
 
 class LiveView:
     """A page in the browser that shows a world, as often as the program shows it, and in real time.

@@ -28,6 +28,7 @@ from elib.simulator import physics
 from elib.simulator.drawing.floor import floor_picture
 from elib.simulator.emulator.control import Control, LinkState
 from elib.simulator.emulator.control_server import time_factor
+from elib.simulator.emulator.past import is_due
 from elib.simulator.physics import Colour, Light, RobotView, Snapshot, Sound
 from elib.simulator.physics.fittings import FLOOR_COLOUR
 from elib.simulator.physics.floor import packed
@@ -165,7 +166,7 @@ class WorldStream(Stream):
         self._seen: Snapshot | None = None
         self._said: tuple[float, Clock] | None = None
         self._number = 0
-        self._kept = -math.inf  # when the world last kept a moment for this page
+        self._kept = -math.inf  # when the page last kept a moment, s
         super().__init__(page, wish)
 
     @property
@@ -186,9 +187,11 @@ class WorldStream(Stream):
         self._number += 1
         self._sent.append(self._number)
         snapshot = control.snapshot(beams=wish.rays)
-        is_kept = control.simulation.past.keep(control.world, self._kept)
+        size = len(snapshot.robots) + len(snapshot.boxes) + len(snapshot.cylinders)
+        is_kept = is_due(size, snapshot.time, self._kept)
         if is_kept:
             self._kept = snapshot.time
+            control.keep()
         packed_frame = frame(
             snapshot, self._number, control.is_cut, rays=wish.rays, channel=wish.channel, is_kept=is_kept
         )

@@ -149,6 +149,10 @@ class Control:
         self.simulation.catch_up()
         return world.snapshot(beams=beams)
 
+    def keep(self) -> None:
+        """Keep what the world is now, so that it can go back to it."""
+        self.simulation.past.keep(self.world)
+
     def link(self, robot: int | str) -> LinkState:
         """Return how a robot is connected.
 

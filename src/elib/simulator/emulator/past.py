@@ -15,31 +15,34 @@ MAX_KEPT = 100_000
 each 0.6 s."""
 
 
+def is_due(size: int, time: float, kept: float) -> bool:
+    """Return whether a page keeps another moment.
+
+    Args:
+        size: Robots and things of its world.
+        time: Now, s.
+        kept: When it kept the last one; if that is now, too, a hand may have moved something since.
+    """
+    return not kept < time < kept + KEPT * size / MAX_KEPT
+
+
 class Past:
-    """The moments of one world that somebody saw, the oldest first."""
+    """The moments of one world that pages keep, the oldest first."""
 
     def __init__(self) -> None:
         self._moments: deque[Moment] = deque()
 
-    def keep(self, world: World, since: float) -> bool:
-        """Keep what the world is now, and return whether that was done.
-
-        Args:
-            world: The world, run up to now.
-            since: When that was done last for the same one who looks, s: of a large world it may be too soon.
-        """
-        moments, time = self._moments, world.time
-        if moments and time < moments[-1].time:  # it was begun anew
+    def keep(self, world: World) -> None:
+        """Keep what the world is now."""
+        moments, now = self._moments, world.moment()
+        if moments and now.time < moments[-1].time:  # it began again
             moments.clear()
-        size = world.robots + len(world.scene.boxes) + len(world.scene.cylinders)
-        if moments and moments[-1].time == time:  # a hand may have moved something since
+        if moments and moments[-1].time == now.time:
             moments.pop()
-        elif since <= time < since + KEPT * size / MAX_KEPT:
-            return False
-        moments.append(world.moment())
-        while len(moments) > 1 and (moments[0].time < time - KEPT or len(moments) * size > MAX_KEPT):
+        moments.append(now)
+        size = len(now.robots) + len(now.boxes) + len(now.cylinders)
+        while len(moments) > 1 and (moments[0].time < now.time - KEPT or len(moments) * size > MAX_KEPT):
             moments.popleft()
-        return True
 
     def at(self, time: float) -> Moment:
         """Return the last moment at or before a time.
