@@ -11,7 +11,7 @@ from elib.simulator.physics.world import World
 KEPT = 60.0
 """s of the world's time."""
 MAX_KEPT = 100_000
-"""Robots and things of all moments together, some 30 MB at most: of up to 66 every frame of a page is kept, of 1000 one
+"""Robots and things of all moments together, some 16 MB at most: of up to 66 every frame of a page is kept, of 1000 one
 each 0.6 s."""
 
 
