@@ -8,10 +8,10 @@ from elib.base.errors import ArgumentError
 from elib.simulator.physics.state import Moment
 from elib.simulator.physics.world import World
 
-KEPT = 60.0
-"""s of the world's time."""
+KEPT = 62.0
+"""s of the world's time: the minute that a page shows, and the time that its request is on the way."""
 MAX_KEPT = 100_000
-"""Robots and things of all moments together, some 16 MB at most: of up to 66 every frame of a page is kept, of 1000 one
+"""Robots and things of all moments together, some 16 MB at most: of up to 64 every frame of a page is kept, of 1000 one
 each 0.6 s."""
 
 
