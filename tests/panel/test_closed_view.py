@@ -250,7 +250,7 @@ async def test_a_student_is_told_how_to_drive_and_sees_no_control_that_can_only_
         await tab.size(390, 844, phone=True)
         await tab.until("window.elib?.worldOf().frame.value?.number > 2")
         text = str(await tab.run("document.body.innerText"))
-        for line in ("Student 2", f"elib joystick {two.urls}", f'elib.connect("{two.urls}")'):
+        for line in ("Student 2", f"elib joystick {two.urls}", f'url = "{two.urls}"'):
             assert line in text
         assert one.urls not in text
         labels = str(await tab.run(f"{CONTROLS}.join()"))

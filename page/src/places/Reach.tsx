@@ -4,10 +4,12 @@ import type { Reachable } from "../messages";
 import { student } from "../route";
 import { can } from "../store";
 
+/** In short lines: beside the button that copies them there is room for thirty letters. */
 const program = (url: string) => `import elib
 
-with elib.connect("${url}") as robot:
-    # Left and right wheel: half a turn per second, for 2 s.
+url = "${url}"
+with elib.connect(url) as robot:
+    # half a turn per second, 2 s long
     robot.set_speed(0.5, 0.5)
     robot.sleep(2)`;
 
