@@ -88,8 +88,11 @@ def module() -> str:
     body.append("};\n\n/** What each request is answered with. */\nexport type Answered = {\n")
     body += [f"  {name}: {found.of(types.type_info(cls.answers))};\n" for name, cls in MESSAGES.items()]
     body.append("};\n")
-    frame = {"header": HEADER.size, "rays": RAYS, "kept": KEPT, "touching": TOUCHING, "body": BODY, "front": FRONT, "cut": CUT}
-    body.append("\n/** A frame: bytes of its header, the flags that it has rays and that the world can go back to it, and the bits of a robot. */\n")
+    frame = {"header": HEADER.size, "rays": RAYS, "kept": KEPT}
+    frame |= {"touching": TOUCHING, "body": BODY, "front": FRONT, "cut": CUT}
+    body.append(
+        "\n/** A frame: bytes of its header, flags for rays and for a moment to go back to, bits of a robot. */\n"
+    )
     numbers = ", ".join(f"{name}: {value}" for name, value in frame.items())
     body.append(f"export const FRAME = {{ {numbers} }};\n")
     body.append("\n/** What the page is told without having asked. */\n")

@@ -227,7 +227,7 @@ export type Answered = {
   mend: null;
 };
 
-/** A frame: bytes of its header, the flags that it has rays and that the world can go back to it, and the bits of a robot. */
+/** A frame: bytes of its header, flags for rays and for a moment to go back to, bits of a robot. */
 export const FRAME = { header: 24, rays: 1, kept: 2, touching: 1, body: 2, front: 4, cut: 8 };
 
 /** What the page is told without having asked. */
@@ -680,7 +680,7 @@ export type Lines = {
   lines: Line[];
 };
 
-/** Statistics of the link, s and counts, and the share of lost commands; JSON has null for what is not known. */
+/** Statistics of the link, s and counts, and the share of lost and refused commands. */
 export type LinkStats = {
   median: number | null;
   p99: number | null;

@@ -16,6 +16,14 @@ type Props = { world: World; orders: Orders };
 
 const agoOf = ({ past, span }: World) => (past.value === null ? 0 : Math.max(STEP, span.value[1] - past.value));
 
+/** The time of the world, and why it goes otherwise than a person expects. */
+function timeOf({ frame, clock, ratio, isLive }: World) {
+  const { paused, speed } = clock.value,
+    isSlow = ratio !== null && !paused && ratio < 0.85 * speed,
+    note = paused ? ", paused" : isSlow ? `, slower: × ${ratio.toFixed(1)}` : "";
+  return isLive.value ? `${(frame.value?.time ?? 0).toFixed(1)} s${note}` : "disconnected";
+}
+
 export function TimeLine({ world }: Pick<Props, "world">) {
   const [first, last] = world.span.value,
     ago = agoOf(world),
@@ -29,7 +37,7 @@ export function TimeLine({ world }: Pick<Props, "world">) {
         aria-valuetext={ago ? `${ago.toFixed(1)} s ago` : "now"}
         onInput={({ currentTarget: { valueAsNumber: at } }) => world.lookAt(at < -STEP / 2 ? last + at : null)}
       />
-      <span>{ago ? `−${ago.toFixed(1)} s` : "now"}</span>
+      <output class="time">{ago ? `−${ago.toFixed(1)} s` : timeOf(world)}</output>
     </label>
   );
 }

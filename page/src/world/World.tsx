@@ -30,6 +30,18 @@ const HINTS: Record<string, string> = {
   Delete: "Take the selected box or wall away",
   "Save …": "Save this world as a file",
 };
+/** What stands below the icons where there is room: a word for each. */
+const WORDS: Record<string, string> = {
+  "from above": "Map",
+  "in three dimensions": "3-D",
+  "through the robot's camera": "Eye",
+  "Pause world": "Pause",
+  "Continue world": "Go on",
+  "Add a box": "Add box",
+  "Add a wall": "Add wall",
+  "Save …": "Save",
+};
+const wordOf = (label: string) => ({ "data-word": WORDS[label] ?? label });
 const KEYS =
   "N P select, arrows move, [ ] turn, + − 0 zoom, V changes the camera, B box, M wall, Delete deletes, Escape selects nothing";
 const CAMERAS: Record<Mode, [label: string, icon: icons.IconNode]> = {
@@ -44,7 +56,7 @@ const mode = signal<Mode>("orbit");
 
 /** A checkbox that shows an icon, or a radio button of a group. */
 const toggle = (icon: icons.IconNode, label: string, isOn: boolean, act: (isOn: boolean) => void, of?: string) => (
-  <label key={label} class="button icon toggle" title={HINTS[label] ?? label}>
+  <label key={label} class="button icon toggle" title={HINTS[label] ?? label} {...wordOf(label)}>
     <input
       class="over"
       {...{ type: of ? "radio" : "checkbox", name: of, "aria-label": label, checked: isOn }}
@@ -55,7 +67,13 @@ const toggle = (icon: icons.IconNode, label: string, isOn: boolean, act: (isOn: 
 );
 
 const tool = (icon: icons.IconNode, label: string, act: () => unknown, disabled = false) => (
-  <Button key={label} weight="quiet" title={HINTS[label] ?? label} {...{ icon, label, act, disabled }} />
+  <Button
+    key={label}
+    weight="quiet"
+    title={HINTS[label] ?? label}
+    {...{ icon, label, act, disabled }}
+    {...wordOf(label)}
+  />
 );
 
 /** Draw a world on a canvas; what does that is loaded with the first one. */
@@ -162,18 +180,15 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
           {toggle(icons.Route, "Trails", stage.hasTrails.value, (isOn) => (stage.hasTrails.value = isOn))}
         </div>
       )}
-      <div class="row group">
-        {speed && (
-          <>
-            {paused
-              ? tool(icons.Play, "Continue world", () => orders.send({ do: "resume" }))
-              : tool(icons.Pause, "Pause world", () => orders.send({ do: "pause" }))}
-            {tool(icons.StepForward, "Step", () => orders.send({ do: "step", seconds: STEP }), !paused)}
-            <Speed world={world} orders={orders} />
-          </>
-        )}
-        <Time world={world} />
-      </div>
+      {speed && (
+        <div class="row group">
+          {paused
+            ? tool(icons.Play, "Continue world", () => orders.send({ do: "resume" }))
+            : tool(icons.Pause, "Pause world", () => orders.send({ do: "pause" }))}
+          {tool(icons.StepForward, "Step", () => orders.send({ do: "step", seconds: STEP }), !paused)}
+          <Speed world={world} orders={orders} />
+        </div>
+      )}
       <span class="fill" />
       <div class="row group">
         {edit && tool(icons.PackagePlus, "Add a box", add("box"), !mayEdit)}
@@ -184,6 +199,7 @@ function Tools({ world, stage, orders }: { world: Model; stage: Stage | null; or
           weight="quiet"
           icon={icons.PanelRight}
           label="Details"
+          data-word="Details"
           aria-expanded={hasDetails.value}
           aria-controls="world-detail"
           act={() => (hasDetails.value = !hasDetails.value)}
@@ -206,15 +222,6 @@ function Speed({ world, orders }: { world: Model; orders: Orders }) {
       choose={(chosen) => orders.send({ do: "set_speed", speed: Number(chosen) })}
     />
   );
-}
-
-function Time({ world }: { world: Model }) {
-  const time = world.frame.value?.time ?? 0,
-    { paused, speed } = world.clock.value,
-    { ratio } = world,
-    isSlow = ratio !== null && !paused && ratio < 0.85 * speed,
-    note = paused ? " paused" : isSlow ? ` only × ${ratio.toFixed(1)}` : "";
-  return <output class="time small">{world.isLive.value ? `${time.toFixed(1)} s${note}` : "disconnected"}</output>;
 }
 
 async function keep(world: Model) {

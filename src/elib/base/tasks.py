@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 
 class Tasks(set[asyncio.Task[Any]]):
-    """Tasks until they end: asyncio alone keeps no task alive that nobody waits for."""
+    """Tasks until they end: asyncio alone keeps no task alive that no one waits for."""
 
     def begin(self, work: Coroutine[Any, Any, T], name: str) -> asyncio.Task[T]:
         """Run a coroutine in a task of its own; *name* is for people who look for defects."""

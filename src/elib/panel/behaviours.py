@@ -270,7 +270,7 @@ class BehaviourRunner:
         bridge = Bridge(self._loop)
         bridge.before_close = robot.close
         outcome: Future[RunResult] = Future()
-        outcome.set_running_or_notify_cancel()  # from now on nobody cancels it
+        outcome.set_running_or_notify_cancel()  # from now on no one cancels it
         hold = bridge.hold()
 
         def work() -> None:

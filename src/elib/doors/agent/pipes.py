@@ -89,7 +89,7 @@ class Pipes:
 
 
 def _in_thread(function: Callable[[], T]) -> asyncio.Future[T]:
-    """Call a function in a thread that nobody has to wait for."""
+    """Call a function in a thread that no one has to wait for."""
     outcome: concurrent.futures.Future[T] = concurrent.futures.Future()
 
     def work() -> None:
