@@ -8,7 +8,6 @@ import math
 from collections.abc import AsyncIterator, Iterator, Sequence
 from dataclasses import replace
 
-from elib.learn.linked import RewardCounter
 from elib.learn.progress import Best, Progress
 from elib.panel.panel import WORLD, Generation, Panel, StudyAbout, StudyState
 from elib.panel.server.http import own_address, served
@@ -162,8 +161,6 @@ class Life:
         self.simulation = Simulation(settings, is_connected=False, scene=calibrated)
         assert self.simulation.world is not None
         self._task, self._controller, self._world = task, controller, self.simulation.world
-        self._episode = RewardCounter(task, self._world)
-        self._episode.begin()
         self._parameters = tuple(controller.parameters.tolist())
         self._memory = [[0.0] * controller.memory for _ in range(task.robots)]
         self._ended = math.inf
@@ -177,16 +174,23 @@ class Life:
 
     def _follow(self) -> None:
         """Go on after a tick."""
-        world = self._world
-        if math.isfinite(self._ended):
+        world, task = self._world, self._task
+        if world.time > self._ended:
             return
-        self._episode.add()
-        if self._episode.is_over:
+        if world.tick >= task.ticks or self._is_at_its_end():
             self._ended = world.time
             for robot in range(world.robots):
                 world.set_wheel_speeds(robot, 0.0, 0.0)
-        elif world.tick % self._task.ticks_a_period == 0:
+        elif world.tick % task.ticks_a_period == 0:
             self._decide()
+
+    def _is_at_its_end(self) -> bool:
+        task = self._task
+        if task.is_over is None:
+            return False
+        for sensor in task.reward_sensors:
+            self._world.readings(sensor)
+        return bool(task.is_over(self._world.records))
 
     def _decide(self) -> None:
         """Let the controller set the wheels of every robot."""
