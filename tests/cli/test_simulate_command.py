@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs ptys and 
 
 def send(*words: str) -> subprocess.CompletedProcess[str]:
     """Send a command in a process of its own, which waits as long as a busy machine takes."""
-    return elib("send", "--within", str(PATIENCE), *words)
+    return elib("send", words[0], "--within", str(PATIENCE), *words[1:])
 
 
 @pytest.mark.long

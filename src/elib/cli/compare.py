@@ -39,7 +39,11 @@ ProfileFile = Annotated[
 RealRobots = Annotated[bool, Cli(name="--reality", help="Compare what was measured on real robots with the simulator.")]
 Quality = Annotated[
     str | None,
-    Cli(name="--quality", help="With --reality, how good its robots are: ideal, good, typical (default), bad."),
+    Cli(
+        name="--quality",
+        metavar="Q",
+        help="With --reality, how good its robots are: ideal, good, typical (default), bad.",
+    ),
 ]
 Drawn = Annotated[
     int | None, Cli(name="--robots", metavar="N", help=f"With --reality, draw N robots; {ROBOTS} by default.")

@@ -49,7 +49,7 @@ COMMANDS = {
     "evolve": "Let controllers evolve for a task, on all cores or a cluster.",
     "transfer": "Run a learned controller in stages from physics to a robot.",
     "sweep": "Run a behaviour over many parameters, worlds, faults and seeds.",
-    "find": "Look for robots: on ports, among paired ones, in simulations.",
+    "find": "Look for robots on ports, among paired ones, in simulations.",
     "flash": "Write a program into an e-puck1.",
     "et": "Copy, count and time the rows of a robot's log.",
     "decode": "Show captured bytes as commands and answers, from a file or a port.",

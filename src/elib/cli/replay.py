@@ -55,7 +55,7 @@ def replay(
 ) -> None:
     """Show a recording in the browser, with a time line to go to any moment, until Ctrl-C.
 
-    With --from, --to, --only or --json it is printed, a line for each call and note; and so it is where there is no
+    With --from, --to, --only or --json it is printed instead, a line for each call and note, and also where there is no
     terminal. To replay a program, start it with --robot replay://FILE.
     """
     printing = {"--from": begin is not None, "--to": end is not None, "--only": bool(only), "--json": json}
