@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import os
 import statistics
 import sys
@@ -214,7 +215,7 @@ async def script(tab: Tab, seconds: float) -> float:
     before, first = await spent(), await frames()
     await asyncio.sleep(seconds)
     drawn = await frames() - first
-    return 1000 * (await spent() - before) / drawn
+    return 1000 * (await spent() - before) / drawn if drawn else math.nan  # a busy computer draws none in a second
 
 
 async def floor(opened: Opener, tries: int, seconds: float) -> dict[str, float]:
