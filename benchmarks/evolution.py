@@ -226,7 +226,7 @@ def kill_workers(every: float, is_over: threading.Event) -> None:
             print(f"killed worker {victim.pid}", flush=True)
 
 
-@quick(generations=20, population=10, seconds=5.0)
+@quick(generations=10, population=4, seconds=2.0)
 def chaos(
     *, generations: int = 40, population: int = 50, seconds: float = 20.0, every: float = 0.0, seed: int = 1
 ) -> Tables:
