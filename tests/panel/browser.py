@@ -255,7 +255,8 @@ async def browser() -> AsyncIterator[Opener]:
     tabs: dict[str, Tab] = {}
 
     async def opened(url: str) -> Tab:
-        target = (await wire.call("Target.createTarget", {"url": "about:blank"}))["targetId"]
+        # Each in a window of its own: a tab behind another draws nothing, and the mouse moves on it only after 5 s.
+        target = (await wire.call("Target.createTarget", {"url": "about:blank", "newWindow": True}))["targetId"]
         name = (await wire.call("Target.attachToTarget", {"targetId": target, "flatten": True}))["sessionId"]
         tab = tabs[name] = Tab(wire, name)
         for domain in ("Page", "Runtime", "Network", "Log"):

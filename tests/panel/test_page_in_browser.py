@@ -324,7 +324,9 @@ async def test_a_log_and_a_recording_are_written_to_the_files_that_were_named_al
 
     async def turn(section: str) -> None:
         # Not with the mouse: on a busy computer what is above may still move under it.
-        await driver.tab.run(f"document.querySelector('{section} button').click()")
+        button = f"document.querySelector('{section} button:enabled')"
+        await driver.tab.until(f"!!{button}")
+        await driver.tab.run(f"{button}.click()")
 
     await driver.press("Disconnect")
     await driver.tab.until(f"{TICK}.phase === 'disconnected'")
