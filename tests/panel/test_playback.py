@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,24 @@ async def playing(path: Path) -> Slot:
 def led(slot: Slot) -> int:
     assert slot.context is not None
     return slot.context.last_set.lamps[3]
+
+
+async def test_what_a_played_robot_came_near_to_is_near(tmp_path: Path) -> None:
+    slot = Slot(SIM)
+    await slot.connect()
+    slot.records.recording.start(str(tmp_path / "run.mcap"))
+    await asyncio.sleep(1)
+    assert slot.control is not None and min(slot.watcher.distances) == math.inf
+    slot.control.move_robot(0, 0.05, 0.5, math.pi)
+    await asyncio.sleep(2)
+    assert min(slot.watcher.distances) < 0.03, "it stands before a wall"
+    await slot.disconnect()
+    played = await playing(tmp_path / "run.mcap")
+    assert min(played.watcher.distances) == math.inf
+    played.playback.seek(2)
+    await asyncio.sleep(0.4)
+    assert min(played.watcher.distances) < 0.03
+    await played.disconnect()
 
 
 async def test_a_recording_that_is_held_stands_still_and_then_goes_on(tmp_path: Path) -> None:

@@ -222,7 +222,7 @@ class Slot:
         except ElibError as error:
             self._fail(error)
             return False
-        playback.on_reading = self.readings.__setitem__
+        playback.on_reading = self.watcher.note
         playback.on_pose = self.watcher.put
         playback.on_line = lambda kind, text, is_bad: self.log.note(kind, text, is_bad=is_bad)
         self._playback = playback

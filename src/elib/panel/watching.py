@@ -87,6 +87,12 @@ class ReadingsWatcher:
         period = self.pictures if name == IMAGE else 1 / self.rate
         return period is not None and self.age(name) > max(STALE, PERIODS * period)
 
+    def note(self, name: str, reading: Reading | Image) -> None:
+        """Take a reading as the newest of its kind."""
+        self.readings[name] = reading
+        if isinstance(reading, Proximity):
+            self._near = self._open_air(reading)
+
     def begin(self, robot: Epuck) -> None:
         """Watch *robot*; its trail begins again."""
         self._robot = robot
@@ -150,9 +156,8 @@ class ReadingsWatcher:
             try:
                 async with robot.watch(*names, rate=rate) as snapshots:
                     async for snapshot in snapshots:
-                        self.readings.update(snapshot.readings)
-                        if isinstance(near := snapshot.readings.get("proximity"), Proximity):
-                            self._near = self._open_air(near)
+                        for name, reading in snapshot.readings.items():
+                            self.note(name, reading)
                         self.put(_place(robot))
                 return
             except ElibError as error:
