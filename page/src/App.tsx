@@ -66,7 +66,7 @@ function Header() {
           ))
         )}
       </nav>
-      {can().connect && (
+      {can().connect && listed.value.length > 0 && (
         <Tab to="#/start" isOpen={kind === "start"} title="another robot" label="another robot">
           <Icon of={Plus} size={16} />
           <span>Robot</span>

@@ -3,14 +3,16 @@ import { Lightbulb, Square } from "lucide";
 import { Button } from "../look/Button";
 import type { Listed, Summary } from "../messages";
 import { address } from "../route";
-import { can, hello, robotOf } from "../store";
+import { can, hello, listed, robotOf } from "../store";
 
 const LOW = 0.2; // of the battery, from which on it is worth a word
 const SLOW = 0.3; // s until an answer, from which on it is worth a word
 const NEAR = 0.03; // m to something that a robot is about to touch
 
-/** The robot from above, ahead is up; an arc for each sensor that sees something, the farther the farther away. */
-function Around({ distances, isOld }: { distances: Summary["distances"]; isOld: boolean }) {
+type AroundProps = { number: number; distances: Summary["distances"]; isOld: boolean };
+
+/** A robot, with its number and colour in the world, ahead is up; an arc for each sensor that sees something. */
+function Around({ number, distances, isOld }: AroundProps) {
   const { sensors } = hello.value!.ring;
   return (
     <svg class={isOld ? "icon stale" : "icon"} viewBox="-27 -27 54 54" width={48} fill="none" aria-hidden="true">
@@ -28,8 +30,10 @@ function Around({ distances, isOld }: { distances: Summary["distances"]; isOld: 
           />
         );
       })}
-      <circle r="13" fill="var(--wall)" />
-      <path fill="var(--floor)" d="M0 -8 L6 7 L0 3.5 L-6 7 Z" />
+      <circle r="13" fill={`var(--curve-${number % 8})`} />
+      <text y="1" fill="var(--card)" font-size="13" font-weight="700" text-anchor="middle" dominant-baseline="middle">
+        {number + 1}
+      </text>
     </svg>
   );
 }
@@ -55,7 +59,11 @@ export function Card({ robot: { key, label, url }, summary }: { robot: Listed; s
     told = words(summary);
   return (
     <article class="robot-card row" aria-label={label}>
-      <Around distances={summary.distances} isOld={summary.stale} />
+      <Around
+        number={listed.value.findIndex((each) => each.key === key)}
+        distances={summary.distances}
+        isOld={summary.stale}
+      />
       <div class="fill">
         <a class="short" href={address(key)} title={url}>
           {label}

@@ -9,7 +9,8 @@ const program = (url: string) => `import elib
 
 url = "${url}"
 with elib.connect(url) as robot:
-    # half a turn per second, 2 s long
+    # both wheels: half a turn per second,
+    # so straight on, for 2 s
     robot.set_speed(0.5, 0.5)
     robot.sleep(2)`;
 
@@ -27,7 +28,7 @@ export function Reach({ addresses, student: owner }: { addresses: Reachable[]; s
       <h3>With a program of your own</h3>
       <p class="small">One program at a time can drive a robot:</p>
       <Copy label="the program" text={program(url)} />
-      <h3>With any program</h3>
+      <h3>With a finished program</h3>
       <p class="small">One that was written for another robot, such as those of the tutorial, drives this one so:</p>
       <Copy label="how to run a program" text={`elib run mine.py --robot ${url}`} />
       {can().edit && <p class="small">In the world, drag the robot and the boxes, and see what your program does.</p>}

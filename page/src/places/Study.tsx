@@ -15,7 +15,8 @@ import "./Study.css";
 const LEAST = 10; // generations that the axis has room for
 const MOST = 2000; // points of a curve: no screen shows more
 const FEW = 12; // of which each is drawn as a point
-const COMPILING = "The code is compiled first. The first time, this takes a minute or more.";
+const BEGINS =
+  "Many controllers are tried out; the best ones, a little changed, are the next generation. Before the first, the code is compiled: that can take a minute.";
 const CURVES: [name: string, hue?: string][] = [
   ["best", "var(--ray)"],
   ["mean", "var(--trail)"],
@@ -89,14 +90,14 @@ export function Study({ about }: { about: StudyAbout }) {
       <p class="how-far">
         <b>
           {outcome ||
-            `${done.length} of ${about.count} generations · ${done.length ? `${age(news?.left ?? 0)} left` : "the first one is being tried out …"}`}
+            `${done.length} of ${about.count} generations${done.length ? ` · ${age(news?.left ?? 0)} left` : ""}`}
         </b>
       </p>
       <progress max={about.count} value={done.length} aria-label="generations done" />
       <p>
         {best
           ? `Best ${outcome ? "in the final test" : "so far"}: ${number(best[1], 3)}, of generation ${best[0]}`
-          : news && COMPILING}
+          : news && BEGINS}
       </p>
       <Fitness count={about.count} point={(generation) => (pointed.value = generation)} />
       <div class="legend row wrap small">

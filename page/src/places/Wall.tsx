@@ -13,6 +13,8 @@ const STUCK = 3; // s that wheels turn and the robot stays where it is
 const STEPS = 30; // of the wheels in a second, from which on they turn
 const STILL = 0.004; // m, and 10 times that in rad: a robot that moves less in a second stays
 
+const IS_LOCAL = /^(127\.|localhost$|\[::1\]$)/.test(location.hostname);
+
 type State = "drives" | "stuck" | "cut" | "free";
 const WORDS: Record<State, [words: string, kind: string]> = {
   drives: ["a program drives", "good"],
@@ -89,7 +91,8 @@ export function Wall() {
       <div class="row wrap">
         <h1>Class of {students.length}</h1>
         <p class="fill hint" role="status">
-          {told.join(" · ")}. A student's page is {location.host}/student/1, and so on.
+          {told.join(" · ")}. Students open {location.host}/student/1, and so on
+          {IS_LOCAL ? ": on this computer only; elib simulate --class --host lets other computers in." : "."}
         </p>
         {can().speed &&
           (isPaused.value ? (

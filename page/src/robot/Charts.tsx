@@ -5,7 +5,7 @@ import { useMemo, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Check, Select } from "../look/fields";
 import { DIGITS, number, save } from "../look/text";
-import type { Moment, Robot } from "../store";
+import { hello, type Moment, type Robot } from "../store";
 import { columns, Plot, ROUND_TRIP, WHEELS, type Choice } from "./Plot";
 import { kept, toggled } from "./kept";
 
@@ -37,6 +37,7 @@ function Chart({ robot, chart, remove }: { robot: Robot; chart: ReturnType<typeo
     scheme = robot.scheme.value,
     choices = useMemo(() => choicesOf(robot), [scheme]),
     what = choices.find((each) => each.name === name.value) ?? choices[0],
+    isRing = what.labels.length === hello.value!.ring.sensors.length, // named as in the drawing of the robot
     shown = paused.value ?? robot.history,
     data = useMemo(() => columns(what, shown, span.value), [what, span.value, paused.value ?? robot.tick.value]);
   const saveTable = () => {
@@ -85,7 +86,7 @@ function Chart({ robot, chart, remove }: { robot: Robot; chart: ReturnType<typeo
             toggle = () => (hidden.value = toggled(hidden.value, k));
           return (
             <Check style={{ "--hue": `var(--curve-${k % 8})` }} isOn={!hidden.value.includes(k)} act={toggle}>
-              <span class="fill short">{label || what.title}</span>
+              <span class="fill short">{isRing ? `IR${k} ${label}` : label || what.title}</span>
               <output>{`${text} ${what.unit ? "" : what.units[k]}`}</output>
             </Check>
           );

@@ -48,7 +48,7 @@ function Writing({ robot, kind, free = "", isLooking, look }: Props) {
           onInput={({ currentTarget }) => (typed.value = currentTarget.value)}
         />
         <Button disabled={!isOn && !name} act={turn}>
-          {isOn ? "Stop" : kind === "log" ? "Write" : "Record"}
+          {isOn ? "Stop" : kind === "log" ? "Start log" : "Record"}
         </Button>
       </div>
       <p role="status">{isOn && state}</p>

@@ -112,17 +112,24 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sket
     width / 2 + (x - (left + right) / 2) * scale,
     height / 2 - (y - (low + high) / 2) * scale,
   ];
+  // Where the robot was nothing stands, also where nobody looked meanwhile.
+  pen.beginPath();
+  for (const point of points) pen.lineTo(...at(...point));
+  pen.lineJoin = pen.lineCap = "round";
+  pen.lineWidth = 2 * hello.value!.body.sensor_radius * scale;
+  pen.strokeStyle = ink.floor;
+  pen.stroke();
   sketch.drawOn(pen, at, scale);
   const step = stepOf(scale, 36),
     [originX, originY] = at(0, 0);
   pen.beginPath();
   for (let x = originX % (step * scale); x < width; x += step * scale) (pen.moveTo(x, 0), pen.lineTo(x, height));
   for (let y = originY % (step * scale); y < height; y += step * scale) (pen.moveTo(0, y), pen.lineTo(width, y));
+  pen.lineWidth = 1;
   pen.strokeStyle = ink.grid;
   pen.stroke();
   pen.beginPath();
   for (const point of points) pen.lineTo(...at(...point));
-  pen.lineJoin = pen.lineCap = "round";
   pen.lineWidth = 2;
   pen.strokeStyle = ink.trail;
   pen.stroke();
@@ -137,7 +144,7 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sket
   pen.fillStyle = ink.faint;
   pen.font = "12px Inter Variable, sans-serif";
   pen.textAlign = "right";
-  pen.fillText(`a square: ${step < 1 ? `${Math.round(100 * step)} cm` : `${step} m`}`, width - 12, height - 12);
+  pen.fillText(`a square: ${step < 1 ? `${Math.round(100 * step)} cm` : `${step} m`}`, width - 12, 22);
 }
 
 export function Path({ robot }: { robot: Robot }) {

@@ -149,8 +149,9 @@ export function Sensors({ robot }: { robot: Robot }) {
     <>
       <Body robot={robot} sensors />
       <p class="hint">
-        Orange: how far each infrared sensor looks freely. The more counts, the nearer is something; without anything,
-        each sensor has its own. Yellow: light. {!isPlayed && "The circles are LEDs: click one to switch it."}
+        Orange: how far each infrared sensor looks freely. The numbers are counts: with nothing near, each sensor has a
+        number of its own; it grows when something comes near. Yellow: light.{" "}
+        {!isPlayed && "The circles are LEDs: click one to switch it."}
       </p>
       <div class="instruments columns">
         {shown.map((each) => (

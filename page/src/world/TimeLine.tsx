@@ -54,11 +54,11 @@ export function Past({ world, orders }: Props) {
   };
   return (
     <div class="world-past card">
-      <strong>Past: {agoOf(world).toFixed(1)} s ago</strong>
+      <strong>The world {agoOf(world).toFixed(1)} s ago</strong>
       {can().edit && !hello.value?.study && (
         <Button weight="primary" title={HINT} disabled={!world.isLive.value} act={goBack} children="Go on from here" />
       )}
-      <Button act={() => world.lookAt(null)}>Live</Button>
+      <Button act={() => world.lookAt(null)}>Back to now</Button>
     </div>
   );
 }
