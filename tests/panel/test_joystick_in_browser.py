@@ -270,11 +270,12 @@ async def test_a_gamepad_drives_and_its_button_stops(driver, robot):
 
 async def test_wheel_sliders_that_stay_drive_until_stop(driver, robot):
     await driver.tab.run("document.querySelector('.drive .check input').click(), 0")
-    began = robot.pose
     await driver.tab.run(
         "document.querySelectorAll('.drive .popup input[type=range]').forEach((wheel) => {"
         " wheel.value = 60; wheel.dispatchEvent(new Event('input', {bubbles: true})); })"
     )
+    await robot.until(lambda: min(robot.wheels) > 0)  # the first slider is heard a moment before the second
+    began = robot.pose
     await robot.until_it_moves()
     assert abs(turn(began, robot.pose)) < 0.1
     await driver.key(" ", "Space")
