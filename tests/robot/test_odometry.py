@@ -239,6 +239,23 @@ def begun() -> Reckoning:
     return reckoning
 
 
+@given(st.lists(st.floats(0.01, 5.0), min_size=1, max_size=8), st.integers(-800, 800), st.integers(-800, 800))
+def test_a_robot_that_is_read_where_it_stands_is_where_it_was(pauses: list[float], left: int, right: int) -> None:
+    reckoned, in_full = (Reckoning(Pose(1, 2, 0.5), 0) for _ in range(2))
+    in_full._stands = lambda counters: False  # type: ignore[method-assign]  # as if each reading were a surprise
+    time = 0.0
+    for k, pause in enumerate([1.0, *pauses]):
+        time += pause
+        for each in (reckoned, in_full):
+            if not k:
+                each.change(Change(Moment(0.1, 0.1, 0.2), (float(left), float(right))))
+                each.change(Change(Moment(1.1, 1.1, 1.2), (0.0, 0.0)))
+            each.read((left, right), Moment(time + 0.3, time + 0.31, time + 0.33), 16, time + 0.33)
+        assert (reckoned.left, reckoned.right) == (in_full.left, in_full.right)
+        for name in ("x", "y", "heading", "uncertainty", "heading_uncertainty", "time"):
+            assert getattr(reckoned.pose, name) == pytest.approx(getattr(in_full.pose, name), rel=1e-9, abs=1e-12), name
+
+
 def test_a_change_that_came_late_is_moved_until_the_wheels_make_the_steps_that_were_counted() -> None:
     reckoning = begun()
     reckoning.change(Change(at(1.0), (500.0, 500.0)))

@@ -179,6 +179,11 @@ class Reckoning:
             self._nominal, self._swing, self._leans = self.pose, (0.0, 0.0), [LEVEL] * len(self.spreads)
         last = self._changes[-1] if self._changes else self._start
         at = max(when.at, last.when.at)
+        if self._stands(counters):  # most readings of most robots: only the time is another
+            self._start = replace(self._start, when=Moment(min(when.began, at), at, max(at, when.ended)))
+            self._nominal = replace(self._nominal, time=time)
+            self._reckoned = self.pose = replace(self.pose, time=time)
+            return
         reading = Change(Moment(min(when.began, at), at, max(at, when.ended)), None, counters)
         fitting = [each for kept in self._histories() if (each := self._explain(kept, reading, bits)).fits]
         for restarted in () if fitting else self._with_restart(reading):
@@ -201,6 +206,11 @@ class Reckoning:
         others = dict.fromkeys(each.speeds for each in fitting if each.speeds != best.speeds)
         self._changes = [Change(self._start.when, each, None, is_sure=False) for each in others]
         self._count = 0
+
+    def _stands(self, counters: tuple[int, int]) -> bool:
+        """Return whether the robot was read where it stood before, and nothing was said to it since."""
+        is_as_before = not self._changes and counters == self._start.counters and self.pose is self._reckoned
+        return is_as_before and self._start.speeds == STILL and self._nominal.heading_uncertainty >= STEP
 
     def _of_real_wheels(self, pose: Pose) -> Pose:
         """Return *pose* with the uncertainty that it has because no robot's wheels and axle are nominal."""
