@@ -143,16 +143,22 @@ def parquet(programs: Path, folder: Path) -> None:
     writes("calls.parquet", "et", "Join", "-s", "run.log", "-d", "calls.parquet")(programs, folder)
 
 
-def web(programs: Path, folder: Path) -> None:
-    """Start the joystick, and end it by Ctrl-C."""
-    command = [str(programs / "elib"), "joystick", "--port", "0", "--no-browser", "sim://"]
-    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
-        assert process.stdout is not None
-        first = process.stdout.readline()
-        process.send_signal(signal.SIGINT)
-        rest = process.communicate(timeout=PATIENCE)[0]
-    if "http://127.0.0.1:" not in first + rest:
-        sys.exit(f"elib joystick said:\n{first}{rest}")
+def serves(says: str, *arguments: str) -> Callable[[Path, Path], None]:
+    """Return the trial that a command serves, says where, and ends by Ctrl-C."""
+
+    def trial(programs: Path, folder: Path) -> None:
+        command = [str(programs / "elib"), *arguments, "--port", "0", "sim://"]
+        with subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        ) as served:
+            assert served.stdout is not None
+            first = served.stdout.readline()
+            served.send_signal(signal.SIGINT)
+            rest = served.communicate(timeout=PATIENCE)[0]
+        if says not in first + rest:
+            sys.exit(f"{' '.join(command)} said:\n{first}{rest}")
+
+    return trial
 
 
 def flash(programs: Path, folder: Path) -> None:
@@ -183,14 +189,18 @@ def everything(programs: Path, folder: Path) -> None:
 
 
 FAST: Sequence[str] = ("--robot", "sim://?speed=max", "--for", "2")
+EVOLVED: Sequence[str] = ("avoid", "--population", "4", "--generations", "1", "--seconds", "1", "--out", "study")
 TRIALS: dict[str, Callable[[Path, Path], None]] = {
     "": core,
     "plot": writes("run.png", "elib", "run", "avoid", *FAST, "--plot", "run.png"),
     "record": writes("run.mcap", "elib", "record", "run.mcap", *FAST),
     "parquet": parquet,
-    "web": web,
+    "web": serves("http://127.0.0.1:", "joystick", "--no-browser"),
     "flash": flash,
     "compiled": compiled,
+    "learn": writes("study/best.toml", "elib", "evolve", *EVOLVED),
+    "foxglove": serves("ws://127.", "foxglove"),
+    "agent": serves("http://127.0.0.1:", "agent", "--http"),
     "all": everything,
 }
 """What is tried with each extra; a new extra needs its line here."""
