@@ -209,8 +209,9 @@ class Reckoning:
 
     def _stands(self, counters: tuple[int, int]) -> bool:
         """Return whether the robot was read where it stood before, and nothing was said to it since."""
-        is_as_before = not self._changes and counters == self._start.counters and self.pose is self._reckoned
-        return is_as_before and self._start.speeds == STILL and self._nominal.heading_uncertainty >= STEP
+        if self._changes or self.pose is not self._reckoned or self._nominal.heading_uncertainty < STEP:
+            return False
+        return self._start.speeds == STILL and self._start.counters == counters
 
     def _of_real_wheels(self, pose: Pose) -> Pose:
         """Return *pose* with the uncertainty that it has because no robot's wheels and axle are nominal."""
