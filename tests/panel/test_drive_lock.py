@@ -198,6 +198,27 @@ async def test_after_a_stop_a_held_stick_moves_nothing_until_it_was_let_go() -> 
     assert wheels.words == ["1 1", "stop", "1 1"]
 
 
+@pytest.mark.parametrize("is_silent_before", [False, True])
+async def test_a_stick_that_was_held_at_a_stop_moves_nothing_also_after_its_page_was_silent(is_silent_before) -> None:
+    drive, wheels = locked()
+    await hold(drive, "one", 1, 1, 0.3)
+    if is_silent_before:
+        await asyncio.sleep(1)
+    drive.stop()
+    await asyncio.sleep(1)
+    assert drive.driver == ""
+    told = len(wheels.words)
+    await hold(drive, "one", 1, 1, 0.5)
+    assert (wheels.words[told:], drive.is_latched, drive.may_move) == ([], True, False)
+    await hold(drive, "one", 0, 0, 0.1)
+    await hold(drive, "one", 1, 1, 0.3)
+    assert wheels.words[-1] == "1 1"
+    drive.leave("one")
+    drive.stop()
+    await hold(drive, "two", 0.5, 0.5, 0.3)
+    assert wheels.words[-1] == "0.5 0.5", "another hand was not on a stick"
+
+
 async def test_who_takes_over_and_says_nothing_drives_no_more() -> None:
     drive, wheels = locked()
     assert drive.take("one")
@@ -261,6 +282,9 @@ async def test_without_a_robot_nobody_drives_and_no_stop_is_repeated() -> None:
     assert drive.may_move
     drive.attach(1.1)
     wheels.failures = 0
+    await hold(drive, "one", 1, 1, 0.3)
+    assert drive.is_latched, "the stick was held at the stop, and is still"
+    await hold(drive, "one", 0, 0, 0.1)
     await hold(drive, "one", 1, 1, 0.3)
     assert wheels.words[-1] == "1.1 1.1"
 

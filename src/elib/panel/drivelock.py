@@ -34,6 +34,7 @@ class Event(enum.Enum):
     """What happens to a robot and to who drives it."""
 
     TAKE = "a page begins to drive: it steers, sends a command that moves the robot, or asks to drive"
+    TAKE_HELD = "the same, by a page whose stick was held when somebody pressed stop, and not released since"
     STICK_RELEASED = "the stick of the page that drives is back in its middle"
     STOP = "somebody presses stop"
     TAKE_OVER = "another page takes the robot from the one that drives; take follows"
@@ -82,7 +83,7 @@ _GONE = {Event.DETACH: LockState.DETACHED, Event.CLOSE: LockState.CLOSED}
 _END = dict.fromkeys((Event.TAKE_OVER, Event.LEAVE, Event.SILENCE, Event.RELEASE), LockState.FREE) | _GONE
 
 LOCK_STATES: Mapping[LockState, Mapping[Event, LockState]] = {
-    LockState.FREE: {Event.TAKE: LockState.DRIVEN, **_GONE},
+    LockState.FREE: {Event.TAKE: LockState.DRIVEN, Event.TAKE_HELD: LockState.LATCHED, **_GONE},
     LockState.DRIVEN: _END | {Event.STOP: LockState.LATCHED},
     LockState.LATCHED: _END | {Event.STICK_RELEASED: LockState.DRIVEN},
     LockState.DETACHED: {Event.ATTACH: LockState.FREE, Event.CLOSE: LockState.CLOSED},
@@ -138,6 +139,8 @@ class DriveLock:
         self._sent: Speeds | None = STANDING  # None: the wheels may have other speeds than those sent last
         self._is_due = False  # whether the target is still to be sent
         self._stops = 0  # how many were asked for: one that was sent before the newest does not confirm it
+        self._holding: set[str] = set()  # the pages whose sticks are out of their middle
+        self._held: set[str] = set()  # those of them that were so at a stop
         self._silence: asyncio.TimerHandle | None = None
         self._sending: asyncio.Task[None] | None = None
         self._stopping: asyncio.Task[None] | None = None
@@ -173,7 +176,7 @@ class DriveLock:
         if self.driver != page:
             if self.driver:
                 self._happen(Event.TAKE_OVER)
-            self._happen(Event.TAKE)
+            self._happen(Event.TAKE_HELD if page in self._held else Event.TAKE)
             self.driver = page
         self._watch_over()
         return True
@@ -186,6 +189,11 @@ class DriveLock:
         """
         stick = self._wheel("left", left), self._wheel("right", right)
         target = _near_stop(stick[0] * self.limit), _near_stop(stick[1] * self.limit)
+        if stick == STANDING:
+            self._holding.discard(page)
+            self._held.discard(page)
+        else:
+            self._holding.add(page)
         if not self.take(page):
             return False
         if stick == STANDING:
@@ -200,6 +208,7 @@ class DriveLock:
 
     def unlatch(self, page: str) -> None:
         """Let *page* move the robot again after a stop: its stick was released, or its program asks to drive."""
+        self._held.discard(page)
         if page == self.driver:
             self._happen(Event.STICK_RELEASED)
 
@@ -232,6 +241,7 @@ class DriveLock:
 
     def leave(self, page: str) -> None:
         """Note that *page* is gone or hidden, or no longer drives: if it drove, the robot stops now."""
+        self._holding.discard(page)
         if page == self.driver:
             self._happen(Event.LEAVE)
 
@@ -248,7 +258,11 @@ class DriveLock:
         """
         self.stop_count += 1
         self.on_hand("stop")
-        self._happen(Event.HALT if page and page == self.driver else Event.STOP)
+        if page and page == self.driver:
+            self._happen(Event.HALT)
+        else:
+            self._held |= self._holding
+            self._happen(Event.STOP)
 
     def halt(self) -> None:
         """Stop the wheels, past all commands that wait; the stop is repeated until the robot confirms it."""
