@@ -578,6 +578,7 @@ async def test_the_last_minute_is_looked_at_while_the_robot_drives_and_the_world
         await tab.run(f"elib.ask('add_box', {{ x: {x}, y: {y} - 0.15 }}).then(() => 0)")
         await tab.until(f"{WORLD}.things.value.box.length === {boxes + 1}")
         await tab.key("w", "KeyW", kind="keyUp")
+        await tab.until(f"{tick}.drive.left === 0")
         assert await tab.run(f"!{past} && {line}.getAttribute('aria-valuetext')") == "now"
 
         await tab.run(f"{line}.focus()")

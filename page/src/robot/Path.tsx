@@ -113,12 +113,12 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sket
     height / 2 - (y - (low + high) / 2) * scale,
   ];
   // Where the robot was nothing stands, also where nobody looked meanwhile.
-  pen.beginPath();
-  for (const point of points) pen.lineTo(...at(...point));
+  const way = new Path2D();
+  for (const point of points) way.lineTo(...at(...point));
   pen.lineJoin = pen.lineCap = "round";
   pen.lineWidth = 2 * hello.value!.body.sensor_radius * scale;
   pen.strokeStyle = ink.floor;
-  pen.stroke();
+  pen.stroke(way);
   sketch.drawOn(pen, at, scale);
   const step = stepOf(scale, 36),
     [originX, originY] = at(0, 0);
@@ -128,11 +128,9 @@ function paint(canvas: HTMLCanvasElement, points: Point[], heading: number, sket
   pen.lineWidth = 1;
   pen.strokeStyle = ink.grid;
   pen.stroke();
-  pen.beginPath();
-  for (const point of points) pen.lineTo(...at(...point));
   pen.lineWidth = 2;
   pen.strokeStyle = ink.trail;
-  pen.stroke();
+  pen.stroke(way);
   const [x, y] = at(...points[points.length - 1]),
     radius = Math.max(8, hello.value!.body.sensor_radius * scale);
   pen.beginPath();

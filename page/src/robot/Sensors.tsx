@@ -3,6 +3,7 @@ import { age, DIGITS, number } from "../look/text";
 import type { Instrument, Reading } from "../messages";
 import type { Robot } from "../store";
 import { Body } from "./Body";
+import { isOff } from "./Status";
 import "./Sensors.css";
 
 const MAX_ROWS = 5; // more values stand side by side
@@ -143,7 +144,7 @@ export function Sensors({ robot }: { robot: Robot }) {
       rad: [180 / Math.PI, "°", 0],
       T: [1e6, "µT", 1],
     };
-  if (!shown.some(({ name }) => readingOf(name).values))
+  if (isOff(robot) && !shown.some(({ name }) => readingOf(name).values))
     return <p class="hint">Nothing is read while the robot is not connected.</p>;
   return (
     <>

@@ -23,7 +23,7 @@ from elib.robot.aio import Epuck
 from elib.robot.swarms.swarm import Swarm
 
 Pace = Annotated[float, Quantity("pace", "rev/s", 0.1, 1.0, scale=1000)]
-Spacing = Annotated[float, Quantity("spacing", "m", 0.1, 0.5)]
+Spacing = Annotated[float, Quantity("spacing", "m", 0.1, 0.5, scale=1000)]
 
 ALIGNMENT, COHESION, OBSTACLES = 1.0, 0.6, 1.5
 """Weights of the three wishes. A robot that hears no one drives straight on, with weight 1."""
