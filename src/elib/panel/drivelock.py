@@ -191,14 +191,12 @@ class DriveLock:
         target = _near_stop(stick[0] * self.limit), _near_stop(stick[1] * self.limit)
         if stick == STANDING:
             self._holding.discard(page)
-            self._held.discard(page)
+            self.unlatch(page)
         else:
             self._holding.add(page)
         if not self.take(page):
             return False
-        if stick == STANDING:
-            self.unlatch(page)
-        elif self.is_latched:
+        if self.is_latched:
             return True
         if target != STANDING:
             self.on_hand("steer")
