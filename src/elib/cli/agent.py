@@ -66,6 +66,11 @@ def agent(
 
     The agent's program starts this command and speaks to it by standard input and output. Its robot is a virtual one
     unless --allow-real is given. Whatever ends the agent, its robots stop.
+
+    For example:
+        elib agent
+        elib agent sim://maze --view
+        elib agent serial:///dev/rfcomm0 --allow-real --fence 0.3
     """
     check_web()
     try:

@@ -42,7 +42,11 @@ LayoutFile = Annotated[
 ]
 RecordTo = Annotated[
     str | None,
-    Cli(name="--record", metavar="FILE.mcap", help="Record it too; of several robots, each in its own file."),
+    Cli(
+        name="--record",
+        metavar="FILE.mcap",
+        help="Record everything that happens on the link; of several robots, each in its own file.",
+    ),
 ]
 
 
@@ -58,6 +62,10 @@ def foxglove(
 
     Open the address that is printed in the app: Open connection, Foxglove WebSocket. With --layout and without a robot,
     only the layout is written.
+
+    For example:
+        elib foxglove sim://arena
+        elib foxglove replay://drive.mcap --layout robot.json
     """
     if layout is not None and not urls:
         _write_layout(layout, [""])

@@ -13,7 +13,9 @@ from elib.robot.runner import Records
 LogFile = Annotated[
     str | None, Cli(name="--log", metavar="FILE", help="Append a line for each call and its outcome to this file.")
 ]
-LogNames = Annotated[Vocabulary, Cli(name="--log-names", help="Its command names: python or 2011.")]
+LogNames = Annotated[
+    Vocabulary, Cli(name="--log-names", metavar="NAMES", help="Names of the commands in the log: python or 2011.")
+]
 RecordFile = Annotated[
     str | None, Cli(name="--record", metavar="FILE.mcap", help="Record everything that happens on the link.")
 ]
