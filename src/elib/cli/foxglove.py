@@ -15,6 +15,7 @@ from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
 from elib.base.files import write_file
 from elib.base.rules import PORT_NUMBER
+from elib.cli.serving import Robots, listening, port_option
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator import loopback
 
@@ -26,12 +27,7 @@ PORT = 8765
 GUESSED = ("ws://127.0.0.1:", "ws://[::1]:")
 """The addresses whose ports a page in a browser tries."""
 
-Robots = Annotated[str, Cli(help="sim://crowd?robots=3, serial:///dev/rfcomm0, replay://run.mcap, ...; several too.")]
-DoorPort = Annotated[
-    int | None,
-    PORT_NUMBER,
-    Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on)."),
-]
+DoorPort = Annotated[int | None, PORT_NUMBER, port_option(PORT)]
 Host = Annotated[
     str | None,
     Cli(name="--host", metavar="H", help="Address of this computer alone (default: one that no page can guess)."),
@@ -81,17 +77,12 @@ def foxglove(
         ) from None
     from elib.doors.foxglove.door import hidden_host
     from elib.doors.robots import hold_open
-    from elib.panel.server.listening import listen
 
     if host is not None:
         host, _ = loopback.address(loopback.joined(host, port or PORT))
     with contextlib.ExitStack() as stack:
-        address = listen(host or hidden_host(), port, first=PORT)
-        stack.callback(address.socket.close)
-        page = listen() if view else None
-        if page is not None:
-            stack.callback(page.socket.close)
-        stack.enter_context(contextlib.suppress(KeyboardInterrupt))
+        address = stack.enter_context(listening(host or hidden_host(), port, PORT))
+        page = stack.enter_context(listening()) if view else None
         run_coroutine(lambda: hold_open(_opened(urls, address, page, layout, record)))
 
 
