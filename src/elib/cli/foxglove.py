@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import AsyncIterator, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import quote
 
@@ -15,6 +14,7 @@ from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
 from elib.base.files import write_file
 from elib.base.rules import PORT_NUMBER
+from elib.cli.recordoptions import own_name
 from elib.cli.serving import Robots, listening, port_option
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator import loopback
@@ -100,7 +100,7 @@ async def _opened(
             _write_layout(layout, [prefix_of(key, count) for key in panel.slots])
         if record is not None:
             for key, slot in panel.slots.items():
-                slot.records.recording.start(record if count == 1 else _numbered(record, key))
+                slot.records.recording.start(record if count == 1 else own_name(record, key))
         place = f"ws://{loopback.joined(*address.socket.getsockname()[:2])}/"
         async with opened(panel, address):
             if place.startswith(GUESSED):
@@ -117,9 +117,3 @@ def _write_layout(path: str, prefixes: Sequence[str]) -> None:
     from elib.doors.foxglove.layout import layout_of
 
     write_file(path, layout_of(prefixes).encode())
-
-
-def _numbered(path: str, key: str) -> str:
-    """Return the name of one robot's recording."""
-    found = Path(path)
-    return str(found.with_name(f"{found.stem}-{key}{found.suffix}"))

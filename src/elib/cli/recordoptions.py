@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
@@ -32,3 +33,10 @@ class RecordOptions(Records):
 
 Kept = Annotated[RecordOptions, Cli(name="*")]
 NOTHING_KEPT = RecordOptions()
+
+
+def own_name(path: str, word: str) -> str:
+    """Return the file of one robot of several: ``run-WORD.mcap``."""
+    word = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in word)
+    file = Path(path)
+    return str(file.with_name(f"{file.stem}-{word}{file.suffix}"))
