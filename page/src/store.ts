@@ -1,22 +1,9 @@
 // What the page knows of the robots and their worlds, as signals, and its end of the connection: requests with their
 // answers, and what the server tells by itself.
 import { effect, signal } from "@preact/signals";
-import type {
-  Answer,
-  Answered,
-  Asked,
-  Failure,
-  Hello,
-  Line,
-  Listed,
-  Play,
-  Scheme,
-  StudyNews,
-  Summary,
-  Tick,
-  Told,
-  Update,
-} from "./messages";
+import type * as page from "./messages";
+import type { Answer, Failure, Hello, Line, Listed, Play, Scheme, StudyNews, Summary, Tick, Update } from "./messages";
+import type * as studio from "./studio/messages";
 import { World } from "./world/scene";
 
 const SILENCE = 1500; // ms without an update after which what is shown is old
@@ -34,6 +21,10 @@ export type Moment = {
 };
 /** What became of a request; null if the program did not answer. */
 export type Reply = Answer | Failure | null;
+/** What may be asked and told, on the pages of the panel and in the studio. */
+type Asked = page.Asked & studio.Asked;
+type Answered = page.Answered & studio.Answered;
+type Told = page.Told | studio.Told | Answer | Failure;
 type OfRobot<Name extends keyof Asked> = Omit<Asked[Name], "robot">;
 
 export const hello = signal<Hello | null>(null);
@@ -143,10 +134,10 @@ export function connect(by: typeof send) {
 export const hear = (message: string | ArrayBuffer) =>
   typeof message === "string" ? take(JSON.parse(message)) : takeFrame(message);
 
-/** Who is told of messages that only a part of the page knows, by their types. */
-export const others: Record<string, (message: unknown) => void> = {};
+/** Takes what only the studio is told. */
+export const onTold = { take: (_: studio.Told) => {} };
 
-function take(message: Told | Answer | Failure) {
+function take(message: Told) {
   switch (message.type) {
     case "hello":
       hello.value = message;
@@ -170,8 +161,9 @@ function take(message: Told | Answer | Failure) {
     case "readings":
       worldOf(message.channel).take(message);
       break;
-    default:
-      others[message.type]?.(message);
+    case "output":
+    case "program":
+      onTold.take(message);
   }
 }
 

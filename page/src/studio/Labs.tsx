@@ -1,42 +1,43 @@
 // Labs: what is to be done, which goals the program reaches while it runs, and what a check says of it.
 import { signal } from "@preact/signals";
-import { ArrowLeft, Check, Circle, ClipboardCheck, Download, FolderOpen, RotateCcw, X } from "lucide";
+import * as icons from "lucide";
 import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Icon } from "../look/Icon";
 import { number, save } from "../look/text";
+import { ask } from "../store";
 import { Markdown } from "./Markdown";
 import type { Judged, Lab, Report } from "./messages";
-import { borrow, name, open, save as keep, textNow } from "./programs";
-import { ask, lab, program } from "./run";
+import * as programs from "./programs";
+import { isIdle, lab, program } from "./run";
 import { loading } from "./wire";
 
-export const isOpen = signal(false);
+const ELSEWHERE = /^## Begin\n[^]*?(?=^## )/m; // what to type where elib is installed
+
+export const hasLabs = signal(false);
 const labs = signal<Lab[]>([]);
 const report = signal<Report | null>(null);
-const ELSEWHERE = /^## Begin\n[^]*?(?=^## )/m; // what to type where elib is installed
 
 function choose(chosen: Lab) {
   lab.value = chosen;
   report.value = null;
-  open(`${chosen.name}.py`, chosen.start, `Where the lab begins: ${chosen.title}`);
+  programs.open(`${chosen.name}.py`, chosen.start, "Where the lab begins");
 }
 
 async function openFolder(file: File) {
-  const bytes = new Uint8Array(await file.arrayBuffer()),
-    zip = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join("")),
-    found = await ask("open_lab_folder", { zip });
+  const found = await ask("open_lab_folder", { zip: new Uint8Array(await file.arrayBuffer()).toBase64() });
   if (!found) return;
   labs.value = [...labs.value.filter((each) => each.name !== found.name), found];
   choose(found);
 }
 
 function Choice() {
-  const file = useRef<HTMLInputElement>(null);
-  const take = (files?: FileList | null) => files?.[0] && openFolder(files[0]);
+  const file = useRef<HTMLInputElement>(null),
+    isReady = !loading.value,
+    take = (files: FileList | null | undefined) => files?.[0] && openFolder(files[0]);
   useEffect(() => {
-    if (!loading.value && !labs.value.length) ask("labs", {}).then((found) => (labs.value = found ?? []));
-  }, [loading.value]);
+    if (isReady && !labs.value.length) ask("labs", {}).then((found) => (labs.value = found ?? []));
+  }, [isReady]);
   return (
     <div
       class="stack"
@@ -44,107 +45,84 @@ function Choice() {
       onDrop={(event) => (event.preventDefault(), take(event.dataTransfer?.files))}
     >
       <h2>Labs</h2>
-      {!labs.value.length && <p class="hint">The labs come when Python is loaded.</p>}
+      {!isReady && <p class="hint">They come when Python is loaded.</p>}
       <ul class="list">
         {labs.value.map((each) => (
           <li key={each.name}>
-            <Button weight="quiet" act={() => choose(each)}>
-              {each.title}
-            </Button>
+            <Button weight="quiet" act={() => choose(each)} children={each.title} />
             <p class="hint">{each.summary}</p>
           </li>
         ))}
       </ul>
-      <Button icon={FolderOpen} disabled={Boolean(loading.value)} act={() => file.current!.click()}>
+      <Button icon={icons.FolderOpen} disabled={!isReady} act={() => file.current!.click()}>
         Open a lab folder (.zip)
       </Button>
       <input
-        ref={file}
-        {...({ type: "file", hidden: true, accept: ".zip" } as const)}
+        {...({ ref: file, type: "file", hidden: true, accept: ".zip" } as const)}
         onChange={({ currentTarget }) => take(currentTarget.files)}
       />
     </div>
   );
 }
 
-const Goal = ({ holds, children }: { holds: boolean; children: preact.ComponentChildren }) => (
-  <li class={`row ${holds ? "good" : ""}`}>
-    <Icon of={holds ? Check : Circle} size={16} />
-    <span class="fill">{children}</span>
-    {holds && <span class="small">reached</span>}
-  </li>
+const Mark = ({ is, no = icons.Circle }: { is: boolean; no?: icons.IconNode }) => (
+  <Icon of={is ? icons.Check : no} size={16} />
 );
 
-/** One variant: a hidden one says nothing but whether the program passes. */
-const Variant = ({ name, is_hidden, passed, goals, ending, why, time }: Judged) => (
+/** One variant: of a hidden one, no goals are named. */
+const Variant = ({ name, passed, goals, ending, why, time }: Judged) => (
   <li>
     <p class={`row ${passed ? "good" : "bad"}`}>
-      <Icon of={passed ? Check : X} size={16} />
+      <Mark is={passed} no={icons.X} />
       <b class="fill">{name}</b>
-      <span class="small">{`${passed ? "passes" : "does not pass"}, ${ending || "ended"} after ${number(time, 1)} s`}</span>
+      <span class="small">{`${passed ? "passes" : "does not pass"}; ${ending} after ${number(time, 1)} s`}</span>
     </p>
-    {!passed && why && <p>{why}</p>}
-    {!passed && !is_hidden && goals.map((each) => <p class={each.holds ? "hint" : "warn"}>{each.text}</p>)}
+    {[why, ...goals.flatMap(({ holds, text }) => (holds ? [] : text))].map((text) => text && <p>{text}</p>)}
   </li>
 );
 
 function Chosen({ chosen }: { chosen: Lab }) {
-  const told = program.value.goals,
-    found = report.value;
+  const reached = program.value.goals.filter(({ holds }) => holds).map(({ name }) => name),
+    { variants, points, most, file } = report.value ?? { variants: [], points: 0, most: 0, file: "" },
+    resultName = programs.name.value.replace(/(\.py)?$/, "-result.json");
   const check = async () => {
-    keep(true);
+    programs.save(true);
     report.value = null;
-    report.value = (await ask("check_lab", { lab: chosen.name, text: textNow() })) ?? null;
+    report.value = (await ask("check_lab", { lab: chosen.name, text: programs.textNow() })) ?? null;
   };
   return (
     <div class="stack">
       <div class="row">
-        <Button weight="quiet" icon={ArrowLeft} label="All labs" act={() => (lab.value = null)} />
+        <Button weight="quiet" icon={icons.ArrowLeft} label="All labs" act={() => (lab.value = null)} />
         <h2 class="fill">{chosen.title}</h2>
         <Button
-          weight="quiet"
-          icon={RotateCcw}
-          label="Begin again: opens the first program, and yours is kept"
-          act={() => borrow(`${chosen.name}.py`, chosen.start, "Where the lab begins")}
+          {...({ weight: "quiet", icon: icons.RotateCcw, label: "Begin again; your program is kept" } as const)}
+          act={() => programs.borrow(`${chosen.name}.py`, chosen.start, "Where the lab begins")}
         />
       </div>
       <ul class="goals list" aria-label="goals">
-        {chosen.goals.map((goal) => (
-          <Goal key={goal.name} holds={told.find((each) => each.name === goal.name)?.holds ?? false}>
-            {goal.sentence}
-          </Goal>
+        {chosen.goals.map(({ name, sentence }) => (
+          <li key={name} class={`row ${reached.includes(name) ? "good" : ""}`}>
+            <Mark is={reached.includes(name)} />
+            <span class="fill">{sentence}</span>
+            {reached.includes(name) && <span class="small">reached</span>}
+          </li>
         ))}
       </ul>
       <div class="row wrap">
-        <Button
-          weight="primary"
-          icon={ClipboardCheck}
-          disabled={program.value.state !== "idle" || Boolean(loading.value)}
-          act={check}
-        >
+        <Button weight="primary" icon={icons.ClipboardCheck} disabled={!isIdle() || !!loading.value} act={check}>
           Check
         </Button>
-        {found && (
-          <>
-            <b role="status" class={found.points === found.most ? "good" : ""}>
-              {number(found.points)} of {number(found.most)} points
-            </b>
-            <Button
-              icon={Download}
-              act={() => save(new Blob([found.file]), name.value.replace(/(\.py)?$/, "-result.json"))}
-            >
-              Save result file
-            </Button>
-          </>
+        {report.value && <b role="status">{`${number(points)} of ${number(most)} points`}</b>}
+        {report.value && (
+          <Button icon={icons.Download} act={() => save(new Blob([file]), resultName)} children="Save result file" />
         )}
       </div>
-      {found && (
-        <ul class="list">
-          {found.variants.map((each) => (
-            <Variant key={each.name} {...each} />
-          ))}
-        </ul>
-      )}
+      <ul class="list">
+        {variants.map((each) => (
+          <Variant key={each.name} {...each} />
+        ))}
+      </ul>
       <Markdown text={chosen.text.replace(ELSEWHERE, "")} />
     </div>
   );
@@ -152,6 +130,6 @@ function Chosen({ chosen }: { chosen: Lab }) {
 
 export const Labs = () => (
   <aside class="labs card" aria-label="labs">
-    {lab.value ? <Chosen chosen={lab.value} /> : <Choice />}
+    {lab.value ? <Chosen key={lab.value.name} chosen={lab.value} /> : <Choice />}
   </aside>
 );

@@ -1,17 +1,17 @@
 // Instructions of labs: the part of Markdown that they use, made into elements and text, never into HTML.
 import type { ComponentChild } from "preact";
 
-const SPAN = /`([^`]+)`|\*\*(.+?)\*\*|\*([^*\s][^*]*)\*|!?\[([^\]]*)\]\(([^)\s]*)\)/g;
+const BLOCK = /```[^]*?\n```|(?:.+(?:\n(?!```)|$))+/g;
+const SPAN = /`([^`]+)`|\*\*(.+?)\*\*|!?\[([^\]]*)\]\(([^)\s]*)\)/g;
 
-/** What stands in a line: code, words that are bold or slanted, and links; pictures are left out. */
+/** What stands in a line: code, bold words and links; pictures are left out. */
 function spans(text: string) {
   const found: ComponentChild[] = [];
   let at = 0;
-  for (const { 0: whole, 1: code, 2: bold, 3: slanted, 4: words, 5: to, index } of text.matchAll(SPAN)) {
+  for (const { 0: whole, 1: code, 2: bold, 3: words, 4: to, index } of text.matchAll(SPAN)) {
     found.push(text.slice(at, index));
     if (code) found.push(<code>{code}</code>);
     else if (bold) found.push(<b>{spans(bold)}</b>);
-    else if (slanted) found.push(<i>{slanted}</i>);
     else if (/^https?:/.test(to)) found.push(<a {...{ href: to, target: "_blank", rel: "noreferrer" }}>{words}</a>);
     else if (!whole.startsWith("!")) found.push(words);
     at = index + whole.length;
@@ -19,39 +19,31 @@ function spans(text: string) {
   return [...found, text.slice(at)];
 }
 
-const cells = (line: string) => line.replace(/^\||\|$/g, "").split("|");
-
 /** The items of a list, each with its further lines. */
 const items = (text: string) =>
   text.split(/\n(?=[-*] |\d+\. )/).map((item) => <li>{spans(item.replace(/^\S+ /, ""))}</li>);
 
-function block(text: string) {
-  const [, marks, heading] = /^(#+) (.*)/.exec(text) ?? [];
-  if (marks) return marks.length === 1 ? null : <h3>{spans(heading)}</h3>;
-  if (text.startsWith("```")) return <pre class="well">{text.replace(/^```.*\n|\n```$/g, "")}</pre>;
-  if (/^[-*] /.test(text)) return <ul>{items(text)}</ul>;
-  if (/^\d+\. /.test(text)) return <ol>{items(text)}</ol>;
-  if (!text.startsWith("|")) return <p>{spans(text)}</p>;
-  const [head, , ...rows] = text.split("\n");
+function row(line: string, k: number) {
+  const Cell = k ? "td" : "th",
+    cells = line.replace(/^\||\|$/g, "").split("|");
   return (
-    <table>
+    k !== 1 && (
       <tr>
-        {cells(head).map((cell) => (
-          <th>{spans(cell)}</th>
+        {cells.map((cell) => (
+          <Cell>{spans(cell.trim())}</Cell>
         ))}
       </tr>
-      {rows.map((row) => (
-        <tr>
-          {cells(row).map((cell) => (
-            <td>{spans(cell)}</td>
-          ))}
-        </tr>
-      ))}
-    </table>
-  );
+    )
+  ); // the second draws a line
 }
 
-/** The title is left out: it stands above already. */
-export const Markdown = ({ text }: { text: string }) => (
-  <>{text.match(/```[^]*?\n```|(?:.+(?:\n(?!\n|```)|$))+/gm)?.map((each) => block(each.trim()))}</>
-);
+function block(text: string) {
+  if (text.startsWith("# ")) return null; // the title stands above already
+  if (text.startsWith("#")) return <h3>{spans(text.replace(/^#+ /, ""))}</h3>;
+  if (text.startsWith("```")) return <pre class="well">{text.replace(/^```.*\n|\n```$/g, "")}</pre>;
+  if (text.startsWith("|")) return <table>{text.split("\n").map(row)}</table>;
+  if (/^[-*] /.test(text)) return <ul>{items(text)}</ul>;
+  return /^\d+\. /.test(text) ? <ol>{items(text)}</ol> : <p>{spans(text)}</p>;
+}
+
+export const Markdown = ({ text }: { text: string }) => <>{text.match(BLOCK)?.map((each) => block(each.trim()))}</>;

@@ -1,5 +1,5 @@
 // The programs: the one that is open by its name, and what is done with them.
-import { ChevronDown, Download, FilePlus, FolderOpen, Link, Trash2 } from "lucide";
+import * as icons from "lucide";
 import { useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
@@ -14,7 +14,7 @@ async function copyLink() {
   const link = await programs.link();
   if (link.length > programs.LONGEST_LINK) return toast("The program is too long for a link: save it as a file.");
   await navigator.clipboard.writeText(link);
-  toast("The link is copied. Whoever opens it reads the program, and may run it.");
+  toast("The link is copied. Whoever opens it sees the program, and may run it.");
 }
 
 async function forget() {
@@ -25,70 +25,48 @@ async function forget() {
 export function ProgramMenu() {
   const file = useRef<HTMLInputElement>(null),
     name = programs.name.value,
-    { samples } = known.value,
-    others = programs.names.value.filter((each) => each !== name);
+    { samples } = known.value;
+  const tool = (icon: icons.IconNode, text: string, act: () => unknown) => (
+    <Button weight="quiet" {...{ icon, act }} children={text} />
+  );
+  const list = (first: string, choices: [name: string, text: string][], choose: (name: string) => unknown) => (
+    <Select
+      {...{ "aria-label": first, value: "", disabled: !choices.length }}
+      choices={[["", `${first} …`], ...choices]}
+      choose={(chosen) => chosen && choose(chosen)}
+    />
+  );
   const borrow = (chosen: string) => {
-    const found = samples.find((each) => each.name === chosen);
-    if (found) programs.borrow(found.name, found.text, `A sample: ${found.about}`);
+    const { text, about } = samples.find((each) => each.name === chosen)!;
+    programs.borrow(chosen, text, `A sample: ${about}`);
   };
   return (
-    <div class="row">
+    <>
       <input
-        class="name"
-        aria-label="name of the program"
-        spellcheck={false}
-        maxLength={64}
-        value={name}
-        onChange={({ currentTarget }) => (
-          programs.rename(currentTarget.value),
-          (currentTarget.value = programs.name.value)
-        )}
+        {...{ class: "name", "aria-label": "name of the program", spellcheck: false, maxLength: 60, value: name }}
+        onChange={({ currentTarget: field }) => (programs.rename(field.value), (field.value = programs.name.value))}
       />
-      <Menu icon={ChevronDown} text="Programs">
-        <Button weight="quiet" icon={FilePlus} act={programs.begin}>
-          New program
-        </Button>
-        {others.length > 0 && (
-          <Select
-            aria-label="another program of this browser"
-            value=""
-            choices={[["", "Open …"], ...others.map((each) => [each, each] as const)]}
-            choose={(chosen) => chosen && programs.open(chosen, "")}
-          />
+      <Menu icon={icons.ChevronDown} text="Programs">
+        {tool(icons.FilePlus, "New", programs.begin)}
+        {list(
+          "Open another",
+          programs.names.value.map((each) => [each, each]),
+          programs.open,
         )}
-        <Select
-          aria-label="a sample"
-          value=""
-          choices={[
-            ["", "Open a sample …"],
-            ...samples.map((each) => [each.name, `${each.name.slice(3, -3)}: ${each.about}`] as const),
-          ]}
-          choose={borrow}
-        />
-        <Button weight="quiet" icon={FolderOpen} act={() => file.current!.click()}>
-          Open a file
-        </Button>
-        <Button
-          weight="quiet"
-          icon={Download}
-          act={() => save(new Blob([programs.textNow()], { type: "text/x-python" }), name)}
-        >
-          Save as a file
-        </Button>
-        <Button weight="quiet" icon={Link} act={copyLink}>
-          Copy a link to this program
-        </Button>
-        <Button weight="quiet" icon={Trash2} disabled={!programs.names.value.includes(name)} act={forget}>
-          Delete
-        </Button>
+        {list(
+          "Open a sample",
+          samples.map((each) => [each.name, `${each.name}: ${each.about}`]),
+          borrow,
+        )}
+        {tool(icons.FolderOpen, "Open a file", () => file.current!.click())}
+        {tool(icons.Download, "Save as a file", () => save(new Blob([programs.textNow()]), name))}
+        {tool(icons.Link, "Copy a link to it", copyLink)}
+        {tool(icons.Trash2, "Delete", forget)}
       </Menu>
       <input
-        ref={file}
-        type="file"
-        hidden
-        accept=".py,text/x-python,text/plain"
+        {...({ ref: file, type: "file", hidden: true, accept: ".py" } as const)}
         onChange={({ currentTarget: { files } }) => files?.[0] && programs.openFile(files[0])}
       />
-    </div>
+    </>
   );
 }

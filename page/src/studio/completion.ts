@@ -9,6 +9,7 @@ import { known, type Known } from "./known";
 const MODULES = "elib elib.behaviours elib.lab elib.learn elib.testing asyncio math random statistics time".split(" ");
 /** How a program says that a name is a robot: it has the type, or comes from what opens one. */
 const IS_ROBOT = /\b(\w+)(?:\s*:\s*(?:elib\.)?\w*Epuck\b|\s*=\s*(?:await\s+)?elib\.\w+\()|\bas\s+(\w+)\s*:/g;
+const LOOK_BACK = 80; // letters before a name
 
 /** What is known of the names behind a dot, as in `robot.stop` and `elib.connect`. */
 function namesOf(owner: string, state: EditorState) {
@@ -17,23 +18,26 @@ function namesOf(owner: string, state: EditorState) {
   return ["robot", "begin", ...robots].includes(owner) ? known.value.robot : [];
 }
 
-/** What is known of the name at the end of a text such as "if robot.stop". */
-function meantBy(text: string, state: EditorState) {
-  const [, owner, name] = /(\w+)\.(\w+)$/.exec(text) ?? [];
+/** What is known of the name that ends at a place. */
+function namedAt(end: number, state: EditorState) {
+  const [, owner, name] = /(\w+)\.(\w+)$/.exec(state.sliceDoc(Math.max(0, end - LOOK_BACK), end)) ?? [];
   return owner ? namesOf(owner, state).find((each) => each.name === name) : undefined;
 }
 
 /** What is known, as elements that hold only text. */
 function explained({ signature, about, arguments: given, example }: Known) {
-  const box = document.createElement("div"),
-    add = (tag: string, text: string) => box.append(Object.assign(document.createElement(tag), { textContent: text }));
-  box.className = "known";
+  const box = Object.assign(document.createElement("div"), { className: "known" }),
+    add = (tag: string, textContent: string) => box.append(Object.assign(document.createElement(tag), { textContent }));
   add("code", signature);
-  add("p", about);
-  for (const [name, rule] of given) add("p", `${name}: ${rule}`);
+  for (const text of [about, ...given.map((each) => each.join(": "))]) add("p", text);
   if (example) add("pre", example);
   return box;
 }
+
+const tooltip = (pos: number, each: Known): Tooltip => ({
+  ...{ pos, above: true },
+  create: () => ({ dom: explained(each) }),
+});
 
 function optionOf(each: Known): Completion {
   const { name: label, signature } = each,
@@ -45,46 +49,38 @@ function optionOf(each: Known): Completion {
 
 function complete(context: CompletionContext) {
   const line = context.matchBefore(/^\s*(from|import)\b.*/)?.text,
-    word = context.matchBefore(/\w+/),
     owner = context.matchBefore(/\w+\.\w*/)?.text.split(".")[0],
-    from = word?.from ?? context.pos;
-  if (line && /\selib\s+import\b/.test(line)) {
-    const options = known.value.elib.map(({ name, about }) => ({ label: name, info: about }));
-    return { from, options, validFor: /^\w*$/ };
-  }
-  if (line)
-    return {
-      from: context.matchBefore(/[\w.]+/)?.from ?? from,
-      options: MODULES.map((label) => ({ label, type: "namespace" })),
-      validFor: /^[\w.]*$/,
-    };
-  return owner ? { from, options: namesOf(owner, context.state).map(optionOf), validFor: /^\w*$/ } : null;
+    isModule = line && !/\selib\s+import\b/.test(line),
+    from = context.matchBefore(isModule ? /[\w.]+/ : /\w+/)?.from ?? context.pos,
+    names = line ? known.value.elib.map(({ name }) => name) : [];
+  if (!line && !owner) return null;
+  const options = line
+    ? (isModule ? MODULES : names).map((label) => ({ label }))
+    : namesOf(owner!, context.state).map(optionOf);
+  return { from, options, validFor: isModule ? /^[\w.]*$/ : /^\w*$/ };
 }
 
-/** The innermost call around the cursor, if what it calls is known. */
-function callAt(state: EditorState): Tooltip | null {
+/** What the innermost call around the cursor takes, if what it calls is known. */
+function callAt(state: EditorState) {
   const at = state.selection.main.head;
-  for (let node = syntaxTree(state).resolveInner(at, -1); node.parent; node = node.parent) {
-    if (node.name !== "ArgList" || at === node.from) continue;
-    if (at === node.to && state.sliceDoc(at - 1, at) === ")") continue;
-    const found = meantBy(state.sliceDoc(Math.max(0, node.from - 80), node.from), state),
-      start = node.from;
-    return found ? { pos: start, above: true, create: () => ({ dom: explained({ ...found, example: "" }) }) } : null;
-  }
-  return null;
+  let node = syntaxTree(state).resolveInner(at, -1);
+  const isAround = () =>
+    node.name === "ArgList" && at > node.from && !(at === node.to && state.sliceDoc(at - 1, at) === ")");
+  while (node.parent && !isAround()) node = node.parent;
+  const found = node.parent && namedAt(node.from, state);
+  return found ? tooltip(node.from, { ...found, example: "" }) : null;
 }
 
 export const help = [
   pythonLanguage.data.of({ autocomplete: complete }),
-  hoverTooltip((view, at) => {
-    const word = view.state.wordAt(at),
-      found = word && meantBy(view.state.sliceDoc(Math.max(0, word.from - 80), word.to), view.state);
-    return found ? { pos: word.from, end: word.to, above: true, create: () => ({ dom: explained(found) }) } : null;
+  hoverTooltip(({ state }, at) => {
+    const word = state.wordAt(at),
+      found = word && namedAt(word.to, state);
+    return found ? tooltip(word.from, found) : null;
   }),
   StateField.define<Tooltip | null>({
     create: () => null,
-    update: (shown, { docChanged, selection, state }) =>
-      docChanged || (selection && shown) ? callAt(state) : shown && !selection ? shown : null,
+    update: (shown, { docChanged, selection, state }) => (docChanged || (selection && shown) ? callAt(state) : shown),
     provide: (field) => showTooltip.from(field),
   }),
 ];

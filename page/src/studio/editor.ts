@@ -4,232 +4,143 @@ import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirro
 import { python } from "@codemirror/lang-python";
 import { bracketMatching, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
 import { searchKeymap } from "@codemirror/search";
-import { EditorState, RangeSet, StateEffect, StateField, type Extension } from "@codemirror/state";
-import {
-  Decoration,
-  drawSelection,
-  EditorView,
-  gutter,
-  GutterMarker,
-  highlightActiveLine,
-  keymap,
-  lineNumbers,
-  WidgetType,
-  type DecorationSet,
-} from "@codemirror/view";
+import { EditorState, RangeSet, StateEffect, StateField } from "@codemirror/state";
+import * as view from "@codemirror/view";
+import { effect } from "@preact/signals";
 import { colours, look } from "../look/codeMirror";
 import { help } from "./completion";
-import type { Mistake, Program } from "./messages";
+import type { Program } from "./messages";
+import { edit, opened } from "./programs";
+import { breakpoints, program, shownLine } from "./run";
 
-const lookToWriteIn = EditorView.theme({
-  ".cm-cursor": { borderLeftColor: "var(--ink)", borderLeftWidth: "2px" },
-  "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": {
-    background: "var(--tint)",
-  },
+const LABEL = "program; Tab indents, Escape and then Tab leaves the editor";
+const POINT = ".cm-breakpoints .cm-gutterElement";
+const NOTE = { display: "block", padding: "4px 0 6px", color: "var(--bad)", font: "var(--small)/1.45 var(--font)" };
+
+const lookToWriteIn = view.EditorView.theme({
+  ".cm-cursor": { borderLeft: "2px solid var(--ink)" },
+  "&.cm-focused .cm-selectionBackground, .cm-selectionBackground": { background: "var(--tint) !important" },
   ".cm-activeLine": { background: "color-mix(in srgb, var(--hover) 55%, transparent)" },
-  ".cm-breakpoints .cm-gutterElement": { width: "18px", cursor: "pointer" },
-  ".cm-breakpoints .cm-gutterElement > span, .cm-breakpoints .cm-gutterElement:hover::after": {
-    display: "block",
-    width: "10px",
-    height: "10px",
-    margin: "5px 4px",
-    borderRadius: "50%",
-    background: "var(--bad)",
-    content: "''",
-  },
-  ".cm-breakpoints .cm-gutterElement:hover::after": { opacity: "0.35" },
-  ".cm-breakpoints .cm-gutterElement:has(span):hover::after": { display: "none" },
+  [POINT]: { width: "18px", cursor: "pointer", color: "var(--bad)", textAlign: "center" },
+  [`${POINT}:not(:has(span)):hover::after`]: { content: "'●'", opacity: "0.35" },
   ".cm-runs": { background: "var(--tint)" },
   ".cm-paused": { background: "var(--tint)", boxShadow: "inset 3px 0 var(--accent)" },
   ".cm-wrong": { background: "var(--bad-tint)", boxShadow: "inset 3px 0 var(--bad)" },
-  ".cm-mistake": {
-    padding: "6px 12px 8px",
-    background: "var(--bad-tint)",
-    boxShadow: "inset 3px 0 var(--bad)",
-    color: "var(--ink)",
-    font: "var(--small)/1.45 var(--font)",
-    whiteSpace: "pre-wrap",
-  },
-  ".cm-mistake b": { color: "var(--bad)" },
-  ".cm-tooltip": {
-    maxWidth: "min(460px, 92vw)",
-    border: "1px solid var(--line)",
-    borderRadius: "var(--round)",
-    background: "var(--card)",
-    boxShadow: "var(--lifted)",
-    color: "var(--ink)",
-  },
-  ".cm-tooltip .known": { padding: "6px 10px", font: "var(--small)/1.45 var(--font)", maxWidth: "440px" },
-  ".known > *": { margin: "0 0 3px" },
-  ".known :is(code, pre)": { fontFamily: "var(--mono)", whiteSpace: "pre-wrap" },
-  ".known > pre": { color: "var(--faint)" },
+  ".cm-wrong::after": { ...NOTE, content: "attr(data-note)", whiteSpace: "pre-wrap" },
+  ".cm-tooltip": { border: "1px solid var(--line)", background: "var(--card)", boxShadow: "var(--lifted)" },
+  ".cm-tooltip, .cm-panels": { background: "var(--card)", color: "var(--ink)" },
+  ".cm-tooltip .known": { padding: "6px 10px", maxWidth: "min(440px, 90vw)", font: "var(--small)/1.45 var(--font)" },
+  ".known > *": { margin: "0 0 3px", whiteSpace: "pre-wrap" },
+  ".known > :is(code, pre)": { fontFamily: "var(--mono)" },
   ".cm-tooltip-autocomplete > ul > li[aria-selected]": { background: "var(--accent)", color: "var(--on-accent)" },
-  ".cm-panels": { background: "var(--card)", color: "var(--ink)" },
-  ".cm-matchingBracket": { background: "var(--tint)", outline: "1px solid var(--control)" },
 });
 
-// -- breakpoints --
-
-const toggle = StateEffect.define<number>({ map: (at, changes) => changes.mapPos(at) });
-
-const dot = new (class extends GutterMarker {
-  toDOM() {
-    return document.createElement("span");
-  }
+/** At each line with a breakpoint. */
+const point = new (class extends view.GutterMarker {
+  toDOM = () => Object.assign(document.createElement("span"), { textContent: "●" });
 })();
-
-const breakpoints = StateField.define<RangeSet<GutterMarker>>({
+const toggle = StateEffect.define<number>({ map: (at, changes) => changes.mapPos(at) });
+const points = StateField.define<RangeSet<view.GutterMarker>>({
   create: () => RangeSet.empty,
-  update(dots, { changes, effects, state }) {
-    let found = dots.map(changes);
-    for (const effect of effects) {
-      if (!effect.is(toggle)) continue;
-      let isThere = false;
-      found.between(effect.value, effect.value, () => void (isThere = true));
-      found = found.update(
-        isThere
-          ? { filter: (from) => from !== effect.value }
-          : { add: [dot.range(state.doc.lineAt(effect.value).from)] },
-      );
-    }
-    return found;
-  },
+  update: (old, { changes, effects, state }) =>
+    effects.reduce((found, each) => {
+      if (!each.is(toggle)) return found;
+      const at = state.doc.lineAt(each.value).from,
+        others = found.update({ filter: (from) => from !== at });
+      return others.size < found.size ? others : found.update({ add: [point.range(at)] });
+    }, old.map(changes)),
 });
 
-/** The lines with a breakpoint. */
 function linesOf(state: EditorState) {
-  const found = new Set<number>();
-  for (let cursor = state.field(breakpoints).iter(); cursor.value; cursor.next())
-    found.add(state.doc.lineAt(cursor.from).number);
-  return [...found];
+  const lines = new Set<number>();
+  state.field(points).between(0, state.doc.length, (from) => void lines.add(state.doc.lineAt(from).number));
+  return [...lines];
 }
 
-const flip = (view: EditorView, at: number) => {
-  view.dispatch({ effects: toggle.of(view.state.doc.lineAt(at).from) });
+const flip = ({ dispatch, state }: view.EditorView, { from }: { from: number }) => {
+  dispatch({ effects: toggle.of(state.doc.lineAt(from).from) });
   return true;
 };
 
-// -- the line that runs, and the one that is wrong --
-
+/** The line that runs, where the program is paused, or that is wrong until it is changed. */
 const show = StateEffect.define<Program>();
-
-class Explained extends WidgetType {
-  constructor(private readonly mistake: Mistake) {
-    super();
-  }
-
-  override eq(other: Explained) {
-    return other.mistake === this.mistake;
-  }
-
-  toDOM() {
-    const box = document.createElement("div"),
-      { kind, message, hint } = this.mistake,
-      add = (tag: string, text: string) =>
-        box.append(Object.assign(document.createElement(tag), { textContent: text }));
-    box.className = "cm-mistake";
-    box.role = "alert";
-    add("b", kind);
-    add("span", message && `: ${message}`);
-    if (hint) add("div", `What to try: ${hint}`);
-    return box;
-  }
-}
-
-const lit = StateField.define<DecorationSet>({
-  create: () => Decoration.none,
-  update(shown, { changes, effects, state, startState: { doc } }) {
-    const found = effects.find((effect) => effect.is(show))?.value as Program | undefined,
-      isMended = (from: number) => changes.touchesRange(from, doc.lineAt(from).to);
-    if (!found) return shown.update({ filter: (from) => !isMended(from) }).map(changes);
-    const { state: how, line, mistake } = found,
-      wanted = how === "idle" ? mistake?.line : line;
-    if (!wanted || wanted > state.doc.lines) return Decoration.none;
-    const { from, to } = state.doc.line(wanted),
-      name = how === "idle" ? "cm-wrong" : how === "paused" ? "cm-paused" : "cm-runs",
-      lines = [Decoration.line({ class: name }).range(from)];
-    if (how === "idle" && mistake)
-      lines.push(Decoration.widget({ widget: new Explained(mistake), block: true, side: 1 }).range(to));
-    return Decoration.set(lines);
+const lit = StateField.define<view.DecorationSet>({
+  create: () => view.Decoration.none,
+  update(old, { changes, effects, state, startState: { doc } }) {
+    const told = effects.find((each) => each.is(show))?.value as Program | undefined;
+    if (!told) return old.update({ filter: (at) => !changes.touchesRange(at, doc.lineAt(at).to) }).map(changes);
+    const { line, mistake } = told,
+      wanted = line ?? mistake?.line ?? 0;
+    if (wanted < 1 || wanted > state.doc.lines) return view.Decoration.none;
+    const note = mistake
+        ? `${mistake.kind}: ${mistake.message}${mistake.hint && `\nWhat to try: ${mistake.hint}`}`
+        : "",
+      kind = { running: "cm-runs", paused: "cm-paused", idle: "cm-wrong" }[told.state],
+      spec = { class: kind, attributes: { "data-note": note } };
+    return view.Decoration.set(view.Decoration.line(spec).range(state.doc.line(wanted).from));
   },
-  provide: (field) => EditorView.decorations.from(field),
+  provide: (field) => view.EditorView.decorations.from(field),
 });
 
-// -- the editor --
+const click = { domEventHandlers: { mousedown: flip } };
+const extensions = [
+  points,
+  view.gutter({
+    class: "cm-breakpoints",
+    markers: ({ state }) => state.field(points),
+    initialSpacer: () => point,
+    ...click,
+  }),
+  view.lineNumbers(click),
+  lit,
+  history(),
+  view.drawSelection(),
+  view.highlightActiveLine(),
+  view.EditorView.lineWrapping,
+  view.EditorView.contentAttributes.of({ "aria-label": LABEL }),
+  indentOnInput(),
+  indentUnit.of("    "),
+  bracketMatching(),
+  closeBrackets(),
+  autocompletion({ icons: false }),
+  view.keymap.of([
+    { key: "F9", run: (editor) => flip(editor, editor.state.selection.main) },
+    ...[closeBracketsKeymap, completionKeymap, searchKeymap, historyKeymap, [indentWithTab], defaultKeymap].flat(),
+  ]),
+  view.EditorView.updateListener.of(({ docChanged, startState, state }) => {
+    if (docChanged) edit(state.doc.toString());
+    if (startState.field(points, false) !== state.field(points)) breakpoints.value = linesOf(state);
+  }),
+  python(),
+  help,
+  syntaxHighlighting(colours),
+  look,
+  lookToWriteIn,
+];
 
-export type Told = { edit: (text: string) => void; points: (lines: number[]) => void };
-
-export class Editor {
-  private readonly view: EditorView;
-  private readonly extensions: Extension;
-
-  constructor(root: ShadowRoot, label: string, told: Told) {
-    this.extensions = [
-      breakpoints,
-      gutter({
-        class: "cm-breakpoints",
-        markers: (view) => view.state.field(breakpoints),
-        initialSpacer: () => dot,
-        domEventHandlers: { mousedown: (view, { from }) => flip(view, from) },
-      }),
-      lineNumbers({ domEventHandlers: { mousedown: (view, { from }) => flip(view, from) } }),
-      lit,
-      history(),
-      drawSelection(),
-      indentOnInput(),
-      indentUnit.of("    "),
-      bracketMatching(),
-      closeBrackets(),
-      autocompletion({ icons: false }),
-      highlightActiveLine(),
-      keymap.of([
-        { key: "F9", run: (view) => flip(view, view.state.selection.main.head) },
-        ...closeBracketsKeymap,
-        ...completionKeymap,
-        ...searchKeymap,
-        ...historyKeymap,
-        indentWithTab,
-        ...defaultKeymap,
-      ]),
-      EditorView.contentAttributes.of({ "aria-label": label, spellcheck: "false" }),
-      EditorView.updateListener.of(({ docChanged, startState, state }) => {
-        if (docChanged) told.edit(state.doc.toString());
-        if (startState.field(breakpoints, false) !== state.field(breakpoints)) told.points(linesOf(state));
-      }),
-      python(),
-      help,
-      syntaxHighlighting(colours),
-      look,
-      lookToWriteIn,
-    ];
-    this.view = new EditorView({ root, parent: root });
-  }
-
-  /** Show another program: what was undone and where it pauses belong to the one before. */
-  open(doc: string) {
-    this.view.setState(EditorState.create({ doc, extensions: this.extensions }));
-  }
-
-  /** Show how the program stands; where it paused or went wrong is brought into view. */
-  show(program: Program) {
-    const line = program.state === "running" ? null : (program.line ?? program.mistake?.line);
-    this.view.dispatch({ effects: show.of(program) });
-    if (line) this.lookAt(line);
-  }
-
-  lookAt(line: number, isChosen = false) {
-    const { doc } = this.view.state,
-      { from } = doc.line(Math.max(1, Math.min(line, doc.lines)));
-    if (isChosen) this.view.dispatch({ selection: { anchor: from } });
-    this.view.dispatch({ effects: EditorView.scrollIntoView(from, { y: "nearest", yMargin: 60 }) });
-    if (isChosen) this.view.focus();
-  }
-
-  focus() {
-    this.view.focus();
-  }
-
-  close() {
-    this.view.destroy();
-  }
+/** Let a person write the program that is open, in a box; it follows how the program stands. */
+export function editIn(box: HTMLElement) {
+  const root = box.attachShadow({ mode: "open" }),
+    editor = new view.EditorView({ root, parent: root });
+  const lookAt = (line: number) => {
+    const at = editor.state.doc.line(Math.max(1, Math.min(line, editor.state.doc.lines))).from;
+    editor.dispatch({ effects: view.EditorView.scrollIntoView(at, { yMargin: 60 }) });
+    return at;
+  };
+  // What was undone and where it pauses belong to the program that was open before.
+  effect(() => {
+    editor.setState(EditorState.create({ doc: opened.value.text, extensions }));
+    breakpoints.value = [];
+  });
+  effect(() => {
+    const { state, line, mistake } = program.value,
+      at = state === "running" ? null : (line ?? mistake?.line);
+    editor.dispatch({ effects: show.of(program.value) });
+    if (at) lookAt(at);
+  });
+  effect(() => {
+    if (!shownLine.value) return;
+    editor.dispatch({ selection: { anchor: lookAt(shownLine.value.line) } });
+    editor.focus();
+  });
 }

@@ -5,7 +5,7 @@ import { toast } from "../store";
 const KEPT = "elib-program:"; // before the name, in the browser's storage
 const LAST = "elib-last-program";
 const PAUSE = 300; // ms after a key until the program is saved
-const LONGEST = 200_000; // letters of a program that is opened
+const LONGEST = 200_000; // letters of a program that is opened: a short link could become any length
 export const LONGEST_LINK = 30_000; // letters; programs that pass messages on cut longer ones
 const FULL = "Not saved: the browser's storage is full. Delete a program, or save this one as a file.";
 const FIRST = `import elib
@@ -18,48 +18,29 @@ with elib.connect("sim://arena") as robot:
     print("There is something in front of me.")
 `;
 
-type Opened = { name: string; text: string };
-
 const stored = (name: string) => localStorage.getItem(KEPT + name);
-
-/** Where the program is from if it is not one's own: it is kept only when it is changed or run, under a free name. */
-const borrowed = signal("");
-/** The program as it was opened; what stands in the editor since then is `text`. */
-export const opened = signal<Opened>(first());
-export const name = signal(opened.value.name);
-export const names = signal(listed());
-export const unsaved = signal(""); // why the program cannot be kept
-export const note = computed(() => unsaved.value || borrowed.value || "Saved in this browser");
-let text = opened.value.text;
-let isChanged = false;
-let timer = 0;
-
-function first(): Opened {
-  const last = localStorage.getItem(LAST) ?? "",
-    found = stored(last);
-  if (found !== null) return { name: last, text: found };
-  borrowed.value = "A first program";
-  return { name: "program.py", text: FIRST };
-}
-
-function listed() {
-  const all = Object.keys(localStorage).filter((key) => key.startsWith(KEPT));
-  return all.map((key) => key.slice(KEPT.length)).sort();
-}
+const listed = () => Object.keys(localStorage).flatMap((key) => (key.startsWith(KEPT) ? key.slice(KEPT.length) : []));
 
 /** A name that no program has: "square.py", or else "square-2.py". */
 function free(wanted: string) {
-  const stem =
-    wanted
-      .replace(/\.py$/, "")
-      .replace(/[^\p{L}\p{N} ._()-]/gu, "")
-      .slice(0, 60)
-      .trim() || "program";
-  for (let count = 1; ; count++) {
-    const found = `${stem}${count > 1 ? `-${count}` : ""}.py`;
-    if (stored(found) === null) return found;
-  }
+  const stem = wanted.replace(/\.py$|[^\p{L}\p{N} ._()-]/gu, "").slice(0, 60) || "program";
+  let found = `${stem}.py`;
+  for (let count = 2; stored(found) !== null; count++) found = `${stem}-${count}.py`;
+  return found;
 }
+
+/** The program as it was opened; what stands in the editor since then is `text`. */
+export const opened = signal({ name: "program.py", text: FIRST });
+export const name = signal(opened.value.name);
+export const names = signal(listed());
+/** Where the program is from if it is not one's own: it is kept only when it is changed or run, under a free name. */
+const borrowed = signal("A first program");
+/** Why the program cannot be kept. */
+export const unsaved = signal("");
+export const note = computed(() => unsaved.value || borrowed.value || "Saved in this browser");
+let text = FIRST;
+let isChanged = false;
+let timer = 0;
 
 export const textNow = () => text;
 
@@ -71,10 +52,10 @@ export function edit(now: string) {
   timer = setTimeout(save, PAUSE);
 }
 
-/** Keep the program as it stands; what was borrowed is one's own from then on. */
+/** Keep the program as it stands; what was borrowed is one's own from then on. Return whether it is kept. */
 export function save(even = false) {
   clearTimeout(timer);
-  if (!isChanged && !even) return;
+  if (!isChanged && !even) return true;
   const kept = borrowed.value ? free(name.value) : name.value;
   try {
     localStorage.setItem(KEPT + kept, text);
@@ -82,19 +63,19 @@ export function save(even = false) {
   } catch {
     isChanged = true;
     unsaved.value = FULL;
-    return;
+    return false;
   }
   isChanged = false;
   if (borrowed.value) history.replaceState(null, "", location.pathname + location.search); // the link has done its work
   unsaved.value = borrowed.value = "";
   name.value = kept;
   names.value = listed();
+  return true;
 }
 
-/** Show another program, one's own or a borrowed one; the one before is saved. */
-function show(next: Opened, from = "") {
-  save();
-  if (isChanged) return toast(FULL);
+/** Show a program in place of the one before, which is saved: *from* says where it is from if it is not one's own. */
+function show(next: typeof opened.value, from: string) {
+  if (!save()) return toast(FULL);
   text = next.text;
   name.value = next.name;
   borrowed.value = from;
@@ -102,26 +83,21 @@ function show(next: Opened, from = "") {
   if (!from) save(true);
 }
 
-/** Show a program that is not one's own: *from* says where it is from. */
 export const borrow = (name: string, text: string, from: string) => show({ name, text }, from);
+export const begin = () => borrow(free("program"), FIRST, "New");
 
 /** Open a program of this browser, or a text that begins it. */
-export function open(name: string, beginning: string, from = "New") {
+export function open(name: string, beginning = FIRST, from = "New") {
   const found = stored(name);
   show({ name, text: found ?? beginning }, found === null ? from : "");
 }
 
-export const begin = () => borrow(free("program"), FIRST, "New");
-
 export function rename(wanted: string) {
-  if (wanted === name.value) return;
-  save(true);
   const old = name.value;
-  if (isChanged) return;
+  if (wanted === old || !save(true)) return;
   name.value = wanted;
   borrowed.value = "renamed"; // so the name that it gets is free
-  save(true);
-  if (!isChanged) localStorage.removeItem(KEPT + old);
+  if (save(true)) localStorage.removeItem(KEPT + old);
   names.value = listed();
 }
 
@@ -130,8 +106,7 @@ export function forget() {
   isChanged = false;
   localStorage.removeItem(KEPT + name.value);
   names.value = listed();
-  if (names.value.length) open(names.value[0], "");
-  else begin();
+  open(names.value[0] ?? "program.py");
 }
 
 export async function openFile(file: File) {
@@ -141,31 +116,11 @@ export async function openFile(file: File) {
 
 // -- links --
 
-const pipe = (bytes: BlobPart, way: CompressionStream | DecompressionStream) =>
-  new Blob([bytes]).stream().pipeThrough(way as ReadableWritablePair<Uint8Array<ArrayBuffer>, Uint8Array<ArrayBuffer>>);
-
 /** The address that opens this program elsewhere. */
 export async function link() {
-  const packed = await new Response(pipe(text, new CompressionStream("deflate-raw"))).bytes(),
-    letters = btoa(Array.from(packed, (byte) => String.fromCharCode(byte)).join("")),
-    data = letters.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
+  const packed = new Response(new Blob([text]).stream().pipeThrough(new CompressionStream("deflate-raw"))),
+    data = (await packed.bytes()).toBase64({ alphabet: "base64url", omitPadding: true });
   return `${location.href.split("#")[0]}#program=${encodeURIComponent(name.value)},${data}`;
-}
-
-/** Unpack a program, as far as one may be long: a few letters could become any length. */
-async function unpacked(data: string) {
-  const letters = atob(data.replaceAll("-", "+").replaceAll("_", "/")),
-    decoder = new TextDecoder("utf-8", { fatal: true });
-  let found = "";
-  const reader = pipe(
-    Uint8Array.from(letters, (letter) => letter.charCodeAt(0)),
-    new DecompressionStream("deflate-raw"),
-  ).getReader();
-  for (let part; !(part = await reader.read()).done;) {
-    found += decoder.decode(part.value, { stream: true });
-    if (found.length > LONGEST) throw new Error("too long");
-  }
-  return found + decoder.decode();
 }
 
 /** Show the program that the address carries, if it does; it is read, and never run. */
@@ -173,19 +128,24 @@ export async function openLink() {
   const [, called, data] = /^#program=([^,]*),(.*)$/.exec(location.hash) ?? [];
   if (data === undefined) return;
   try {
-    borrow(free(decodeURIComponent(called)), await unpacked(data), "From a link: read it before you run it");
+    const packed = new Blob([Uint8Array.fromBase64(data, { alphabet: "base64url" })]).stream(),
+      unpacked = packed.pipeThrough(new DecompressionStream("deflate-raw"));
+    let found = "";
+    for await (const part of unpacked.pipeThrough(new TextDecoderStream("utf-8", { fatal: true })))
+      if ((found += part).length > LONGEST) throw new Error("too long");
+    borrow(free(decodeURIComponent(called)), found, "From a link: read it before you run it");
   } catch {
     toast("The program in this link is broken or too long. Ask for the link again, and copy all of it.");
   }
 }
 
+// -- what the window is told --
+
+open(localStorage.getItem(LAST) ?? "program.py", FIRST, "A first program");
 addEventListener("hashchange", openLink);
 addEventListener("pagehide", () => save());
-addEventListener("visibilitychange", () => save());
-addEventListener("beforeunload", (event) => isChanged && (save(), isChanged) && event.preventDefault());
-// Another window has changed this program: what stands here becomes a program of its own when it is changed.
+addEventListener("beforeunload", (event) => save() || event.preventDefault());
 addEventListener("storage", ({ key }) => {
-  if (key === KEPT + name.value)
-    borrowed.value ||= "Changed in another window, too: what you change here gets a new name";
+  if (key === KEPT + name.value) borrowed.value ||= "Changed in another window: what you change here gets a new name";
   names.value = listed();
 });

@@ -1,9 +1,8 @@
 // The program that runs: how it stands, what it printed, and what Run, Stop and Pause ask of Python.
 import { effect, signal } from "@preact/signals";
-import * as store from "../store";
-import type { Reply } from "../store";
 import { stops } from "../stop";
-import type { Answered, Asked, Lab, Output, Program } from "./messages";
+import { ask, onTold, tell } from "../store";
+import type { Asked, Lab, Output, Program } from "./messages";
 import { name, save, textNow } from "./programs";
 import { loading, restart } from "./wire";
 
@@ -13,17 +12,8 @@ const MOST_LETTERS = 4_000_000; // that wait for a picture
 const BLOCK = 100; // lines
 const PATIENCE = 150; // ms that the program has to end after a stop, until its worker is ended
 
-const IDLE: Program = {
-  type: "program",
-  state: "idle",
-  name: "",
-  line: null,
-  time: 0,
-  variables: [],
-  stack: [],
-  mistake: null,
-  goals: [],
-};
+const NOTHING = { name: "", line: null, time: 0, variables: [], stack: [], mistake: null, goals: [] };
+const IDLE: Program = { type: "program", state: "idle", ...NOTHING };
 
 export const program = signal(IDLE);
 export const isIdle = () => program.value.state === "idle";
@@ -33,16 +23,6 @@ export const robot = signal(""); // the URL that takes the place of the program'
 export const lab = signal<Lab | null>(null);
 export const breakpoints = signal<number[]>([]);
 export const shownLine = signal<{ line: number } | null>(null); // that the editor scrolls to
-
-/** Ask something; a failure is shown, and gives undefined. */
-export const ask = store.ask as unknown as <Name extends keyof Asked>(
-  name: Name,
-  values: Asked[Name],
-) => Promise<Answered[Name] | undefined>;
-const request = store.request as unknown as <Name extends keyof Asked>(
-  name: Name,
-  values: Asked[Name],
-) => Promise<Reply>;
 
 // -- what it prints --
 
@@ -97,16 +77,18 @@ const say = (text: string) => print({ type: "output", text: `${text}\n`, is_erro
 
 // -- what it is asked --
 
-store.others.output = (message) => print(message as Output);
-store.others.program = (message) => (program.value = message as Program);
+onTold.take = (message) => (message.type === "output" ? print(message) : (program.value = message));
+
+let runs = 0;
 
 /** Run what stands in the editor; it is saved first. Before Python is loaded, it waits for that. */
 export async function run() {
   if (program.value.state === "paused") return goOn("on");
   if (program.value.state === "running") return;
   save(true);
-  if (loading.value) return (isWaiting.value = true);
-  isWaiting.value = false;
+  isWaiting.value = loading.value !== null;
+  if (isWaiting.value) return;
+  runs++;
   clear();
   program.value = { ...IDLE, state: "running" }; // until Python says more: a second Run begins nothing
   const begun = await ask("run_program", {
@@ -124,10 +106,11 @@ export async function run() {
 export async function stop() {
   isWaiting.value = false;
   if (isIdle()) return;
-  request("stop_program", {});
+  const run = runs;
+  tell("stop_program", {});
   await new Promise((resolve) => setTimeout(resolve, PATIENCE));
-  if (isIdle()) return;
-  program.value = { ...IDLE, name: program.value.name };
+  if (isIdle() || run !== runs) return;
+  program.value = IDLE;
   restart();
   say("The program was ended: it did not stop by itself. Python is loaded again.");
 }
@@ -136,19 +119,27 @@ export const pause = () => ask("pause_program", {});
 export const goOn = (how: Asked["go_on"]["how"]) => ask("go_on", { how });
 
 stops.subscribe((count) => count && stop()); // Escape, and Space outside of the editor
+addEventListener("keydown", press, true);
+
+function press(event: KeyboardEvent) {
+  if (event.key !== "Enter" || !(event.ctrlKey || event.metaKey)) return;
+  event.preventDefault();
+  event.stopPropagation(); // in the editor it would begin a line
+  run();
+}
 
 effect(() => {
   const lines = breakpoints.value;
-  if (program.peek().state !== "idle") ask("set_breakpoints", { lines });
+  if (program.peek().state !== "idle") tell("set_breakpoints", { lines });
 });
 effect(() => {
-  const now = speed.value;
-  if (program.peek().state !== "idle") ask("set_speed", { speed: now });
+  const now = { speed: speed.value };
+  if (program.peek().state !== "idle") tell("set_speed", now);
 });
 // Before a run, the world stands there with nobody driving.
 effect(() => {
-  const wanted = robot.value;
+  const wanted = { robot: robot.value };
   if (loading.value) return;
   if (isWaiting.peek()) run();
-  else if (program.peek().state === "idle") request("show_world", { robot: wanted });
+  else if (program.peek().state === "idle") tell("show_world", wanted);
 });
