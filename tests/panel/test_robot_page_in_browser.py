@@ -131,7 +131,9 @@ async def test_sensors_and_leds_are_named_in_the_drawing_and_sounds_and_colours_
     async with shown("sim://arena?firmware=epuck2") as person:
         await person.tab.until("document.querySelector('.status .facts').textContent.includes('battery')")
         assert " V" in str(await person.tab.run("document.querySelector('.status .facts span').title"))
-        names = await person.tab.run("[...document.querySelectorAll('.robot text, .robot .lamp title')].map(t => t.textContent)")
+        names = await person.tab.run(
+            "[...document.querySelectorAll('.robot text, .robot .lamp title')].map(t => t.textContent)"
+        )
         assert {f"{kind}{number}" for kind in ("IR", "LED ") for number in range(8)} <= set(names)  # type: ignore[arg-type]
         title = str(await person.tab.run("document.querySelectorAll('.robot .sensor title')[2].textContent"))
         assert title.startswith("IR2, right: ")

@@ -14,10 +14,11 @@ import sys
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Literal, Self, TypeVar, TypeVarTuple
+from typing import Literal, Self, TypeVar, TypeVarTuple, cast
 
 from elib.base.errors import ArgumentError, SimulationError, SimulationStalled
 
@@ -53,6 +54,60 @@ _T = TypeVar("_T")
 _Ts = TypeVarTuple("_Ts")
 
 
+class Host(ABC):
+    """What Python runs inside of where that has one thread and no sockets, such as a page in a browser.
+
+    Only it knows how to wait: the page has to go on meanwhile.
+
+    Attributes:
+        speed: How many times faster than they were made event loops run; infinite for as fast as possible.
+    """
+
+    speed: float = 1.0
+
+    @abstractmethod
+    def wait(self, seconds: float) -> None:
+        """Let everything else go on for so long, s of the wall clock; with 0 only if it has not for a while.
+
+        Raises:
+            KeyboardInterrupt: The program is to end, and waits in no call of elib that could end by itself.
+        """
+
+
+_host: Host | None = None
+
+
+def host() -> Host | None:
+    """Return what Python runs inside of; None on a computer, which has threads."""
+    return _host
+
+
+def move_into(place: Host | None) -> None:
+    """Let all event loops that are made from now on, and all that waits, be in *place*."""
+    global _host
+    _host = place
+
+
+@contextlib.contextmanager
+def outside(loop: asyncio.AbstractEventLoop | None = None) -> Iterator[None]:
+    """Leave the event loop and the task that run in this thread, while the block lasts, so that others can run in it.
+
+    Args:
+        loop: The loop that counts as running meanwhile.
+    """
+    here = asyncio._get_running_loop()
+    task = None if here is None else asyncio.current_task(here)
+    if here is not None and task is not None:
+        asyncio.tasks._leave_task(here, task)
+    asyncio._set_running_loop(loop)
+    try:
+        yield
+    finally:
+        asyncio._set_running_loop(here)
+        if here is not None and task is not None:
+            asyncio.tasks._enter_task(here, task)
+
+
 def new_loop(speed: LoopSpeed) -> asyncio.AbstractEventLoop:
     """Make an event loop whose time runs at *speed*; the caller runs and closes it.
 
@@ -64,16 +119,25 @@ def new_loop(speed: LoopSpeed) -> asyncio.AbstractEventLoop:
         ArgumentError: *speed* is none of these.
     """
     match speed:
+        case LoopMaker():
+            return speed.make()
+        case _ if _host is not None:
+            return HostedLoop(_host, _factor(speed))
         case "max":
             return SimulatedLoop()
         case "real":
             return RealLoop()
         case Paced(factor):
             return PacedLoop(check_factor(factor))
-        case LoopMaker():
-            return speed.make()
         case _:
             return ScaledLoop(check_factor(speed))
+
+
+def _factor(speed: LoopSpeed) -> float:
+    """Return seconds of loop time in one second of the wall clock; infinite for as fast as possible."""
+    if isinstance(speed, Paced):
+        speed = speed.factor
+    return math.inf if speed == "max" else 1.0 if speed == "real" else check_factor(cast("float", speed))
 
 
 def running_loop() -> asyncio.AbstractEventLoop | None:
@@ -91,9 +155,9 @@ def require_speed(speed: LoopSpeed) -> None:
         SimulationError: The running loop has another speed.
     """
     loop = asyncio.get_running_loop()
+    if isinstance(loop, PacedLoop) and loop.factor == _factor(speed):
+        return
     if isinstance(speed, Paced):
-        if isinstance(loop, PacedLoop) and loop.factor == speed.factor:
-            return
         speed = "real" if speed.factor == 1.0 else speed.factor
     if speed == "real" or (speed == "max" and isinstance(loop, SimulatedLoop)):
         return
@@ -186,10 +250,13 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
         self._holds = 0
         self._jobs = 0
         self._lock = threading.Lock()
-        self._files = _JumpingSelector(self)
+        self._files = self._selector()
         super().__init__(self._files)
         self._own_files = len(self._files.get_map())
         self._set_time(0.0)
+
+    def _selector(self) -> _JumpingSelector:
+        return _JumpingSelector(self)
 
     def time(self) -> float:
         """Return the simulated time, s since the loop was made."""
@@ -256,6 +323,7 @@ class PacedLoop(SimulatedLoop):
 
     def __init__(self, factor: float = 1.0) -> None:
         self.factor = factor
+        self._due = -math.inf
         super().__init__()
         self._due = self._wall
 
@@ -263,16 +331,62 @@ class PacedLoop(SimulatedLoop):
     def _wall(self) -> float:
         return asyncio.SelectorEventLoop.time(self)
 
+    @property
+    def _rate(self) -> float:
+        return self.factor
+
     def _wait(self) -> float:
         if not self._scheduled:
             return 0.0
-        return self._due + (self._scheduled[0].when() - self._now) / self.factor - self._wall
+        return self._due + (self._scheduled[0].when() - self._now) / self._rate - self._wall
 
-    def _jump(self) -> bool:
-        before = self._now
-        is_done = super()._jump()
-        self._due = max(self._due + (self._now - before) / self.factor, self._wall - CATCHING_UP)
-        return is_done
+    def _set_time(self, now: float) -> None:
+        self._due = max(self._due + (now - self._now) / self._rate, self._wall - CATCHING_UP)
+        super()._set_time(now)
+
+
+class HostedLoop(PacedLoop):
+    """A :class:`PacedLoop` for a place with one thread and no sockets: only its own timers and the host wake it.
+
+    Args:
+        place: Where it runs.
+        factor: Seconds of loop time in one second of the wall clock, 0.001 to 1000, or infinite.
+    """
+
+    _ready: deque[asyncio.Handle]
+
+    def __init__(self, place: Host, factor: float = 1.0) -> None:
+        self.place = place
+        super().__init__(factor)
+
+    def run_in_executor(self, executor: Executor | None, func: Callable[[*_Ts], _T], *args: *_Ts) -> asyncio.Future[_T]:
+        """Run *func* now: there is no other thread."""
+        job: asyncio.Future[_T] = self.create_future()
+        try:
+            job.set_result(func(*args))
+        except Exception as error:
+            job.set_exception(error)
+        return job
+
+    def _selector(self) -> _JumpingSelector:
+        return _HostedSelector(self)
+
+    @property
+    def _rate(self) -> float:
+        return self.factor * self.place.speed
+
+    def _creep(self) -> None:
+        """Let time pass as the wall clock does, short of the next timer, for those who look at the world meanwhile."""
+        passed = (self._wall - self._due) * self._rate
+        if 0 < passed < self._scheduled[0].when() - self._now:
+            self._set_time(self._now + passed)
+
+    # No other thread can wake it, so it needs no pair of sockets for that.
+    def _make_self_pipe(self) -> None: ...
+
+    def _close_self_pipe(self) -> None: ...
+
+    def _write_to_self(self) -> None: ...
 
 
 if sys.platform == "win32":
@@ -350,6 +464,8 @@ COARSE = 0.02
 """s. A longer wait may end a millisecond late, and takes one system call less."""
 HELD_PERIOD = 0.05
 """s between two looks of a simulated loop at whether time may move again, unless it is woken."""
+LOOK_TIME = 0.02
+"""s for which a :class:`HostedLoop` waits at once, so that a page sees its world move."""
 CATCHING_UP = 0.1
 """s that a :class:`PacedLoop` that is late can catch up. A longer delay, as in a debugger, is not caught up."""
 
@@ -401,6 +517,28 @@ class _JumpingSelector(_PreciseSelector):
             return ready
         finally:
             self._loop.turned = time.monotonic()
+
+
+class _HostedSelector(_JumpingSelector):
+    """The same where only the host can wait."""
+
+    _loop: HostedLoop
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        loop = self._loop
+        loop.turned = time.monotonic()
+        if timeout is not None and timeout <= 0:
+            loop.place.wait(0.0)
+            return []
+        wait = loop._wait()
+        while wait > LOOK_TIME and not loop._ready:
+            loop.place.wait(LOOK_TIME)
+            loop._creep()
+            wait = loop._wait()
+        loop.place.wait(max(0.0, wait))
+        if not loop._ready:  # the host has handed in nothing meanwhile
+            loop._jump()
+        return []
 
 
 def _waiting(loop: asyncio.AbstractEventLoop) -> str:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import queue
 import threading
+from collections import deque
 from collections.abc import Callable
 
 CALLBACK_THREADS = 16
@@ -53,3 +55,22 @@ class CallbackPool:
         """End each thread after the callback that it runs."""
         for _ in self._threads:
             self._queue.put(None)
+
+
+class CallbackQueue(CallbackPool):
+    """The same where there is one thread: a callback stops *loop*, and whoever runs the loop runs the callback then."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        super().__init__()
+        self._loop = loop
+        self._due: deque[tuple[Callable[[], None], str]] = deque()
+
+    def put(self, function: Callable[[], None], name: str) -> None:
+        """Queue one callback."""
+        self._due.append((function, name))
+        self._loop.call_soon(self._loop.stop)
+
+    def run(self) -> None:
+        """Run all that are due."""
+        while self._due:
+            reported(*self._due.popleft())

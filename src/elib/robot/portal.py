@@ -22,8 +22,8 @@ from collections.abc import Callable, Coroutine, Iterable, Iterator
 from typing import Any, TypeVar
 
 from elib.base.errors import ElibError, LinkClosed, SimulationStalled
-from elib.base.timebase import LoopSpeed, SimulatedLoop, new_loop, running_loop
-from elib.robot.callbacks import CALLBACK_THREADS, CallbackPool, reported
+from elib.base.timebase import LoopSpeed, SimulatedLoop, host, new_loop, outside, running_loop
+from elib.robot.callbacks import CALLBACK_THREADS, CallbackPool, CallbackQueue, reported
 from elib.robot.signals import SIGNALS, error_of
 
 T = TypeVar("T")
@@ -91,8 +91,8 @@ class Portal:
         self._leaver: threading.Thread | None = None
         """The thread that closes the portal: from then on simulated time stands still only for that thread."""
         self._program_ends = False
-        self._pool = CallbackPool()
-        if isinstance(self.loop, SimulatedLoop):
+        self._pool = CallbackPool() if host() is None else CallbackQueue(self.loop)
+        if isinstance(self.loop, SimulatedLoop) and host() is None:
             self.loop.may_jump = self._may_jump
         if not self._is_simulated or running_loop() is not None:
             self._start_thread()
@@ -216,7 +216,7 @@ class Portal:
             if me is threading.main_thread():
                 self._signals.cancel, self._signals.waiter = _nothing, me
             self._uses += 1
-            if self._runner is None and here is None:
+            if self._runner is None and (here is None or host() is not None):
                 self._runner = me
                 self._waiting.add(me)
         return self._runner is me
@@ -254,11 +254,17 @@ class Portal:
         try:
             while True:
                 try:
-                    return self.loop.run_until_complete(task)
+                    with contextlib.nullcontext() if host() is None else outside():
+                        return self.loop.run_until_complete(task)
                 except RuntimeError:
                     if task.done() or self.loop.is_closed():
                         raise
                     # Another thread stopped the loop while the portal's thread ran it, and that came too late: go on.
+                finally:
+                    if isinstance(self._pool, CallbackQueue):
+                        me, self._runner = self._runner, None  # a callback may call, too
+                        self._pool.run()
+                        self._runner = me
         except asyncio.CancelledError:
             raise LinkClosed("the call was cancelled") from None
         except BaseException:
@@ -306,7 +312,7 @@ class Portal:
 
     def _start_thread(self) -> None:
         with self._turn:
-            if self._thread is None and not self._is_over:
+            if self._thread is None and not self._is_over and host() is None:
                 thread = threading.Thread(target=self._serve, name="elib event loop", daemon=True)
                 thread.start()  # it may fail, and a thread that never started must not be joined
                 self._thread = thread
@@ -428,6 +434,10 @@ class KeepAlive:
 
     def __del__(self) -> None:
         if self._portal.is_closed:
+            return
+        if host() is not None:
+            if not self._portal.loop.is_running():
+                self._leave()
             return
         # In a thread of its own: the last object may have been dropped in the middle of any code.
         ending = threading.Thread(target=self._leave, name="elib forgotten robot", daemon=True)

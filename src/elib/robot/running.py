@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Coroutine, Iterator
 from typing import Any, TypeVar
 
-from elib.base.timebase import LoopSpeed, new_loop, running_loop
+from elib.base.timebase import LoopSpeed, host, new_loop, outside, running_loop
 from elib.robot.signals import SHUTDOWN_TIME, SIGNALS, LoopSignals, error_of
 
 T = TypeVar("T")
@@ -39,6 +39,9 @@ def run_coroutine(main: Callable[[], Coroutine[Any, Any, T]], speed: LoopSpeed =
     try:
         if running_loop() is None:
             return _run(main, signals)
+        if host() is not None:
+            with outside():
+                return _run(main, signals)
         return _run_in_a_thread(main, signals)
     finally:
         signals.leave()

@@ -21,7 +21,7 @@ from collections.abc import AsyncGenerator, Awaitable, Callable
 from types import FrameType
 from typing import Any
 
-from elib.base.timebase import running_loop
+from elib.base.timebase import host, running_loop
 from elib.link.session import Channel
 from elib.robot.emergency import EmergencyStop, stop_at_once
 
@@ -83,6 +83,14 @@ class Signals:
         for number, handler in handlers.items():
             if number not in self._before and _is_free(number):
                 self._before[number] = signal.signal(number, handler)
+
+    def interrupt(self) -> None:
+        """End what the program does, as Ctrl-C would, where there are no signals.
+
+        Raises:
+            KeyboardInterrupt: It waits for no call that ends by itself.
+        """
+        self._end(signal.SIGINT, None)
 
     def _end(self, number: int, frame: FrameType | None) -> None:
         loops = tuple(self._loops.values())
@@ -209,7 +217,8 @@ class LoopSignals:
         with contextlib.suppress(RuntimeError):  # it is closed
             self.loop.call_soon_threadsafe(self._notice, self.cancel or self._cancel_openers)
         # Not a threading.Timer: the code that the signal interrupted may hold its locks.
-        _thread.start_new_thread(self._insist, (number,))
+        if host() is None:
+            _thread.start_new_thread(self._insist, (number,))
 
     def break_out(self, number: int) -> None:
         """Raise the error of signal *number* in the middle of the code that blocks the loop, if there is any."""

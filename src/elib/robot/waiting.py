@@ -8,11 +8,15 @@ from collections.abc import Iterable
 from typing import Any, TypeVar, cast
 
 from elib.base.errors import ArgumentError, LinkClosed
+from elib.base.timebase import host
 from elib.link.protocol.styles import Pending
 from elib.link.session import check_timeout
 from elib.robot.portal import CLOSING_TIME, HOLDING_TIME, AnyFuture, Portal, ended
 
 P = TypeVar("P", bound=Pending[Any])
+
+TURN = 0.02
+"""s of robot time for which one of several robots goes on before the next one, where there is one thread."""
 
 
 def wait(calls: Iterable[P], *, first: bool = False, timeout: float | None = None) -> tuple[list[P], list[P]]:
@@ -71,6 +75,9 @@ def _wait(left: dict[Portal, set[AnyFuture]], first: bool, timeout: float | None
         except LinkClosed:
             concurrent.futures.wait(futures, CLOSING_TIME)  # the robot is being closed, which ends all its calls
         return
+    if host() is not None:
+        _take_turns(left, first, timeout)
+        return
     over: list[AnyFuture] = []
     with contextlib.ExitStack() as stay:
         for portal, futures in left.items():
@@ -84,3 +91,16 @@ def _wait(left: dict[Portal, set[AnyFuture]], first: bool, timeout: float | None
                 break
             for portal in left:
                 portal.check()
+
+
+def _take_turns(left: dict[Portal, set[AnyFuture]], first: bool, timeout: float | None) -> None:
+    """Wait where there is one thread: the clock of each robot goes on by a short while in turn."""
+    times = {portal: portal.loop.time() for portal in left}
+    while any(futures for futures in left.values()):
+        for portal, futures in left.items():
+            if futures:
+                portal.call(ended(futures, first=first, timeout=TURN))
+                is_over = timeout is not None and portal.loop.time() - times[portal] >= timeout
+                left[portal] = set() if is_over else {each for each in futures if not each.done()}
+                if first and len(left[portal]) < len(futures) and not is_over:
+                    return
