@@ -1,8 +1,9 @@
 // What the program prints, with links to its lines; and where it is paused, its variables and the calls that it is in.
 import type { ComponentChild, VNode } from "preact";
 import { Lines } from "../robot/Lines";
-import { lines, program, shownLine, type Line } from "./run";
+import { lines, MOST_LINES, program, shownLine, type Line } from "./run";
 
+const SHOWN = 200; // lines while the program runs, for a flood has no time to draw more
 const LINE = /(?:File "([^"]*)", )?\bline (\d+)\b/g;
 
 const Link = ({ line, text }: { line: number; text: string }) => (
@@ -37,15 +38,19 @@ function drawn(line: Line) {
 
 export function Output() {
   const { state, variables, stack } = program.value,
-    gone = lines.value[0]?.number ?? 0;
+    isRunning = state === "running",
+    shown = isRunning ? lines.value.slice(-SHOWN) : lines.value,
+    isMore = (shown[0]?.number ?? 0) > 0;
   return (
     <div class="below">
       <section class="stack" aria-label="output">
         <h3>Output</h3>
         <Lines label="output" news={lines.value}>
-          {gone > 0 && <p class="hint">The lines before these are gone.</p>}
-          {!lines.value.length && <p class="hint">What the program prints stands here.</p>}
-          {lines.value.map(drawn)}
+          {isMore && (
+            <p class="hint">{`The last ${isRunning ? `${SHOWN} lines; all of them when it ends` : `${MOST_LINES} lines`}:`}</p>
+          )}
+          {!shown.length && <p class="hint">What the program prints stands here.</p>}
+          {shown.map(drawn)}
         </Lines>
       </section>
       {state === "paused" && (

@@ -6,7 +6,7 @@ import type { Asked, Lab, Output, Program } from "./messages";
 import { name, save, textNow } from "./programs";
 import { loading, restart } from "./wire";
 
-const MOST_LINES = 2000; // of the output
+export const MOST_LINES = 2000; // of the output
 const LONGEST_LINE = 2000; // characters
 const MOST_WAITING = 300; // pieces of output that are not drawn: a window that nobody sees draws none
 const PATIENCE = 150; // ms that the program has to end after a stop, until its worker is ended
