@@ -10,6 +10,7 @@ from unittest import mock
 from elib.behaviours import Behaviour, behaviours
 from elib.cli import main
 from elib.cli.program import APPS, COMMANDS, build
+from elib.cli.terminal import typed
 from elib.link.protocol.profiles import rule
 from generator.markdown import inline, joined, table
 
@@ -50,14 +51,12 @@ def behaviour_entry(behaviour: Behaviour) -> str:
     if behaviour.world:
         paragraphs.append(f"Without `--robot` it runs in `{behaviour.url}`.")
     if behaviour.options:
-        options = [(f"`--{each.name}`", rule(each.quantity), shown(each.default)) for each in behaviour.options]
-        paragraphs.append(table(("Option", "Value", "Default"), options))
+        options = [
+            (f"`--{each.name}`", behaviour.meanings[each.name], rule(each.quantity), typed(each.default))
+            for each in behaviour.options
+        ]
+        paragraphs.append(table(("Option", "Meaning", "Value", "Default"), options))
     return "\n\n".join([f"### {behaviour.name}", *paragraphs])
-
-
-def shown(default: object) -> str:
-    """Return the default of an option as it is typed."""
-    return str(getattr(default, "name", default)).lower()
 
 
 def help_entry(words: list[str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -38,7 +39,9 @@ def test_names_may_be_written_in_several_ways_and_values_left_out(typed: str, sa
 
 
 def test_a_behaviour_that_is_not_named_is_chosen_from_the_page(printed: Told) -> None:
-    assert printed("run").startswith("Usage: elib run COMMAND")
+    page = printed("run")
+    assert page.startswith("Usage: elib run [OPTIONS] [PROGRAM] [ARGUMENTS...]")
+    assert "\nBehaviours:\n" in page
 
 
 def test_help_names_every_command_and_fits_eighty_columns(printed: Told) -> None:
@@ -58,11 +61,26 @@ def test_every_command_has_a_help_page_of_eighty_columns(printed: Told) -> None:
         assert [line for line in page.splitlines() if len(line) > 80] == []
 
 
+def test_every_page_has_examples_that_are_understood(printed: Told) -> None:
+    pages = [(name,) for name in COMMANDS if name != "et"]  # its own parser writes its page
+    pages += [(name, each) for name in ("send", "record", "world", "lab") for each in build([name])[name]]
+    for words in pages:
+        if words[-1].startswith("-"):
+            continue
+        page = printed(*words, "--help")
+        assert "\n\n    " not in page
+        lines = re.findall(r"^  elib (.+)$", page.partition("\nFor example:\n")[2], re.MULTILINE)
+        if len(words) == 1 and words[0] not in ("world", "lab"):  # the pages of their commands have them
+            assert lines, words
+        for line in lines:
+            meaning(line)
+
+
 @pytest.mark.parametrize(
     ("words", "usage"),
     [
         ("watch", "[OPTIONS] [NAMES...]"),
-        ("record", "COMMAND [OPTIONS] FILE [NAMES...]"),
+        ("record", "[OPTIONS] FILE [NAMES...]"),
         ("compare", "[OPTIONS] [FIRST] [SECOND]"),
         ("simulate", "[OPTIONS] [WORLD]"),
         ("doctor", "[OPTIONS] [URL]"),

@@ -13,7 +13,7 @@ from elib_process import Told, started
 import elib
 from elib.behaviours import find
 from elib.cli import main
-from elib.cli.script import own_name
+from elib.cli.recordoptions import own_name
 from elib.records.reader import read_recording, summary_of
 from elib.robot.aio import on_open
 from elib.robot.link import Record
@@ -279,7 +279,7 @@ def test_each_robot_of_a_swarm_has_a_file_of_its_own_and_all_share_a_log(tmp_pat
 
 
 def test_a_robots_name_becomes_part_of_a_files_name() -> None:
-    assert own_name(Path("a/run.mcap"), "sim://x?y=1").name == "run-sim---x-y-1.mcap"
+    assert own_name("run.mcap", "sim://x?y=1") == "run-sim---x-y-1.mcap"
 
 
 def test_raw_bytes_have_no_calls_to_keep(refused: Told, tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ def test_the_list_has_every_behaviour_with_what_it_does(printed: Told) -> None:
 def test_a_page_shows_the_options_of_a_behaviour_with_their_rules(printed: Told) -> None:
     out = printed("run", "avoid", "--help")
     assert "--cruise C" in out
-    assert "rev/s, a number from 0.05 to 1 (default: 0.6)" in out
+    assert "Speed on free ground: rev/s, a number from 0.05 to 1 (default: 0.6)." in " ".join(out.split())
     assert "--for S" in out
 
 

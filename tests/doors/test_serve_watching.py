@@ -68,13 +68,13 @@ async def test_a_program_that_does_not_read_misses_old_readings_and_holds_nobody
         while not (behind := [each for each in rig.door._clients.values() if each.is_behind]):
             await quick.hear()  # until the system takes no more for the slow program
         (client,) = behind
-        waiting = client._transport.get_write_buffer_size()
+        waiting = client.unread
         quick.told.clear()
         for _ in range(50):
             await quick.until_told("readings")
             assert quick.told.pop()["missed"] == 0
             quick.told.clear()
-        assert client._transport.get_write_buffer_size() <= waiting, "no further message is kept for it"
+        assert client.unread <= waiting, "no further message is kept for it"
         newest = await quick.until_told("readings")
 
         def is_same_watch(message: dict) -> bool:
@@ -101,7 +101,7 @@ async def test_a_driver_that_asks_on_and_on_without_reading_is_left_and_its_robo
                 number += 1
                 await program.say("sensors", id=number)
                 await asyncio.sleep(0.002)
-                most = max(most, client._transport.get_write_buffer_size())
+                most = max(most, client.unread)
         await rig.until_it_stands()
         assert MAX_UNREAD < most < 2 * MAX_UNREAD
         program.socket.transport.abort()

@@ -30,7 +30,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from elib.base.extras import page_folder
 from elib.panel.server import access
 from elib.panel.server import http as server
-from elib.panel.server.conversation import CLOSING_TIME, HEARTBEAT, MAX_MESSAGE, MAX_UNREAD
+from elib.panel.server.conversation import MAX_MESSAGE, MAX_UNREAD
+from elib.panel.server.sockets import CLOSING_TIME, HEARTBEAT
 from elib.simulator.emulator.control_server import Bucket
 from shared import PATIENCE, needs_page, now, until
 

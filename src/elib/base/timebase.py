@@ -13,12 +13,13 @@ import selectors
 import sys
 import threading
 import time
+import weakref
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Literal, Self, TypeVar, TypeVarTuple, cast
+from typing import Any, Literal, Self, TypeVar, TypeVarTuple, cast
 
 from elib.base.errors import ArgumentError, SimulationError, SimulationStalled
 
@@ -61,9 +62,12 @@ class Host(ABC):
 
     Attributes:
         speed: How many times faster than they were made event loops run; infinite for as fast as possible.
+        portals: What runs the event loops of robots whose program does not: each has a ``call`` and a ``loop``.
     """
 
-    speed: float = 1.0
+    def __init__(self) -> None:
+        self.speed = 1.0
+        self.portals: weakref.WeakSet[Any] = weakref.WeakSet()
 
     @abstractmethod
     def wait(self, seconds: float) -> None:
@@ -535,7 +539,8 @@ class _HostedSelector(_JumpingSelector):
             loop.place.wait(LOOK_TIME)
             loop._creep()
             wait = loop._wait()
-        loop.place.wait(max(0.0, wait))
+        if not loop._ready:
+            loop.place.wait(max(0.0, wait))
         if not loop._ready:  # the host has handed in nothing meanwhile
             loop._jump()
         return []

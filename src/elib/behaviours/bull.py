@@ -267,7 +267,7 @@ def run_at_red(robot: BlockingEpuck, run: RunContext, *, speed: Speed = 0.4, red
         robot: The bull.
         run: The run.
         speed: Speed of the charge.
-        red: Fraction of red pixels that begins a charge: 0.04 is a box of 8 cm more than a metre away, 0.3 (as in 2011)
+        red: Fraction of red pixels that begins a charge. 0.04 is a box of 8 cm more than a metre away, 0.3 (as in 2011)
             one 40 cm away. Take more if the floor or the furniture is reddish.
     """
     bull = Bull(robot, run, speed, red)

@@ -14,9 +14,9 @@ from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
 from elib.base.files import guide
 from elib.base.rules import PORT_NUMBER
+from elib.cli.serving import listening, port_option
 from elib.link.transport import parse_url, speed_of
 from elib.robot.running import run_coroutine
-from elib.simulator.emulator.loopback import bind
 
 WORLD = "sim://red-boxes"
 """The virtual robot that an agent gets where no URL is named: there are boxes of several colours to look for."""
@@ -40,12 +40,8 @@ Fence = Annotated[
 Speed = Annotated[float, Cli(name="--speed", metavar="M/S", help="Top speed of each wheel, m/s.")]
 Calls = Annotated[int, Cli(name="--calls", metavar="N", help="Calls that may reach a robot.")]
 Seconds = Annotated[float, Cli(name="--driving", metavar="S", help="Seconds of driving, all robots together.")]
-Http = Annotated[bool, Cli(name="--http", help="Serve HTTP on this computer instead of standard input and output.")]
-Port = Annotated[
-    int | None,
-    PORT_NUMBER,
-    Cli(name="--port", metavar="P", help=f"Port of --http; 0 takes a free one (default: the first from {PORT} on)."),
-]
+Http = Annotated[bool, Cli(name="--http", help="Serve HTTP at --port instead of standard input and output.")]
+Port = Annotated[int | None, PORT_NUMBER, port_option(PORT)]
 View = Annotated[bool, Cli(name="--view", help="Show the robots in the browser, with Stop for a person.")]
 Log = Annotated[Path | None, Cli(name="--log", metavar="FILE", help="Append a line of JSON for each call to FILE.")]
 
@@ -66,6 +62,11 @@ def agent(
 
     The agent's program starts this command and speaks to it by standard input and output. Its robot is a virtual one
     unless --allow-real is given. Whatever ends the agent, its robots stop.
+
+    For example:
+        elib agent
+        elib agent sim://maze --view
+        elib agent serial:///dev/rfcomm0 --allow-real --fence 0.3
     """
     check_web()
     try:
@@ -103,8 +104,8 @@ def agent(
                 await serve_pipes(door, source, target)
 
         if http:
-            bound = stack.enter_context(contextlib.closing(bind("" if port is None else str(port), PORT)))
-            run_coroutine(lambda: hold_open(by_http(bound)), speeds.pop())
+            address = stack.enter_context(listening(port=port, first=PORT))
+            run_coroutine(lambda: hold_open(by_http(address.socket)), speeds.pop())
         else:
             pipes = stack.enter_context(standard_pipes())
             run_coroutine(lambda: by_pipes(*pipes), speeds.pop())

@@ -30,7 +30,7 @@ RobotUrl = Annotated[
     ),
 ]
 NamedUrl = Annotated[str | None, Cli(help="serial:///dev/rfcomm0, COM3, rfcomm://..., tcp://HOST:PORT, ...")]
-SameUrl = Annotated[str | None, Cli(name="--robot", metavar="URL", help="The same, as for the other commands.")]
+SameUrl = Annotated[str | None, Cli(name="--robot", metavar="URL", help="Another way to name the robot.")]
 AsJson = Annotated[bool, Cli(name="--json", help="Print one line of JSON.")]
 Workers = Annotated[int | None, Cli(name="--workers", metavar="N", help="Worker processes of this computer.")]
 Cluster = Annotated[

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from dataclasses import make_dataclass
 from typing import Annotated, Any
 
@@ -11,8 +10,8 @@ from cyclopts import Parameter as Cli
 from elib.base.rules import number_from
 from elib.behaviours import Behaviour
 from elib.behaviours._run.context import DEFAULT_SEED
+from elib.cli.terminal import typed
 from elib.link.protocol.profiles import rule
-from elib.link.protocol.table import Parameter
 
 Seed = Annotated[
     int, Cli(name="--seed", metavar="N", help="Seed of the behaviour's random numbers: same seed, same run.")
@@ -23,8 +22,9 @@ def options_of(behaviour: Behaviour) -> type[Any]:
     """Return a class whose fields are the options of a behaviour, and its seed unless it has an option of that name."""
     fields: dict[str, tuple[object, object]] = {"seed": (Seed, DEFAULT_SEED)}
     for each in behaviour.options:
-        annotation = Annotated[str, Cli(name=f"--{each.name}", metavar=each.name[:1].upper(), help=rule(each.quantity))]
-        fields[each.name] = annotation, _typed(each)
+        about = ": ".join(filter(None, (behaviour.meanings.get(each.name), rule(each.quantity))))
+        annotation = Annotated[str, Cli(name=f"--{each.name}", metavar=each.name[:1].upper(), help=f"{about}.")]
+        fields[each.name] = annotation, typed(each.default)
     made = [(name, annotation, default) for name, (annotation, default) in fields.items()]
     kind = make_dataclass("Options", made, frozen=True)
     kind.__module__ = __name__  # cyclopts does not look into a class of Python's own modules
@@ -35,8 +35,3 @@ def given_in(options: Any, behaviour: Behaviour) -> dict[str, Any]:
     """Return what :func:`elib.play` takes: the ``options`` of a behaviour and its ``seed``."""
     values = {each.name: number_from(getattr(options, each.name)) for each in behaviour.options}
     return {"options": values} if "seed" in values else {"options": values, "seed": options.seed}
-
-
-def _typed(option: Parameter) -> str:
-    """Return the default of an option as it is typed."""
-    return option.default.name.lower() if isinstance(option.default, enum.Enum) else str(option.default)

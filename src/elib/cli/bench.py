@@ -131,6 +131,10 @@ def bench(
     The wheels are only told to stand still and the lamps to be off; the camera's settings and the step counters are put
     back. What makes noise, calibrates or restarts the robot is left out unless --all is given. What was measured before
     a failure or Ctrl-C is printed too.
+
+    For example:
+        elib bench
+        elib bench --robot serial:///dev/rfcomm0 --count 100
     """
     report = Report(robot, count)
     line = LiveLine()

@@ -28,8 +28,10 @@ SHARES = (0.5, 0.95, 0.99)
 """Shares of the calls whose latencies are shown."""
 
 First = Annotated[Path | None, Cli(help="A recording, .mcap.")]
-Second = Annotated[Path | None, Cli(help="Another recording; the simulator if it is left out.")]
-Plot = Annotated[Path | None, Cli(name="--plot", metavar="FILE", help="Also draw the comparison: .png, .svg or .pdf.")]
+Second = Annotated[Path | None, Cli(help="Another recording (default: the simulator).")]
+Plot = Annotated[
+    Path | None, Cli(name="--plot", metavar="FILE", help="Also draw the comparison into this file: .png, .svg or .pdf.")
+]
 WorldName = Annotated[
     str | None, Cli(name="--world", metavar="NAME", help="Use this world instead of the recorded one.")
 ]
@@ -42,14 +44,14 @@ Quality = Annotated[
     Cli(
         name="--quality",
         metavar="Q",
-        help="With --reality, how good its robots are: ideal, good, typical (default), bad.",
+        help="With --reality, how good its robots are: ideal, good, typical, bad (default: typical).",
     ),
 ]
 Drawn = Annotated[
-    int | None, Cli(name="--robots", metavar="N", help=f"With --reality, draw N robots; {ROBOTS} by default.")
+    int | None, Cli(name="--robots", metavar="N", help=f"With --reality, draw N robots (default: {ROBOTS}).")
 ]
 DrawnBy = Annotated[
-    int | None, Cli(name="--seed", metavar="N", help="With --reality, draw them by this seed; 1 by default.")
+    int | None, Cli(name="--seed", metavar="N", help="With --reality, draw them by this seed (default: 1).")
 ]
 
 
@@ -74,8 +76,13 @@ def compare(
     Two virtual robots that differ only in their noise score 1.
 
     With --reality no recording is needed: virtual robots are drawn and measured as real ones were, and each quantity
-    stands beside theirs. The recording of elib record FILE --reality adds one robot of yours. The page "How real is
+    stands beside theirs. The recording of `elib record FILE --reality` adds one robot of yours. The page "How real is
     it?" explains the table.
+
+    For example:
+        elib compare drive.mcap
+        elib compare first.mcap second.mcap --plot both.svg
+        elib compare --reality
     """
     drawing = {"quality": quality, "robots": robots, "seed": seed}
     given = {name: value for name, value in drawing.items() if value is not None}

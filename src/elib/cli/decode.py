@@ -39,7 +39,7 @@ File = Annotated[
     str, Cli(name="FILE", allow_leading_hyphen=True, help="A capture, - for standard input, a port or a URL.")
 ]
 Firmware = Annotated[
-    str | None, Cli(metavar="NAME", help=f"{', '.join(FIRMWARES)}; by default what the capture tells, or {ASSUMED}.")
+    str | None, Cli(metavar="NAME", help=f"{', '.join(FIRMWARES)} (default: what the capture tells, or {ASSUMED}).")
 ]
 From = Annotated[
     str | None,
@@ -50,7 +50,7 @@ As = Annotated[
     str | None, Choice(tuple(FORMS)), Cli(name="--as", metavar="FORM", help=f"Form of the capture: {', '.join(FORMS)}.")
 ]
 For = Annotated[float | None, DURATION, Cli(name="--for", metavar="S", help="Seconds to listen to a port.")]
-AsJson = Annotated[bool, Cli(name="--json", help="An object of JSON for each line.")]
+AsJson = Annotated[bool, Cli(name="--json", help="Print a line of JSON for each command and answer.")]
 
 
 def decode(
@@ -68,6 +68,10 @@ def decode(
     FILE is a capture: raw bytes of one direction, or hexadecimal text as xxd, hexdump -C and socat -x write it, or
     lines like `> 44 0d` (to the robot) and `< 64 0d 0a` (from it), with or without times. elib listens to a port or URL
     until Ctrl-C. Faults are marked with `!`: unknown bytes, halves, answers without a request.
+
+    For example:
+        elib decode capture.txt
+        elib decode serial:///dev/rfcomm0 --for 10
     """
     if firmware is not None:
         profile_named(firmware)

@@ -26,7 +26,7 @@ PICTURE = Path("elib-demo.png")
 USUAL_TIME = 60.0
 """s of robot time by default."""
 
-DriveTime = Annotated[float, DURATION, Cli(name="--for", metavar="S", help="Robot time to drive for, seconds.")]
+DriveTime = Annotated[float, DURATION, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]
 Seed = Annotated[int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: same seed, same run.")]
 
 WHAT_NEXT = [
@@ -47,6 +47,10 @@ def demo(
 
     Without --robot it is a virtual one in the world `arena`; the minute takes a few seconds. The picture is
     elib-demo.png. What drives is the behaviour `avoid`.
+
+    For example:
+        elib demo
+        elib demo --robot serial:///dev/rfcomm0
     """
     url = with_seed(robot, seed)
     say(f"avoid on {url} for {seconds:g} s; Ctrl-C stops it\n")

@@ -25,6 +25,10 @@ def doctor(url: NamedUrl = None, /, *, robot: SameUrl = None, json: AsJson = Fal
 
     Without URL it looks for a link, as `elib find` does. No wheel is told to turn, and a port that another program has
     open is not opened. The exit code is 1 if a step failed.
+
+    For example:
+        elib doctor
+        elib doctor serial:///dev/rfcomm0
     """
     url = one_of(url, robot)
     speed = "real" if url is None else speed_of(parse_url(url))

@@ -60,14 +60,17 @@ class Options:
         int | None, Cli(metavar="N", help=f"Individuals of a generation (default: {DEFAULT.population}).")
     ] = None
     generations: Annotated[
-        int | None, Cli(metavar="N", help=f"How many (default: {DEFAULT.generations}). More can be asked for later.")
+        int | None, Cli(metavar="N", help=f"How many; more can be asked for later (default: {DEFAULT.generations}).")
     ] = None
     seconds: Annotated[float | None, Cli(metavar="S", help="Length of an episode (default: the task's).")] = None
     scenarios: Annotated[
         int | None,
         Cli(metavar="N", help=f"Episodes of each individual in a generation (default: {DEFAULT.scenarios})."),
     ] = None
-    seed: Annotated[int | None, Cli(metavar="N", help=f"Same seed, same result (default: {DEFAULT.seed}).")] = None
+    seed: Annotated[
+        int | None,
+        Cli(metavar="N", help=f"Seed of all that is drawn: same seed, same result (default: {DEFAULT.seed})."),
+    ] = None
 
 
 def evolve(
@@ -79,15 +82,24 @@ def evolve(
     cluster: Cluster = None,
     out: Annotated[str | None, Cli(metavar="FOLDER", help="Folder of the study (default: TASK-study).")] = None,
     view: Annotated[
-        str | None, Cli(metavar="[HOST:PORT]", help="Show it live in the browser, from 127.0.0.1:8600 unless told.")
+        str | None,
+        Cli(
+            metavar="[HOST:PORT]",
+            help="Show it live in the browser; without a value, from 127.0.0.1:8600 on.",
+        ),
     ] = None,
     json: AsJson = False,
 ) -> None:
     """Let controllers evolve for a task.
 
     Everything is kept in the folder of a study: its settings, the fitness of every individual, and the best controller,
-    best.toml, which elib run drives a robot with. Ctrl-C ends it, and the same command goes on where it ended, to the
-    same result. elib evolve --out FOLDER goes on with what is in the folder.
+    best.toml, which `elib run` drives a robot with. Ctrl-C ends it, and the same command goes on where it ended, to the
+    same result. `elib evolve --out FOLDER` goes on with what is in the folder.
+
+    For example:
+        elib evolve avoid
+        elib evolve avoid --algorithm ga --generations 200 --out my-study
+        elib evolve --out my-study --view
     """
     import numpy as np
 

@@ -46,6 +46,10 @@ def find(
     With --wifi or --network every address of one network of this computer is asked at port 1000, at most 1,024 of
     them. An e-puck2 that answers is stopped by that, for its Wi-Fi has no question without a command; one that another
     program drives is not disturbed.
+
+    For example:
+        elib find
+        elib find --wifi
     """
 
     async def main() -> Survey:

@@ -29,9 +29,14 @@ WorldName = Annotated[
 def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, json: AsJson = False) -> None:
     """Fit wheels, link and infrared sensors of a robot from a recorded drive.
 
-    sim://WORLD?profile=FILE and elib simulate --profile FILE use the profile. The best drive is that of elib run
-    calibration-drive --record FILE: two minutes of legs, turns, arcs and approaches to a wall. Wheels and sensors need
+    sim://WORLD?profile=FILE and `elib simulate --profile FILE` use the profile. The best drive is that of `elib run
+    calibration-drive --record FILE`: two minutes of legs, turns, arcs and approaches to a wall. Wheels and sensors need
     poses measured from outside; the recording of a virtual robot has them.
+
+    For example:
+        elib run calibration-drive --record drive.mcap --robot serial:///dev/rfcomm0
+        elib fit drive.mcap --output mine.toml
+        elib run avoid --robot sim://arena?profile=mine.toml
     """
     if output is not None and output.suffix.lower() != ".toml":
         raise ArgumentError(f"the profile cannot be written to {str(output)!r}; its name must end in .toml")

@@ -59,6 +59,10 @@ def flash(
     reset button. Rows of the bootloader are never sent, and the reset vector is changed so that it leads to the
     bootloader: an upload that was interrupted can be repeated. Without URL a virtual robot is used. An e-puck2
     is programmed over its USB cable; with a program or a URL of one, this command names the guide.
+
+    For example:
+        elib flash program.hex serial:///dev/rfcomm0
+        elib flash program.hex --dry-run
     """
     url = one_of(url, robot)
     image = read_image(file)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import AsyncIterator, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import quote
 
@@ -15,6 +14,8 @@ from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
 from elib.base.files import write_file
 from elib.base.rules import PORT_NUMBER
+from elib.cli.recordoptions import own_name
+from elib.cli.serving import Robots, listening, port_option
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator import loopback
 
@@ -26,12 +27,7 @@ PORT = 8765
 GUESSED = ("ws://127.0.0.1:", "ws://[::1]:")
 """The addresses whose ports a page in a browser tries."""
 
-Robots = Annotated[str, Cli(help="sim://crowd?robots=3, serial:///dev/rfcomm0, replay://run.mcap, ...; several too.")]
-DoorPort = Annotated[
-    int | None,
-    PORT_NUMBER,
-    Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on)."),
-]
+DoorPort = Annotated[int | None, PORT_NUMBER, port_option(PORT)]
 Host = Annotated[
     str | None,
     Cli(name="--host", metavar="H", help="Address of this computer alone (default: one that no page can guess)."),
@@ -42,7 +38,11 @@ LayoutFile = Annotated[
 ]
 RecordTo = Annotated[
     str | None,
-    Cli(name="--record", metavar="FILE.mcap", help="Record it too; of several robots, each in its own file."),
+    Cli(
+        name="--record",
+        metavar="FILE.mcap",
+        help="Record everything that happens on the link; of several robots, each in its own file.",
+    ),
 ]
 
 
@@ -58,6 +58,10 @@ def foxglove(
 
     Open the address that is printed in the app: Open connection, Foxglove WebSocket. With --layout and without a robot,
     only the layout is written.
+
+    For example:
+        elib foxglove sim://arena
+        elib foxglove replay://drive.mcap --layout robot.json
     """
     if layout is not None and not urls:
         _write_layout(layout, [""])
@@ -73,17 +77,12 @@ def foxglove(
         ) from None
     from elib.doors.foxglove.door import hidden_host
     from elib.doors.robots import hold_open
-    from elib.panel.server.listening import listen
 
     if host is not None:
         host, _ = loopback.address(loopback.joined(host, port or PORT))
     with contextlib.ExitStack() as stack:
-        address = listen(host or hidden_host(), port, first=PORT)
-        stack.callback(address.socket.close)
-        page = listen() if view else None
-        if page is not None:
-            stack.callback(page.socket.close)
-        stack.enter_context(contextlib.suppress(KeyboardInterrupt))
+        address = stack.enter_context(listening(host or hidden_host(), port, PORT))
+        page = stack.enter_context(listening()) if view else None
         run_coroutine(lambda: hold_open(_opened(urls, address, page, layout, record)))
 
 
@@ -101,7 +100,7 @@ async def _opened(
             _write_layout(layout, [prefix_of(key, count) for key in panel.slots])
         if record is not None:
             for key, slot in panel.slots.items():
-                slot.records.recording.start(record if count == 1 else _numbered(record, key))
+                slot.records.recording.start(record if count == 1 else own_name(record, key))
         place = f"ws://{loopback.joined(*address.socket.getsockname()[:2])}/"
         async with opened(panel, address):
             if place.startswith(GUESSED):
@@ -118,9 +117,3 @@ def _write_layout(path: str, prefixes: Sequence[str]) -> None:
     from elib.doors.foxglove.layout import layout_of
 
     write_file(path, layout_of(prefixes).encode())
-
-
-def _numbered(path: str, key: str) -> str:
-    """Return the name of one robot's recording."""
-    found = Path(path)
-    return str(found.with_name(f"{found.stem}-{key}{found.suffix}"))

@@ -31,6 +31,10 @@ def joystick(
 
     Without a URL the page offers the robots that it finds, those that it was used with before, and virtual ones. Only
     this computer can open the page, unless --host names another address.
+
+    For example:
+        elib joystick
+        elib joystick serial:///dev/rfcomm0 sim://maze
     """
     check_web()
     from elib.panel.server.http import serve

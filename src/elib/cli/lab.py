@@ -46,6 +46,10 @@ app.command(
     table, a row a student, by the names of files and folders without .py.
 
     In a lab's teacher/mistakes, one that does not fail as its first line says is named, and the exit code is 1.
+
+    For example:
+        elib lab mark handed-in --lab square
+        elib lab mark handed-in --lab square --csv marks.csv --html marks.html
     """,  # here, because the list of commands shows its first line and does not import the module
 )
 
@@ -80,7 +84,12 @@ def new(
         bool, Cli(name="--teacher", help="Copy the solution, the mistakes and the hidden variants as well.")
     ] = False,
 ) -> None:
-    """Copy a lab into a new folder, to work on."""
+    """Copy a lab into a new folder, to work on.
+
+    For example:
+        elib lab new out-of-the-maze
+        elib lab new square my-lab --teacher
+    """
     if name not in shipped_labs():
         raise ArgumentError(f"there is no lab {name!r}", hint=nearest(name, shipped_labs()))
     target = Path(folder or name)
@@ -97,7 +106,11 @@ def new(
 
 @app.command
 def draw(folder: Annotated[str, Cli(help="The lab's folder.")] = ".", /) -> None:
-    """Draw the world of a lab, with its zones, into world.svg, which its README.md shows."""
+    """Draw the world of a lab, with its zones, into world.svg, which its README.md shows.
+
+    For example:
+        elib lab draw my-lab
+    """
     lab = load_lab(folder)
     path = Path(folder) / PICTURE
     write_file(path, draw_lab(lab).encode())
@@ -119,6 +132,10 @@ def check(
     The path of the robot is drawn into a picture beside the program. The exit code is 0 if all goals hold. A program in
     the lab's teacher/mistakes runs in the hidden variants too, and the exit code is 0 if it fails as its first line
     says.
+
+    For example:
+        elib lab check out-of-the-maze/start.py
+        elib lab check square/start.py --json
     """
     path = Path(program)
     if path.is_dir():

@@ -47,7 +47,7 @@ Jobs = Annotated[
     Whole(1),
     Cli(
         metavar="N",
-        help="Submissions that run at once; as many as processors unless given.",
+        help="Submissions that run at once (default: as many as there are processors).",
     ),
 ]
 Unsafe = Annotated[bool, Cli(help="Run the programs with your rights, without bubblewrap.")]

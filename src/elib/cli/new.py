@@ -17,7 +17,7 @@ from elib.behaviours import behaviours
 from elib.cli.terminal import table
 
 Sample = Annotated[str | None, Cli(help="Name of the sample; --list shows them.")]
-Target = Annotated[Path | None, Cli(help="The file to write: NAME.py unless given.")]
+Target = Annotated[Path | None, Cli(help="The file to write (default: NAME.py).")]
 Listed = Annotated[bool, Cli(name="--list", help="List the samples.")]
 
 
@@ -26,6 +26,10 @@ def new(sample: Sample = None, file: Target = None, /, *, listed: Listed = False
 
     The samples are a few short programs, and the behaviours that `elib run --list` lists. `elib run my_robot.py` runs
     the copy as it is; `python my_robot.py` runs the copy of a program.
+
+    For example:
+        elib new --list
+        elib new avoid my_avoid.py
     """
     there = samples()
     if sample is None:

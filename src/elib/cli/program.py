@@ -18,7 +18,7 @@ from cyclopts import Parameter as Cli
 from elib import __version__
 from elib.base.errors import ArgumentError
 from elib.base.rules import rule_in
-from elib.cli.terminal import WIDEST, table
+from elib.cli.terminal import WIDEST, table, typed
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpEntry, HelpPanel
@@ -150,12 +150,14 @@ def _app(name: str, page: str, tokens: Sequence[str]) -> App:
         exit_on_error=False,
     )
     app.help_formatter = Pages(app, tokens)
+    app["--help"].help = "Show this page."
     return app
 
 
 def build(tokens: Sequence[str]) -> App:
     """Return the parser; a command's module is imported when *tokens* name it."""
     app = _app("elib", DESCRIPTION, tokens)
+    app["--version"].help = "Show the version of elib."
     for order, (name, summary) in enumerate(COMMANDS.items()):
         # A help text given here replaces the docstring on the command's own page.
         shown = None if name in tokens else summary
@@ -210,8 +212,10 @@ class Pages:
     def render_usage(self, console: Console, options: ConsoleOptions, usage: object) -> None:
         """Write the first line; it names the optional arguments, for which cyclopts writes ARGS."""
         text = str(usage).strip()
+        _, apps, _ = self._app.parse_commands([token for token in self._tokens if token not in PAGE_OPTIONS])
+        if apps[-1].default_command is not None:  # a page of sub-commands that also works without one
+            text = text.replace(f"{apps[-1].name[0]} COMMAND [", f"{apps[-1].name[0]} [", 1)
         if "[ARGS" in text:
-            _, apps, _ = self._app.parse_commands([token for token in self._tokens if token not in PAGE_OPTIONS])
             optional = [
                 f"[{each.name}{'...' if each.field_info.kind is each.field_info.VAR_POSITIONAL else ''}]"
                 for each in apps[-1].assemble_argument_collection()
@@ -222,8 +226,17 @@ class Pages:
 
     def render_description(self, console: Console, options: ConsoleOptions, description: RenderableType) -> None:
         """Write what the command does."""
-        paragraphs = re.split(r"\n\s*\n", _plain(description, console).strip())
-        _write(console, "\n\n".join(textwrap.fill(" ".join(part.split()), _width(console)) for part in paragraphs))
+        paragraphs = re.split(r"\n\s*\n", _plain(description, console).replace("``", "`").strip())
+        _write(console, "\n\n".join(_filled(part, _width(console)) for part in paragraphs))
+
+
+def _filled(paragraph: str, width: int) -> str:
+    """Return a paragraph of a page, wrapped; lines that are indented are examples, and stay as they are."""
+    if "\n    " in paragraph:
+        return paragraph.replace("\n    ", "\n  ")
+    # A command line stays whole, so that it can be copied.
+    whole = re.sub("`[^`]*`", lambda found: found[0].replace(" ", "\0"), " ".join(paragraph.split()))
+    return textwrap.fill(whole, width, break_on_hyphens=False, break_long_words=False).replace("\0", " ")
 
 
 def _row(entry: HelpEntry, console: Console, *, is_command: bool) -> tuple[str, str]:
@@ -231,12 +244,16 @@ def _row(entry: HelpEntry, console: Console, *, is_command: bool) -> tuple[str, 
     text = " ".join(_plain(entry.description, console).split())
     if is_command:
         return ", ".join(entry.all_options), re.split(r"[.;:](?:\s|$)", text, maxsplit=1)[0]
-    default = f" (default: {entry.default})" if entry.default else ""
-    return ", ".join(entry.display_labels_with_metavar), text + default
+    if entry.default:
+        end = "." if text.endswith(".") else ""
+        text = f"{text.removesuffix('.')} (default: {entry.default}){end}"
+    return ", ".join(entry.display_labels_with_metavar), text
 
 
 def _default(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else "" if value is None or value is False else str(value)
+    if value is None or isinstance(value, bool):
+        return "yes" if value else ""
+    return typed(value)
 
 
 def _plain(text: RenderableType | None, console: Console) -> str:

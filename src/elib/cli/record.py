@@ -42,12 +42,10 @@ PartBytes = Annotated[
 PartSeconds = Annotated[float | None, Cli(name="--part-seconds", metavar="S", help="The same after S seconds.")]
 Keep = Annotated[int | None, Cli(name="--keep", metavar="N", help="Keep the newest N parts, 2 at least.")]
 Output = Annotated[
-    str | None, Cli(name=("-o", "--output"), metavar="OUT", help="The new file; FILE.repaired.mcap by default.")
+    str | None, Cli(name=("-o", "--output"), metavar="OUT", help="The new file (default: FILE.repaired.mcap).")
 ]
 
-Tables = Annotated[
-    str, Cli(name="TABLES", help=f"proximity or another reading, {', '.join(FIXED)}; all tables by default.")
-]
+Tables = Annotated[str, Cli(name="TABLES", help=f"proximity or another reading, {', '.join(FIXED)} (default: all).")]
 Csv = Annotated[str | None, Cli(name="--csv", metavar="PATH", help="Write CSV: a folder, or a file for one table.")]
 Parquet = Annotated[str | None, Cli(name="--parquet", metavar="PATH", help="Write Parquet, in the same way.")]
 Replace = Annotated[bool, Cli(name="--replace", help="Replace files that exist.")]
@@ -83,6 +81,10 @@ def record(
 
     `elib record info FILE` says what a recording holds, `elib record repair FILE` repairs one that was cut off, and
     `elib record export FILE --csv FOLDER` makes tables of it.
+
+    For example:
+        elib record drive.mcap --robot serial:///dev/rfcomm0
+        elib record near.mcap proximity --rate 20 --for 60
     """
     if reality:
         if names or seconds is not None or (rate, part_bytes, part_seconds, keep) != (RATE, None, None, None):
@@ -133,7 +135,11 @@ def record(
 
 @app.command(name="info")
 def info(file: Existing, /, *, json: AsJson = False) -> None:
-    """Show what a recording holds, and whether it is complete."""
+    """Show what a recording holds, and whether it is complete.
+
+    For example:
+        elib record info drive.mcap
+    """
     summary = summary_of(read_recording(file))
     if json:
         print_json(to_json(summary))
@@ -146,6 +152,9 @@ def mend(file: Existing, /, *, output: Output = None) -> None:
     """Write a complete recording with everything that can be read of one that was cut off or damaged.
 
     The old file does not change. Each part of a recording is repaired separately.
+
+    For example:
+        elib record repair drive.mcap
     """
     done = repair(file, output)
     health = done.health
@@ -165,6 +174,10 @@ def export_tables(
 
     A row is a reading, a column is a number: time, proximity_front_right, ..., robot, origin. Times are in s on the
     robot's clock. PATH is a folder; or a file, where one of TABLES is named. Parquet needs the extra `parquet`.
+
+    For example:
+        elib record export drive.mcap --csv tables
+        elib record export drive.mcap proximity --csv near.csv
     """
     if (csv is None) == (parquet is None):
         raise ArgumentError("elib record export needs --csv or --parquet, one of them", hint="try --csv tables")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
@@ -13,7 +14,9 @@ from elib.robot.runner import Records
 LogFile = Annotated[
     str | None, Cli(name="--log", metavar="FILE", help="Append a line for each call and its outcome to this file.")
 ]
-LogNames = Annotated[Vocabulary, Cli(name="--log-names", help="Its command names: python or 2011.")]
+LogNames = Annotated[
+    Vocabulary, Cli(name="--log-names", metavar="NAMES", help="Names of the commands in the log: python or 2011.")
+]
 RecordFile = Annotated[
     str | None, Cli(name="--record", metavar="FILE.mcap", help="Record everything that happens on the link.")
 ]
@@ -30,3 +33,10 @@ class RecordOptions(Records):
 
 Kept = Annotated[RecordOptions, Cli(name="*")]
 NOTHING_KEPT = RecordOptions()
+
+
+def own_name(path: str, word: str) -> str:
+    """Return the file of one robot of several: ``run-WORD.mcap``."""
+    word = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in word)
+    file = Path(path)
+    return str(file.with_name(f"{file.stem}-{word}{file.suffix}"))

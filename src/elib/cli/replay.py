@@ -32,8 +32,13 @@ File = Annotated[str, Cli(metavar="FILE", help="The recording.")]
 From = Annotated[float | None, Cli(name="--from", metavar="S", help="Print from this time on, s since the beginning.")]
 To = Annotated[float | None, Cli(name="--to", metavar="S", help="Print until this time.")]
 Only = Annotated[str, Cli(name="--only", metavar="KIND,KIND", help=f"Print only these kinds: {', '.join(KINDS)}.")]
-AsJson = Annotated[bool, Cli(name="--json", help="Print a JSON object for each line.")]
-Plot = Annotated[str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings instead.")]
+AsJson = Annotated[bool, Cli(name="--json", help="Print a line of JSON for each call and note.")]
+Plot = Annotated[
+    str | None,
+    Cli(
+        name="--plot", metavar="FILE", help="Draw path, speeds and readings into this file instead: .png, .svg or .pdf."
+    ),
+]
 Fork = Annotated[float | None, Cli(name="--fork-at", metavar="S", help="Continue from this time in the simulator.")]
 Behave = Annotated[str | None, Cli(name="--behaviour", metavar="NAME", help="With --fork-at: run this behaviour.")]
 WorldName = Annotated[str | None, Cli(name="--world", metavar="NAME", help="With --fork-at: use another world.")]
@@ -57,6 +62,11 @@ def replay(
 
     With --from, --to, --only or --json it is printed instead, a line for each call and note, and also where there is no
     terminal. To replay a program, start it with --robot replay://FILE.
+
+    For example:
+        elib replay drive.mcap
+        elib replay drive.mcap --from 10 --to 12 --only call
+        elib replay drive.mcap --fork-at 10 --behaviour avoid
     """
     printing = {"--from": begin is not None, "--to": end is not None, "--only": bool(only), "--json": json}
     for option, is_given in printing.items():

@@ -61,7 +61,8 @@ View = Annotated[
     Cli(name="--view", help="Show the program's virtual world live in the browser, in real time."),
 ]
 Plot = Annotated[
-    str | None, Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings to a .png, .svg or .pdf.")
+    str | None,
+    Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings into this file: .png, .svg or .pdf."),
 ]
 AsJson = Annotated[
     bool, Cli(name="--json", help="Print the summary as one line of JSON; what the program prints goes to stderr.")
@@ -82,7 +83,7 @@ class RunOptions:
 How = Annotated[RunOptions, Cli(name="*")]
 USUAL = RunOptions()
 
-app = App(name="run")
+app = App(name="run", group_commands="Behaviours")
 
 
 @app.default
@@ -106,6 +107,11 @@ def choose(
     `elib run best.toml` lets the best controller that `elib evolve` found drive: without --robot an episode in the
     world of its task, whose fitness is printed, with --robot URL your robot. Name several robots to let it drive each
     of them.
+
+    For example:
+        elib run avoid
+        elib run my_robot.py --robot serial:///dev/rfcomm0 --for 60
+        elib run best.toml --view
     """
     if program is not None and is_program(program):
         run(find_program(program), arguments=arguments, robots=robot or (), **vars(how))
@@ -130,6 +136,10 @@ def run_all(*, robot: RobotUrl | None = None, seconds: EachTime = EACH) -> None:
     """Run the samples of 2011 one after another, as their Main did; Enter goes on to the next.
 
     Without --robot, or with sim:// alone, each sample has a virtual robot in its own world.
+
+    For example:
+        elib run all
+        elib run all --robot serial:///dev/rfcomm0
     """
     for name in SAMPLES:
         say(f"\n== {name}: {find(name).summary}")

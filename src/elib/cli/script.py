@@ -28,6 +28,7 @@ from elib.behaviours._run.program import TimeLimit, code_of, interruptible, is_o
 from elib.cli.behaviouroptions import given_in, options_of
 from elib.cli.live import RunDisplay
 from elib.cli.program import execute_own, is_package
+from elib.cli.recordoptions import own_name
 from elib.cli.report import ENDINGS, drive_rows, link_rows, state_rows, time_in_states
 from elib.cli.terminal import print_json, say, table
 from elib.link.session import Disconnected, Reconnected, TraceEvent
@@ -242,7 +243,7 @@ class ProgramRun:
         word = robot.name if self._is_swarm else str(len(self.robots) + 1) if self.robots else ""
         record = self._records.record
         if record is not None and word:
-            record = str(own_name(Path(record), word))
+            record = own_name(record, word)
         records = replace(self._records, record=record)
         records.check()
         self._files += records.begin(robot)
@@ -422,12 +423,6 @@ class ProgramRun:
                         each.note(event.state, kind="state")
                     else:
                         each.note(event.text)
-
-
-def own_name(path: Path, word: str) -> Path:
-    """Return the file of one robot of several: ``run-WORD.mcap``."""
-    word = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in word)
-    return path.with_name(f"{path.stem}-{word}{path.suffix}")
 
 
 def _told(recorder: Recorder) -> str:

@@ -18,9 +18,10 @@ from elib.base.plaintext import plain, summary
 from elib.base.rules import Number, number_from
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import columns, has_colour, print_json, say
+from elib.cli.terminal import columns, has_colour, print_json, say, typed
 from elib.link.protocol import values
 from elib.link.protocol import words as readings
+from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import Context
 from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES, rule
@@ -32,7 +33,12 @@ from elib.robot.runner import run_on
 OVERVIEW = """Send one command and print its answer.
 
 After set_speed the robot drives until `elib send stop`. Each sim:// is a new robot; `elib simulate` makes one that
-stays."""
+stays.
+
+For example:
+    elib send proximity
+    elib send set_speed 0.5 -0.5 --robot serial:///dev/rfcomm0
+    elib send image --save robot.png"""
 
 TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
@@ -148,26 +154,21 @@ def _command(what: CatalogueEntry) -> Callable[..., None]:
     def command(*texts: str, options: SendOptions = usual) -> None:
         send(what, texts, options)
 
-    typed = [
+    taken = [
         inspect.Parameter(
             name,
             inspect.Parameter.POSITIONAL_ONLY,
-            default=default if default is inspect.Parameter.empty else _shown(default),
+            default=default if default is inspect.Parameter.empty else typed(default),
             annotation=Annotated[str, Cli(help=TEXT_RULE if quantity is None else rule(quantity))],
         )
         for name, quantity, default in what.parameters
     ]
-    typed.append(inspect.Parameter("options", inspect.Parameter.KEYWORD_ONLY, default=usual, annotation=annotation))
+    taken.append(inspect.Parameter("options", inspect.Parameter.KEYWORD_ONLY, default=usual, annotation=annotation))
     command.__name__ = what.name
     command.__doc__ = None
-    command.__annotations__ = {item.name: item.annotation for item in typed}
-    setattr(command, "__signature__", inspect.Signature(typed))  # noqa: B010  # functions declare no such attribute
+    command.__annotations__ = {item.name: item.annotation for item in taken}
+    setattr(command, "__signature__", inspect.Signature(taken))  # noqa: B010  # functions declare no such attribute
     return command
-
-
-def _shown(default: object) -> str:
-    name = getattr(default, "name", None)
-    return name if isinstance(name, str) else str(default)
 
 
 def _page(what: CatalogueEntry) -> str:
@@ -180,6 +181,9 @@ def _page(what: CatalogueEntry) -> str:
     for firmware, reason in what.absent.items():
         reasons.setdefault(reason, []).append(firmware)
     paragraphs += [f"Not on {', '.join(names)}: {reason}." for reason, names in reasons.items()]
+    example = SPECS[what.name].example if what.name in SPECS else ""
+    if found := re.search(rf"robot\.{what.name}\(([-\w., \"]+)\)", example):
+        paragraphs.append(f"For example:\n    elib send {what.name} {found[1].replace(',', '').replace(chr(34), '')}")
     return "\n\n".join(paragraphs)
 
 

@@ -39,6 +39,10 @@ def serve(
     Programs connect to the first printed address and exchange JSON messages. The second address shows the same robots
     to a person, who can stop them or take over. One program or page drives a robot at a time. A robot whose driver
     falls silent stops.
+
+    For example:
+        elib serve sim://arena
+        elib serve serial:///dev/rfcomm0 --port 8700
     """
     check_web()
     if schema:

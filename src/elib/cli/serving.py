@@ -13,6 +13,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError
 from elib.base.rules import PORT_NUMBER
 from elib.panel.server.listening import PORT, Address, listen
+from elib.simulator.emulator.loopback import LOOPBACK
 
 TOKEN_BYTES = 16
 """128 bits of randomness, too many to guess the token."""
@@ -20,20 +21,23 @@ MAX_TOKEN = 200
 """Characters of a token that a person chose."""
 
 Robots = Annotated[str, Cli(help="sim://crowd?robots=20, serial:///dev/rfcomm0, ...; as many as you like.")]
-Port = Annotated[
-    int | None,
-    PORT_NUMBER,
-    Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {PORT} on)."),
-]
+
+
+def port_option(first: int) -> Cli:
+    """Return the option for a port; without it the first free one from *first* on is taken."""
+    return Cli(name="--port", metavar="P", help=f"Port; 0 takes a free one (default: the first from {first} on).")
+
+
+Port = Annotated[int | None, PORT_NUMBER, port_option(PORT)]
 Host = Annotated[
     str, Cli(name="--host", metavar="H", help="Address; other computers must give a token, which is printed.")
 ]
 
 
 @contextlib.contextmanager
-def listening(host: str, port: int | None) -> Iterator[Address]:
+def listening(host: str = LOOPBACK, port: int | None = None, first: int = PORT) -> Iterator[Address]:
     """Take a port while the block lasts. Ctrl-C is the usual end of what is served there, not a failure."""
-    address = listen(host, port)
+    address = listen(host, port, first=first)
     with contextlib.closing(address.socket), contextlib.suppress(KeyboardInterrupt):
         yield address
 

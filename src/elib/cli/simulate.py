@@ -52,32 +52,34 @@ def _number(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the par
 World = Annotated[
     str | None, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file (default: {DEFAULT_WORLD}).")
 ]
-NamedWorld = Annotated[str | None, _text("world", "NAME", "The same, as an option.")]
+NamedWorld = Annotated[str | None, _text("world", "NAME", "Another way to name WORLD.")]
 Pty = Annotated[
     str | None, _text("pty", "[LINK]", "Offer a pty each; LINK names the first one's symbolic link, the next count up.")
 ]
 Tcp = Annotated[
     str | None,
-    _text(
-        "tcp", "HOST:PORT", "Offer a TCP port each, counting up; 0 takes free ones. The host is 127.0.0.1 unless given."
-    ),
+    _text("tcp", "HOST:PORT", "Offer a TCP port each, counting up; 0 takes free ones (default for HOST: 127.0.0.1)."),
 ]
 Wifi = Annotated[
     str | None,
     _text(
         "wifi",
         "[HOST:PORT]",
-        f"Offer e-puck2s over Wi-Fi, a port each, counting up; free ones of 127.0.0.1 unless given. "
+        f"Offer e-puck2s over Wi-Fi, a port each, counting up; without a value, free ones of 127.0.0.1. "
         f"Implies --firmware {EPUCK2_WIFI.name}.",
     ),
 ]
 View = Annotated[
     str | None,
-    _text("view", "[HOST:PORT]", "Show it live in the browser, from 127.0.0.1:8600 unless told otherwise."),
+    _text("view", "[HOST:PORT]", "Show it live in the browser; without a value, from 127.0.0.1:8600 on."),
 ]
 ControlAt = Annotated[
     str | None,
-    _text("control", "[HOST:PORT]", "Let programs move things and switch faults, at 127.0.0.1:8650."),
+    _text(
+        "control",
+        "[HOST:PORT]",
+        "Let programs move things and switch faults; without a value, from 127.0.0.1:8650 on.",
+    ),
 ]
 Verbose = Annotated[bool, Cli(name=("--verbose", "-v"), help="Show all bytes on stderr, as elib decode does.")]
 UntilEof = Annotated[bool, Cli(name="--until-eof", show=False)]
@@ -92,7 +94,7 @@ class SimulationOptions:
     firmware: Annotated[
         str | None, _text("firmware", "F", f"{', '.join(FIRMWARES)} (default: {SimulationSettings().firmware}).")
     ] = None
-    seed: Annotated[str | None, _number("seed", "N", "Seed: the same seed, the same noise")] = None
+    seed: Annotated[str | None, _number("seed", "N", "Seed of the noise: same seed, same noise")] = None
     speed: Annotated[str | None, _text("speed", "real|K", "How fast time runs: as the clock's, or K times.")] = None
     latency: Annotated[str | None, _number("latency", "S", "Delay of the link each way")] = None
     jitter: Annotated[str | None, _number("jitter", "S", "Standard deviation of that delay")] = None
@@ -108,7 +110,8 @@ class SimulationOptions:
         str | None, _text("profile", "FILE", "A robot profile, as elib fit writes it: all robots are like that one.")
     ] = None
     quality: Annotated[
-        str | None, _text("quality", "Q", f"How good the robots are: {', '.join(QUALITIES)}; else as the world says.")
+        str | None,
+        _text("quality", "Q", f"How good the robots are: {', '.join(QUALITIES)} (default: as the world says)."),
     ] = None
 
 
@@ -166,6 +169,12 @@ def simulate(
     With --class every student gets a robot in a world of his own and a page to watch it, and the teacher a page of all;
     --tcp names the port of the first robot, 4001 by default, --view that of the pages, 8600, and --host lets other
     computers in.
+
+    For example:
+        elib simulate
+        elib simulate maze --tcp 4000 --view
+        elib simulate --robots 3 --firmware epuck2
+        elib simulate arena --class 20 --host
     """
     keys = {key: value for key, value in dataclasses.asdict(options).items() if value is not None}
     if world is not None and named is not None and world != named:

@@ -24,7 +24,7 @@ Sample = Annotated[
     list[str] | None,
     Cli(metavar="NAME=A..B:COUNT", negative="", help="A parameter of which random values are drawn."),
 ]
-Worlds = Annotated[str | None, Cli(name="--world", metavar="A,B", help="The worlds; by default that of the target.")]
+Worlds = Annotated[str | None, Cli(name="--world", metavar="A,B", help="The worlds (default: that of the target).")]
 Seeds = Annotated[int, Cli(metavar="N", help="Do every run with the seeds 1 to N.")]
 Faults = Annotated[
     str | None,
@@ -32,7 +32,7 @@ Faults = Annotated[
 ]
 Seconds = Annotated[
     float | None,
-    Cli(name="--for", metavar="S", help="Robot time for each run, seconds; by default 30, or what the task says."),
+    Cli(name="--for", metavar="S", help="Robot time for each run, seconds (default: 30, or what the task says)."),
 ]
 Out = Annotated[str | None, Cli(metavar="FOLDER", help="The folder for the results; a sweep in it goes on.")]
 Metric = Annotated[str, Cli(name="--plot", metavar="COLUMN", help="The column to draw, such as path or contact_time.")]
@@ -58,6 +58,10 @@ def sweep(
 
     Every run is a row of runs.parquet: its parameters, and what was measured in the true world. sweep.svg shows it.
     A sweep that was interrupted goes on with the same command.
+
+    For example:
+        elib sweep avoid --grid cruise=0.2,0.4,0.6 --seeds 10
+        elib sweep avoid --sample cruise=0.1..0.8:20 --world arena,maze --workers 2
     """
     if importlib.util.find_spec("duckdb") is None or importlib.util.find_spec("matplotlib") is None:
         raise Unsupported("elib sweep needs DuckDB and Matplotlib, which are not installed", hint=install("learn"))

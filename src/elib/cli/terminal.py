@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import json
 import os
 import shutil
@@ -31,6 +32,11 @@ def say(text: str = "") -> None:
 def print_json(value: object) -> None:
     """Print *value* as one line of JSON, at once."""
     print(json_line(value), flush=True)
+
+
+def typed(value: object) -> str:
+    """Return a value as a person types it: the name of a member, a number in its shortest form."""
+    return value.name if isinstance(value, enum.Enum) else f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def json_line(value: object) -> str:

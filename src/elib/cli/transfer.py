@@ -30,8 +30,8 @@ Profiles = Annotated[
         name="--profile",
         metavar="NAME",
         negative="",
-        help="Another robot: enki, webots, gctronic, or a file that elib fit wrote; once for each."
-        " All three unless given.",
+        help="Another robot: enki, webots, gctronic, or a file that elib fit wrote; once for each "
+        "(default: all three).",
     ),
 ]
 Runs = Annotated[int, Cli(name="--runs", metavar="N", help="Runs of each stage.")]
@@ -39,7 +39,7 @@ RobotRuns = Annotated[int, Cli(name="--robot-runs", metavar="N", help="Runs on t
 Latency = Annotated[str, Cli(name="--latency", metavar="S", help="Delay each way of the poor link: 0.05 s, or 50ms.")]
 Jitter = Annotated[str, Cli(name="--jitter", metavar="S", help="Standard deviation of that delay: 0.01 s, or 10ms.")]
 Loss = Annotated[float, Cli(name="--loss", metavar="P", help="Probability that the poor link loses an answer.")]
-Seed = Annotated[int, Cli(name="--seed", metavar="N", help="Seed of all runs: the same seed, the same report.")]
+Seed = Annotated[int, Cli(name="--seed", metavar="N", help="Seed of all runs: same seed, same report.")]
 Out = Annotated[
     Path | None, Cli(name="--out", metavar="FOLDER", help="Write report.md, transfer.svg and all runs there.")
 ]
@@ -74,6 +74,10 @@ def transfer(
 
     Your robot runs for the time of an episode, each time after you have put it at a start. It is stopped whatever
     happens.
+
+    For example:
+        elib transfer avoid-study/best.toml
+        elib transfer avoid-study/best.toml --robot serial:///dev/rfcomm0 --out report
     """
     champion = load_champion(file)
     plan = TransferPlan(

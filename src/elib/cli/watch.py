@@ -31,8 +31,8 @@ RATE = 5.0
 
 Names = Annotated[str, Cli(metavar="NAMES", help="Readings: proximity, battery, image, ... (default: all but image).")]
 Rate = Annotated[float, Cli(name="--rate", metavar="HZ", help="Snapshots a second, 0.001 to 1000.")]
-Once = Annotated[bool, Cli(name="--once", help="One snapshot, then end.")]
-AsJson = Annotated[bool, Cli(name="--json", help="A line of JSON for each snapshot.")]
+Once = Annotated[bool, Cli(name="--once", help="Show one snapshot, then end.")]
+AsJson = Annotated[bool, Cli(name="--json", help="Print a line of JSON for each snapshot.")]
 
 
 def watch(
@@ -47,6 +47,11 @@ def watch(
     """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
 
     Without NAMES it shows every reading that the robot has, except `image`. The robot is not told to do anything.
+
+    For example:
+        elib watch --robot serial:///dev/rfcomm0
+        elib watch proximity ground --rate 10
+        elib watch battery --once --json
     """
     wanted = chosen(names, rate)
 

@@ -32,7 +32,7 @@ SHOWN = 12
 Name = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file.")]
 File = Annotated[str, Cli(help="Path of a .toml file.")]
 Shipped = Annotated[str, Cli(help=f"{', '.join(gallery())}.")]
-Target = Annotated[Path | None, Cli(help="The file to write: NAME.toml unless given.")]
+Target = Annotated[Path | None, Cli(help="The file to write (default: NAME.toml).")]
 Png = Annotated[str | None, Cli(name="--png", metavar="FILE", help="Draw it from above into this file.")]
 Robots = Annotated[
     int | None, Whole(0), Cli(name="--robots", metavar="N", help="How many robots (default: as the world says).")
@@ -61,7 +61,12 @@ def list_worlds(*, json: AsJson = False) -> None:
 
 @app.command
 def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson = False) -> None:
-    """Show what is in a world."""
+    """Show what is in a world.
+
+    For example:
+        elib world show maze
+        elib world show my_room.toml --png room.png
+    """
     name = _file_or_name(name)
     file = load_file(name, robots=robots)
     world = _build_world(name, file.scene, robots)
@@ -80,7 +85,11 @@ def show(name: Name, /, *, png: Png = None, robots: Robots = None, json: AsJson 
 
 @app.command
 def export(name: Shipped, file: Target = None, /) -> None:
-    """Copy a world that comes with elib into a file, to change it. It never replaces a file."""
+    """Copy a world that comes with elib into a file, to change it. It never replaces a file.
+
+    For example:
+        elib world export arena my_room.toml
+    """
     if name not in gallery():
         raise ArgumentError(f"no world {name!r} comes with elib", hint=nearest(name, gallery()))
     path = Path(f"{name}.toml") if file is None else file
@@ -97,6 +106,9 @@ def check(file: File, /) -> None:
     """Say whether a file describes a world.
 
     The exit code is 0 if it does, and 1 if not; the error then names the line, the key and a cure.
+
+    For example:
+        elib world check my_room.toml
     """
     name = _file_or_name(file)
     world = _build_world(name, load_file(name).scene, None)

@@ -11,6 +11,7 @@ from msgspec import Struct
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Profile
 from elib.link.protocol.profiles import FIRMWARES
+from elib.link.protocol.words import in_digits
 from elib.robot.snapshot import SENSORS
 
 
@@ -42,17 +43,9 @@ def words(instrument: Instrument, reading: object) -> tuple[tuple[str, str, str]
     """Return label, number and unit of each value of a reading; ``?`` for a number that is not known."""
     found = numbers(reading) if isinstance(reading, v.Reading) else [None] * len(instrument.labels)
     return tuple(
-        (label, _number(number), unit)
+        (label, "?" if number is None else in_digits(number, 4), unit)
         for label, number, unit in zip(instrument.labels, found, instrument.units, strict=False)
     )
-
-
-def _number(value: float | None) -> str:
-    if value is None:
-        return "?"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return str(value) if isinstance(value, int) else f"{value:.4g}"
 
 
 @cache

@@ -36,7 +36,6 @@ from elib.robot.reconnect import Policy
 from elib.robot.snapshot import IMAGE
 from elib.robot.watchdog import is_supported
 from elib.simulator.emulator.control import Control
-from elib.tools.diagnosis.doctor import diagnose
 from elib.tools.diagnosis.report import Diagnosis
 
 LIVE = 0.5
@@ -296,6 +295,8 @@ class Slot:
         self._doctor = self._tasks.begin(self._ask_doctor(), "elib panel asks the doctor")
 
     async def _ask_doctor(self) -> None:
+        from elib.tools.diagnosis.doctor import diagnose  # it needs what opens serial ports
+
         with contextlib.suppress(ElibError, OSError):
             self.diagnosis = await diagnose(self.url)
 

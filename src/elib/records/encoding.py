@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import enum
-from binascii import b2a_base64
 from collections.abc import Collection, Iterator, Mapping
 
+from elib.base.pictures import base64_of
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Reading, Role, describe
 from elib.records.topics import PictureData
 
 MAX_FIELDS = 16
 """Numbers of a list in a reading; a longer list holds samples of sound."""
-
-
-def base64_of(data: bytes) -> str:
-    """Return bytes as text."""
-    return b2a_base64(data, newline=False).decode("ascii")
 
 
 def fields_of(value: Reading) -> dict[str, object]:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, cast
 import msgspec
 
 from elib.base.errors import LinkClosed, Unsupported
+from elib.base.pictures import base64_of
 from elib.base.pose import Pose
 from elib.link.protocol.image import Image
 from elib.link.protocol.table import Request
@@ -32,7 +33,7 @@ from elib.link.session import (
     Wrote,
 )
 from elib.link.session.statistics import LinkStats
-from elib.records.encoding import base64_of, fields_of, picture_data
+from elib.records.encoding import fields_of, picture_data
 from elib.records.ranges import ROBOT, distance_points, infrared_points
 from elib.records.topics import (
     AHEAD,

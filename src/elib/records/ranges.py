@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 
 from elib.base.body import SENSOR_DIRECTIONS, SENSOR_RADIUS
 from elib.base.infrared import wall_distance
-from elib.records.encoding import base64_of
+from elib.base.pictures import base64_of
 from elib.records.topics import PackedField, Placement, PointsData, Quaternion, Vector3
 
 _RAYS = tuple((math.cos(angle), math.sin(angle)) for angle in SENSOR_DIRECTIONS)

@@ -91,8 +91,11 @@ class Portal:
         self._leaver: threading.Thread | None = None
         """The thread that closes the portal: from then on simulated time stands still only for that thread."""
         self._program_ends = False
-        self._pool = CallbackPool() if host() is None else CallbackQueue(self.loop)
-        if isinstance(self.loop, SimulatedLoop) and host() is None:
+        self._pool = CallbackPool()
+        if (place := host()) is not None:
+            self._pool = CallbackQueue(self.loop)
+            place.portals.add(self)
+        elif isinstance(self.loop, SimulatedLoop):
             self.loop.may_jump = self._may_jump
         if not self._is_simulated or running_loop() is not None:
             self._start_thread()

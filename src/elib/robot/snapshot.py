@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from elib.base.errors import ArgumentError, ElibError, Unsupported
+from elib.base.pictures import as_address
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Profile
 from elib.link.protocol.image import Image
@@ -133,8 +133,7 @@ def _cell(reading: v.Reading | Image) -> str:
     from elib.base.plaintext import Html
 
     if isinstance(reading, Image) and reading.mode != CameraMode.YUV:
-        picture = base64.b64encode(reading._repr_png_()).decode()
-        return Html(f"<img src='data:image/png;base64,{picture}' alt='picture'>")
+        return Html(f"<img src='{as_address(reading._repr_png_())}' alt='picture'>")
     return str(reading)
 
 

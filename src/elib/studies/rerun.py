@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from elib.base.errors import ArgumentError, ElibError
+from elib.base.tasks import Tasks
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import Context
 from elib.link.protocol.raw import text_request
@@ -168,7 +169,7 @@ async def _make(robot: Epuck, calls: list[RecordedCall], numbers: list[int], lef
     loop = asyncio.get_running_loop()
     skipped = 0
     began = loop.time()
-    under_way: set[asyncio.Task[None]] = set()
+    under_way = Tasks()
     for count, call in enumerate(calls, 1):
         request = request_of(call, robot.context)
         if request is None:
@@ -181,9 +182,7 @@ async def _make(robot: Epuck, calls: list[RecordedCall], numbers: list[int], lef
                 skipped += 1
                 continue
         numbers.append(call.number)
-        task = loop.create_task(_execute(robot, request))
-        under_way.add(task)
-        task.add_done_callback(under_way.discard)
+        under_way.begin(_execute(robot, request), "elib calls again")
         await asyncio.sleep(0)  # calls must enter the queue in their order
     if under_way:
         await asyncio.wait(under_way)

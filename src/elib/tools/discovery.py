@@ -19,8 +19,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import serialx
-
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.timebase import require_real_time
 from elib.link.session import Session, check_timeout
@@ -261,6 +259,8 @@ def _simulated(robot: Registered) -> Found:
 
 
 def _descriptions() -> dict[str, str]:
+    import serialx  # a page in a browser has neither ports nor this package
+
     try:
         ports = serialx.list_serial_ports()
     except (OSError, serialx.SerialException):

@@ -6,9 +6,10 @@ import enum
 import importlib
 import inspect
 import pkgutil
+import re
 import typing
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 from elib.base.errors import ArgumentError
@@ -50,6 +51,7 @@ class Behaviour:
         function: The function. It takes the open robot, the RunContext if it wants one, and the options by name. It is
             a coroutine function unless the style is blocking.
         options: The options, with units and ranges.
+        meanings: The first sentence of what the docstring says about an option, by its name.
         style: What it runs on.
         world: The world that is opened by default, with keys of its URL: ``light``, or ``crowd?robots=10``.
         reconnects: Whether its robot reopens a link that is lost.
@@ -66,6 +68,7 @@ class Behaviour:
     reconnects: bool = False
     takes_run: bool = False
     group: str = "your own"
+    meanings: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def summary(self) -> str:
@@ -90,7 +93,7 @@ class Behaviour:
             return str(given)
         return str(Url("sim", own.target, tuple({**own.keys, **given.keys}.items())))
 
-    def check(self, options: typing.Mapping[str, object]) -> dict[str, object]:
+    def check(self, options: Mapping[str, object]) -> dict[str, object]:
         """Return the values of *options* as the behaviour takes them.
 
         Raises:
@@ -118,9 +121,10 @@ def behaviour(
     """Make a function a behaviour: ``@behaviour`` or ``@behaviour(world="light")``.
 
     The type of the first parameter says what is opened: an :class:`~elib.Epuck` or a :class:`~elib.Swarm` for
-    coroutine functions, a ``BlockingEpuck`` for plain functions, or a ``Transport``
-    for raw bytes. The second parameter may be a :class:`RunContext`. The others are options: keyword-only, with a
-    default, and annotated with a :class:`Quantity`. The docstring's text before the first section is the help.
+    coroutine functions, a ``BlockingEpuck`` for plain functions, or a ``Transport`` for raw bytes. The second parameter
+    may be a :class:`RunContext`. The others are options: keyword-only, with a default, and annotated with a
+    :class:`Quantity`. The docstring's text before the first section is the help; its section ``Args`` says what the
+    options mean.
 
     Args:
         function: The function.
@@ -162,8 +166,10 @@ def _made(function: Function, world: str, reconnects: bool, group: str) -> Behav
         options.append(Parameter(item.name, quantity, item.default))
     module = function.__module__.rpartition(".")[2]
     name = (function.__name__ if module == "__main__" else module).replace("_", "-")
-    doc = (inspect.getdoc(function) or "").partition("\nArgs:")[0].strip()
-    return Behaviour(name, doc, function, tuple(options), style, world, reconnects, takes_run, group)
+    doc, _, arguments = (inspect.getdoc(function) or "").partition("\nArgs:\n")
+    described = re.findall(r"^    (\w+): (.+(?:\n {8}.+)*)", arguments.partition("\n\n")[0], re.MULTILINE)
+    meanings = {key: re.split(r"\.(?:\s|$)", " ".join(text.split()))[0] for key, text in described}
+    return Behaviour(name, doc.strip(), function, tuple(options), style, world, reconnects, takes_run, group, meanings)
 
 
 def behaviours() -> dict[str, Behaviour]:

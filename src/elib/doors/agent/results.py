@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import math
 from collections.abc import Mapping
 from typing import Any, TypeAlias
@@ -11,10 +9,11 @@ from typing import Any, TypeAlias
 from mcp_types import CallToolResult, ContentBlock, ImageContent, TextContent
 
 from elib.base.errors import ArgumentError
+from elib.base.pictures import as_png, base64_of
 from elib.doors.agent.driver import OBSTACLE, Driver, Outcome
 from elib.link.protocol import values as v
 from elib.link.protocol.colours import Hue
-from elib.link.protocol.image import Image
+from elib.link.protocol.image import Image, enlarged
 
 PICTURE = (40, 40)
 """Columns and rows of a picture: 3,200 bytes, 0.3 s at 115,200 baud."""
@@ -39,7 +38,7 @@ def answer(data: Data, text: str, *, picture: bytes = b"", is_error: bool = Fals
     """
     content: list[ContentBlock] = [TextContent(text=text)]
     if picture:
-        content.append(ImageContent(data=base64.b64encode(picture).decode("ascii"), mime_type="image/png"))
+        content.append(ImageContent(data=base64_of(picture), mime_type="image/png"))
     return CallToolResult(content=content, structured_content=data, is_error=is_error)
 
 
@@ -164,12 +163,4 @@ def colours(picture: Image) -> dict[str, tuple[float, float]]:
 
 def png(picture: Image) -> bytes:
     """Return a picture as PNG, enlarged if it is small."""
-    import PIL.Image
-
-    stream = io.BytesIO()
-    image = PIL.Image.fromarray(picture.pixels)
-    if picture.width <= 2 * PICTURE[0]:
-        size = picture.width * ENLARGED, picture.height * ENLARGED
-        image = image.resize(size, PIL.Image.Resampling.NEAREST)
-    image.save(stream, "PNG")
-    return stream.getvalue()
+    return as_png(enlarged(picture, ENLARGED if picture.width <= 2 * PICTURE[0] else 1))

@@ -23,6 +23,7 @@ from mcp_types import CallToolResult
 
 from elib import __version__
 from elib.base.errors import ArgumentError
+from elib.base.tasks import Tasks
 from elib.doors.agent.limits import Limits
 from elib.doors.agent.pipes import MAX_LINE, Complaints, Pipes
 from elib.doors.agent.results import answer, refused, text_of
@@ -101,7 +102,7 @@ class AgentDoor:
     def __init__(self, tools: Tools, journal: Journal) -> None:
         self._tools, self._journal = tools, journal
         self._loop = asyncio.get_running_loop()
-        self._calls: set[asyncio.Task[CallToolResult]] = set()
+        self._calls = Tasks()
         self.server: Server[Any] = Server(
             "elib",
             version=__version__,
@@ -145,9 +146,9 @@ class AgentDoor:
             arguments: Its arguments.
             request: The request over HTTP, which knows whether its connection is closed; None for stdio.
         """
-        task = self._loop.create_task(self._tools.call(name, arguments), name=f"elib agent calls {name[:80]}")
-        self._calls.add(task)
-        task.add_done_callback(self._ended)
+        task = self._calls.begin(self._tools.call(name, arguments), f"elib agent calls {name[:80]}")
+        # A caller that is gone does not ask for the error any more.
+        task.add_done_callback(lambda task: task.cancelled() or task.exception())
         try:
             while request is not None and not (await asyncio.wait([task], timeout=PERIOD))[0]:
                 if await request.is_disconnected():
@@ -165,11 +166,6 @@ class AgentDoor:
                 driver.end("cancelled")
                 cancelled = answer({"ended": "cancelled"}, "the caller cancelled the call, or is gone", is_error=True)
                 self._journal.write(name, arguments, cancelled, 0.0)
-
-    def _ended(self, task: asyncio.Task[CallToolResult]) -> None:
-        self._calls.discard(task)
-        if not task.cancelled():
-            task.exception()  # a caller that is gone does not ask for it any more
 
 
 def _is_strict(arguments: Mapping[str, object]) -> bool:
@@ -245,7 +241,7 @@ async def served(door: AgentDoor, sock: socket.socket) -> AsyncIterator[None]:
 
     Args:
         door: The server.
-        sock: A socket that is bound to a port of this computer.
+        sock: A socket that listens at a port of this computer: a client that reads the address connects at once.
     """
     port = sock.getsockname()[1]
     application = door.server.streamable_http_app(
@@ -269,7 +265,6 @@ async def served(door: AgentDoor, sock: socket.socket) -> AsyncIterator[None]:
     )
     server = _Uvicorn(config)
     serving = asyncio.get_running_loop().create_task(server.serve([sock]), name="elib agent serves")
-    sock.listen()  # a client that reads the address may connect at once, before the server has started
     print(f"http://127.0.0.1:{port}/mcp", flush=True)
     try:
         yield

@@ -23,6 +23,7 @@ from foxglove.websocket import (
 )
 
 from elib.base.errors import ElibError, LinkError
+from elib.base.tasks import end_tasks
 from elib.doors.foxglove.commands import CLIENT_TOPICS, DRIVE, MAX_MESSAGE, Commands
 from elib.doors.foxglove.parameters import Parameters, Value
 from elib.doors.foxglove.topics import Topics
@@ -80,8 +81,7 @@ async def opened(panel: Panel, address: Address) -> AsyncIterator[FoxgloveDoor]:
         yield door
     finally:
         await asyncio.to_thread(server.stop)  # first of all: no client drives any more
-        ticking.cancel()
-        await asyncio.wait([ticking])
+        await end_tasks(ticking)
         await door.close()
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
 import functools
-import io
 import math
 from collections.abc import Mapping
 from typing import Annotated
@@ -12,7 +10,8 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from elib.base.errors import ElibError
-from elib.link.protocol.image import Image
+from elib.base.pictures import as_png, base64_of
+from elib.link.protocol.image import Image, enlarged
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import READING_TYPES, Reading, Role, Sensors, describe
 from elib.panel.server.conversation import Answer, Error, Failure, Json, Text, Told
@@ -141,11 +140,7 @@ def _names(kind: type[Reading]) -> tuple[str, ...]:
 
 @functools.lru_cache(8)
 def _png(image: Image) -> str:
-    import PIL.Image
-
-    stream = io.BytesIO()
-    PIL.Image.fromarray(image.pixels).save(stream, "PNG")
-    return base64.b64encode(stream.getvalue()).decode("ascii")
+    return base64_of(as_png(enlarged(image, 1)))
 
 
 def _moment(seconds: float) -> float | None:

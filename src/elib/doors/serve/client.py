@@ -10,7 +10,6 @@ import logging
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated
 
-from aiohttp import WSCloseCode, web
 from msgspec import Meta
 
 from elib import __version__
@@ -33,10 +32,11 @@ from elib.panel.drivelock import DEAD_MAN
 from elib.panel.panel import Panel
 from elib.panel.server.access import Access, is_same
 from elib.panel.server.conversation import Caller, Decode, Error, Message, Table, Trouble
+from elib.panel.server.sockets import Socket
 from elib.panel.slot import Phase, Slot, may_drive
 from elib.robot.actions import CatalogueEntry
 from elib.robot.snapshot import WATCHABLE, watched_names
-from elib.simulator.emulator.control_server import Bucket, time_factor
+from elib.simulator.emulator.control_server import time_factor
 
 MAX_WATCHES = 8
 """Watches of one program."""
@@ -48,6 +48,9 @@ SLOWEST, FASTEST = 0.1, 50.0
 """Range of the rate of a watch, Hz: over Bluetooth, no robot answers more than some 40 questions a second."""
 AGAIN = 0.2
 """s until a robot is asked again whose link was down, or whose answers did not come."""
+
+POLICY_VIOLATION = 1008
+"""Why a program is left that breaks a rule (RFC 6455, 7.4.1)."""
 
 log = logging.getLogger("elib.serve")
 
@@ -74,37 +77,29 @@ class Client(Caller):
         self,
         panel: Panel,
         decode: Decode,
-        request: web.BaseRequest,
-        ws: web.WebSocketResponse,
+        connection: Socket,
         access: Access,
         hello_time: float,
     ) -> None:
-        super().__init__(panel, decode, request, ws)
+        super().__init__(panel, decode, connection)
         self.is_let_in = access.token is None
         self._name = ""
-        self._access, self._hello_time = access, hello_time
-        self._address = request.remote or ""
+        self._access = access
+        self._address = connection.address
         self._watches: dict[tuple[str, tuple[str, ...]], asyncio.Task[None]] = {}
         self._minded: set[Slot] = set()
         self._halts: dict[Slot, int] = {}  # how often each robot was stopped when the program began to drive it
         self._minding: asyncio.Task[None] | None = None
         self._events: asyncio.Task[None] | None = None
+        self._late = self._loop.call_later(hello_time * time_factor(), self._end_stranger)
+        if self.is_let_in:
+            self.meet()
 
     # -- what the program says --
 
-    async def converse(self, messages: Bucket) -> tuple[WSCloseCode, str]:
-        """Hear the program; one that shows no token in time is left."""
-        late = self._loop.call_later(self._hello_time * time_factor(), self._end_stranger)
-        if self.is_let_in:
-            self.meet()
-        try:
-            return await super().converse(messages)
-        finally:
-            late.cancel()
-
     def _end_stranger(self) -> None:
         if not self.is_let_in:
-            ending = self._ws.close(code=WSCloseCode.POLICY_VIOLATION, message=b"no token came")
+            ending = self.connection.close(POLICY_VIOLATION, "no token came")
             self._ending = asyncio.ensure_future(ending)
             self._ending.add_done_callback(lambda ended: ended.cancelled() or ended.exception())
 
@@ -388,6 +383,7 @@ class Client(Caller):
 
     async def close(self) -> None:
         """Leave all robots: what the program drove stops now; every request that waits is answered."""
+        self._late.cancel()
         self.events(on=False)
         if self._minding is not None:
             self._minding.cancel()

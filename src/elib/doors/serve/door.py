@@ -16,9 +16,9 @@ from elib.doors.serve.answers import PROTOCOL
 from elib.doors.serve.client import Client
 from elib.doors.serve.messages import decode
 from elib.panel.server.access import Access
-from elib.panel.server.conversation import Callers
 from elib.panel.server.http import Server
 from elib.panel.server.listening import Address
+from elib.panel.server.sockets import Callers, Socket
 
 PATH = f"/v{PROTOCOL}"
 MAX_PROGRAMS = 32
@@ -66,10 +66,10 @@ class ProgramDoor:
     def _clients(self) -> Mapping[web.WebSocketResponse, Client]:
         return self._callers.open
 
-    def _client(self, request: web.Request, ws: web.WebSocketResponse) -> Client:
+    def _client(self, connection: Socket) -> Client:
         assert self._server is not None
-        _keep_little(request)
-        return Client(self._server.panel, decode, request, ws, self._server.access, HELLO_TIME)
+        _keep_little(connection.transport)
+        return Client(self._server.panel, decode, connection, self._server.access, HELLO_TIME)
 
     def refusal(self, request: web.Request, access: Access) -> tuple[int, str] | None:
         """Return status and text for a request that is refused; None if it may go on.
@@ -96,10 +96,8 @@ class ProgramDoor:
         await self._callers.close("elib serve has ended")
 
 
-def _keep_little(request: web.Request) -> None:
+def _keep_little(transport: asyncio.Transport) -> None:
     """Let little wait for a program that does not read; after some seconds the server then ends the connection."""
-    transport = request.transport
-    assert isinstance(transport, asyncio.Transport)
     transport.set_write_buffer_limits(high=0)
     sock = transport.get_extra_info("socket")
     if sock is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import io
 import math
 import os
 from dataclasses import dataclass, field
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from elib.base.body import FOCAL
 from elib.base.errors import ArgumentError, Unsupported
+from elib.base.pictures import as_png
 from elib.link.protocol.quantities import CameraMode
 
 if TYPE_CHECKING:
@@ -142,18 +142,18 @@ class Image:
         """Write the upright picture to *path* in the format its ending names, each pixel *scale* times as large."""
         from elib.base.files import replacing  # here: only saving needs it
 
-        picture = self._enlarged(scale)
+        picture = enlarged(self, scale)
         with replacing(os.fspath(path)) as file:
             picture.save(file)
 
     def _repr_png_(self) -> bytes:
         """Show the picture in a notebook."""
-        stream = io.BytesIO()
-        self._enlarged(6).save(stream, "PNG")
-        return stream.getvalue()
+        return as_png(enlarged(self, 6))
 
-    def _enlarged(self, scale: int) -> PIL.Image.Image:
-        import PIL.Image
 
-        size = self.width * scale, self.height * scale
-        return PIL.Image.fromarray(self.pixels).resize(size, PIL.Image.Resampling.NEAREST)
+def enlarged(image: Image, scale: int) -> PIL.Image.Image:
+    """Return the upright picture for Pillow, each pixel *scale* times as large."""
+    import PIL.Image
+
+    size = image.width * scale, image.height * scale
+    return PIL.Image.fromarray(image.pixels).resize(size, PIL.Image.Resampling.NEAREST)

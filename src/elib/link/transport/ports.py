@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
-import serialx
+from elib.base.errors import LinkBusy
+from elib.link.transport.url import Url
+
+BAUD = 115200
+"""Bits per second, 8N1: what every firmware speaks (wire-protocol.md, 1.1)."""
+
+BRLTTY = "brltty takes some USB serial adapters for Braille displays: sudo apt remove brltty, and plug it in again"
+"""It was seen with CH340, CP2102 and FTDI adapters on Ubuntu 22.04: the port appears and vanishes at once."""
 
 
 def list_ports() -> list[str]:
@@ -14,6 +22,8 @@ def list_ports() -> list[str]:
 
     Reads the system's lists and opens nothing.
     """
+    import serialx  # a page in a browser has neither ports nor this package
+
     try:
         found = {str(port.device) for port in serialx.list_serial_ports()}
     except (OSError, serialx.SerialException):
@@ -69,3 +79,21 @@ def _program(pid: int) -> str:
     except OSError:
         name = "a program"
     return f"this program (process {pid})" if pid == os.getpid() else f"{name} (process {pid})"
+
+
+def busy(url: Url, names: Sequence[str]) -> LinkBusy:
+    """Return the error for a port that others hold.
+
+    Args:
+        url: The port.
+        names: The programs that hold it, as :func:`~elib.link.transport.ports.holders` returns them; may be empty.
+    """
+    who = f"{', '.join(names)} {'holds' if len(names) == 1 else 'hold'} it" if names else "another program holds it"
+    hint = "close that program"
+    if any(name.startswith("this program ") for name in names):
+        hint = "close the robot object that this program made before: robot.close(), or use `with elib.connect(...)`"
+    if any(name.startswith("ModemManager") for name in names) or not names:
+        hint += "; ModemManager probes new ports: sudo systemctl stop ModemManager"
+    if any(name.startswith("brltty") for name in names):
+        hint += f"; {BRLTTY}"
+    return LinkBusy(f"{url}: the port is busy: {who}", hint=hint)

@@ -7,24 +7,17 @@ import contextlib
 import errno
 import os
 import sys
-from collections.abc import Sequence
 
 import serialx
 
-from elib.base.errors import ArgumentError, LinkBusy, LinkDenied, LinkError, LinkNotFound
+from elib.base.errors import ArgumentError, LinkDenied, LinkError, LinkNotFound
 from elib.base.timebase import require_real_time
-from elib.link.transport.ports import holders, list_ports
+from elib.link.transport.ports import BAUD, BRLTTY, busy, holders, list_ports
 from elib.link.transport.stream import StreamTransport
 from elib.link.transport.url import Scheme, Url, port_path
 
-BAUD = 115200
-"""Bits per second, 8N1: what every firmware speaks (wire-protocol.md, 1.1)."""
-
 OPEN_TIMEOUT = 10.0
 """Seconds; opening a bound Bluetooth port looks for the robot, up to 5.12 s by Bluetooth's default."""
-
-BRLTTY = "brltty takes some USB serial adapters for Braille displays: sudo apt remove brltty, and plug it in again"
-"""It was seen with CH340, CP2102 and FTDI adapters on Ubuntu 22.04: the port appears and vanishes at once."""
 
 _ABSENT = {errno.ENOENT, errno.ENODEV, errno.ENXIO}
 _SILENT = {errno.EHOSTDOWN, errno.EHOSTUNREACH, errno.ETIMEDOUT, errno.ECONNREFUSED}
@@ -139,24 +132,6 @@ def _absent(url: Url, path: str) -> LinkNotFound:
         if sys.platform == "linux" and "ttyUSB" in path:
             hint += f" {BRLTTY}"
     return LinkNotFound(f"{url}: there is no port {path}; this computer has {_ports() or 'none'}", hint=hint)
-
-
-def busy(url: Url, names: Sequence[str]) -> LinkBusy:
-    """Return the error for a port that others hold.
-
-    Args:
-        url: The port.
-        names: The programs that hold it, as :func:`~elib.link.transport.ports.holders` returns them; may be empty.
-    """
-    who = f"{', '.join(names)} {'holds' if len(names) == 1 else 'hold'} it" if names else "another program holds it"
-    hint = "close that program"
-    if any(name.startswith("this program ") for name in names):
-        hint = "close the robot object that this program made before: robot.close(), or use `with elib.connect(...)`"
-    if any(name.startswith("ModemManager") for name in names) or not names:
-        hint += "; ModemManager probes new ports: sudo systemctl stop ModemManager"
-    if any(name.startswith("brltty") for name in names):
-        hint += f"; {BRLTTY}"
-    return LinkBusy(f"{url}: the port is busy: {who}", hint=hint)
 
 
 def _denied(url: Url, path: str) -> LinkDenied:

@@ -1,4 +1,4 @@
-"""What a page and a program have in common: messages over a WebSocket, an answer to each request, and limits for both.
+"""What a page and a program have in common: messages both ways, an answer to each request, and limits for both.
 
 A message is a JSON object such as ``{"do": "stop", "id": 7}``. With an ``id`` it is answered once, by ``{"type":
 "answer", "id": 7, "ok": true, "result": ...}``, or with ``"ok": false`` and an ``error`` that has a ``kind``, a
@@ -13,19 +13,28 @@ import inspect
 import logging
 import re
 import secrets
-import sys
 from collections.abc import Awaitable, Callable, Iterable
 from inspect import Parameter
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar, cast, get_args, get_origin, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Protocol,
+    TypeVar,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import msgspec
-from aiohttp import WSCloseCode, WSMsgType, web
 from msgspec import Meta, Struct
 from msgspec.json import Decoder
 
 from elib.base.errors import ArgumentError, ElibError, LinkClosed, ReplyTimeout
 from elib.base.tasks import Tasks
-from elib.simulator.emulator.control_server import Bucket, time_factor
+from elib.simulator.emulator.control_server import time_factor
 
 if TYPE_CHECKING:
     from elib.panel.panel import Panel
@@ -41,14 +50,9 @@ MAX_UNREAD = 256 * 1024
 """Bytes of answers that a caller may leave unread."""
 ANSWERS, ANSWERS_AT_ONCE = 500.0, 1000.0
 """Answers to one caller per second for long, and at once; later ones wait. A robot on a serial line gives fewer."""
-HEARTBEAT = 20.0
-"""s between two pings, which find callers that went away without a word."""
-CLOSING_TIME = 1.0
-"""s that callers get to close when the server ends, and requests to be answered."""
 GREETING = "say hello first, with the token"
 
 F = TypeVar("F", bound=Callable[..., Any])
-C = TypeVar("C", bound="Caller")
 Json = Any
 Result = Awaitable[object] | object
 Id = Annotated[int, Meta(description="Number of the request.")]
@@ -214,16 +218,30 @@ class Error(Told, tag="error", kw_only=True):
     error: Trouble
 
 
+class Connection(Protocol):
+    """What carries messages to a caller, such as a WebSocket."""
+
+    @property
+    def unread(self) -> int:
+        """Bytes that the caller has not taken yet of what it was sent."""
+
+    async def send(self, data: bytes, *, is_text: bool) -> None:
+        """Send a message, and wait for nothing; a caller that is gone gets none."""
+
+    async def close(self, code: int, reason: str) -> None:
+        """End it, with a code of RFC 6455."""
+
+
 class Caller:
-    """A page or a program, from the opening of its WebSocket to its end.
+    """A page or a program, from the opening of its connection to its end.
 
     Args:
         panel: The robots.
         decode: Gives number and message of a text, or what is wrong with it.
-        request: The request that opened the WebSocket.
-        ws: The WebSocket.
+        connection: What carries messages to it.
 
     Attributes:
+        connection: What carries messages to it.
         key: Its name at the drive locks. A caller acts under this name alone: no message has one.
         is_let_in: Whether it has shown the token, if there is one.
     """
@@ -238,14 +256,12 @@ class Caller:
     """s within which a request is answered whatever happens; None if that is left to the request."""
     logger: ClassVar[logging.Logger]
 
-    def __init__(self, panel: Panel, decode: Decode, request: web.BaseRequest, ws: web.WebSocketResponse) -> None:
+    def __init__(self, panel: Panel, decode: Decode, connection: Connection) -> None:
         self.panel = panel
         self._met: set[Slot] = set()
         self.key = f"{self.kind}-{secrets.token_hex(8)}"
         self.is_let_in = True
-        self._ws, self._decode = ws, decode
-        assert request.transport is not None
-        self._transport = request.transport
+        self.connection, self._decode = connection, decode
         self._loop = asyncio.get_running_loop()
         self._requests = Tasks()
         self._due = 0.0
@@ -345,7 +361,7 @@ class Caller:
     @property
     def unread(self) -> int:
         """Bytes that it has not taken yet of what it was sent."""
-        return self._transport.get_write_buffer_size()
+        return self.connection.unread
 
     async def tell(self, message: Told) -> None:
         """Send a message."""
@@ -353,25 +369,7 @@ class Caller:
 
     async def send(self, data: bytes, *, is_text: bool = True) -> None:
         """Send a message, and wait for nothing; a caller that is gone gets none."""
-        if not self._ws.closed:
-            with contextlib.suppress(ConnectionError):
-                await self._ws.send_frame(data, WSMsgType.TEXT if is_text else WSMsgType.BINARY)
-
-    # -- its connection --
-
-    async def converse(self, messages: Bucket) -> tuple[WSCloseCode, str]:
-        """Hear the caller until it leaves, breaks a rule or sends too much; return why it is heard no longer."""
-        async for message in self._ws:
-            if not messages.take():
-                return WSCloseCode.POLICY_VIOLATION, "too many messages"
-            if message.type is WSMsgType.PING:
-                await self._ws.pong(message.data)
-            elif message.type is WSMsgType.BINARY:
-                return WSCloseCode.UNSUPPORTED_DATA, "only text is understood"
-            elif message.type is WSMsgType.TEXT and (reason := await self.hear(message.data)):
-                return WSCloseCode.POLICY_VIOLATION, reason
-            await asyncio.sleep(0)  # answers leave before the next message is heard
-        return WSCloseCode.OK, ""
+        await self.connection.send(data, is_text=is_text)
 
     async def close(self) -> None:
         """Leave all robots: what it drove stops now. Every request that waits is answered."""
@@ -384,76 +382,3 @@ class Caller:
 
 def _failure(number: int, error: Trouble) -> bytes:
     return msgspec.json.encode(Failure(id=number, error=error) if number else Error(error=error))
-
-
-def web_socket() -> web.WebSocketResponse:
-    """Return the answer to a request for a WebSocket. Nothing waits for a caller that does not read."""
-    return web.WebSocketResponse(
-        max_msg_size=MAX_MESSAGE,
-        compress=False,
-        autoping=False,  # so that pings count like messages
-        heartbeat=HEARTBEAT * time_factor(),
-        timeout=CLOSING_TIME * time_factor(),
-        writer_limit=sys.maxsize,
-    )
-
-
-class Callers(Generic[C]):
-    """The callers of one kind, whose number is bounded.
-
-    Args:
-        make: Makes one, of the request that opened its WebSocket and that.
-        most: How many there may be.
-        full: What one more is told.
-        pace: Messages of one of them per second for long, and at once.
-
-    Attributes:
-        open: Those that are connected, by their WebSockets.
-        on_visit: Called when one comes.
-        on_empty: Called when the last one has left.
-    """
-
-    def __init__(
-        self,
-        make: Callable[[web.Request, web.WebSocketResponse], C],
-        most: int,
-        full: str,
-        pace: tuple[float, float],
-    ) -> None:
-        self.open: dict[web.WebSocketResponse, C] = {}
-        self.on_visit: Callable[[], object] = lambda: None
-        self.on_empty: Callable[[], object] = lambda: None
-        self._make, self._most, self._full, self._pace = make, most, full, pace
-        self._sockets: set[web.WebSocketResponse] = set()
-
-    async def answer(self, request: web.Request) -> web.StreamResponse:
-        """Hear one caller until it leaves, or until it breaks a rule."""
-        if len(self._sockets) >= self._most:
-            return web.Response(status=503, text=self._full)
-        ws = web_socket()
-        if not ws.can_prepare(request):
-            return web.Response(status=400, text="This address is for WebSockets.")
-        self._sockets.add(ws)
-        try:
-            await ws.prepare(request)
-            self.on_visit()
-            caller = self.open[ws] = self._make(request, ws)
-            try:
-                code, reason = await caller.converse(Bucket(*self._pace))
-            finally:
-                await caller.close()  # before it is told, which may take its time
-            await ws.close(code=code, message=reason.encode())
-        finally:
-            self._sockets.discard(ws)
-            self.open.pop(ws, None)
-            if not self._sockets:
-                self.on_empty()
-        return ws
-
-    async def close(self, reason: str) -> None:
-        """Answer what they wait for, and end them, because the server ends; each gets a moment for it."""
-        await asyncio.gather(*(caller.close() for caller in self.open.values()))
-        closing = [ws.close(code=WSCloseCode.GOING_AWAY, message=reason.encode()) for ws in self._sockets]
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(CLOSING_TIME * time_factor()):
-                await asyncio.gather(*closing, return_exceptions=True)

@@ -19,11 +19,11 @@ from aiohttp import web
 from elib.base.extras import page_folder
 from elib.panel.panel import Panel, check_standing
 from elib.panel.server.access import Access, is_same
-from elib.panel.server.conversation import CLOSING_TIME, Callers
 from elib.panel.server.listening import Address
 from elib.panel.server.messages import decode
 from elib.panel.server.page import Page
 from elib.panel.server.pictures import world_picture
+from elib.panel.server.sockets import CLOSING_TIME, Callers
 from elib.robot.running import ending
 from elib.simulator.emulator.control_server import Bucket, time_factor
 from elib.simulator.emulator.loopback import bind

@@ -21,7 +21,7 @@ from elib.link.protocol import values as v
 from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.protocol.quantities import RGB_LEDS, CameraMode
-from elib.link.transport.serial import BAUD
+from elib.link.transport.ports import BAUD
 from elib.panel import lifecycle
 from elib.panel.events import Line
 from elib.panel.gauges import Instrument, instruments, numbers, physical

@@ -10,7 +10,6 @@ from collections.abc import Callable, Coroutine, Iterable, Sequence
 from typing import Any, ClassVar, NamedTuple
 
 import msgspec
-from aiohttp import WSCloseCode, web
 from msgspec import UNSET, Struct, UnsetType
 
 from elib.base.body import AXLE, FOCAL, SENSOR_DIRECTIONS, SENSOR_RADIUS, WHEEL_DIAMETER
@@ -19,7 +18,7 @@ from elib.base.tasks import Tasks
 from elib.panel.behaviours import BehaviourAbout, Play, catalogue, runner_state
 from elib.panel.events import KINDS
 from elib.panel.panel import REFUSALS, Can, Generation, Listed, Panel, Reachable, Study, StudyAbout, StudyState
-from elib.panel.server.conversation import Caller, Decode, Message, Told
+from elib.panel.server.conversation import Caller, Connection, Decode, Message, Told
 from elib.panel.server.instruments import Cursor, Scheme, Summary, Tick, scheme, summary, tick
 from elib.panel.server.pictures import WorldInfo, world_list
 from elib.simulator.drawing.robot import LED_ANGLES
@@ -36,6 +35,8 @@ SHARE = 0.1
 """How much of the time may go into one stream: of a huge crowd a page is told less often."""
 LOOK = 0.1
 """s between two looks for robots that came or went."""
+INTERNAL_ERROR = 1011
+"""Why a page is left that failed (RFC 6455, 7.4.1)."""
 LOOKS = 10
 """Looks for one update that has nothing new: a page that hears nothing for longer knows that something is wrong."""
 
@@ -285,8 +286,8 @@ class Page(Caller):
     closing_reason = "not a message of the page"
     logger = log
 
-    def __init__(self, panel: Panel, decode: Decode, request: web.BaseRequest, ws: web.WebSocketResponse) -> None:
-        super().__init__(panel, decode, request, ws)
+    def __init__(self, panel: Panel, decode: Decode, connection: Connection) -> None:
+        super().__init__(panel, decode, connection)
         self.updates = 0
         self._telling = Tasks()
         self._streams: dict[tuple[str, int], Stream] = {}
@@ -377,7 +378,7 @@ class Page(Caller):
         error = None if task.cancelled() else task.exception()
         if error is not None and not isinstance(error, ConnectionError):
             log.error("a page failed", exc_info=error)
-            closing = self._ws.close(code=WSCloseCode.INTERNAL_ERROR, message=b"the program made a mistake")
+            closing = self.connection.close(INTERNAL_ERROR, "the program made a mistake")
             self._telling.begin(closing, "elib page ends")
 
     async def close(self) -> None:

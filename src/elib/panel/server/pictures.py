@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import io
 from dataclasses import replace
 from functools import cache
 
 from msgspec import Struct
 
+from elib.base.pictures import as_png
 from elib.simulator.drawing.png import render
 from elib.simulator.drawing.top import Tones, top_view
 from elib.simulator.physics import Colour, World
@@ -40,10 +40,8 @@ async def world_picture(name: str, *, is_dark: bool) -> bytes | None:
 
 @cache
 def _draw(name: str, tones: Tones) -> bytes:
-    out = io.BytesIO()
     drawing = top_view(World(load_file(name).scene).snapshot(), (), "", SIZE, tones=tones)
-    render(replace(drawing, height=drawing.height - SCALE_BAR)).save(out, "PNG", optimize=True)
-    return out.getvalue()
+    return as_png(render(replace(drawing, height=drawing.height - SCALE_BAR)), is_small=True)
 
 
 @cache

@@ -10,18 +10,17 @@ Frames are made only while a page looks, from an immutable snapshot.
 
 from __future__ import annotations
 
-import base64
 import math
 import struct
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from io import BytesIO
 from typing import TypeVar
 
 from msgspec import UNSET, Struct, UnsetType
 
 from elib.base.errors import ArgumentError
+from elib.base.pictures import as_address, as_png
 from elib.panel.server.conversation import Told
 from elib.panel.server.page import Page, Stream, Wish
 from elib.simulator import physics
@@ -228,13 +227,6 @@ class ReadingsStream(Stream):
                 yield readings(control, snapshot, self._index, self.wish.channel)
 
 
-def _floor_png(snapshot: Snapshot) -> str:
-    """Return the painted floor as the address of a picture."""
-    out = BytesIO()
-    floor_picture(snapshot.floor).save(out, "PNG")
-    return f"data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}"
-
-
 def clock(control: Control) -> Clock:
     """Return how fast a world goes."""
     found = control.simulation.clock
@@ -263,7 +255,7 @@ def scene(control: Control, snapshot: Snapshot, own: int | None) -> Scene:
         clock=clock(control),
         names=tuple(control.names),
         own=own,
-        floor_png=_floor_png(snapshot) if floor.columns else None,
+        floor_png=as_address(as_png(floor_picture(floor))) if floor.columns else None,
     )
 
 

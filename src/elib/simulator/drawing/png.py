@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import io
 from os import PathLike
 from typing import TYPE_CHECKING, Unpack
 
 from elib.base.files import write_file
+from elib.base.pictures import as_png
 from elib.simulator.drawing.shapes import Circle, Drawing, Picture, Point, Polygon, Stroke, Text
 from elib.simulator.drawing.top import Look, top_view
 from elib.simulator.physics import Snapshot
@@ -30,9 +30,7 @@ def draw_png(snapshot: Snapshot, path: str | PathLike[str], **look: Unpack[Look]
 
 def png_of(snapshot: Snapshot, **look: Unpack[Look]) -> bytes:
     """Return what :func:`draw_png` writes."""
-    out = io.BytesIO()
-    render(top_view(snapshot, **look)).save(out, "PNG", optimize=True)
-    return out.getvalue()
+    return as_png(render(top_view(snapshot, **look)), is_small=True)
 
 
 def render(drawing: Drawing) -> Image:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Iterable
 from html import escape
-from io import BytesIO
 from typing import Unpack
 
+from elib.base.pictures import as_address, as_png
 from elib.simulator.drawing.shapes import Circle, Picture, Point, Polygon, Shape, Stroke, Text
 from elib.simulator.drawing.top import Look, top_view
 from elib.simulator.physics import Colour, Snapshot
@@ -67,9 +66,7 @@ def _inline(picture: Picture) -> str:
     """Return the picture within the document: it needs no second file."""
     from elib.simulator.drawing.floor import floor_picture
 
-    out = BytesIO()
-    floor_picture(picture.floor, picture.bare).save(out, "PNG", optimize=True)
-    return f"data:image/png;base64,{b64encode(out.getvalue()).decode()}"
+    return as_address(as_png(floor_picture(picture.floor, picture.bare), is_small=True))
 
 
 def _points(points: tuple[Point, ...]) -> str:

@@ -23,6 +23,7 @@ import msgspec
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import parse_json
 from elib.base.rules import REQUIRED, Field, fields_of, nearest, shown
+from elib.base.tasks import Tasks
 from elib.simulator.emulator.control import ORDERS, Control
 from elib.simulator.emulator.loopback import bind, named
 
@@ -223,21 +224,17 @@ class _Clients:
         self._control = control
         self._loop = asyncio.get_running_loop()
         self._writers: dict[asyncio.StreamWriter, float] = {}  # and when each sent its last message
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks = Tasks()
 
     def admit(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve a client in a task of our own: asyncio reports the cancelling of one that it makes as an error."""
-        task = self._loop.create_task(self._serve(reader, writer))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        self._tasks.begin(self._serve(reader, writer), "elib control")
 
     async def close(self) -> None:
         """Disconnect every client."""
         for writer in self._writers:
             writer.transport.abort()
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await self._tasks.end()
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if len(self._writers) >= MAX_CLIENTS and not self._make_room():

@@ -185,6 +185,8 @@ class Simulation:
         if self.world is not None and not isinstance(self.loop, SimulatedLoop):
             self._beat()
         _RUNNING.add(self)
+        for each in on_begin:
+            each(self)
 
     @property
     def time(self) -> float:
@@ -418,6 +420,8 @@ class Waiting:
 
 
 _RUNNING: weakref.WeakSet[Simulation] = weakref.WeakSet()
+on_begin: list[Callable[[Simulation], object]] = []
+"""Called with each simulation that begins, for those who show what a program does."""
 
 
 def running() -> Iterator[Simulation]:

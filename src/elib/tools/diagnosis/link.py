@@ -24,8 +24,7 @@ from elib.link.protocol.wifi import EMPTY
 from elib.link.session import Session
 from elib.link.transport import Transport, Url
 from elib.link.transport.base import codec_of
-from elib.link.transport.ports import holders, list_ports
-from elib.link.transport.serial import busy
+from elib.link.transport.ports import busy, holders, list_ports
 from elib.link.transport.tcp import ONE_AT_A_TIME
 from elib.tools.diagnosis.advice import (
     CHATTER,

@@ -1,0 +1,83 @@
+"""What the page of the studio may ask for beside what every page may: its program, and the world in which it runs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal, Union
+
+from msgspec import Meta
+from msgspec.json import Decoder
+
+from elib.panel.server import messages as panel
+from elib.panel.server.conversation import Decoded, Message, Table, decoded
+from elib.studio.program import Output, ProgramNews
+
+if TYPE_CHECKING:
+    from elib.studio.worker import StudioPage
+
+Text = Annotated[str, Meta(max_length=1_000_000)]
+Url = Annotated[str, Meta(max_length=500)]
+Lines = Annotated[list[Annotated[int, Meta(ge=1, le=1_000_000)]], Meta(max_length=1000)]
+Speed = Annotated[float, Meta(ge=0, le=100)]
+
+MESSAGES = Table()
+"""What only this page may ask for, by name."""
+request = MESSAGES.request
+
+
+@request()
+def run_program(page: StudioPage, text: Text, name: str, robot: Url, speed: Speed, breakpoints: Lines) -> None:
+    """Begin to run a program, on the robot of a URL if there is one, at a speed; 0 is as fast as possible."""
+    page.studio.run(text, name, robot, breakpoints, factor(speed))
+
+
+@request()
+def stop_program(page: StudioPage) -> None:
+    """End the program, as Ctrl-C does."""
+    page.studio.program.stop()
+
+
+@request()
+def pause_program(page: StudioPage) -> None:
+    """Let the program and its robots stand still."""
+    page.studio.program.pause()
+
+
+@request()
+def go_on(page: StudioPage, how: Literal["on", "over", "into", "out"]) -> None:
+    """Let a program that stands still go on: to its next breakpoint, or by a step."""
+    page.studio.program.debugger.go(how)
+
+
+@request()
+def set_breakpoints(page: StudioPage, lines: Lines) -> None:
+    """Let the program stand still before these lines."""
+    page.studio.program.debugger.breakpoints = set(lines)
+
+
+@request()
+def set_pace(page: StudioPage, speed: Speed) -> None:
+    """Let the robots of the program live so many times faster than the clock; 0 is as fast as possible."""
+    page.studio.program.place.speed = factor(speed)
+
+
+@request()
+def show_world(page: StudioPage, robot: Url) -> None:
+    """Show the world of a virtual robot before a program runs in it."""
+    page.studio.show(robot)
+
+
+TOLD = (Output, ProgramNews)
+"""What only this page is told."""
+
+_DECODER: Decoder[Message] = Decoder(Union[(*panel.MESSAGES.values(), *MESSAGES.values())])
+
+
+def factor(speed: float) -> float:
+    """Return how many times faster than the clock a speed is."""
+    return speed or math.inf
+
+
+def decode(text: str) -> Decoded:
+    """Return the number of a message, and what the page said; of a wrong message, what is wrong with it."""
+    return decoded(_DECODER, text)

@@ -1,0 +1,232 @@
+"""The program of a person: it runs in the worker, and the page is told what it prints, where it is and how it ends."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import linecache
+import math
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Literal
+
+from msgspec import Struct
+
+from elib.base.errors import ArgumentError, ElibError
+from elib.base.plaintext import plain
+from elib.base.timebase import move_into
+from elib.behaviours._run.program import code_of, loops_at, own_traceback, run_file
+from elib.panel.server.conversation import Told
+from elib.robot.signals import SIGNALS
+from elib.robot.substitute import substituted
+from elib.studio.debugger import Called, Debugger, Variable
+from elib.studio.place import Place
+
+MAX_AT_ONCE = 20_000
+"""Characters that a program may print between two looks at the page; the rest is left out, and said."""
+NEWS = 0.1
+"""s between two words about a program that runs."""
+
+SLEEP = time.sleep  # noqa: TID251  # what programs call, which is another one here
+
+State = Literal["idle", "running", "paused"]
+
+
+class Mistake(Struct):
+    """Why a program ended: name, text and hint of the error, its line in the program, and the whole traceback."""
+
+    kind: str
+    message: str
+    hint: str
+    line: int | None
+    trace: str
+
+
+class Output(Told, tag="output"):
+    """What the program has printed."""
+
+    text: str
+    is_error: bool = False
+
+
+class ProgramNews(Told, tag="program"):
+    """What the program does.
+
+    Attributes:
+        line: The line that runs.
+        time: How long its robots have lived, s.
+        variables: What the innermost function sees, while the program stands still.
+        stack: The functions that go on, the innermost first, while it stands still.
+        mistake: Why it ended, if it was an error.
+    """
+
+    state: State
+    name: str
+    line: int | None = None
+    time: float = 0.0
+    variables: list[Variable] = []
+    stack: list[Called] = []
+    mistake: Mistake | None = None
+
+
+class Program:
+    """Runs one program after another.
+
+    Args:
+        nap: Waits so many seconds, while the page is heard.
+        tell: Tells the page something.
+        folder: Where the programs lie.
+        time: How long the robots of the program have lived, s.
+
+    Attributes:
+        place: Where it runs.
+        debugger: Follows it.
+        state: What it does.
+    """
+
+    def __init__(
+        self, nap: Callable[[float], None], tell: Callable[[Told], object], folder: Path, time: Callable[[], float]
+    ) -> None:
+        self.place = Place(nap, self._turned)
+        self.debugger = Debugger(self.place, self._say)
+        self.state: State = "idle"
+        self._tell, self._folder, self._time = tell, folder, time
+        self._name = ""
+        self._said = -math.inf
+        self._out, self._err = _Printed(), _Printed()
+        move_into(self.place)
+
+    def take(self, text: str, name: str) -> Path:
+        """Take a program that is to run next, and return its file.
+
+        Raises:
+            ArgumentError: A program runs already.
+        """
+        if self.state != "idle":
+            raise ArgumentError("a program runs already", hint="stop it first")
+        self.state, self._name, self.debugger.line = "running", name, None
+        file = self._folder / "program.py"
+        file.write_text(text, encoding="utf-8")
+        linecache.checkcache(str(file))
+        return file
+
+    def run(self, file: Path, robot: str) -> None:
+        """Run the program to its end, on another robot than it names if *robot* is a URL."""
+        self._say()
+        mistake = None
+        try:
+            with self._around(file, robot):
+                mistake = self._ended(lambda: run_file(file, has_driven=lambda: self._time() > 0), file)
+        finally:
+            self.place.is_ending = False
+            self.state = "idle"
+            self._flush()
+            self._say(mistake)
+
+    def stop(self) -> None:
+        """End the program as Ctrl-C would."""
+        if self.state != "idle":
+            self.place.is_ending = True
+
+    def pause(self) -> None:
+        """Let the program and its robots stand still."""
+        self.debugger.hold()
+
+    @contextlib.contextmanager
+    def _around(self, file: Path, robot: str) -> Iterator[None]:
+        with contextlib.ExitStack() as stay:
+            stay.enter_context(_sleeping_by(self.place.sleep))
+            stay.enter_context(contextlib.redirect_stdout(self._out))
+            stay.enter_context(contextlib.redirect_stderr(self._err))
+            stay.enter_context(loops_at("real"))
+            if robot:
+                stay.enter_context(substituted([robot], source="the page"))
+            stay.callback(SIGNALS.close_all)
+            stay.enter_context(self.debugger.following(str(file)))
+            yield
+
+    def _ended(self, work: Callable[[], object], file: Path) -> Mistake | None:
+        """Do *work*, and return what was wrong in the end."""
+        try:
+            work()
+        except KeyboardInterrupt:
+            print("The program was stopped.", file=sys.stderr)
+        except SystemExit as error:
+            if code := code_of(error):
+                return Mistake("SystemExit", f"the program ended with exit code {code}", "", None, "")
+        except BaseException as error:
+            trace = own_traceback(error)
+            print(plain(trace), file=sys.stderr)
+            return mistake_of(error, trace, str(file))
+        return None
+
+    def _turned(self) -> None:
+        """Tell the page what there is to tell, if it has not been told for a while."""
+        self._flush()
+        state: State = "paused" if self.place.is_held else "running"
+        if self.state not in ("idle", state) or (self.state == "running" and time.perf_counter() - self._said > NEWS):
+            self.state = state
+            self._say()
+
+    def _say(self, mistake: Mistake | None = None) -> None:
+        self._said = time.perf_counter()
+        if self.state != "idle" and self.place.is_held:
+            self.state = "paused"
+        news = ProgramNews(self.state, self._name, self.debugger.line, self._time(), mistake=mistake)
+        if self.state == "paused":
+            news.variables, news.stack = self.debugger.variables(), self.debugger.stack()
+        self._tell(news)
+
+    def _flush(self) -> None:
+        for stream in (self._out, self._err):
+            if text := stream.take():
+                self._tell(Output(plain(text), stream is self._err))
+
+
+@contextlib.contextmanager
+def _sleeping_by(sleep: Callable[[float], None]) -> Iterator[None]:
+    """Let ``time.sleep`` be another function while the block lasts."""
+    vars(time)["sleep"] = sleep
+    try:
+        yield
+    finally:
+        vars(time)["sleep"] = SLEEP
+
+
+class _Printed(io.TextIOBase):
+    """What a program prints, until it is taken."""
+
+    def __init__(self) -> None:
+        self._parts: list[str] = []
+        self._size = self._lost = 0
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, text: str) -> int:
+        room = MAX_AT_ONCE - self._size
+        self._parts.append(text[:room] if room > 0 else "")
+        self._size += len(text)
+        return len(text)
+
+    def take(self) -> str:
+        """Return what was printed since the last time."""
+        lost = self._size - MAX_AT_ONCE
+        text = "".join(self._parts) + (
+            f"\n… {lost} more characters were printed at once, and left out\n" if lost > 0 else ""
+        )
+        self._parts.clear()
+        self._size = 0
+        return text
+
+
+def mistake_of(error: BaseException, trace: str, file: str) -> Mistake:
+    """Return what is told of the error that ended the program in *file*."""
+    lines = [number for frame, number in traceback.walk_tb(error.__traceback__) if frame.f_code.co_filename == file]
+    line = lines[-1] if lines else getattr(error, "lineno", None)
+    message = error.message if isinstance(error, ElibError) else trace.rpartition("\n")[2].partition(": ")[2]
+    hint = error.hint if isinstance(error, ElibError) else ""
+    return Mistake(type(error).__name__, plain(message), plain(hint), line, plain(trace))
