@@ -3,7 +3,7 @@ import { effect, signal } from "@preact/signals";
 import { stops } from "../stop";
 import { ask, onTold, tell } from "../store";
 import type { Asked, Lab, Output, Program } from "./messages";
-import { name, save, textNow } from "./programs";
+import { name, opened, save, textNow } from "./programs";
 import { loading, restart } from "./wire";
 
 export const MOST_LINES = 2000; // of the output
@@ -11,6 +11,7 @@ const LONGEST_LINE = 2000; // characters
 const MOST_WAITING = 300; // pieces of output that are not drawn: a window that nobody sees draws none
 const PATIENCE = 150; // ms that the program has to end after a stop, until its worker is ended
 
+const NAMED = /["'](sim:\/\/[^"'\s]*)["']/; // a robot, in a program
 const NOTHING = { name: "", line: null, time: 0, variables: [], stack: [], mistake: null, goals: [] };
 const IDLE: Program = { type: "program", state: "idle", ...NOTHING };
 
@@ -117,11 +118,11 @@ effect(() => {
 });
 effect(() => {
   const now = { speed: speed.value };
-  if (program.peek().state !== "idle") tell("set_speed", now);
+  if (program.peek().state !== "idle") tell("set_pace", now);
 });
-// Before a run, the world stands there with nobody driving.
+// Before a run, the world that the program names stands there, with nobody driving.
 effect(() => {
-  const wanted = { robot: robot.value };
+  const wanted = { robot: robot.value || (NAMED.exec(opened.value.text)?.[1] ?? "sim://") };
   if (loading.value) return;
   if (isWaiting.peek()) run();
   else if (program.peek().state === "idle") tell("show_world", wanted);
