@@ -110,7 +110,7 @@ function Chosen({ chosen }: { chosen: Lab }) {
         ))}
       </ul>
       <div class="row wrap">
-        <Button weight="primary" icon={icons.ClipboardCheck} disabled={!isIdle() || !!loading.value} act={check}>
+        <Button weight="primary" icon={icons.ClipboardCheck} disabled={!isIdle() || loading.value !== ""} act={check}>
           Check
         </Button>
         {report.value && <b role="status">{`${number(points)} of ${number(most)} points`}</b>}

@@ -34,10 +34,7 @@ function State() {
   const { state, line } = run.program.value,
     isLost = state === "running" && isSilent.value;
   const [colour, words] = loading.value
-    ? [
-        "connecting",
-        `${loading.value.word}${loading.value.share ? ` … ${Math.round(100 * loading.value.share)} %` : ""}`,
-      ]
+    ? ["connecting", loading.value]
     : isLost
       ? ["connecting", "runs without a pause"]
       : { idle: ["", "ready"], running: ["connected", "runs"], paused: ["gap", `paused at line ${line}`] }[state];

@@ -70,7 +70,7 @@ export async function run() {
   if (program.value.state === "paused") return goOn("on");
   if (program.value.state === "running") return;
   save(true);
-  isWaiting.value = loading.value !== null;
+  isWaiting.value = loading.value !== "";
   if (isWaiting.value) return;
   runs++;
   clear();
