@@ -14,12 +14,11 @@ from elib.link.transport import parse_url
 from elib.panel.panel import Can, Panel
 from elib.panel.recents import RecentRobots
 from elib.panel.server.conversation import Told
-from elib.panel.server.page import Page
 from elib.simulator.emulator import simulation
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.settings import settings_of
 from elib.simulator.emulator.simulation import Simulation
-from elib.studio.messages import decode
+from elib.studio.messages import StudioPage
 from elib.studio.place import napping
 from elib.studio.program import Program
 
@@ -51,19 +50,6 @@ class Port:
 
     async def close(self, code: int, reason: str) -> None:
         """Do nothing: page and worker end together."""
-
-
-class StudioPage(Page):
-    """The page of the studio.
-
-    Args:
-        studio: What it works with.
-        connection: What carries messages to it.
-    """
-
-    def __init__(self, studio: Studio, connection: Port) -> None:
-        self.studio = studio
-        super().__init__(studio.panel, decode, connection)
 
 
 class Studio:
