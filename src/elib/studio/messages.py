@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal, Union
+from typing import Annotated, Literal, Union
 
 from msgspec import Meta
 from msgspec.json import Decoder
 
 from elib.panel.server import messages as panel
-from elib.panel.server.conversation import Decoded, Message, Table, decoded
+from elib.panel.server.conversation import Connection, Decoded, Message, Table, decoded
 from elib.panel.server.page import Page
 from elib.studio.program import Output, ProgramNews
-
-if TYPE_CHECKING:
-    from elib.studio.worker import Port, Studio
+from elib.studio.studio import Studio
 
 Text = Annotated[str, Meta(max_length=1_000_000)]
 Url = Annotated[str, Meta(max_length=500)]
@@ -30,7 +28,7 @@ class StudioPage(Page):
         connection: What carries messages to it.
     """
 
-    def __init__(self, studio: Studio, connection: Port) -> None:
+    def __init__(self, studio: Studio, connection: Connection) -> None:
         self.studio = studio
         super().__init__(studio.panel, decode, connection)
 
