@@ -4,9 +4,9 @@ import * as icons from "lucide";
 import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Icon } from "../look/Icon";
+import { Markdown } from "../look/Markdown";
 import { number, save } from "../look/text";
 import { ask } from "../store";
-import { Markdown } from "./Markdown";
 import type { Judged, Lab, Report } from "./messages";
 import * as programs from "./programs";
 import { isIdle, lab, program } from "./run";
@@ -110,7 +110,7 @@ function Chosen({ chosen }: { chosen: Lab }) {
         ))}
       </ul>
       <div class="row wrap">
-        <Button weight="primary" icon={icons.ClipboardCheck} disabled={!isIdle() || !!loading.value} act={check}>
+        <Button weight="primary" icon={icons.ClipboardCheck} disabled={!isIdle() || loading.value !== ""} act={check}>
           Check
         </Button>
         {report.value && <b role="status">{`${number(points)} of ${number(most)} points`}</b>}

@@ -4,10 +4,10 @@ import { useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
 import { Select } from "../look/fields";
+import { Menu } from "../look/Menu";
 import { save } from "../look/text";
 import { toast } from "../store";
 import { known } from "./known";
-import { Menu } from "./Menu";
 import * as programs from "./programs";
 
 async function copyLink() {

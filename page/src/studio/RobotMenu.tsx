@@ -2,10 +2,10 @@
 import { computed, effect, signal } from "@preact/signals";
 import { Bot } from "lucide";
 import { Select } from "../look/fields";
+import { Menu } from "../look/Menu";
 import { title } from "../look/text";
 import { hello } from "../store";
 import { known } from "./known";
-import { Menu } from "./Menu";
 import { lab, robot } from "./run";
 
 const wish = signal<Record<string, string>>({});

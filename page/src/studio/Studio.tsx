@@ -21,14 +21,7 @@ import * as run from "./run";
 import { loading } from "./wire";
 import "./studio.css";
 
-const SPEEDS = [
-  [0.25, "× ¼"],
-  [0.5, "× ½"],
-  [1, "× 1"],
-  [2, "× 2"],
-  [5, "× 5"],
-  [0, "× max"],
-] as const;
+const SPEEDS = [0.25, 0.5, 1, 2, 5, 0].map((speed) => [speed, `× ${speed || "max"}`] as const);
 
 function Code() {
   const box = useRef<HTMLDivElement>(null);
@@ -41,7 +34,7 @@ function State() {
   const { state, line } = run.program.value,
     isLost = state === "running" && isSilent.value;
   const [colour, words] = loading.value
-    ? ["connecting", `${loading.value.word} … ${Math.round(100 * loading.value.share)} %`]
+    ? ["connecting", loading.value]
     : isLost
       ? ["connecting", "runs without a pause"]
       : { idle: ["", "ready"], running: ["connected", "runs"], paused: ["gap", `paused at line ${line}`] }[state];
@@ -99,7 +92,6 @@ export function Studio() {
   return (
     <>
       <Header />
-      {loading.value && <progress class="loading" value={loading.value.share} aria-label={loading.value.word} />}
       <main class="studio">
         <section class="stack" aria-label="program">
           <p class={`hint note ${unsaved.value && "bad"}`} role="status">

@@ -29,7 +29,7 @@ function explained({ signature, about, arguments: given, example }: Known) {
   const box = Object.assign(document.createElement("div"), { className: "known" }),
     add = (tag: string, textContent: string) => box.append(Object.assign(document.createElement(tag), { textContent }));
   add("code", signature);
-  for (const text of [about, ...given.map((each) => each.join(": "))]) add("p", text);
+  for (const text of [about, ...given.map((each) => each.join(": "))]) if (text) add("p", text);
   if (example) add("pre", example);
   return box;
 }
@@ -68,7 +68,7 @@ function callAt(state: EditorState) {
     node.name === "ArgList" && at > node.from && !(at === node.to && state.sliceDoc(at - 1, at) === ")");
   while (node.parent && !isAround()) node = node.parent;
   const found = node.parent && namedAt(node.from, state);
-  return found ? tooltip(node.from, { ...found, example: "" }) : null;
+  return found ? tooltip(node.from, { ...found, about: "", example: "" }) : null;
 }
 
 export const help = [

@@ -18,6 +18,7 @@ const POINT = ".cm-breakpoints .cm-gutterElement";
 const NOTE = { display: "block", padding: "4px 0 6px", color: "var(--bad)", font: "var(--small)/1.45 var(--font)" };
 
 const lookToWriteIn = view.EditorView.theme({
+  "&.cm-focused": { outline: "none" }, // the box has one
   ".cm-cursor": { borderLeft: "2px solid var(--ink)" },
   "&.cm-focused .cm-selectionBackground, .cm-selectionBackground": { background: "var(--tint) !important" },
   ".cm-activeLine": { background: "color-mix(in srgb, var(--hover) 55%, transparent)" },
@@ -29,7 +30,11 @@ const lookToWriteIn = view.EditorView.theme({
   ".cm-wrong::after": { ...NOTE, content: "attr(data-note)", whiteSpace: "pre-wrap" },
   ".cm-tooltip": { border: "1px solid var(--line)", background: "var(--card)", boxShadow: "var(--lifted)" },
   ".cm-tooltip, .cm-panels": { background: "var(--card)", color: "var(--ink)" },
-  ".cm-tooltip .known": { padding: "6px 10px", maxWidth: "min(440px, 90vw)", font: "var(--small)/1.45 var(--font)" },
+  ".cm-tooltip.known, .cm-tooltip .known": {
+    padding: "6px 10px",
+    maxWidth: "min(440px, 90vw)",
+    font: "var(--small)/1.45 var(--font)",
+  },
   ".known > *": { margin: "0 0 3px", whiteSpace: "pre-wrap" },
   ".known > :is(code, pre)": { fontFamily: "var(--mono)" },
   ".cm-tooltip-autocomplete > ul > li[aria-selected]": { background: "var(--accent)", color: "var(--on-accent)" },

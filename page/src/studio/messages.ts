@@ -20,7 +20,7 @@ export type Asked = {
   /** Say where the program is to pause. */
   set_breakpoints: { lines: number[] };
   /** Say how fast the world goes; 0 for as fast as possible. */
-  set_speed: { speed: number };
+  set_pace: { speed: number };
   /** Show the world of a robot, which nobody drives. */
   show_world: { robot: string };
   /** Ask for the labs. */
@@ -38,7 +38,7 @@ export type Answered = {
   pause_program: null;
   go_on: null;
   set_breakpoints: null;
-  set_speed: null;
+  set_pace: null;
   show_world: null;
   labs: Lab[];
   check_lab: Report;

@@ -3,15 +3,15 @@ import { effect, signal } from "@preact/signals";
 import { stops } from "../stop";
 import { ask, onTold, tell } from "../store";
 import type { Asked, Lab, Output, Program } from "./messages";
-import { name, save, textNow } from "./programs";
+import { name, opened, save, textNow } from "./programs";
 import { loading, restart } from "./wire";
 
-const MOST_LINES = 2000; // of the output
+export const MOST_LINES = 2000; // of the output
 const LONGEST_LINE = 2000; // characters
-const MOST_LETTERS = 4_000_000; // that wait for a picture
-const BLOCK = 100; // lines
+const MOST_WAITING = 300; // pieces of output that are not drawn: a window that nobody sees draws none
 const PATIENCE = 150; // ms that the program has to end after a stop, until its worker is ended
 
+const NAMED = /["'](sim:\/\/[^"'\s]*)["']/; // a robot, in a program
 const NOTHING = { name: "", line: null, time: 0, variables: [], stack: [], mistake: null, goals: [] };
 const IDLE: Program = { type: "program", state: "idle", ...NOTHING };
 
@@ -26,54 +26,38 @@ export const shownLine = signal<{ line: number } | null>(null); // that the edit
 
 // -- what it prints --
 
-export type Line = { text: string; isError: boolean };
-/** What was printed, in blocks of lines: of a flood only the newest one is drawn again. */
-export const blocks = signal<Line[][]>([]);
-export const dropped = signal(0); // lines that were printed before those that are kept
+export type Line = { number: number; text: string; isError: boolean };
+export const lines = signal<Line[]>([]);
 let printed: Output[] = []; // since the last picture
-let size = 0; // letters of it
-let full: Line[][] = [];
-let open: Line[] = [];
+let count = 0; // lines that were printed, and more where some were left out
 
 export function clear() {
-  [printed, full, open] = [[], [], []];
-  size = dropped.value = 0;
-  blocks.value = [];
+  [printed, lines.value, count] = [[], [], 0];
 }
 
 /** Take what was printed; it is drawn with the next picture, however often something is printed until then. */
 function print(output: Output) {
   if (!printed.length) requestAnimationFrame(draw);
-  printed.push(output);
-  size += output.text.length;
-  if (size > MOST_LETTERS) draw(); // a window that nobody sees has no next picture
+  if (printed.push(output) > MOST_WAITING) [printed, count] = [printed.slice(MOST_WAITING / 2), count + 1];
 }
 
 function draw() {
+  const found = lines.value.slice();
   for (const { text, is_error: isError } of printed) {
-    const [rest, ...lines] = text.split("\n"),
-      last = open.at(-1),
-      surplus = Math.max(0, lines.length - MOST_LINES);
-    if (last && (last.isError === isError || !last.text)) open[open.length - 1] = lineOf(last.text + rest, isError);
-    else lines.unshift(rest);
-    dropped.value += surplus;
-    for (const line of lines.slice(surplus)) {
-      if (open.length === BLOCK) full.push(open.splice(0));
-      open.push(lineOf(line, isError));
-    }
+    const parts = text.split("\n"),
+      last = found.at(-1);
+    if (last && (last.isError === isError || !last.text)) [parts[0], count] = [found.pop()!.text + parts[0], count - 1];
+    count += parts.length;
+    const kept = parts.slice(-MOST_LINES),
+      first = count - kept.length;
+    kept.forEach((part, k) => {
+      const text = part.length > LONGEST_LINE ? `${part.slice(0, LONGEST_LINE)} …` : part;
+      found.push({ number: first + k, text, isError });
+    });
   }
-  for (; full.length * BLOCK > MOST_LINES; full.shift()) dropped.value += BLOCK;
-  blocks.value = [...full, open.slice()];
+  lines.value = found.slice(-MOST_LINES);
   printed = [];
-  size = 0;
 }
-
-const lineOf = (text: string, isError: boolean) => ({
-  text: text.length > LONGEST_LINE ? `${text.slice(0, LONGEST_LINE)} …` : text,
-  isError,
-});
-
-const say = (text: string) => print({ type: "output", text: `${text}\n`, is_error: true });
 
 // -- what it is asked --
 
@@ -86,7 +70,7 @@ export async function run() {
   if (program.value.state === "paused") return goOn("on");
   if (program.value.state === "running") return;
   save(true);
-  isWaiting.value = loading.value !== null;
+  isWaiting.value = loading.value !== "";
   if (isWaiting.value) return;
   runs++;
   clear();
@@ -112,7 +96,7 @@ export async function stop() {
   if (isIdle() || run !== runs) return;
   program.value = IDLE;
   restart();
-  say("The program was ended: it did not stop by itself. Python is loaded again.");
+  print({ type: "output", text: "The program did not stop by itself, and was ended.\n", is_error: true });
 }
 
 export const pause = () => ask("pause_program", {});
@@ -134,11 +118,11 @@ effect(() => {
 });
 effect(() => {
   const now = { speed: speed.value };
-  if (program.peek().state !== "idle") tell("set_speed", now);
+  if (program.peek().state !== "idle") tell("set_pace", now);
 });
-// Before a run, the world stands there with nobody driving.
+// Before a run, the world that the program names stands there, with nobody driving.
 effect(() => {
-  const wanted = { robot: robot.value };
+  const wanted = { robot: robot.value || (NAMED.exec(opened.value.text)?.[1] ?? "sim://") };
   if (loading.value) return;
   if (isWaiting.peek()) run();
   else if (program.peek().state === "idle") tell("show_world", wanted);

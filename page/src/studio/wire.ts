@@ -2,20 +2,18 @@
 import { signal } from "@preact/signals";
 import { connect, hear } from "../store";
 
-const NOTHING = { word: "Loading Python", share: 0 };
-/** What is loaded, and how much of it is; null once Python is there. */
-export const loading = signal<{ word: string; share: number } | null>(NOTHING);
+/** What is loaded, and how much of it, in words; empty once Python is there. */
+export const loading = signal("Loading Python");
 let worker: Worker;
 
 export function begin() {
-  loading.value = NOTHING;
+  loading.value = "Loading Python";
   worker = new Worker("worker.js", { type: "module" });
   worker.onmessage = ({ data }) => {
-    if (data.word) return (loading.value = data);
-    if (loading.value) {
-      loading.value = null;
-      connect((text) => worker.postMessage(text));
-    }
+    const { word, share } = data;
+    if (word) return (loading.value = share ? `${word} … ${Math.round(100 * share)} %` : word);
+    if (loading.value) connect((text) => worker.postMessage(text));
+    loading.value = "";
     hear(data);
   };
 }

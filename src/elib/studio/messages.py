@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal, Union
+from typing import Annotated, Literal, Union
 
 from msgspec import Meta
 from msgspec.json import Decoder
 
 from elib.panel.server import messages as panel
-from elib.panel.server.conversation import Decoded, Message, Table, decoded
+from elib.panel.server.conversation import Connection, Decoded, Message, Table, decoded
+from elib.panel.server.page import Page
 from elib.studio.program import Output, ProgramNews
-
-if TYPE_CHECKING:
-    from elib.studio.worker import StudioPage
+from elib.studio.studio import Studio
 
 Text = Annotated[str, Meta(max_length=1_000_000)]
 Url = Annotated[str, Meta(max_length=500)]
 Lines = Annotated[list[Annotated[int, Meta(ge=1, le=1_000_000)]], Meta(max_length=1000)]
 Speed = Annotated[float, Meta(ge=0, le=100)]
+
+
+class StudioPage(Page):
+    """The page of the studio.
+
+    Args:
+        studio: What it works with.
+        connection: What carries messages to it.
+    """
+
+    def __init__(self, studio: Studio, connection: Connection) -> None:
+        self.studio = studio
+        super().__init__(studio.panel, decode, connection)
+
 
 MESSAGES = Table()
 """What only this page may ask for, by name."""

@@ -1,4 +1,4 @@
-"""What runs in the worker: a panel whose page is the studio, and the program with the worlds that it opens."""
+"""What runs in the worker of a page: :func:`start` begins it."""
 
 from __future__ import annotations
 
@@ -10,21 +10,10 @@ from typing import Any
 import msgspec
 
 from elib.base.tasks import Tasks
-from elib.link.transport import parse_url
-from elib.panel.panel import Can, Panel
-from elib.panel.recents import RecentRobots
 from elib.panel.server.conversation import Told
-from elib.panel.server.page import Page
-from elib.simulator.emulator import simulation
-from elib.simulator.emulator.control import Control
-from elib.simulator.emulator.settings import settings_of
-from elib.simulator.emulator.simulation import Simulation
-from elib.studio.messages import decode
+from elib.studio.messages import StudioPage
 from elib.studio.place import napping
-from elib.studio.program import Program
-
-WORLD = "program"
-"""The key of the world that the page shows."""
+from elib.studio.studio import Studio
 
 Post = Callable[[str | bytes], object]
 
@@ -53,21 +42,8 @@ class Port:
         """Do nothing: page and worker end together."""
 
 
-class StudioPage(Page):
-    """The page of the studio.
-
-    Args:
-        studio: What it works with.
-        connection: What carries messages to it.
-    """
-
-    def __init__(self, studio: Studio, connection: Port) -> None:
-        self.studio = studio
-        super().__init__(studio.panel, decode, connection)
-
-
-class Studio:
-    """The panel, its one page, and the program.
+class Worker:
+    """The studio and its page.
 
     Args:
         post: Sends a text or bytes to the page.
@@ -76,8 +52,7 @@ class Studio:
         folder: Where programs and files lie.
 
     Attributes:
-        program: Runs the programs.
-        panel: The panel.
+        studio: The studio.
     """
 
     def __init__(
@@ -87,59 +62,16 @@ class Studio:
         begin: Callable[[Callable[[], None]], object],
         folder: Path,
     ) -> None:
-        self.panel = Panel(can=Can(edit=True, save=True), folder=folder, recents=RecentRobots(None))
-        self._begin, self._tasks = begin, Tasks()
-        self._simulation: Simulation | None = None
-        self._shown: Simulation | None = None
-        simulation.on_begin.append(self._began)
         port = Port(post)
-        self.program = Program(nap, port.put, folder, self._time)
-        self.page = StudioPage(self, port)
-
-    def run(self, text: str, name: str, robot: str, breakpoints: list[int], speed: float) -> None:
-        """Begin to run a program.
-
-        Raises:
-            ArgumentError: A program runs already, or the URL is wrong.
-        """
-        if robot:
-            parse_url(robot)
-        file = self.program.take(text, name)
-        self._simulation = None
-        self.program.debugger.breakpoints = set(breakpoints)
-        self.program.place.speed = speed
-        self._begin(lambda: self.program.run(file, robot))
-
-    def show(self, robot: str) -> None:
-        """Show the world of a URL, in which no program drives.
-
-        Raises:
-            ElibError: There is no such world.
-        """
-        if self.program.state == "idle":
-            before, self._shown = self._shown, Simulation(settings_of(parse_url(robot)), is_connected=False)
-            if before is not None:
-                before.close()
+        self.studio = Studio(port.put, nap, begin, folder)
+        self._page, self._tasks = StudioPage(self.studio, port), Tasks()
 
     def hear(self, text: str) -> None:
         """Hear one message of the page; it is answered a moment later."""
-        self._tasks.begin(self.page.hear(text), "elib studio")
-
-    def _began(self, begun: Simulation) -> None:
-        """Show a world that begins."""
-        if self.program.state != "idle":
-            self._simulation = begun
-            if self._shown is not None:
-                self._shown.close()
-                self._shown = None
-        if begun.world is not None:
-            self.panel.worlds = {WORLD: Control(begun)}
-
-    def _time(self) -> float:
-        return 0.0 if self._simulation is None else self._simulation.time
+        self._tasks.begin(self._page.hear(text), "elib studio")
 
 
-def start(post: Any) -> Studio:
+def start(post: Any) -> Worker:
     """Begin in the worker of a browser.
 
     Args:
@@ -151,9 +83,8 @@ def start(post: Any) -> Studio:
     folder = Path.home() / "programs"
     folder.mkdir(exist_ok=True)
     nap = napping(js.nap, asyncio.get_event_loop())
-    return Studio(
-        lambda data: post(data if isinstance(data, str) else to_js(data)),
-        nap,
-        lambda work: js.begin(create_once_callable(work)),
-        folder,
-    )
+
+    def send(data: str | bytes) -> None:
+        post(data if isinstance(data, str) else to_js(data))
+
+    return Worker(send, nap, lambda work: js.begin(create_once_callable(work)), folder)

@@ -20,11 +20,11 @@ from typing import TypeVar
 from msgspec import UNSET, Struct, UnsetType
 
 from elib.base.errors import ArgumentError
-from elib.base.pictures import as_address, as_png
+from elib.base.pictures import as_address
 from elib.panel.server.conversation import Told
 from elib.panel.server.page import Page, Stream, Wish
 from elib.simulator import physics
-from elib.simulator.drawing.floor import floor_picture
+from elib.simulator.drawing.floor import floor_png
 from elib.simulator.emulator.control import Control, LinkState
 from elib.simulator.emulator.control_server import time_factor
 from elib.simulator.emulator.past import is_due
@@ -255,7 +255,7 @@ def scene(control: Control, snapshot: Snapshot, own: int | None) -> Scene:
         clock=clock(control),
         names=tuple(control.names),
         own=own,
-        floor_png=as_address(as_png(floor_picture(floor))) if floor.columns else None,
+        floor_png=as_address(floor_png(floor)) if floor.columns else None,
     )
 
 

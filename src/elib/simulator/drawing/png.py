@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 from os import PathLike
 from typing import TYPE_CHECKING, Unpack
 
 from elib.base.files import write_file
 from elib.base.pictures import as_png
+from elib.simulator.drawing.floor import floor_png
 from elib.simulator.drawing.shapes import Circle, Drawing, Picture, Point, Polygon, Stroke, Text
 from elib.simulator.drawing.top import Look, top_view
 from elib.simulator.physics import Snapshot
@@ -49,13 +51,12 @@ def render(drawing: Drawing) -> Image:
 
 
 def _paste(canvas: Image, picture: Picture, scale: int) -> None:
-    from elib.simulator.drawing.floor import floor_picture
+    from PIL import Image
 
     (x, y), (width, height) = picture.place, picture.size
     size = max(1, round(width * scale)), max(1, round(height * scale))
-    canvas.paste(
-        floor_picture(picture.floor, picture.bare).convert("RGB").resize(size), (round(x * scale), round(y * scale))
-    )
+    with Image.open(io.BytesIO(floor_png(picture.floor, picture.bare))) as floor:
+        canvas.paste(floor.convert("RGB").resize(size), (round(x * scale), round(y * scale)))
 
 
 def _draw(pen: ImageDraw, shape: Polygon | Circle | Stroke | Text, scale: int) -> None:

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from html import escape
 from typing import Unpack
 
-from elib.base.pictures import as_address, as_png
+from elib.base.pictures import as_address
+from elib.simulator.drawing.floor import floor_png
 from elib.simulator.drawing.shapes import Circle, Picture, Point, Polygon, Shape, Stroke, Text
 from elib.simulator.drawing.top import Look, top_view
 from elib.simulator.physics import Colour, Snapshot
@@ -64,9 +65,7 @@ def _written(shape: Shape) -> str:
 
 def _inline(picture: Picture) -> str:
     """Return the picture within the document: it needs no second file."""
-    from elib.simulator.drawing.floor import floor_picture
-
-    return as_address(as_png(floor_picture(picture.floor, picture.bare), is_small=True))
+    return as_address(floor_png(picture.floor, picture.bare))
 
 
 def _points(points: tuple[Point, ...]) -> str:

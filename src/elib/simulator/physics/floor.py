@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,10 +29,6 @@ RESOLUTION = 0.002
 
 MAX_PIXELS = 4_000_000
 """Larger floors get coarser pixels."""
-
-OVERSAMPLING = 3
-MAX_FINE = 1_000_000
-"""Pixels. A larger floor is painted with hard edges, to save memory."""
 
 HOLE = Colour(0, 0, 0)
 """What the camera sees of a hole; the ground sensors find :data:`HOLE_MARK` there."""
@@ -83,65 +80,120 @@ def floor_of(scene: Scene) -> Floor:
 @lru_cache(maxsize=8)
 def _painted(scene: Scene, written: tuple[int, ...]) -> Floor:
     """Paint the floor once for all worlds that share it; *written* is when its picture files were."""
-    from PIL import Image  # Worlds with a bare floor start faster without.
-
     scale = min(1 / RESOLUTION, math.sqrt(MAX_PIXELS / (scene.width * scene.depth)))
-    size = math.ceil(scene.width * scale), math.ceil(scene.depth * scale)
-    # Pillow draws hard edges: painted larger and scaled down, a slanted line is straight.
-    finer = OVERSAMPLING if size[0] * size[1] <= MAX_FINE else 1
-    scale *= finer
-    columns, rows = size[0] * finer, size[1] * finer
-    picture = Image.new("RGB", (columns, rows), tuple(scene.floor))
-    holes = Image.new("1", (columns, rows), 0)
+    canvas = _Canvas(math.ceil(scene.width * scale), math.ceil(scene.depth * scale), scale, packed(scene.floor))
     for paint in scene.paint:
         match paint:
             case Stripe():
-                _stripe(picture, holes, paint, scale)
+                canvas.stripe(paint)
             case Checkers():
-                _checkers(picture, holes, paint, scene, scale)
+                canvas.checkers(paint, *paint.count(scene.width, scene.depth))
             case Print():
-                _print(picture, holes, paint, scale)
+                canvas.print(paint)
             case Patch():
-                _patch(picture, holes, paint, scale)
-    if finer > 1:
-        picture = picture.resize(size, Image.Resampling.BOX)
-        holes = holes.resize(size, Image.Resampling.NEAREST)
-        scale /= finer
-        columns, rows = size
-    red, green, blue = (band.tobytes() for band in picture.split())
-    hollow = holes.convert("L").tobytes()
-    pixels = tuple(
-        r << 16 | g << 8 | b | (HOLE_MARK if hole else 0)
-        for r, g, b, hole in zip(red, green, blue, hollow, strict=True)
-    )
-    return Floor(packed(scene.floor), columns, rows, scale, pixels)
+                hole = packed(HOLE) | HOLE_MARK
+                colour = hole if paint.colour is None else packed(paint.colour)
+                canvas.fill(paint.x, paint.y, paint.x + paint.width, paint.y + paint.depth, colour)
+    return Floor(packed(scene.floor), canvas.columns, canvas.rows, scale, tuple(canvas.pixels))
 
 
-def _stripe(picture: Image, holes: Image, stripe: Stripe, scale: float) -> None:
-    from PIL import ImageDraw
+class _Canvas:
+    """The floor while it is painted, with its first row at y = 0."""
 
-    points = [(x * scale - 0.5, y * scale - 0.5) for x, y in stripe.points]
-    width = max(1, round(stripe.width * scale))
-    for image, colour in ((picture, tuple(stripe.colour)), (holes, 0)):
-        pen = ImageDraw.Draw(image)
-        pen.line(points, fill=colour, width=width, joint="curve")
-        for x, y in points:
-            half = (width - 1) / 2  # Pillow counts the rim in.
-            pen.ellipse((x - half, y - half, x + half, y + half), fill=colour)
+    def __init__(self, columns: int, rows: int, scale: float, colour: int) -> None:
+        self.columns, self.rows, self.scale = columns, rows, scale
+        self.pixels = [colour] * (columns * rows)
+
+    def fill(self, left: float, low: float, right: float, high: float, colour: int) -> None:
+        """Fill a rectangle, m, with hard edges."""
+        (begin, end), (first, last) = self._cut(left, right, self.columns), self._cut(low, high, self.rows)
+        for row in range(first, last):
+            self.pixels[row * self.columns + begin : row * self.columns + end] = [colour] * (end - begin)
+
+    def stripe(self, stripe: Stripe) -> None:
+        """Paint a stripe with smooth edges and round ends and corners."""
+        half = stripe.width * self.scale / 2
+        points = [(x * self.scale - 0.5, y * self.scale - 0.5) for x, y in stripe.points]
+        covered: dict[int, float] = {}  # how much of each pixel the stripe covers
+        for (ax, ay), (bx, by) in pairwise(points):
+            dx, dy = bx - ax, by - ay
+            square = dx * dx + dy * dy
+            reach = half + 0.5
+            for row in range(max(0, math.ceil(min(ay, by) - reach)), min(self.rows, int(max(ay, by) + reach) + 1)):
+                # Of a slanted stretch only the columns near it: where its middle crosses the rows beside this one.
+                begin, end = min(ax, bx), max(ax, bx)
+                if dy:
+                    cuts = [ax + dx * (row + side * reach - ay) / dy for side in (-1, 1)]
+                    begin, end = max(begin, min(cuts)), min(end, max(cuts))
+                for column in range(max(0, math.ceil(begin - reach)), min(self.columns, int(end + reach) + 1)):
+                    along = ((column - ax) * dx + (row - ay) * dy) / square if square else 0.0
+                    along = min(1.0, max(0.0, along))
+                    away = math.hypot(column - ax - along * dx, row - ay - along * dy)
+                    share = min(1.0, half + 0.5 - away)
+                    at = row * self.columns + column
+                    if share > covered.get(at, 0.0):
+                        covered[at] = share
+        colour = packed(stripe.colour)
+        for at, share in covered.items():
+            self.pixels[at] = _mixed(self.pixels[at], colour, share)
+
+    def checkers(self, checkers: Checkers, across: int, along: int) -> None:
+        """Paint squares over the whole floor, the first one dark."""
+        side = checkers.square
+        colours = packed(checkers.dark), packed(checkers.light)
+        for row in range(along):
+            first, last = self._cut(row * side, (row + 1) * side, self.rows)
+            line: list[int] = []
+            for column in range(across):
+                begin, end = self._cut(column * side, (column + 1) * side, self.columns)
+                line += [colours[(row + column) % 2]] * (end - begin)
+            for each in range(first, last):
+                self.pixels[each * self.columns : each * self.columns + len(line)] = line
+
+    def print(self, paint: Print) -> None:
+        """Paint a picture file; where it is transparent, what was there stays."""
+        from PIL import Image  # floors without picture files need no Pillow
+
+        size = max(1, round(paint.width * self.scale)), max(1, round(paint.depth * self.scale))
+        if size[0] * size[1] > MAX_PRINT:
+            raise ArgumentError(
+                f"the picture {paint.file} would cover {paint.width} x {paint.depth} m; that is too much"
+            )
+        try:
+            with opened(Path(paint.file)) as source:
+                flat = source.convert("RGBA").resize(size).transpose(Image.Transpose.FLIP_TOP_BOTTOM)
+        except ArgumentError as error:
+            raise ArgumentError(f"the picture {paint.file} cannot be read: {error.message}", hint=error.hint) from error
+        left, low = round(paint.x * self.scale), round(paint.y * self.scale)
+        begin, end = max(0, left), min(self.columns, left + size[0])
+        for row in range(max(0, low), min(self.rows, low + size[1])) if begin < end else ():
+            bands = flat.crop((begin - left, row - low, end - left, row - low + 1)).tobytes()
+            here = slice(row * self.columns + begin, row * self.columns + end)
+            self.pixels[here] = [
+                red << 16 | green << 8 | blue
+                if opacity == 255
+                else _mixed(below, red << 16 | green << 8 | blue, opacity / 255)
+                for below, red, green, blue, opacity in zip(
+                    self.pixels[here], bands[::4], bands[1::4], bands[2::4], bands[3::4], strict=True
+                )
+            ]
+
+    def _cut(self, begin: float, end: float, size: int) -> tuple[int, int]:
+        """Return the first pixel and the one after the last, from *begin* to *end*, m, within the floor."""
+        return min(size, max(0, round(begin * self.scale))), min(size, max(0, round(end * self.scale)))
 
 
-def _checkers(picture: Image, holes: Image, checkers: Checkers, scene: Scene, scale: float) -> None:
-    from PIL import ImageDraw
-
-    across, along = checkers.count(scene.width, scene.depth)
-    pen = ImageDraw.Draw(picture)
-    side = checkers.square * scale
-    for row in range(along):
-        for column in range(across):
-            colour = checkers.light if (row + column) % 2 else checkers.dark
-            left, low = round(column * side), round(row * side)
-            pen.rectangle((left, low, round((column + 1) * side) - 1, round((row + 1) * side) - 1), fill=tuple(colour))
-    holes.paste(0, (0, 0, holes.width, holes.height))
+def _mixed(below: int, colour: int, share: float) -> int:
+    """Return a pixel of which *colour* covers a share; a hole is there or not."""
+    if share >= 1.0:
+        return colour
+    if share <= 0.0 or (below >= HOLE_MARK and share < 0.5):
+        return below
+    found = 0
+    for shift in (16, 8, 0):
+        low = below >> shift & 0xFF
+        found |= round(low + share * ((colour >> shift & 0xFF) - low)) << shift
+    return found
 
 
 @contextmanager
@@ -170,31 +222,3 @@ def opened(path: Path) -> Iterator[Image]:
         raise ArgumentError(reason, hint="give the path of a PNG or JPEG file") from error
     if pixels > MAX_PRINT:
         raise ArgumentError(f"it has more than {MAX_PRINT // 1_000_000} million pixels", hint="scale it down")
-
-
-def _print(picture: Image, holes: Image, paint: Print, scale: float) -> None:
-    from PIL import Image
-
-    size = max(1, round(paint.width * scale)), max(1, round(paint.depth * scale))
-    if size[0] * size[1] > MAX_PRINT:
-        raise ArgumentError(f"the picture {paint.file} would cover {paint.width} x {paint.depth} m; that is too much")
-    try:
-        with opened(Path(paint.file)) as source:
-            flat = source.convert("RGBA").resize(size).transpose(Image.Transpose.FLIP_TOP_BOTTOM)
-    except ArgumentError as error:
-        raise ArgumentError(f"the picture {paint.file} cannot be read: {error.message}", hint=error.hint) from error
-    corner = round(paint.x * scale), round(paint.y * scale)
-    opacity = flat.getchannel("A")
-    picture.paste(flat, corner, opacity)
-    holes.paste(0, corner, opacity.convert("1", dither=Image.Dither.NONE))  # A hole is there or not: half opaque, not.
-
-
-def _patch(picture: Image, holes: Image, patch: Patch, scale: float) -> None:
-    box = (
-        round(patch.x * scale),
-        round(patch.y * scale),
-        round((patch.x + patch.width) * scale),
-        round((patch.y + patch.depth) * scale),
-    )
-    picture.paste(tuple(HOLE if patch.colour is None else patch.colour), box)
-    holes.paste(1 if patch.colour is None else 0, box)

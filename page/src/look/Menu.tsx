@@ -1,7 +1,8 @@
 import type { IconNode } from "lucide";
 import type { ComponentChildren } from "preact";
 import { useId } from "preact/hooks";
-import { Icon } from "../look/Icon";
+import { Icon } from "./Icon";
+import "./Menu.css";
 
 type Props = { icon: IconNode; text: string; title?: string; disabled?: boolean; children: ComponentChildren };
 

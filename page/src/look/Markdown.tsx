@@ -1,4 +1,4 @@
-// Instructions of labs: the part of Markdown that they use, made into elements and text, never into HTML.
+// Markdown of others, such as instructions of labs: the part of it that they use, made into elements and text, never into HTML.
 import type { ComponentChild } from "preact";
 
 const BLOCK = /```[^]*?\n```|(?:.+(?:\n(?!```)|$))+/g;

@@ -1,0 +1,86 @@
+"""The studio without its page: a panel that shows the worlds that the program opens, and the program."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from elib.link.transport import parse_url
+from elib.panel.panel import Can, Panel
+from elib.panel.recents import RecentRobots
+from elib.panel.server.conversation import Told
+from elib.simulator.emulator import simulation
+from elib.simulator.emulator.control import Control
+from elib.simulator.emulator.settings import settings_of
+from elib.simulator.emulator.simulation import Simulation
+from elib.studio.program import Program
+
+WORLD = "program"
+"""The key of the world that the page shows."""
+
+
+class Studio:
+    """The panel of the page, and the program with the worlds that it opens.
+
+    Args:
+        tell: Tells the page something.
+        nap: Waits so many seconds, while the page is heard.
+        begin: Calls a function later, in a way that lets it wait by *nap*.
+        folder: Where programs and files lie.
+
+    Attributes:
+        program: Runs the programs.
+        panel: The panel.
+    """
+
+    def __init__(
+        self,
+        tell: Callable[[Told], object],
+        nap: Callable[[float], None],
+        begin: Callable[[Callable[[], None]], object],
+        folder: Path,
+    ) -> None:
+        self.panel = Panel(can=Can(edit=True, save=True), folder=folder, recents=RecentRobots(None))
+        self._begin = begin
+        self._simulation: Simulation | None = None
+        self._shown: Simulation | None = None
+        simulation.on_begin.append(self._began)
+        self.program = Program(nap, tell, folder, self._time)
+
+    def run(self, text: str, name: str, robot: str, breakpoints: list[int], speed: float) -> None:
+        """Begin to run a program.
+
+        Raises:
+            ArgumentError: A program runs already, or the URL is wrong.
+        """
+        if robot:
+            parse_url(robot)
+        file = self.program.take(text, name)
+        self._simulation = None
+        self.program.debugger.breakpoints = set(breakpoints)
+        self.program.place.speed = speed
+        self._begin(lambda: self.program.run(file, robot))
+
+    def show(self, robot: str) -> None:
+        """Show the world of a URL, in which no program drives.
+
+        Raises:
+            ElibError: There is no such world.
+        """
+        if self.program.state == "idle":
+            before, self._shown = self._shown, Simulation(settings_of(parse_url(robot)), is_connected=False)
+            if before is not None:
+                before.close()
+
+    def _began(self, begun: Simulation) -> None:
+        """Show a world that begins."""
+        if self.program.state != "idle":
+            self._simulation = begun
+            if self._shown is not None:
+                self._shown.close()
+                self._shown = None
+        if begun.world is not None:
+            self.panel.worlds = {WORLD: Control(begun)}
+
+    def _time(self) -> float:
+        return 0.0 if self._simulation is None else self._simulation.time
