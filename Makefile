@@ -42,8 +42,8 @@ setup: $(READY) ## Make the virtual environment in .venv, and the page if npm's 
 page: $(READY) ## Build the page of the panel
 	@$(PAGE)
 
-studio: $(READY) ## Build the studio, a page with Python in it, in build/studio; WHEELS=folder adds wheels for Pyodide
-	@$(FIND_UV); $(BIN)/python release/studio.py $(if $(WHEELS),--wheels "$(WHEELS)")
+studio: page ## Build the studio, a page with Python in it, in build/studio; WHEELS=folder adds wheels for Pyodide
+	@$(BIN)/python release/studio.py $(if $(WHEELS),--wheels "$(WHEELS)")
 
 # The demo prints what to type next. Its path has to hold in the folder in which make was called, which -C can change.
 HERE = $(if $(subst $(CURDIR),,$(PWD)),$(CURDIR)/)
