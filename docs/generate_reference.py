@@ -71,6 +71,7 @@ def wanted() -> dict[Path, str]:
     found |= {DOCS / "images" / name: draw() for name, draw in DRAWINGS.items()}
     found |= course.pictures()
     found[DOCS.parent / "page/src/messages.ts"] = pagetypes.module()
+    found[DOCS.parent / "page/src/studio/messages.ts"] = pagetypes.studio()
     return found
 
 

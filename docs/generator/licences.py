@@ -26,9 +26,11 @@ The page is built from these packages of npm. The file `licences.txt` beside the
 licences of all that is in it.
 """
 WHY = {
+    "@codemirror/autocomplete": "completion in the editor of the studio",
     "@codemirror/commands": "keys in programs that are shown",
     "@codemirror/lang-python": "colours of Python in programs that are shown",
     "@codemirror/language": "colours of programs that are shown",
+    "@codemirror/search": "finding text in the editor of the studio",
     "@codemirror/state": "programs that are shown",
     "@codemirror/view": "programs that are shown",
     "@fontsource-variable/inter": "the font",

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from msgspec import NODEFAULT
 from msgspec import inspect as types
 
 from elib.base.plaintext import summary
-from elib.panel.server.conversation import Answer, Failure
+from elib.panel.server.conversation import Answer, Failure, Message
 from elib.panel.server.messages import MESSAGES, TOLD
 from elib.panel.server.world import BODY, CUT, FRONT, HEADER, KEPT, RAYS, TOUCHING
+from elib.studio import messages as studio_messages
 
 PLAIN: Mapping[type[types.Type], str] = {
     types.IntType: "number",
@@ -78,26 +79,30 @@ class Types:
 
 
 def module() -> str:
-    """Return the module."""
+    """Return the module of what all pages may say and are told."""
+    frame = {"header": HEADER.size, "rays": RAYS, "kept": KEPT}
+    frame |= {"touching": TOUCHING, "body": BODY, "front": FRONT, "cut": CUT}
+    numbers = ", ".join(f"{name}: {value}" for name, value in frame.items())
+    about = "A frame: bytes of its header, flags for rays and for a moment to go back to, bits of a robot."
+    return _module(MESSAGES, TOLD, f"\n/** {about} */\nexport const FRAME = {{ {numbers} }};\n")
+
+
+def studio() -> str:
+    """Return the module of what only the studio may say and is told."""
+    return _module(studio_messages.MESSAGES, studio_messages.TOLD)
+
+
+def _module(messages: Mapping[str, type[Message]], told: Iterable[type], more: str = "") -> str:
     found = Types()
-    told = [cls for cls in TOLD if cls not in (Answer, Failure)]
     body = ["\n/** What the page may ask for: the fields of each request. */\nexport type Asked = {\n"]
-    for name, cls in MESSAGES.items():
+    for name, cls in messages.items():
         fields = [field for field in found.fields(cls, is_asked=True)[1:] if not field.startswith("id?")]
         body.append(f"{_comment(cls, '  ')}  {name}: {_object(fields, '  ')};\n")
     body.append("};\n\n/** What each request is answered with. */\nexport type Answered = {\n")
-    body += [f"  {name}: {found.of(types.type_info(cls.answers))};\n" for name, cls in MESSAGES.items()]
-    body.append("};\n")
-    frame = {"header": HEADER.size, "rays": RAYS, "kept": KEPT}
-    frame |= {"touching": TOUCHING, "body": BODY, "front": FRONT, "cut": CUT}
-    body.append(
-        "\n/** A frame: bytes of its header, flags for rays and for a moment to go back to, bits of a robot. */\n"
-    )
-    numbers = ", ".join(f"{name}: {value}" for name, value in frame.items())
-    body.append(f"export const FRAME = {{ {numbers} }};\n")
-    body.append("\n/** What the page is told without having asked. */\n")
-    body.append(f"export type Told = {' | '.join(cls.__name__ for cls in told)};\n")
-    for each in TOLD:
+    body += [f"  {name}: {found.of(types.type_info(cls.answers))};\n" for name, cls in messages.items()]
+    names = " | ".join(cls.__name__ for cls in told if cls not in (Answer, Failure))
+    body.append(f"}};\n{more}\n/** What the page is told without having asked. */\nexport type Told = {names};\n")
+    for each in told:
         found.of(types.type_info(each))
     written: set[str] = set()
     while new := [cls for name, cls in found.named.items() if name not in written]:

@@ -1,17 +1,18 @@
 // The frame of the page: the robots on top, STOP always in the same place, and below them what the address says.
-import { Moon, Plus, Sun, X } from "lucide";
+import { Moon, Plus, Sun } from "lucide";
 import { useEffect, useRef } from "preact/hooks";
 import { Dialog } from "./look/Dialog";
 import { Button } from "./look/Button";
 import { Select } from "./look/fields";
 import { Icon } from "./look/Icon";
 import { isDark, toggleTheme } from "./look/theme";
+import { Toasts } from "./look/Toasts";
 import { All } from "./places/All";
 import { Robot } from "./places/Robot";
 import { Start } from "./places/Start";
 import { address, go, place } from "./route";
 import { stop, stopped, stops } from "./stop";
-import { can, closeToast, hello, isSilent, listed, toasts } from "./store";
+import { can, hello, isSilent, listed } from "./store";
 import "./App.css";
 
 const MAX_TABS = 5; // of robots; more are chosen from a list
@@ -102,14 +103,7 @@ export function App() {
       <main>
         <Place />
       </main>
-      <div class="toasts stack" role="status" aria-live="polite">
-        {toasts.value.map(({ id, text }) => (
-          <p class="toast alarm row" role="alert" key={id}>
-            <span class="fill">{text}</span>
-            <Button weight="quiet" icon={X} label="close" act={() => closeToast(id)} />
-          </p>
-        ))}
-      </div>
+      <Toasts />
       <Dialog stop={stop} />
     </>
   );

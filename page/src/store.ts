@@ -1,25 +1,11 @@
-// What the page knows of the robots and their worlds, as signals, and its end of the WebSocket: requests with their
+// What the page knows of the robots and their worlds, as signals, and its end of the connection: requests with their
 // answers, and what the server tells by itself.
 import { effect, signal } from "@preact/signals";
-import type {
-  Answer,
-  Answered,
-  Asked,
-  Failure,
-  Hello,
-  Line,
-  Listed,
-  Play,
-  Scheme,
-  StudyNews,
-  Summary,
-  Tick,
-  Told,
-  Update,
-} from "./messages";
+import type * as page from "./messages";
+import type { Answer, Failure, Hello, Line, Listed, Play, Scheme, StudyNews, Summary, Tick, Update } from "./messages";
+import type * as studio from "./studio/messages";
 import { World } from "./world/scene";
 
-const AGAIN = 1000; // ms until a connection that broke is opened again
 const SILENCE = 1500; // ms without an update after which what is shown is old
 const TOAST_TIME = 8000; // ms
 const KEPT_LINES = 500;
@@ -35,6 +21,10 @@ export type Moment = {
 };
 /** What became of a request; null if the program did not answer. */
 export type Reply = Answer | Failure | null;
+/** What may be asked and told, on the pages of the panel and in the studio. */
+type Asked = page.Asked & studio.Asked;
+type Answered = page.Answered & studio.Answered;
+type Told = page.Told | studio.Told | Answer | Failure;
 type OfRobot<Name extends keyof Asked> = Omit<Asked[Name], "robot">;
 
 export const hello = signal<Hello | null>(null);
@@ -117,7 +107,7 @@ const NOTHING = { drive: false, edit: false, speed: false, save: false, connect:
 
 // -- the connection --
 
-let socket = open();
+let send: ((text: string) => void) | null = null; // while somebody hears
 let number = 0;
 let heard = Infinity; // before the first message the page is only opening
 const waiting = new Map<number, (answer: Reply) => void>();
@@ -131,21 +121,23 @@ effect(() => {
   document.documentElement.dataset.silent = isSilent.value ? "yes" : "no";
 });
 
-function open() {
-  // The page of a student of a class is at /student/7, and its WebSocket below that.
-  const made = new WebSocket(`ws://${location.host}${location.pathname.replace(/\/?$/, "/ws")}`);
-  made.binaryType = "arraybuffer";
-  made.onmessage = ({ data }) => (typeof data === "string" ? take(JSON.parse(data)) : takeFrame(data));
-  made.onclose = () => {
-    for (const answer of waiting.values()) answer(null);
-    waiting.clear();
-    heard = Math.min(heard, performance.now() - SILENCE - 1);
-    setTimeout(() => (socket = open()), AGAIN);
-  };
-  return made;
+/** Be connected by what sends a text, or by nothing any more: then no request gets an answer. */
+export function connect(by: typeof send) {
+  send = by;
+  if (by) return;
+  for (const answer of waiting.values()) answer(null);
+  waiting.clear();
+  heard = Math.min(heard, performance.now() - SILENCE - 1);
 }
 
-function take(message: Told | Answer | Failure) {
+/** Hear a message of whatever connects: a text, or the bytes of a frame. */
+export const hear = (message: string | ArrayBuffer) =>
+  typeof message === "string" ? take(JSON.parse(message)) : takeFrame(message);
+
+/** Takes what only the studio is told. */
+export const onTold = { take: (_: studio.Told) => {} };
+
+function take(message: Told) {
   switch (message.type) {
     case "hello":
       hello.value = message;
@@ -168,6 +160,10 @@ function take(message: Told | Answer | Failure) {
     case "change":
     case "readings":
       worldOf(message.channel).take(message);
+      break;
+    case "output":
+    case "program":
+      onTold.take(message);
   }
 }
 
@@ -188,14 +184,14 @@ function tellDrawn() {
 
 /** Say something that needs no answer. */
 export function tell<Name extends keyof Asked>(name: Name, values: Asked[Name], id = 0) {
-  if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ do: name, id, ...values }));
+  send?.(JSON.stringify({ do: name, id, ...values }));
 }
 
 /** Ask for something, and return what became of it. */
 export function request<Name extends keyof Asked>(name: Name, values: Asked[Name]) {
   const id = ++number;
   return new Promise<Reply>((resolve) => {
-    if (socket.readyState !== WebSocket.OPEN) return resolve(null);
+    if (!send) return resolve(null);
     waiting.set(id, resolve);
     tell(name, values, id);
   });

@@ -5,7 +5,7 @@ import { EditorState } from "@codemirror/state";
 import { drawSelection, EditorView, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 
-const colours = HighlightStyle.define([
+export const colours = HighlightStyle.define([
   { tag: [tags.keyword, tags.operatorKeyword, tags.bool, tags.null], color: "var(--accent)", fontWeight: "500" },
   { tag: [tags.string, tags.docString], color: "var(--good)" },
   { tag: tags.comment, color: "var(--faint)", fontStyle: "italic" },
@@ -14,7 +14,7 @@ const colours = HighlightStyle.define([
   { tag: tags.definition(tags.function(tags.variableName)), fontWeight: "600" },
 ]);
 
-const look = EditorView.theme({
+export const look = EditorView.theme({
   "&": { height: "100%", color: "var(--ink)", background: "var(--sunken)", fontSize: "var(--small)" },
   "&.cm-focused": { outline: "2px solid var(--accent)", outlineOffset: "-2px" },
   ".cm-scroller": { fontFamily: "var(--mono)", lineHeight: "1.5" },

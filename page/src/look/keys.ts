@@ -10,7 +10,7 @@ const TAKES_ARROWS = "input[type=range], input[type=radio], [role=tab]";
 /** Whether somebody writes there. */
 export function isWriting(target: EventTarget | null) {
   if (!(target instanceof Element)) return false;
-  if (target.closest("textarea, [contenteditable=true]")) return true;
+  if (target.closest("textarea, [contenteditable=true], [data-writes]")) return true;
   return target instanceof HTMLInputElement && !["checkbox", "radio", "range", "button"].includes(target.type);
 }
 

@@ -1,0 +1,16 @@
+import { X } from "lucide";
+import { closeToast, toasts } from "../store";
+import { Button } from "./Button";
+import "./Toasts.css";
+
+/** What went wrong, for a while, over the page. */
+export const Toasts = () => (
+  <div class="toasts stack" role="status" aria-live="polite">
+    {toasts.value.map(({ id, text }) => (
+      <p class="toast alarm row" role="alert" key={id}>
+        <span class="fill">{text}</span>
+        <Button weight="quiet" icon={X} label="close" act={() => closeToast(id)} />
+      </p>
+    ))}
+  </div>
+);

@@ -1,0 +1,135 @@
+// Labs: what is to be done, which goals the program reaches while it runs, and what a check says of it.
+import { signal } from "@preact/signals";
+import * as icons from "lucide";
+import { useEffect, useRef } from "preact/hooks";
+import { Button } from "../look/Button";
+import { Icon } from "../look/Icon";
+import { Markdown } from "../look/Markdown";
+import { number, save } from "../look/text";
+import { ask } from "../store";
+import type { Judged, Lab, Report } from "./messages";
+import * as programs from "./programs";
+import { isIdle, lab, program } from "./run";
+import { loading } from "./wire";
+
+const ELSEWHERE = /^## Begin\n[^]*?(?=^## )/m; // what to type where elib is installed
+
+export const hasLabs = signal(false);
+const labs = signal<Lab[]>([]);
+const report = signal<Report | null>(null);
+
+function choose(chosen: Lab) {
+  lab.value = chosen;
+  report.value = null;
+  programs.open(`${chosen.name}.py`, chosen.start, "Where the lab begins");
+}
+
+async function openFolder(file: File) {
+  const found = await ask("open_lab_folder", { zip: new Uint8Array(await file.arrayBuffer()).toBase64() });
+  if (!found) return;
+  labs.value = [...labs.value.filter((each) => each.name !== found.name), found];
+  choose(found);
+}
+
+function Choice() {
+  const file = useRef<HTMLInputElement>(null),
+    isReady = !loading.value,
+    take = (files: FileList | null | undefined) => files?.[0] && openFolder(files[0]);
+  useEffect(() => {
+    if (isReady && !labs.value.length) ask("labs", {}).then((found) => (labs.value = found ?? []));
+  }, [isReady]);
+  return (
+    <div
+      class="stack"
+      onDragOver={(event) => event.preventDefault()}
+      onDrop={(event) => (event.preventDefault(), take(event.dataTransfer?.files))}
+    >
+      <h2>Labs</h2>
+      {!isReady && <p class="hint">They come when Python is loaded.</p>}
+      <ul class="list">
+        {labs.value.map((each) => (
+          <li key={each.name}>
+            <Button weight="quiet" act={() => choose(each)} children={each.title} />
+            <p class="hint">{each.summary}</p>
+          </li>
+        ))}
+      </ul>
+      <Button icon={icons.FolderOpen} disabled={!isReady} act={() => file.current!.click()}>
+        Open a lab folder (.zip)
+      </Button>
+      <input
+        {...({ ref: file, type: "file", hidden: true, accept: ".zip" } as const)}
+        onChange={({ currentTarget }) => take(currentTarget.files)}
+      />
+    </div>
+  );
+}
+
+const Mark = ({ is, no = icons.Circle }: { is: boolean; no?: icons.IconNode }) => (
+  <Icon of={is ? icons.Check : no} size={16} />
+);
+
+/** One variant: of a hidden one, no goals are named. */
+const Variant = ({ name, passed, goals, ending, why, time }: Judged) => (
+  <li>
+    <p class={`row ${passed ? "good" : "bad"}`}>
+      <Mark is={passed} no={icons.X} />
+      <b class="fill">{name}</b>
+      <span class="small">{`${passed ? "passes" : "does not pass"}; ${ending} after ${number(time, 1)} s`}</span>
+    </p>
+    {[why, ...goals.flatMap(({ holds, text }) => (holds ? [] : text))].map((text) => text && <p>{text}</p>)}
+  </li>
+);
+
+function Chosen({ chosen }: { chosen: Lab }) {
+  const reached = program.value.goals.filter(({ holds }) => holds).map(({ name }) => name),
+    { variants, points, most, file } = report.value ?? { variants: [], points: 0, most: 0, file: "" },
+    resultName = programs.name.value.replace(/(\.py)?$/, "-result.json");
+  const check = async () => {
+    programs.save(true);
+    report.value = null;
+    report.value = (await ask("check_lab", { lab: chosen.name, text: programs.textNow() })) ?? null;
+  };
+  return (
+    <div class="stack">
+      <div class="row">
+        <Button weight="quiet" icon={icons.ArrowLeft} label="All labs" act={() => (lab.value = null)} />
+        <h2 class="fill">{chosen.title}</h2>
+        <Button
+          {...({ weight: "quiet", icon: icons.RotateCcw, label: "Begin again; your program is kept" } as const)}
+          act={() => programs.borrow(`${chosen.name}.py`, chosen.start, "Where the lab begins")}
+        />
+      </div>
+      <ul class="goals list" aria-label="goals">
+        {chosen.goals.map(({ name, sentence }) => (
+          <li key={name} class={`row ${reached.includes(name) ? "good" : ""}`}>
+            <Mark is={reached.includes(name)} />
+            <span class="fill">{sentence}</span>
+            {reached.includes(name) && <span class="small">reached</span>}
+          </li>
+        ))}
+      </ul>
+      <div class="row wrap">
+        <Button weight="primary" icon={icons.ClipboardCheck} disabled={!isIdle() || loading.value !== ""} act={check}>
+          Check
+        </Button>
+        {report.value && <b role="status">{`${number(points)} of ${number(most)} points`}</b>}
+        {report.value && (
+          <Button icon={icons.Download} act={() => save(new Blob([file]), resultName)} children="Save result file" />
+        )}
+      </div>
+      <ul class="list">
+        {variants.map((each) => (
+          <Variant key={each.name} {...each} />
+        ))}
+      </ul>
+      <Markdown text={chosen.text.replace(ELSEWHERE, "")} />
+    </div>
+  );
+}
+
+export const Labs = () => (
+  <aside class="labs card" aria-label="labs">
+    {lab.value ? <Chosen key={lab.value.name} chosen={lab.value} /> : <Choice />}
+  </aside>
+);

@@ -1,0 +1,126 @@
+// The studio: on the left the program, with what it prints below it; on the right its world, and the lab that it is for.
+import * as icons from "lucide";
+import { useEffect, useRef } from "preact/hooks";
+import { Button } from "../look/Button";
+import { Dialog } from "../look/Dialog";
+import { Select } from "../look/fields";
+import { Icon } from "../look/Icon";
+import { isDark, toggleTheme } from "../look/theme";
+import { Toasts } from "../look/Toasts";
+import { stop } from "../stop";
+import { isSilent } from "../store";
+import { useWorld } from "../world/live";
+import { World } from "../world/World";
+import { editIn } from "./editor";
+import { hasLabs, Labs } from "./Labs";
+import { Output } from "./Output";
+import { ProgramMenu } from "./ProgramMenu";
+import { note, unsaved } from "./programs";
+import { RobotMenu } from "./RobotMenu";
+import * as run from "./run";
+import { loading } from "./wire";
+import "./studio.css";
+
+const SPEEDS = [0.25, 0.5, 1, 2, 5, 0].map((speed) => [speed, `× ${speed || "max"}`] as const);
+
+function Code() {
+  const box = useRef<HTMLDivElement>(null);
+  useEffect(() => editIn(box.current!), []);
+  return <div class="code well" ref={box} data-keys="" data-writes="" />;
+}
+
+/** What Python does, and where the program is. */
+function State() {
+  const { state, line } = run.program.value,
+    isLost = state === "running" && isSilent.value;
+  const [colour, words] = loading.value
+    ? ["connecting", loading.value]
+    : isLost
+      ? ["connecting", "runs without a pause"]
+      : { idle: ["", "ready"], running: ["connected", "runs"], paused: ["gap", `paused at line ${line}`] }[state];
+  return (
+    <p class="chip" role="status" data-phase={colour}>
+      {words}
+    </p>
+  );
+}
+
+function Steps() {
+  const { state } = run.program.value,
+    isPaused = state === "paused",
+    tool = (icon: icons.IconNode, label: string, act: () => unknown, isOn = isPaused) => (
+      <Button weight="quiet" {...{ icon, label, act }} disabled={!isOn} />
+    );
+  return (
+    <div class="row steps" role="group" aria-label="pause and steps">
+      {tool(icons.Pause, "Pause", run.pause, state === "running")}
+      {tool(icons.Redo2, "Step over: run this line", () => run.goOn("over"))}
+      {tool(icons.ArrowDownToLine, "Step into the function that this line calls", () => run.goOn("into"))}
+      {tool(icons.ArrowUpFromLine, "Step out of this function", () => run.goOn("out"))}
+    </div>
+  );
+}
+
+function Header() {
+  const { state } = run.program.value,
+    isWaiting = run.isWaiting.value;
+  return (
+    <header class="bar row">
+      <img src="icon.svg" alt="elib" width={22} height={22} />
+      <ProgramMenu />
+      <span class="fill" />
+      <Button icon={icons.FlaskConical} aria-pressed={hasLabs.value} act={() => (hasLabs.value = !hasLabs.value)}>
+        Labs
+      </Button>
+      <Button weight="quiet" icon={isDark() ? icons.Sun : icons.Moon} label="light or dark" act={toggleTheme} />
+      <Button
+        {...({ id: "run", weight: "primary", icon: icons.Play, act: run.run } as const)}
+        {...{ title: "Ctrl and Enter, or ⌘ and Enter", "aria-keyshortcuts": "Control+Enter Meta+Enter" }}
+        disabled={state === "running" || isWaiting}
+      >
+        {state === "paused" ? "Go on" : isWaiting ? "Waits …" : "Run"}
+      </Button>
+      <button type="button" id="stop" class="stop" aria-keyshortcuts="Escape" onClick={stop}>
+        <Icon of={icons.Square} size={16} /> STOP <kbd>esc</kbd>
+      </button>
+    </header>
+  );
+}
+
+export function Studio() {
+  const world = useWorld("program");
+  return (
+    <>
+      <Header />
+      <main class="studio">
+        <section class="stack" aria-label="program">
+          <p class={`hint note ${unsaved.value && "bad"}`} role="status">
+            {note.value}
+          </p>
+          <Code />
+          <Output />
+        </section>
+        <section class="stack" aria-label="world">
+          <div class="row wrap">
+            <State />
+            <Steps />
+            <Select
+              aria-label="speed"
+              value={run.speed.value}
+              choices={SPEEDS}
+              choose={(speed) => (run.speed.value = Number(speed))}
+            />
+            <RobotMenu />
+          </div>
+          <div class="card stage">
+            {world.scene.value && <World world={world} of="program" own={0} />}
+            {!world.scene.value && <p class="hint">The world comes when Python is loaded.</p>}
+          </div>
+          {hasLabs.value && <Labs />}
+        </section>
+      </main>
+      <Toasts />
+      <Dialog stop={stop} />
+    </>
+  );
+}

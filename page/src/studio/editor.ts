@@ -1,0 +1,151 @@
+// CodeMirror to write in: breakpoints beside the lines, the line that runs, and what went wrong below its line.
+import { autocompletion, closeBrackets, closeBracketsKeymap, completionKeymap } from "@codemirror/autocomplete";
+import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
+import { python } from "@codemirror/lang-python";
+import { bracketMatching, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
+import { searchKeymap } from "@codemirror/search";
+import { EditorState, RangeSet, StateEffect, StateField } from "@codemirror/state";
+import * as view from "@codemirror/view";
+import { effect } from "@preact/signals";
+import { colours, look } from "../look/codeMirror";
+import { help } from "./completion";
+import type { Program } from "./messages";
+import { edit, opened } from "./programs";
+import { breakpoints, program, shownLine } from "./run";
+
+const LABEL = "program; Tab indents, Escape and then Tab leaves the editor";
+const POINT = ".cm-breakpoints .cm-gutterElement";
+const NOTE = { display: "block", padding: "4px 0 6px", color: "var(--bad)", font: "var(--small)/1.45 var(--font)" };
+
+const lookToWriteIn = view.EditorView.theme({
+  "&.cm-focused": { outline: "none" }, // the box has one
+  ".cm-cursor": { borderLeft: "2px solid var(--ink)" },
+  "&.cm-focused .cm-selectionBackground, .cm-selectionBackground": { background: "var(--tint) !important" },
+  ".cm-activeLine": { background: "color-mix(in srgb, var(--hover) 55%, transparent)" },
+  [POINT]: { width: "18px", cursor: "pointer", color: "var(--bad)", textAlign: "center" },
+  [`${POINT}:not(:has(span)):hover::after`]: { content: "'●'", opacity: "0.35" },
+  ".cm-runs": { background: "var(--tint)" },
+  ".cm-paused": { background: "var(--tint)", boxShadow: "inset 3px 0 var(--accent)" },
+  ".cm-wrong": { background: "var(--bad-tint)", boxShadow: "inset 3px 0 var(--bad)" },
+  ".cm-wrong::after": { ...NOTE, content: "attr(data-note)", whiteSpace: "pre-wrap" },
+  ".cm-tooltip": { border: "1px solid var(--line)", background: "var(--card)", boxShadow: "var(--lifted)" },
+  ".cm-tooltip, .cm-panels": { background: "var(--card)", color: "var(--ink)" },
+  ".cm-tooltip.known, .cm-tooltip .known": {
+    padding: "6px 10px",
+    maxWidth: "min(440px, 90vw)",
+    font: "var(--small)/1.45 var(--font)",
+  },
+  ".known > *": { margin: "0 0 3px", whiteSpace: "pre-wrap" },
+  ".known > :is(code, pre)": { fontFamily: "var(--mono)" },
+  ".cm-tooltip-autocomplete > ul > li[aria-selected]": { background: "var(--accent)", color: "var(--on-accent)" },
+});
+
+/** At each line with a breakpoint. */
+const point = new (class extends view.GutterMarker {
+  toDOM = () => Object.assign(document.createElement("span"), { textContent: "●" });
+})();
+const toggle = StateEffect.define<number>({ map: (at, changes) => changes.mapPos(at) });
+const points = StateField.define<RangeSet<view.GutterMarker>>({
+  create: () => RangeSet.empty,
+  update: (old, { changes, effects, state }) =>
+    effects.reduce((found, each) => {
+      if (!each.is(toggle)) return found;
+      const at = state.doc.lineAt(each.value).from,
+        others = found.update({ filter: (from) => from !== at });
+      return others.size < found.size ? others : found.update({ add: [point.range(at)] });
+    }, old.map(changes)),
+});
+
+function linesOf(state: EditorState) {
+  const lines = new Set<number>();
+  state.field(points).between(0, state.doc.length, (from) => void lines.add(state.doc.lineAt(from).number));
+  return [...lines];
+}
+
+const flip = ({ dispatch, state }: view.EditorView, { from }: { from: number }) => {
+  dispatch({ effects: toggle.of(state.doc.lineAt(from).from) });
+  return true;
+};
+
+/** The line that runs, where the program is paused, or that is wrong until it is changed. */
+const show = StateEffect.define<Program>();
+const lit = StateField.define<view.DecorationSet>({
+  create: () => view.Decoration.none,
+  update(old, { changes, effects, state, startState: { doc } }) {
+    const told = effects.find((each) => each.is(show))?.value as Program | undefined;
+    if (!told) return old.update({ filter: (at) => !changes.touchesRange(at, doc.lineAt(at).to) }).map(changes);
+    const { line, mistake } = told,
+      wanted = line ?? mistake?.line ?? 0;
+    if (wanted < 1 || wanted > state.doc.lines) return view.Decoration.none;
+    const note = mistake
+        ? `${mistake.kind}: ${mistake.message}${mistake.hint && `\nWhat to try: ${mistake.hint}`}`
+        : "",
+      kind = { running: "cm-runs", paused: "cm-paused", idle: "cm-wrong" }[told.state],
+      spec = { class: kind, attributes: { "data-note": note } };
+    return view.Decoration.set(view.Decoration.line(spec).range(state.doc.line(wanted).from));
+  },
+  provide: (field) => view.EditorView.decorations.from(field),
+});
+
+const click = { domEventHandlers: { mousedown: flip } };
+const extensions = [
+  points,
+  view.gutter({
+    class: "cm-breakpoints",
+    markers: ({ state }) => state.field(points),
+    initialSpacer: () => point,
+    ...click,
+  }),
+  view.lineNumbers(click),
+  lit,
+  history(),
+  view.drawSelection(),
+  view.highlightActiveLine(),
+  view.EditorView.lineWrapping,
+  view.EditorView.contentAttributes.of({ "aria-label": LABEL }),
+  indentOnInput(),
+  indentUnit.of("    "),
+  bracketMatching(),
+  closeBrackets(),
+  autocompletion({ icons: false }),
+  view.keymap.of([
+    { key: "F9", run: (editor) => flip(editor, editor.state.selection.main) },
+    ...[closeBracketsKeymap, completionKeymap, searchKeymap, historyKeymap, [indentWithTab], defaultKeymap].flat(),
+  ]),
+  view.EditorView.updateListener.of(({ docChanged, startState, state }) => {
+    if (docChanged) edit(state.doc.toString());
+    if (startState.field(points, false) !== state.field(points)) breakpoints.value = linesOf(state);
+  }),
+  python(),
+  help,
+  syntaxHighlighting(colours),
+  look,
+  lookToWriteIn,
+];
+
+/** Let a person write the program that is open, in a box; it follows how the program stands. */
+export function editIn(box: HTMLElement) {
+  const root = box.attachShadow({ mode: "open" }),
+    editor = new view.EditorView({ root, parent: root });
+  const lookAt = (line: number) => {
+    const at = editor.state.doc.line(Math.max(1, Math.min(line, editor.state.doc.lines))).from;
+    editor.dispatch({ effects: view.EditorView.scrollIntoView(at, { yMargin: 60 }) });
+    return at;
+  };
+  // What was undone and where it pauses belong to the program that was open before.
+  effect(() => {
+    editor.setState(EditorState.create({ doc: opened.value.text, extensions }));
+    breakpoints.value = [];
+  });
+  effect(() => {
+    const { state, line, mistake } = program.value,
+      at = state === "running" ? null : (line ?? mistake?.line);
+    editor.dispatch({ effects: show.of(program.value) });
+    if (at) lookAt(at);
+  });
+  effect(() => {
+    if (!shownLine.value) return;
+    editor.dispatch({ selection: { anchor: lookAt(shownLine.value.line) } });
+    editor.focus();
+  });
+}

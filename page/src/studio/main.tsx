@@ -1,0 +1,15 @@
+import { render } from "preact";
+import "../font.css";
+import "../look/base.css";
+import * as store from "../store";
+import { load } from "./known";
+import * as programs from "./programs";
+import * as run from "./run";
+import { Studio } from "./Studio";
+import { begin } from "./wire";
+
+Object.assign(window, { elib: { ...store, ...programs, ...run } }); // for tests, and for those who look under the bonnet
+programs.openLink();
+render(<Studio />, document.body);
+begin();
+load();

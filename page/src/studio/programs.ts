@@ -1,0 +1,151 @@
+// The programs of this browser: kept under their names, read from files and links, and put into links.
+import { computed, signal } from "@preact/signals";
+import { toast } from "../store";
+
+const KEPT = "elib-program:"; // before the name, in the browser's storage
+const LAST = "elib-last-program";
+const PAUSE = 300; // ms after a key until the program is saved
+const LONGEST = 200_000; // letters of a program that is opened: a short link could become any length
+export const LONGEST_LINK = 30_000; // letters; programs that pass messages on cut longer ones
+const FULL = "Not saved: the browser's storage is full. Delete a program, or save this one as a file.";
+const FIRST = `import elib
+
+with elib.connect("sim://arena") as robot:
+    robot.set_speed(0.3, 0.3)
+    while max(robot.proximity()) < 300:
+        robot.sleep(0.05)
+    robot.stop()
+    print("There is something in front of me.")
+`;
+
+const stored = (name: string) => localStorage.getItem(KEPT + name);
+const listed = () => Object.keys(localStorage).flatMap((key) => (key.startsWith(KEPT) ? key.slice(KEPT.length) : []));
+
+/** A name that no program has: "square.py", or else "square-2.py". */
+function free(wanted: string) {
+  const stem = wanted.replace(/\.py$|[^\p{L}\p{N} ._()-]/gu, "").slice(0, 60) || "program";
+  let found = `${stem}.py`;
+  for (let count = 2; stored(found) !== null; count++) found = `${stem}-${count}.py`;
+  return found;
+}
+
+/** The program as it was opened; what stands in the editor since then is `text`. */
+export const opened = signal({ name: "program.py", text: FIRST });
+export const name = signal(opened.value.name);
+export const names = signal(listed());
+/** Where the program is from if it is not one's own: it is kept only when it is changed or run, under a free name. */
+const borrowed = signal("A first program");
+/** Why the program cannot be kept. */
+export const unsaved = signal("");
+export const note = computed(() => unsaved.value || borrowed.value || "Saved in this browser");
+let text = FIRST;
+let isChanged = false;
+let timer = 0;
+
+export const textNow = () => text;
+
+/** Note what stands in the editor; it is saved at the next pause. */
+export function edit(now: string) {
+  text = now;
+  isChanged = true;
+  clearTimeout(timer);
+  timer = setTimeout(save, PAUSE);
+}
+
+/** Keep the program as it stands; what was borrowed is one's own from then on. Return whether it is kept. */
+export function save(even = false) {
+  clearTimeout(timer);
+  if (!isChanged && !even) return true;
+  const kept = borrowed.value ? free(name.value) : name.value;
+  try {
+    localStorage.setItem(KEPT + kept, text);
+    localStorage.setItem(LAST, kept);
+  } catch {
+    isChanged = true;
+    unsaved.value = FULL;
+    return false;
+  }
+  isChanged = false;
+  if (borrowed.value) history.replaceState(null, "", location.pathname + location.search); // the link has done its work
+  unsaved.value = borrowed.value = "";
+  name.value = kept;
+  names.value = listed();
+  return true;
+}
+
+/** Show a program in place of the one before, which is saved: *from* says where it is from if it is not one's own. */
+function show(next: typeof opened.value, from: string) {
+  if (!save()) return toast(FULL);
+  text = next.text;
+  name.value = next.name;
+  borrowed.value = from;
+  opened.value = next;
+  if (!from) save(true);
+}
+
+export const borrow = (name: string, text: string, from: string) => show({ name, text }, from);
+export const begin = () => borrow(free("program"), FIRST, "New");
+
+/** Open a program of this browser, or a text that begins it. */
+export function open(name: string, beginning = FIRST, from = "New") {
+  const found = stored(name);
+  show({ name, text: found ?? beginning }, found === null ? from : "");
+}
+
+export function rename(wanted: string) {
+  const old = name.value;
+  if (wanted === old || !save(true)) return;
+  name.value = wanted;
+  borrowed.value = "renamed"; // so the name that it gets is free
+  if (save(true)) localStorage.removeItem(KEPT + old);
+  names.value = listed();
+}
+
+export function forget() {
+  clearTimeout(timer);
+  isChanged = false;
+  localStorage.removeItem(KEPT + name.value);
+  names.value = listed();
+  open(names.value[0] ?? "program.py");
+}
+
+export async function openFile(file: File) {
+  if (file.size > LONGEST) return toast(`${file.name} is too long for a program`);
+  borrow(file.name, (await file.text()).replaceAll("\r\n", "\n"), "From a file");
+}
+
+// -- links --
+
+/** The address that opens this program elsewhere. */
+export async function link() {
+  const packed = new Response(new Blob([text]).stream().pipeThrough(new CompressionStream("deflate-raw"))),
+    data = (await packed.bytes()).toBase64({ alphabet: "base64url", omitPadding: true });
+  return `${location.href.split("#")[0]}#program=${encodeURIComponent(name.value)},${data}`;
+}
+
+/** Show the program that the address carries, if it does; it is read, and never run. */
+export async function openLink() {
+  const [, called, data] = /^#program=([^,]*),(.*)$/.exec(location.hash) ?? [];
+  if (data === undefined) return;
+  try {
+    const packed = new Blob([Uint8Array.fromBase64(data, { alphabet: "base64url" })]).stream(),
+      unpacked = packed.pipeThrough(new DecompressionStream("deflate-raw"));
+    let found = "";
+    for await (const part of unpacked.pipeThrough(new TextDecoderStream("utf-8", { fatal: true })))
+      if ((found += part).length > LONGEST) throw new Error("too long");
+    borrow(free(decodeURIComponent(called)), found, "From a link: read it before you run it");
+  } catch {
+    toast("The program in this link is broken or too long. Ask for the link again, and copy all of it.");
+  }
+}
+
+// -- what the window is told --
+
+open(localStorage.getItem(LAST) ?? "program.py", FIRST, "A first program");
+addEventListener("hashchange", openLink);
+addEventListener("pagehide", () => save());
+addEventListener("beforeunload", (event) => save() || event.preventDefault());
+addEventListener("storage", ({ key }) => {
+  if (key === KEPT + name.value) borrowed.value ||= "Changed in another window: what you change here gets a new name";
+  names.value = listed();
+});
