@@ -7,12 +7,12 @@ declare const LOCK: Lockfile;
 /** What Python calls, and how messages go to the page. */
 const scope = self as unknown as Worker & {
   nap: (ms: number) => Promise<void>;
-  begin: (work: { callPromising: () => Promise<void> }) => void;
+  begin: (work: { callPromising: () => Promise<void>; destroy: () => void }) => void;
 };
 const HERE = new URL(".", import.meta.url).href;
 
 scope.nap = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
-scope.begin = (work) => setTimeout(() => work.callPromising());
+scope.begin = (work) => setTimeout(() => work.callPromising().finally(() => work.destroy()));
 
 /** Send a text, or the bytes of a frame, whose memory goes along. */
 function post(message: string | Uint8Array<ArrayBuffer>) {
