@@ -9,7 +9,7 @@ import * as view from "@codemirror/view";
 import { effect } from "@preact/signals";
 import { colours, look } from "../look/codeMirror";
 import { help } from "./completion";
-import type { Program } from "./messages";
+import type { ProgramNews } from "./messages";
 import { edit, opened } from "./programs";
 import { breakpoints, program, shownLine } from "./run";
 
@@ -68,11 +68,11 @@ const flip = ({ dispatch, state }: view.EditorView, { from }: { from: number }) 
 };
 
 /** The line that runs, where the program is paused, or that is wrong until it is changed. */
-const show = StateEffect.define<Program>();
+const show = StateEffect.define<ProgramNews>();
 const lit = StateField.define<view.DecorationSet>({
   create: () => view.Decoration.none,
   update(old, { changes, effects, state, startState: { doc } }) {
-    const told = effects.find((each) => each.is(show))?.value as Program | undefined;
+    const told = effects.find((each) => each.is(show))?.value as ProgramNews | undefined;
     if (!told) return old.update({ filter: (at) => !changes.touchesRange(at, doc.lineAt(at).to) }).map(changes);
     const { line, mistake } = told,
       wanted = line ?? mistake?.line ?? 0;
