@@ -67,6 +67,8 @@ const flip = ({ dispatch, state }: view.EditorView, { from }: { from: number }) 
   return true;
 };
 
+const placeOf = ({ state, line, mistake }: ProgramNews) => (state === "idle" ? mistake?.line : line);
+
 /** The line that runs, where the program is paused, or that is wrong until it is changed. */
 const show = StateEffect.define<ProgramNews>();
 const lit = StateField.define<view.DecorationSet>({
@@ -74,9 +76,9 @@ const lit = StateField.define<view.DecorationSet>({
   update(old, { changes, effects, state, startState: { doc } }) {
     const told = effects.find((each) => each.is(show))?.value as ProgramNews | undefined;
     if (!told) return old.update({ filter: (at) => !changes.touchesRange(at, doc.lineAt(at).to) }).map(changes);
-    const { line, mistake } = told,
-      wanted = line ?? mistake?.line ?? 0;
-    if (wanted < 1 || wanted > state.doc.lines) return view.Decoration.none;
+    const { mistake } = told,
+      wanted = placeOf(told);
+    if (!wanted || wanted > state.doc.lines) return view.Decoration.none;
     const note = mistake
         ? `${mistake.kind}: ${mistake.message}${mistake.hint && `\nWhat to try: ${mistake.hint}`}`
         : "",
@@ -138,10 +140,9 @@ export function editIn(box: HTMLElement) {
     breakpoints.value = [];
   });
   effect(() => {
-    const { state, line, mistake } = program.value,
-      at = state === "running" ? null : (line ?? mistake?.line);
+    const at = placeOf(program.value);
     editor.dispatch({ effects: show.of(program.value) });
-    if (at) lookAt(at);
+    if (at && program.value.state !== "running") lookAt(at);
   });
   effect(() => {
     if (!shownLine.value) return;
