@@ -42,6 +42,9 @@ setup: $(READY) ## Make the virtual environment in .venv, and the page if npm's 
 page: $(READY) ## Build the page of the panel
 	@$(PAGE)
 
+studio: page ## Build the studio, a page with Python in it, in build/studio; WHEELS=folder adds wheels for Pyodide
+	@$(BIN)/python release/studio.py $(if $(WHEELS),--wheels "$(WHEELS)")
+
 # The demo prints what to type next. Its path has to hold in the folder in which make was called, which -C can change.
 HERE = $(if $(subst $(CURDIR),,$(PWD)),$(CURDIR)/)
 
@@ -104,4 +107,4 @@ lock: ## Renew the versions and hashes in requirements/
 clean: ## Remove what the other commands made
 	rm -rf .venv .uv .node page/node_modules src/elib/panel/page .cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist site elib-demo.png
 
-.PHONY: help setup page demo test test-all steady check check-js docs licences site pictures bench dist lock clean
+.PHONY: help setup page studio demo test test-all steady check check-js docs licences site pictures bench dist lock clean

@@ -66,6 +66,18 @@ def build(root: Path) -> None:
         NoPage: There is no Node, or npm cannot fetch the packages of the page.
     """
     page = root / "page"
+    node = fetch(page)
+    built = _run([node, "build.mjs"], page)
+    if built.returncode:
+        sys.exit(f"The page cannot be built:\n{built.stdout}{built.stderr}")
+
+
+def fetch(page: Path) -> str:
+    """Fetch the packages of the page, if they are not there, and return the command of Node.
+
+    Raises:
+        NoPage: There is no Node, or npm cannot fetch them.
+    """
     found = find_node()
     if found is None:
         raise NoPage(f"The page is not built: there is no npm with Node {MIN_NODE} or newer. `make page` gets it.")
@@ -77,9 +89,7 @@ def build(root: Path) -> None:
                 (line.removeprefix("npm error ") for line in fetched.stderr.splitlines() if line), "no reason given"
             )
             raise NoPage(f"The page is not built: npm cannot fetch its packages ({said}). `make page` tries again.")
-    built = _run([node, "build.mjs"], page)
-    if built.returncode:
-        sys.exit(f"The page cannot be built:\n{built.stdout}{built.stderr}")
+    return node
 
 
 def find_node() -> tuple[list[str], str] | None:

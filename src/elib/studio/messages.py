@@ -39,7 +39,9 @@ request = MESSAGES.request
 
 
 @request()
-def run_program(page: StudioPage, text: Text, name: str, robot: Url, speed: Speed, breakpoints: Lines) -> None:
+def run_program(
+    page: StudioPage, text: Text, name: str, robot: Url, speed: Speed, breakpoints: Lines, lab: str = ""
+) -> None:
     """Begin to run a program, on the robot of a URL if there is one, at a speed; 0 is as fast as possible."""
     page.studio.run(text, name, robot, breakpoints, factor(speed))
 

@@ -38,7 +38,7 @@ class Place(Host):
     def wait(self, seconds: float) -> None:
         """Let the page go on for so long; with 0 only if it has not for a while."""
         until = time.perf_counter() + seconds
-        if seconds <= 0 and until - self._last < BREATH:
+        if seconds <= 0 and not self.is_held and until - self._last < BREATH:
             return
         self._turn(min(max(0.0, seconds), NAP))
         while not self.is_ending and (self.is_held or (left := until - time.perf_counter()) > 0):

@@ -78,7 +78,7 @@ def start(post: Any) -> Worker:
         post: The worker's own function that sends a text or bytes to the page.
     """
     import js  # type: ignore[import-not-found]  # only there
-    from pyodide.ffi import create_once_callable, to_js  # type: ignore[import-not-found]
+    from pyodide.ffi import create_proxy, to_js  # type: ignore[import-not-found]
 
     folder = Path.home() / "programs"
     folder.mkdir(exist_ok=True)
@@ -87,4 +87,4 @@ def start(post: Any) -> Worker:
     def send(data: str | bytes) -> None:
         post(data if isinstance(data, str) else to_js(data))
 
-    return Worker(send, nap, lambda work: js.begin(create_once_callable(work)), folder)
+    return Worker(send, nap, lambda work: js.begin(create_proxy(work)), folder)

@@ -1,0 +1,23 @@
+// The studio's service worker: it keeps the files of one version of the studio, and answers with them, so that the
+// studio needs no network after the first visit. The build writes FILES and VERSION above this.
+const OURS = `elib studio ${registration.scope} `;
+const CACHE = OURS + VERSION;
+
+async function keep() {
+  const cache = await caches.open(CACHE);
+  // Where the browser has a file already, the server is asked only whether it is the newest.
+  await cache.addAll(["./", ...FILES].map((name) => new Request(name, { cache: "no-cache" })));
+}
+
+async function forget() {
+  for (const name of await caches.keys()) if (name.startsWith(OURS) && name !== CACHE) await caches.delete(name);
+}
+
+async function answer(request) {
+  const cache = await caches.open(CACHE);
+  return (await cache.match(request, { ignoreSearch: request.mode === "navigate" })) ?? fetch(request);
+}
+
+addEventListener("install", (event) => event.waitUntil(keep()));
+addEventListener("activate", (event) => event.waitUntil(forget()));
+addEventListener("fetch", (event) => event.request.method === "GET" && event.respondWith(answer(event.request)));

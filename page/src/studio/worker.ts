@@ -1,0 +1,44 @@
+// The worker of the studio: it loads Python and elib from the folder that it lies in, and carries their messages.
+import { type Lockfile, loadPyodide } from "pyodide";
+
+// What the build writes: the wheels beside this file, and what Pyodide wants to know of packages.
+declare const WHEELS: string[];
+declare const LOCK: Lockfile;
+/** What Python calls, and how messages go to the page. */
+const scope = self as unknown as Worker & {
+  nap: (ms: number) => Promise<void>;
+  begin: (work: { callPromising: () => Promise<void>; destroy: () => void }) => void;
+};
+const HERE = new URL(".", import.meta.url).href;
+
+scope.nap = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+scope.begin = (work) => setTimeout(() => work.callPromising().finally(() => work.destroy()));
+
+/** Send a text, or the bytes of a frame, whose memory goes along. */
+function post(message: string | Uint8Array<ArrayBuffer>) {
+  if (typeof message === "string") scope.postMessage(message);
+  else scope.postMessage(message.buffer, [message.buffer]);
+}
+
+const tell = (word: string, share: number) => scope.postMessage({ word, share });
+
+async function fetched(name: string) {
+  const answer = await fetch(HERE + name);
+  if (!answer.ok) throw new Error(`${name}: ${answer.status} ${answer.statusText}`);
+  return answer.arrayBuffer();
+}
+
+async function begin() {
+  if (!("Suspending" in WebAssembly)) throw new Error("this browser is too old: its WebAssembly cannot wait");
+  tell("Loading Python", 0.1);
+  const wheels = WHEELS.map(fetched);
+  const python = await loadPyodide({ indexURL: HERE, lockFileContents: LOCK });
+  tell("Loading elib", 0.6);
+  const [extractDir] = python.runPython("import site; site.getsitepackages()");
+  for (const wheel of wheels) python.unpackArchive(await wheel, "wheel", { extractDir });
+  tell("Starting elib", 0.8);
+  const studio = python.pyimport("elib.studio.worker").start(post);
+  scope.onmessage = ({ data }) => studio.hear(data);
+}
+
+begin().catch((error) => tell(`Python cannot be loaded. Reload the page to try again. ${error}`, 0));

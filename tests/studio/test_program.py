@@ -1,0 +1,284 @@
+"""Programs in the studio, without a browser: an event loop of the test takes the place of the page's."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from elib.base.timebase import move_into, outside
+from elib.simulator.emulator import simulation
+from elib.studio.debugger import HAS_LINES
+from elib.studio.worker import Worker
+
+QUICK = 50.0
+needs_lines = pytest.mark.skipif(not HAS_LINES, reason="Python tells of the lines that run from 3.12 on")
+Told = dict[str, Any]
+
+
+class Rig:
+    """A worker and what it says.
+
+    Attributes:
+        told: The messages that the page got.
+        frames: The frames of worlds that it got.
+        plan: Pairs: when something holds, something is done, in this order, while a program runs.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.told: list[Told] = []
+        self.frames = 0
+        self.plan: list[tuple[Callable[[], bool], Callable[[], object]]] = []
+        self._web = asyncio.new_event_loop()
+        self._work: list[Callable[[], None]] = []
+        self.worker = self._web.run_until_complete(self._made(folder))
+        self.studio = self.worker.studio
+
+    async def _made(self, folder: Path) -> Worker:
+        return Worker(self._post, self._nap, self._work.append, folder)
+
+    def _post(self, data: str | bytes) -> None:
+        if isinstance(data, str):
+            self.told.append(json.loads(data))
+        else:
+            self.frames += 1
+
+    def _nap(self, seconds: float) -> None:
+        with outside():
+            self._web.run_until_complete(asyncio.sleep(seconds))
+        if self.plan and self.plan[0][0]():
+            self.plan.pop(0)[1]()
+
+    def say(self, do: str, **fields: object) -> Told:
+        """Say something as the page would, and return the answer."""
+
+        async def said() -> None:
+            self.worker.hear(json.dumps({"do": do, "id": 7, **fields}))
+            for _ in range(5):
+                await asyncio.sleep(0)
+
+        with outside():
+            self._web.run_until_complete(said())
+        return [each for each in self.told if each["type"] == "answer"][-1]
+
+    def run(self, text: str, *, speed: float = QUICK, robot: str = "", lines: tuple[int, ...] = ()) -> None:
+        """Run a program to its end."""
+        answer = self.say("run_program", text=text, name="mine", robot=robot, speed=speed, breakpoints=lines)
+        assert answer["ok"], answer
+        self._work.pop()()
+        assert self.news[-1]["state"] == "idle"
+        assert not self.plan, "a step was not taken"
+
+    @property
+    def news(self) -> list[Told]:
+        """What was told of the program."""
+        return [each for each in self.told if each["type"] == "program"]
+
+    @property
+    def output(self) -> str:
+        """What the program printed."""
+        return "".join(each["text"] for each in self.told if each["type"] == "output")
+
+    @property
+    def stands(self) -> bool:
+        """Whether the wheels of the robot stand."""
+        control = self.studio.panel.worlds["program"]
+        return control.world.wheel_speeds(0) == (0.0, 0.0)
+
+    def is_paused(self) -> bool:
+        """Whether the program stands still."""
+        return self.studio.program.state == "paused"
+
+    def is_moving(self) -> bool:
+        """Whether the program has a robot whose wheels turn."""
+        return "program" in self.studio.panel.worlds and not self.stands
+
+    def close(self) -> None:
+        """Take the worker away."""
+        simulation.on_begin.clear()
+        move_into(None)
+        tasks = asyncio.all_tasks(self._web)
+        for task in tasks:
+            task.cancel()
+        self._web.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
+        self._web.close()
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[Rig]:
+    made = Rig(tmp_path)
+    yield made
+    made.close()
+
+
+DRIVE = """import elib
+with elib.connect("sim://arena?seed=3") as robot:
+    robot.set_speed(0.4, 0.4)
+    for k in range(2):
+        near = robot.proximity()
+        robot.sleep(0.2)
+    print(near.right, robot.encoders())
+"""
+
+
+def test_a_program_runs_and_its_world_is_shown(rig: Rig) -> None:
+    rig.say("subscribe", what="world", of="program", rate=25)
+    rig.run(DRIVE, speed=1.0)
+    assert rig.output.startswith("195 Steps(left=")
+    assert rig.frames >= 1
+    assert [each["scene"]["world"] for each in rig.told if each["type"] == "scene" and each["scene"]] == ["arena"]
+    assert rig.stands
+
+
+def test_the_same_program_gives_the_same_numbers_at_each_speed(rig: Rig) -> None:
+    for speed in (1.0, 7.0, 0):
+        rig.run(DRIVE, speed=speed)
+    printed = rig.output.splitlines()
+    assert len(printed) == 3
+    assert len(set(printed)) == 1
+
+
+@pytest.mark.parametrize(
+    "end",
+    ["robot.sleep(1000)", "time.sleep(1000)", "robot.drive(5)", "elib.wait([robot.begin.drive(5)])"],
+)
+def test_a_program_that_is_stopped_leaves_its_robot_standing(rig: Rig, end: str) -> None:
+    text = f"import elib, time\nrobot = elib.connect()\nrobot.set_speed(0.4, 0.4)\n{end}\n"
+    rig.plan = [(rig.is_moving, lambda: rig.say("stop_program"))]
+    rig.run(text)
+    assert "The program was stopped." in rig.output
+    assert rig.stands
+    assert rig.news[-1]["mistake"] is None
+
+
+def test_an_async_program_that_is_stopped_leaves_its_robot_standing(rig: Rig) -> None:
+    text = (
+        "import asyncio, elib\n"
+        "async def main(robot):\n    await robot.set_speed(0.4, 0.4)\n    await asyncio.sleep(1000)\n"
+        "elib.run(main, robot='sim://')\n"
+    )
+    rig.plan = [(rig.is_moving, lambda: rig.say("stop_program"))]
+    rig.run(text)
+    assert rig.stands
+
+
+def test_a_robot_lives_on_while_the_program_sleeps(rig: Rig) -> None:
+    rig.run(
+        "import elib, time\nwith elib.connect() as robot:\n    robot.set_speed(0.2, 0.2)\n"
+        "    then = robot.time\n    time.sleep(1)\n    print(round(robot.time - then, 6))\n"
+    )
+    assert rig.output == "1.0\n"
+
+
+def test_an_error_is_told_with_its_line_and_what_to_try(rig: Rig) -> None:
+    rig.run("import elib\nrobot = elib.connect('sim://nowhere')\n")
+    mistake = rig.news[-1]["mistake"]
+    assert (mistake["kind"], mistake["line"]) == ("LinkNotFound", 2)
+    assert mistake["hint"]
+    rig.run("print(1\n")
+    assert rig.news[-1]["mistake"]["line"] == 1
+    rig.run("def f():\n    return 1 / 0\n\nf()\n")
+    assert rig.news[-1]["mistake"]["line"] == 2
+    assert "File" in rig.output
+    assert "elib/" not in rig.output, "frames of elib are left out"
+
+
+def test_a_flood_of_output_is_cut(rig: Rig) -> None:
+    rig.run("for k in range(200_000): print(k)\n")
+    assert max(len(each["text"]) for each in rig.told if each["type"] == "output") < 21_000
+    assert "more characters were printed at once, and left out" in rig.output
+
+
+def test_a_second_program_waits_until_the_first_has_ended(rig: Rig) -> None:
+    answers: list[Told] = []
+
+    def again() -> None:
+        answers.append(rig.say("run_program", text="", name="", robot="", speed=1, breakpoints=[]))
+        rig.say("stop_program")
+
+    rig.plan = [(rig.is_moving, again)]
+    rig.run("import elib\nrobot = elib.connect()\nrobot.set_speed(0.4, 0.4)\nrobot.sleep(1000)\n")
+    assert [each["error"]["message"] for each in answers] == ["a program runs already"]
+    rig.run("print('next')\n")
+    assert rig.output.endswith("next\n")
+
+
+def test_another_robot_takes_the_place_of_the_one_that_the_program_names(rig: Rig) -> None:
+    text = "import elib\nwith elib.connect('sim://arena') as robot:\n    print(robot.name, robot.firmware)\n"
+    rig.run(text, robot="sim://square?firmware=epuck2")
+    assert "square" in rig.output
+    assert "epuck2" in rig.output
+
+
+def test_pausing_holds_the_time_of_the_robot(rig: Rig) -> None:
+    times: list[float] = []
+
+    def note() -> None:
+        times.append(rig.news[-1]["time"])
+
+    rig.plan = [
+        (rig.is_moving, lambda: rig.say("pause_program")),
+        (rig.is_paused, note),
+        *[(lambda: True, lambda: None)] * 3,
+        (rig.is_paused, lambda: (note(), rig.say("go_on", how="on"))),
+        (lambda: not rig.is_paused(), lambda: rig.say("stop_program")),
+    ]
+    rig.run("import elib\nrobot = elib.connect()\nrobot.set_speed(0.4, 0.4)\nrobot.sleep(1000)\n", speed=1.0)
+    assert times[0] == times[1]
+
+
+def test_a_world_is_shown_before_a_program_runs(rig: Rig) -> None:
+    assert rig.say("show_world", robot="sim://maze")["ok"]
+    assert rig.studio.panel.worlds["program"].world.scene.name == "maze"
+    wrong = rig.say("show_world", robot="sim://nowhere")
+    assert wrong["error"]["kind"] == "LinkNotFound"
+
+
+@needs_lines
+@pytest.mark.parametrize("style", ["blocking", "async", "callback"])
+def test_a_breakpoint_holds_program_and_robot(rig: Rig, style: str) -> None:
+    text = {
+        "blocking": DRIVE,
+        "async": "import elib\nasync def main(robot):\n    for k in range(2):\n\n"
+        "        near = await robot.proximity()\n"
+        "        await robot.sleep(0.2)\nelib.run(main, robot='sim://')\n",
+        "callback": "import elib\ndef seen(near, state):\n    k = 0\n    global got\n    got = near\n"
+        "with elib.connect() as robot:\n    robot.callback(seen, print).proximity()\n    robot.sleep(0.3)\n",
+    }[style]
+    seen: list[Told] = []
+
+    def look() -> None:
+        seen.append(rig.news[-1])
+        rig.say("set_breakpoints", lines=[])
+        rig.say("go_on", how="on")
+
+    rig.plan = [(rig.is_paused, look)]
+    rig.run(text, lines=(5,), speed=1.0)
+    assert seen[0]["line"] == 5
+    assert {"name": "k", "value": "0", "type": "int"} in seen[0]["variables"]
+
+
+@needs_lines
+def test_steps_go_over_into_and_out_of_functions(rig: Rig) -> None:
+    text = "def f(x):\n    y = x + 1\n    return y\na = f(1)\nb = f(2)\nprint(a, b)\n"
+    lines: list[int] = []
+
+    def step(how: str) -> tuple[Callable[[], bool], Callable[[], object]]:
+        return rig.is_paused, lambda: (lines.append(rig.news[-1]["line"]), rig.say("go_on", how=how))
+
+    rig.plan = [step("into"), step("out"), step("over"), step("on")]
+    rig.run(text, lines=(4,))
+    assert lines == [4, 2, 5, 6]
+    assert rig.output == "2 3\n"
+
+
+@needs_lines
+@pytest.mark.parametrize("loop", ["while True: pass", "sum(1 for _ in iter(int, 1))", "while 1:\n    x = 1"])
+def test_a_program_that_only_computes_is_stopped(rig: Rig, loop: str) -> None:
+    rig.plan = [(lambda: True, lambda: rig.say("stop_program"))]
+    rig.run(loop)
+    assert "The program was stopped." in rig.output
