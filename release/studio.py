@@ -42,7 +42,7 @@ def build(target: Path, wheels: Path | None = None) -> None:
         wheels: A folder with wheels for Pyodide, which are loaded too.
 
     Raises:
-        NoPage: The page, or Python for it, cannot be built or fetched here and now.
+        NoPage: Node, or what npm or the package index have, is not to be had here and now.
     """
     node = hatch_build.fetch(ROOT / "page")
     with tempfile.TemporaryDirectory() as name:
@@ -77,29 +77,22 @@ def add_msgspec(folder: Path, work: Path) -> None:
     (work / "msgspec.txt").write_text(pinned[0] + "\n", encoding="utf-8")
     kind = ("--only-binary", ":all:", "--platform", PLATFORM, "--python-version", PYTHON)
     pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "download", "--quiet", "--no-deps")
-    try:
-        run(*pip, "--require-hashes", *kind, "--dest", str(folder), "-r", str(work / "msgspec.txt"))
-    except hatch_build.NoPage as error:
-        raise hatch_build.NoPage(f"The studio is not built: msgspec for browsers cannot be fetched.\n{error}") from None
+    done = tried(*pip, "--require-hashes", *kind, "--dest", str(folder), "-r", str(work / "msgspec.txt"))
+    if done.returncode:
+        raise hatch_build.NoPage(f"The studio is not built: msgspec for browsers cannot be fetched.\n{done.stderr}")
 
 
 def run(*command: str, **environment: str) -> None:
-    """Run a command in the project's folder.
-
-    Raises:
-        NoPage: It failed; the message is what it wrote.
-    """
-    done = subprocess.run(
-        command,
-        cwd=ROOT,
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    """Run a command in the project's folder; end with what it wrote if it fails."""
+    done = tried(*command, **environment)
     if done.returncode:
-        raise hatch_build.NoPage(done.stdout + done.stderr)
+        sys.exit(f"{' '.join(command)} failed:\n{done.stdout}{done.stderr}")
+
+
+def tried(*command: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a command in the project's folder, and return how it ended."""
+    env = {**os.environ, **environment}
+    return subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, timeout=PATIENCE, check=False)
 
 
 def sizes(folder: Path) -> str:
@@ -118,7 +111,8 @@ def main() -> None:
     try:
         build(given.to, given.wheels)
     except hatch_build.NoPage as error:
-        sys.exit(str(error))
+        print(error, file=sys.stderr)
+        sys.exit(hatch_build.NOT_BUILT)
     print(f"{given.to}: {sizes(given.to)}. To open it: elib studio, or any web server.")
 
 

@@ -22,8 +22,8 @@ licences are installed with the package. The tools for developing elib are not l
 """
 PAGE_INTRODUCTION = """## The page in the browser
 
-The page is built from these packages of npm. The file `licences.txt` beside the built page holds the texts of the
-licences of all that is in it.
+The page and the studio are built from these packages of npm. The file `licences.txt` beside the built page holds the
+texts of the licences of all that is in it.
 """
 WHY = {
     "@codemirror/autocomplete": "completion in the editor of the studio",
@@ -55,6 +55,7 @@ WHY = {
     "pettingzoo": "environments with several agents",
     "pillow": "picture files",
     "preact": "the elements of the page",
+    "pyodide": "Python in the studio",
     "rich": "help pages and live lines in the terminal",
     "serialx": "serial ports",
     "three": "worlds in three dimensions",

@@ -23,7 +23,7 @@ PLAIN: Mapping[type[types.Type], str] = {
     types.NoneType: "null",
     types.AnyType: "unknown",
 }
-HEAD = """// What the page may ask for and what it is told, by the classes of elib.panel. Do not edit; renew it with:
+HEAD = """// What the page may ask for and what it is told, by the classes of elib. Do not edit; renew it with:
 // .venv/bin/python docs/generate_reference.py
 """
 WIDTH = 120

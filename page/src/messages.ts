@@ -1,4 +1,4 @@
-// What the page may ask for and what it is told, by the classes of elib.panel. Do not edit; renew it with:
+// What the page may ask for and what it is told, by the classes of elib. Do not edit; renew it with:
 // .venv/bin/python docs/generate_reference.py
 
 /** What the page may ask for: the fields of each request. */

@@ -7,7 +7,7 @@ import { Icon } from "../look/Icon";
 import { Markdown } from "../look/Markdown";
 import { number, save } from "../look/text";
 import { ask } from "../store";
-import type { Judged, Lab, Report } from "./messages";
+import type { Judged, Lab, Report } from "./labmessages";
 import * as programs from "./programs";
 import { isIdle, lab, program } from "./run";
 import { loading } from "./wire";
@@ -82,7 +82,7 @@ const Variant = ({ name, passed, goals, ending, why, time }: Judged) => (
 );
 
 function Chosen({ chosen }: { chosen: Lab }) {
-  const reached = program.value.goals.filter(({ holds }) => holds).map(({ name }) => name),
+  const reached = (program.value.goals ?? []).filter(({ holds }) => holds).map(({ name }) => name),
     { variants, points, most, file } = report.value ?? { variants: [], points: 0, most: 0, file: "" },
     resultName = programs.name.value.replace(/(\.py)?$/, "-result.json");
   const check = async () => {

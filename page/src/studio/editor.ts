@@ -9,7 +9,7 @@ import * as view from "@codemirror/view";
 import { effect } from "@preact/signals";
 import { colours, look } from "../look/codeMirror";
 import { help } from "./completion";
-import type { Program } from "./messages";
+import type { ProgramNews } from "./messages";
 import { edit, opened } from "./programs";
 import { breakpoints, program, shownLine } from "./run";
 
@@ -67,16 +67,18 @@ const flip = ({ dispatch, state }: view.EditorView, { from }: { from: number }) 
   return true;
 };
 
+const placeOf = ({ state, line, mistake }: ProgramNews) => (state === "idle" ? mistake?.line : line);
+
 /** The line that runs, where the program is paused, or that is wrong until it is changed. */
-const show = StateEffect.define<Program>();
+const show = StateEffect.define<ProgramNews>();
 const lit = StateField.define<view.DecorationSet>({
   create: () => view.Decoration.none,
   update(old, { changes, effects, state, startState: { doc } }) {
-    const told = effects.find((each) => each.is(show))?.value as Program | undefined;
+    const told = effects.find((each) => each.is(show))?.value as ProgramNews | undefined;
     if (!told) return old.update({ filter: (at) => !changes.touchesRange(at, doc.lineAt(at).to) }).map(changes);
-    const { line, mistake } = told,
-      wanted = line ?? mistake?.line ?? 0;
-    if (wanted < 1 || wanted > state.doc.lines) return view.Decoration.none;
+    const { mistake } = told,
+      wanted = placeOf(told);
+    if (!wanted || wanted > state.doc.lines) return view.Decoration.none;
     const note = mistake
         ? `${mistake.kind}: ${mistake.message}${mistake.hint && `\nWhat to try: ${mistake.hint}`}`
         : "",
@@ -138,10 +140,9 @@ export function editIn(box: HTMLElement) {
     breakpoints.value = [];
   });
   effect(() => {
-    const { state, line, mistake } = program.value,
-      at = state === "running" ? null : (line ?? mistake?.line);
+    const at = placeOf(program.value);
     editor.dispatch({ effects: show.of(program.value) });
-    if (at) lookAt(at);
+    if (at && program.value.state !== "running") lookAt(at);
   });
   effect(() => {
     if (!shownLine.value) return;

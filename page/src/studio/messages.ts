@@ -1,34 +1,22 @@
-// What the studio's page may ask for beside what any page may, and what it is told.
+// What the page may ask for and what it is told, by the classes of elib. Do not edit; renew it with:
+// .venv/bin/python docs/generate_reference.py
 
 /** What the page may ask for: the fields of each request. */
 export type Asked = {
-  /** Begin a program. */
-  run_program: {
-    text: string;
-    name: string;
-    robot?: string;
-    speed?: number;
-    breakpoints?: number[];
-    lab?: string;
-  };
-  /** Interrupt the program. */
+  /** Begin to run a program, on the robot of a URL if there is one, at a speed; 0 is as fast as possible. */
+  run_program: { text: string; name: string; robot: string; speed: number; breakpoints: number[]; lab?: string };
+  /** End the program, as Ctrl-C does. */
   stop_program: Record<string, never>;
-  /** Let the program stand still at its next line. */
+  /** Let the program and its robots stand still. */
   pause_program: Record<string, never>;
-  /** Let the paused program go on. */
-  go_on: { how: "on" | "over" | "into" | "out" };
-  /** Say where the program is to pause. */
+  /** Let a program that stands still go on: to its next breakpoint, or by a step. */
+  go_on: { how: "into" | "on" | "out" | "over" };
+  /** Let the program stand still before these lines. */
   set_breakpoints: { lines: number[] };
-  /** Say how fast the world goes; 0 for as fast as possible. */
+  /** Let the robots of the program live so many times faster than the clock; 0 is as fast as possible. */
   set_pace: { speed: number };
-  /** Show the world of a robot, which nobody drives. */
+  /** Show the world of a virtual robot before a program runs in it. */
   show_world: { robot: string };
-  /** Ask for the labs. */
-  labs: Record<string, never>;
-  /** Judge a program. */
-  check_lab: { lab: string; text: string };
-  /** Take a lab from a zipped folder. */
-  open_lab_folder: { zip: string };
 };
 
 /** What each request is answered with. */
@@ -40,91 +28,44 @@ export type Answered = {
   set_breakpoints: null;
   set_pace: null;
   show_world: null;
-  labs: Lab[];
-  check_lab: Report;
-  open_lab_folder: Lab;
 };
 
 /** What the page is told without having asked. */
-export type Told = Output | Program;
+export type Told = Output | ProgramNews;
 
-/** A lab: its instructions are Markdown. */
-export type Lab = {
-  name: string;
-  title: string;
-  summary: string;
-  text: string;
-  start: string;
-  goals: LabGoal[];
-};
-
-/** A goal of a lab. */
-export type LabGoal = {
-  name: string;
-  points: number;
-  sentence: string;
-};
-
-/** What became of a check, and the text of the file to hand in. */
-export type Report = {
-  variants: Judged[];
-  points: number;
-  most: number;
-  file: string;
-};
-
-/** One variant of a lab. */
-export type Judged = {
-  name: string;
-  is_hidden: boolean;
-  passed: boolean;
-  goals: Goal[];
-  ending: string;
-  why: string;
-  time: number;
-};
-
-/** Whether a goal is reached, and in words. */
-export type Goal = {
-  name: string;
-  holds: boolean;
-  text: string;
-};
-
-/** What the program printed. */
+/** What the program has printed. */
 export type Output = {
   type: "output";
   text: string;
   is_error: boolean;
 };
 
-/** How the program stands. */
-export type Program = {
+/** What the program does. */
+export type ProgramNews = {
   type: "program";
-  state: "idle" | "running" | "paused";
+  state: "idle" | "paused" | "running";
   name: string;
   line: number | null;
   time: number;
   variables: Variable[];
-  stack: Frame[];
+  stack: Called[];
   mistake: Mistake | null;
-  goals: Goal[];
 };
 
-/** A variable of the program. */
+/** A variable of the program: its value as text, and its type. */
 export type Variable = {
   name: string;
   value: string;
   type: string;
 };
 
-/** A call that the program is in. */
-export type Frame = {
+/** A function of the program that has been called and goes on, and its line. */
+export type Called = {
   function: string;
   line: number;
 };
 
-/** Why the program ended. */
+/** Why a program ended: name, text and hint of the error, its line in the program, and the whole traceback. */
 export type Mistake = {
   kind: string;
   message: string;

@@ -12,10 +12,10 @@ const FIRST = `import elib
 
 with elib.connect("sim://arena") as robot:
     robot.set_speed(0.3, 0.3)
-    while max(robot.proximity()) < 300:
+    while max(robot.proximity()) < 1000:  # higher is nearer
         robot.sleep(0.05)
     robot.stop()
-    print("There is something in front of me.")
+    print("There is something near me.")
 `;
 
 const stored = (name: string) => localStorage.getItem(KEPT + name);

@@ -2,7 +2,8 @@
 import { effect, signal } from "@preact/signals";
 import { stops } from "../stop";
 import { ask, onTold, tell } from "../store";
-import type { Asked, Lab, Output, Program } from "./messages";
+import type { Lab, News } from "./labmessages";
+import type { Asked, Output } from "./messages";
 import { name, opened, save, textNow } from "./programs";
 import { loading, restart } from "./wire";
 
@@ -12,8 +13,8 @@ const MOST_WAITING = 300; // pieces of output that are not drawn: a window that 
 const PATIENCE = 150; // ms that the program has to end after a stop, until its worker is ended
 
 const NAMED = /["'](sim:\/\/[^"'\s]*)["']/; // a robot, in a program
-const NOTHING = { name: "", line: null, time: 0, variables: [], stack: [], mistake: null, goals: [] };
-const IDLE: Program = { type: "program", state: "idle", ...NOTHING };
+const NOTHING = { name: "", line: null, time: 0, variables: [], stack: [], mistake: null };
+const IDLE: News = { type: "program", state: "idle", ...NOTHING };
 
 export const program = signal(IDLE);
 export const isIdle = () => program.value.state === "idle";
@@ -81,7 +82,7 @@ export async function run() {
     robot: robot.value,
     speed: speed.value,
     breakpoints: breakpoints.value,
-    lab: lab.value?.name ?? "",
+    ...(lab.value && { lab: lab.value.name }),
   });
   if (begun === undefined) program.value = IDLE;
 }

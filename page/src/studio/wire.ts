@@ -2,24 +2,40 @@
 import { signal } from "@preact/signals";
 import { connect, hear } from "../store";
 
+const QUIET = 3000; // ms after Python is there until another is loaded, in case that this one has to be ended
+
 /** What is loaded, and how much of it, in words; empty once Python is there. */
 export const loading = signal("Loading Python");
-let worker: Worker;
+type Python = { worker: Worker; said: MessageEvent[] };
+let python: Python;
+let spare: Python | null = null;
+
+function load(): Python {
+  const worker = new Worker("worker.js", { type: "module" }),
+    said: MessageEvent[] = []; // while nobody listens
+  worker.onmessage = (event) => said.push(event);
+  return { worker, said };
+}
 
 export function begin() {
+  const { worker, said } = (python = spare ?? load());
+  spare = null;
   loading.value = "Loading Python";
-  worker = new Worker("worker.js", { type: "module" });
   worker.onmessage = ({ data }) => {
     const { word, share } = data;
     if (word) return (loading.value = share ? `${word} … ${Math.round(100 * share)} %` : word);
-    if (loading.value) connect((text) => worker.postMessage(text));
+    if (loading.value) {
+      connect((text) => worker.postMessage(text));
+      setTimeout(() => (spare ??= load()), QUIET);
+    }
     loading.value = "";
     hear(data);
   };
+  for (const event of said) worker.onmessage(event);
 }
 
 export function restart() {
-  worker.terminate();
+  python.worker.terminate();
   connect(null);
   begin();
 }
