@@ -12,6 +12,7 @@ from typing import Annotated, TypeVar, dataclass_transform
 
 import numpy as np
 
+from elib.base.plaintext import counted
 from elib.base.rules import Degrees, Mistake, Number, Several, Text, Whole, nearest
 from elib.lab.goal import Finding, Floats, Goal, Name, Names, Seconds, Stretch, Trace, Zone, hypot, turn_of
 from elib.link.protocol.commands import SPECS
@@ -89,7 +90,7 @@ class Visit(Goal):
             elif self.ordered:
                 break
         if not left:
-            return True, f"visited {_number(len(self.zones), 'zone')}, the last one after {last * trace.step:.1f} s"
+            return True, f"visited {counted(len(self.zones), 'zone')}, the last one after {last * trace.step:.1f} s"
         been = f"visited {len(self.zones) - len(left)} of {len(self.zones)} zones{' in order' if self.ordered else ''}"
         return False, f"{been}; not {left[0]}: {_nearest(trace, robot, trace.zones[left[0]])}"
 
@@ -345,7 +346,7 @@ class Requests(Goal):
 
     def _judge(self, trace: Trace) -> Finding:
         count = trace.requests[self.command] if self.command else trace.requests.total()
-        return _is_in(count, self.least, self.most), f"sent {_number(count, f'{self.command} request'.strip())}"
+        return _is_in(count, self.least, self.most), f"sent {counted(count, f'{self.command} request'.strip())}"
 
 
 @kind("stands")
@@ -393,7 +394,7 @@ class Lit(Goal):
         mask = sum(1 << led for led in set(self.leds))  # a LED may be named twice
         lit = trace.lit[:, robot] & mask == mask
         count = int((lit & np.diff(lit, prepend=False)).sum())
-        return count >= self.times, f"on {_number(count, 'time')}"
+        return count >= self.times, f"on {counted(count, 'time')}"
 
 
 @kind("says")
@@ -534,10 +535,6 @@ def _range(least: float | None, most: float | None, unit: str) -> str:
     if most is None:
         return f"at least {least or 0:g} {unit}"
     return f"at most {most:g} {unit}" if not least else f"{least:g} to {most:g} {unit}"
-
-
-def _number(count: int, word: str) -> str:
-    return f"{count} {word}{'' if count == 1 else 's'}"
 
 
 def _places(course: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
