@@ -16,8 +16,6 @@ from os import PathLike
 from pathlib import Path
 from typing import Literal, Protocol
 
-import numpy as np
-
 from elib.base.errors import ElibError, Unsupported
 from elib.base.timebase import SimulatedLoop
 from elib.lab.goal import GoalResult, Trace, Zone, judge
@@ -188,9 +186,9 @@ class _Run:
         snapshot, zones = world.snapshot(), self._lab.zones_of(self._variant)
         trace = Trace(
             step=world.scene.step,
-            poses=np.array([[(pose.x, pose.y, pose.heading) for pose in row] for row in self._poses]),
-            touching=np.array(self._touching),
-            lit=np.array(self._lit, ndmin=2),
+            poses=[[(pose.x, pose.y, pose.heading) for pose in row] for row in self._poses],
+            touching=self._touching,
+            lit=self._lit,
             speeds=[world.wheel_speeds(robot) for robot in range(world.robots)],
             things=things_of(snapshot),
             zones=zones,
