@@ -436,7 +436,8 @@ class Push(Goal):
 
     def _judge(self, trace: Trace) -> Finding:
         zone, place = trace.zones[self.zone], trace.things[self.thing]
-        return zone.holds(*place), f"{self.thing} ended {zone.away(*place):.2f} m from the middle of the zone {zone.name}"
+        away = f"{zone.away(*place):.2f} m from the middle of the zone {zone.name}"
+        return zone.holds(*place), f"{self.thing} ended {away}"
 
 
 @kind("all-in-zone")
@@ -538,6 +539,4 @@ def _comes_past(place: tuple[float, float], path: Iterable[Place], reach: float)
     """Return whether a path comes within reach of a place."""
     x, y = place
     # Mostly it is far away, and a comparison is much quicker than a length.
-    return any(
-        abs(u - x) <= reach and abs(v - y) <= reach and math.hypot(u - x, v - y) <= reach for u, v, _ in path
-    )
+    return any(abs(u - x) <= reach and abs(v - y) <= reach and math.hypot(u - x, v - y) <= reach for u, v, _ in path)
