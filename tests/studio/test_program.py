@@ -193,6 +193,19 @@ def test_a_flood_of_output_is_cut(rig: Rig) -> None:
     assert "more characters were printed at once, and left out" in rig.output
 
 
+def test_what_a_robot_tells_the_program_is_shown_and_no_more_is_asked(rig: Rig) -> None:
+    rig.plan = [(rig.is_moving, lambda: rig.say("subscribe", what="robot", of="1", rate=10))]
+    rig.run(DRIVE, speed=1.0)
+    quiet = rig.output
+    updates = [each["robot"] for each in rig.told if each["type"] == "update" and "robot" in each]
+    assert "a program drives it" in [each["tick"]["phase_text"] for each in updates]
+    told = [each["tick"]["readings"] for each in updates]
+    assert [each["proximity"]["values"][2] for each in told if each["proximity"]["values"]]
+    assert not any(each["ambient_light"]["values"] for each in told)
+    rig.run(DRIVE, speed=0)
+    assert rig.output == 2 * quiet, "whoever looks changes nothing"
+
+
 def test_a_second_program_waits_until_the_first_has_ended(rig: Rig) -> None:
     answers: list[Told] = []
 

@@ -154,7 +154,7 @@ def bench(
                 print(to_text(report))
 
 
-async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool = False) -> None:
+async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool) -> None:
     """Measure every command into *report*.
 
     Raises:

@@ -15,6 +15,7 @@ from typing import Annotated, cast
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
+from elib.base.plaintext import counted
 from elib.base.rules import DURATION, Choice
 from elib.cli.terminal import CYAN, DIM, YELLOW, json_line, paint, say
 from elib.link.protocol.profiles import FIRMWARES, profile_named, recognise
@@ -140,8 +141,8 @@ class Printer:
         last = decoder.unanswered
         unanswered = self._unanswered + len(last)
         wrong = [f"{self._faults} of them marked !"] * (self._faults > 0)
-        wrong += [f"{_counted(unanswered, 'request')} without an answer"] * (unanswered > 0)
-        lines = ", ".join([_counted(self._count, "line"), *(wrong or ["nothing wrong"])])
+        wrong += [f"{counted(unanswered, 'request')} without an answer"] * (unanswered > 0)
+        lines = ", ".join([counted(self._count, "line"), *(wrong or ["nothing wrong"])])
         parts = [lines if self._count else "no bytes", f"{decoder.firmware}, {decoder.source}"]
         if last:
             parts.append(f"no answer to {', '.join(last)}")
@@ -152,10 +153,6 @@ class Printer:
 
 def _paint(text: str, part: Part) -> str:
     return paint(text, COLOURS[part], sys.stdout)
-
-
-def _counted(number: int, what: str) -> str:
-    return f"1 {what}" if number == 1 else f"{number} {what}s"
 
 
 def _is_port(source: str) -> bool:

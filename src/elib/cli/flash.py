@@ -12,7 +12,7 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
-from elib.base.plaintext import plain
+from elib.base.plaintext import counted, plain
 from elib.cli.arguments import FAST_SIMULATION, NamedUrl, SameUrl, one_of
 from elib.cli.terminal import is_live, progress_bar, say, table
 from elib.link.protocol.values import Version
@@ -134,8 +134,7 @@ def described(image: Image, name: str, number: int | None) -> str:
 
 
 def _held(image: Image) -> str:
-    held = len(image.protected)
-    return f"; the file holds {held} row{'' if held == 1 else 's'} there" if held else ""
+    return f"; the file holds {counted(len(image.protected), 'row')} there" if image.protected else ""
 
 
 def _span(first: int, last: int) -> str:

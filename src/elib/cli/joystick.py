@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import threading
-import webbrowser
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.base.browser import show_page
 from elib.base.extras import check_web
 from elib.cli.serving import Host, Port, Robots, listening, token_for
 from elib.robot.running import run_coroutine
@@ -42,8 +41,7 @@ def joystick(
     def announce(url: str) -> None:
         print(url, flush=True)
         if not no_browser:
-            # In a thread: a text browser returns when it ends, and the panel must answer meanwhile.
-            threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
+            show_page(url)
 
     close_after = CLOSE_AFTER if close_with_page else None
     with listening(host, port) as address:

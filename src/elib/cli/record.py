@@ -13,6 +13,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.plaintext import plain
+from elib.base.tasks import end_tasks
 from elib.cli.arguments import AsJson, RobotUrl, Seconds
 from elib.cli.live import ENTER, beside, period_of, sensor_parts
 from elib.cli.report import link_rows
@@ -214,8 +215,7 @@ async def _watch(
     try:
         await asyncio.wait([reading], timeout=seconds)
     finally:
-        reading.cancel()
-        await asyncio.wait([reading])
+        await end_tasks(reading)
     if not reading.cancelled():
         reading.result()
 
