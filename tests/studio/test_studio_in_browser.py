@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 from browser import Tab
-from make_site import program_link
 from studio_rig import BROWSERS, Opener, Server
+from try_links import program_link
 
 pytestmark = [pytest.mark.long, pytest.mark.parametrize("open_page", BROWSERS, indirect=True)]
 
