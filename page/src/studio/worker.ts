@@ -7,11 +7,20 @@ declare const LOCK: Lockfile;
 /** What Python calls, and how messages go to the page. */
 const scope = self as unknown as Worker & {
   nap: (ms: number) => Promise<void>;
+  write: (data: Uint8Array) => void;
+  guard: (data: Uint8Array) => void;
   begin: (work: { callPromising: () => Promise<void>; destroy: () => void }) => void;
 };
 const HERE = new URL(".", import.meta.url).href;
 
-scope.nap = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+let wake: () => void; // ends the nap: what has come is not to wait for its end
+scope.nap = (ms) =>
+  new Promise((resolve) => {
+    wake = resolve;
+    setTimeout(resolve, ms);
+  });
+scope.write = (write) => scope.postMessage({ write });
+scope.guard = (guard) => scope.postMessage({ guard });
 scope.begin = (work) => setTimeout(() => work.callPromising().finally(() => work.destroy()));
 
 /** Send a text, or the bytes of a frame, whose memory goes along. */
@@ -38,7 +47,13 @@ async function begin() {
   for (const wheel of wheels) python.unpackArchive(await wheel, "wheel", { extractDir });
   tell("Starting elib", 0.8);
   const studio = python.pyimport("elib.studio.worker").start(post);
-  scope.onmessage = ({ data }) => studio.hear(data);
+  scope.onmessage = ({ data }) => {
+    if (typeof data === "string") studio.hear(data);
+    else if (data instanceof Uint8Array) studio.receive(data);
+    else if (data.lost) studio.port.lost(data.lost);
+    else studio.port.opened();
+    wake?.();
+  };
 }
 
 begin().catch((error) => tell(`Python cannot be loaded. Reload the page to try again. ${error}`, 0));
