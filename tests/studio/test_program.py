@@ -53,7 +53,7 @@ class Rig:
 
     def _nap(self, seconds: float) -> None:
         with outside():
-            self._web.run_until_complete(asyncio.sleep(seconds))
+            self._web.run_until_complete(asyncio.sleep(seconds))  # clock: it is the wait of the page
         if self.plan and self.plan[0][0]():
             self.plan.pop(0)[1]()
 
