@@ -26,12 +26,16 @@ class Rig:
     Attributes:
         told: The messages that the page got.
         frames: The frames of worlds that it got.
+        written: What was written to its serial port.
+        guards: What it was told that stops the robot there.
         plan: Pairs: when something holds, something is done, in this order, while a program runs.
     """
 
     def __init__(self, folder: Path) -> None:
         self.told: list[Told] = []
         self.frames = 0
+        self.written: list[bytes] = []
+        self.guards: list[bytes] = []
         self.plan: list[tuple[Callable[[], bool], Callable[[], object]]] = []
         self._web = asyncio.new_event_loop()
         self._work: list[Callable[[], None]] = []
@@ -39,7 +43,7 @@ class Rig:
         self.studio = self.worker.studio
 
     async def _made(self, folder: Path) -> Worker:
-        return Worker(self._post, self._nap, self._work.append, folder)
+        return Worker(self._post, self._nap, self._work.append, folder, self.written.append, self.guards.append)
 
     def _post(self, data: str | bytes) -> None:
         if isinstance(data, str):
@@ -49,7 +53,7 @@ class Rig:
 
     def _nap(self, seconds: float) -> None:
         with outside():
-            self._web.run_until_complete(asyncio.sleep(seconds))
+            self._web.run_until_complete(asyncio.sleep(seconds))  # clock: it is the wait of the page
         if self.plan and self.plan[0][0]():
             self.plan.pop(0)[1]()
 

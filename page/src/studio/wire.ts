@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import { connect, hear } from "../store";
 import { confined } from "./confined";
+import { obey, speakWith } from "./serial";
 
 const QUIET = 3000; // ms after Python is there until another is loaded, in case that this one has to be ended
 
@@ -27,10 +28,12 @@ export function begin() {
     if (word) return (loading.value = share ? `${word} … ${Math.round(100 * share)} %` : word);
     if (loading.value) {
       connect((text) => worker.postMessage(text));
+      speakWith((message) => worker.postMessage(message));
       setTimeout(() => (spare ??= load()), QUIET);
     }
     loading.value = "";
-    hear(data);
+    if (data.write || data.guard) obey(data);
+    else hear(data);
   };
   for (const event of said) worker.onmessage(event);
 }
@@ -38,5 +41,6 @@ export function begin() {
 export function restart() {
   python.worker.terminate();
   connect(null);
+  speakWith(() => {});
   begin();
 }

@@ -13,10 +13,12 @@ from elib.panel.recents import RecentRobots
 from elib.panel.server.conversation import Told
 from elib.panel.slot import Slot
 from elib.robot.aio import Epuck, on_open
+from elib.robot.link import stop_bytes
 from elib.simulator.emulator import simulation
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.settings import settings_of
 from elib.simulator.emulator.simulation import Simulation
+from elib.studio import webserial
 from elib.studio.program import Program
 
 WORLD = "program"
@@ -40,6 +42,8 @@ class Watched:
     def close(self) -> None:
         """Note that the program has closed it."""
         self.is_closed = True
+        if webserial.port is not None:
+            webserial.port.guard(b"")
         self._slot.unwatch()
 
 
@@ -113,7 +117,9 @@ class Studio:
             self.panel.worlds = {WORLD: Control(begun)}
 
     def _opened(self, robot: Epuck) -> list[Watched]:
-        """Show what a robot tells the program."""
+        """Show what a robot tells the program, and let the page know what stops it if it is on its port."""
+        if webserial.port is not None and isinstance(robot.session.transport, webserial.WebSerial):
+            webserial.port.guard(robot.context.profile.line_end + stop_bytes(robot.session))
         with outside(self._loop):  # its place lives on the loop of the page
             return [Watched(self.panel.watch(robot))]
 
