@@ -1,6 +1,7 @@
 // Python, which runs in a worker of this page: how far it is loaded, and how it is ended.
 import { signal } from "@preact/signals";
 import { connect, hear } from "../store";
+import { confined } from "./confined";
 import { obey, speakWith } from "./serial";
 
 const QUIET = 3000; // ms after Python is there until another is loaded, in case that this one has to be ended
@@ -12,7 +13,7 @@ let python: Python;
 let spare: Python | null = null;
 
 function load(): Python {
-  const worker = new Worker("worker.js", { type: "module" }),
+  const worker = confined("worker.js"),
     said: MessageEvent[] = []; // while nobody listens
   worker.onmessage = (event) => said.push(event);
   return { worker, said };

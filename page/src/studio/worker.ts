@@ -11,6 +11,10 @@ const scope = self as unknown as Worker & {
   guard: (data: Uint8Array) => void;
   begin: (work: { callPromising: () => Promise<void>; destroy: () => void }) => void;
 };
+// A program has these no more: what the browser keeps of other programs and of the studio, workers that would have all
+// of it again, and once Python is loaded, the network.
+const STORES = ["caches", "indexedDB", "BroadcastChannel", "SharedWorker", "Worker"];
+const NETWORK = ["EventSource", "WebSocket", "WebSocketStream", "WebTransport", "XMLHttpRequest", "fetch"];
 const HERE = new URL(".", import.meta.url).href;
 
 let wake: () => void; // ends the nap: what has come is not to wait for its end
@@ -29,6 +33,11 @@ function post(message: string | Uint8Array<ArrayBuffer>) {
   else scope.postMessage(message.buffer, [message.buffer]);
 }
 
+function remove(names: string[]) {
+  for (let object = self; object; object = Object.getPrototypeOf(object))
+    for (const name of names) delete object[name as keyof typeof object];
+}
+
 const tell = (word: string, share: number) => scope.postMessage({ word, share });
 
 async function fetched(name: string) {
@@ -40,11 +49,13 @@ async function fetched(name: string) {
 async function begin() {
   if (!("Suspending" in WebAssembly)) throw new Error("this browser is too old: its WebAssembly cannot wait");
   tell("Loading Python", 0.1);
+  remove(STORES);
   const wheels = WHEELS.map(fetched);
   const python = await loadPyodide({ indexURL: HERE, lockFileContents: LOCK });
   tell("Loading elib", 0.6);
   const [extractDir] = python.runPython("import site; site.getsitepackages()");
   for (const wheel of wheels) python.unpackArchive(await wheel, "wheel", { extractDir });
+  remove(NETWORK);
   tell("Starting elib", 0.8);
   const studio = python.pyimport("elib.studio.worker").start(post);
   scope.onmessage = ({ data }) => {
