@@ -1,4 +1,4 @@
-"""The page of the studio: what a person writes, runs, stops and finds again, in Chromium with the keyboard and mouse."""
+"""The page of the studio: what a person writes, runs, stops and finds again, in Chromium with keyboard and mouse."""
 
 from __future__ import annotations
 
