@@ -62,10 +62,10 @@ function linesOf(state: EditorState) {
   return [...lines];
 }
 
-const flip = ({ dispatch, state }: view.EditorView, { from }: { from: number }) => {
-  dispatch({ effects: toggle.of(state.doc.lineAt(from).from) });
+function flip(editor: view.EditorView, { from }: { from: number }) {
+  editor.dispatch({ effects: toggle.of(editor.state.doc.lineAt(from).from) });
   return true;
-};
+}
 
 const placeOf = ({ state, line, mistake }: ProgramNews) => (state === "idle" ? mistake?.line : line);
 

@@ -6,9 +6,9 @@ import { load } from "./known";
 import * as programs from "./programs";
 import * as run from "./run";
 import { Studio } from "./Studio";
-import { begin } from "./wire";
+import { begin, loading } from "./wire";
 
-Object.assign(window, { elib: { ...store, ...programs, ...run } }); // for tests, and for those who look under the bonnet
+Object.assign(window, { elib: { ...store, ...programs, ...run, loading } }); // for tests, and for those who look under the bonnet
 programs.openLink();
 render(<Studio />, document.body);
 begin();

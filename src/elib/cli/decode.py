@@ -17,6 +17,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError
 from elib.base.plaintext import counted
 from elib.base.rules import DURATION, Choice
+from elib.cli.arguments import option
 from elib.cli.terminal import CYAN, DIM, YELLOW, json_line, paint, say
 from elib.link.protocol.profiles import FIRMWARES, profile_named, recognise
 from elib.link.transport import open_transport, parse_url, speed_of
@@ -40,18 +41,16 @@ File = Annotated[
     str, Cli(name="FILE", allow_leading_hyphen=True, help="A capture, - for standard input, a port or a URL.")
 ]
 Firmware = Annotated[
-    str | None, Cli(metavar="NAME", help=f"{', '.join(FIRMWARES)} (default: what the capture tells, or {ASSUMED}).")
+    str | None, option("--firmware NAME", f"{', '.join(FIRMWARES)} (default: what the capture tells, or {ASSUMED}).")
 ]
 From = Annotated[
     str | None,
     Choice(tuple(_SENDERS)),
-    Cli(name="--from", metavar="WHO", help="Who sent the bytes, if the capture does not tell: robot or host."),
+    option("--from WHO", "Who sent the bytes, if the capture does not tell: robot or host."),
 ]
-As = Annotated[
-    str | None, Choice(tuple(FORMS)), Cli(name="--as", metavar="FORM", help=f"Form of the capture: {', '.join(FORMS)}.")
-]
-For = Annotated[float | None, DURATION, Cli(name="--for", metavar="S", help="Seconds to listen to a port.")]
-AsJson = Annotated[bool, Cli(name="--json", help="Print a line of JSON for each command and answer.")]
+As = Annotated[str | None, Choice(tuple(FORMS)), option("--as FORM", f"Form of the capture: {', '.join(FORMS)}.")]
+For = Annotated[float | None, DURATION, option("--for S", "Seconds to listen to a port.")]
+AsJson = Annotated[bool, option("--json", "Print a line of JSON for each command and answer.")]
 
 
 def decode(

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from cyclopts import Parameter as Cli
-
 from elib.base.browser import show_page
 from elib.base.extras import check_web
+from elib.cli.arguments import option
 from elib.cli.serving import Host, Port, Robots, listening, token_for
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK
@@ -15,8 +14,8 @@ from elib.simulator.emulator.loopback import LOOPBACK
 CLOSE_AFTER = 120.0
 """s that --close-with-page waits for another page: one that is loaded again is closed for a moment."""
 
-NoBrowser = Annotated[bool, Cli(name="--no-browser", help="Do not open a browser; the address is printed.")]
-CloseWithPage = Annotated[bool, Cli(name="--close-with-page", help="End two minutes after the last page was closed.")]
+NoBrowser = Annotated[bool, option("--no-browser", "Do not open a browser; the address is printed.")]
+CloseWithPage = Annotated[bool, option("--close-with-page", "End two minutes after the last page was closed.")]
 
 
 def joystick(

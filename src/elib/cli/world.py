@@ -17,7 +17,7 @@ from elib.base.files import create_file
 from elib.base.plaintext import counted
 from elib.base.rules import Choice, Whole, nearest
 from elib.base.tables import Source
-from elib.cli.arguments import AsJson
+from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import json_line, print_json, say, table
 from elib.link.protocol.profiles import FIRMWARES
 from elib.simulator.drawing import draw_png
@@ -34,10 +34,8 @@ Name = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml 
 File = Annotated[str, Cli(help="Path of a .toml file.")]
 Shipped = Annotated[str, Cli(help=f"{', '.join(gallery())}.")]
 Target = Annotated[Path | None, Cli(help="The file to write (default: NAME.toml).")]
-Png = Annotated[str | None, Cli(name="--png", metavar="FILE", help="Draw it from above into this file.")]
-Robots = Annotated[
-    int | None, Whole(0), Cli(name="--robots", metavar="N", help="How many robots (default: as the world says).")
-]
+Png = Annotated[str | None, option("--png FILE", "Draw it from above into this file.")]
+Robots = Annotated[int | None, Whole(0), option("--robots N", "How many robots (default: as the world says).")]
 
 app = App(
     name="world",

@@ -1,0 +1,179 @@
+"""The page of the studio: what a person writes, runs, stops and finds again, in Chromium with keyboard and mouse."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+import pytest_asyncio
+from browser import Tab, browser, needs_browser
+from studio_rig import Server
+
+from shared import until
+
+pytestmark = [pytest.mark.long, needs_browser, pytest.mark.asyncio(loop_scope="module")]
+
+ROOT = "document.querySelector('.code').shadowRoot"
+STATE = "elib.program.value.state"
+READY = "window.elib?.loading.value === '' && !elib.isWaiting.value"
+OUTPUT = "elib.lines.value.map(({ text }) => text).join('\\n')"
+WRONG = """import elib
+
+with elib.connect("sim://arena") as robot:
+    robot.set_speed(3, 0)
+"""
+STEPS = """import elib
+
+with elib.connect("sim://arena") as robot:
+    robot.set_speed(0.3, 0.3)
+    for turn in range(1000):
+        robot.sleep(0.05)
+"""
+
+
+class Page:
+    """The studio in a tab, and a person at it.
+
+    Attributes:
+        tab: The tab.
+    """
+
+    def __init__(self, tab: Tab) -> None:
+        self.tab = tab
+
+    async def show(self, name: str, text: str) -> None:
+        """Show a program as a sample is shown."""
+        await self.tab.run(f"elib.borrow({json.dumps(name)}, {json.dumps(text)}, 'a test')")
+
+    async def click(self, element: str) -> None:
+        """Click an element, which is there when a JavaScript expression gives it."""
+        await self.tab.until(f"!!({element})")
+        place = "(({ x, y, width, height }) => [x + width / 2, y + height / 2])"
+        x, y = await self.tab.run(f"{place}({element}.getBoundingClientRect())")
+        for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
+            await self.tab.mouse(kind, x, y)
+
+    async def run(self) -> None:
+        """Press Run."""
+        await self.click("document.querySelector('#run')")
+
+    async def ended(self) -> str:
+        """Wait until the program has ended, and return what it printed."""
+        await self.tab.until(f"{STATE} === 'idle' && {READY}")
+        return str(await self.tab.run(OUTPUT))
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def page(studio: Path) -> AsyncIterator[Page]:
+    server = Server(studio)
+    async with browser() as opener:
+        tab = await opener(server.url)
+        await tab.size(1440, 900)
+        await tab.until(READY)
+        page = Page(tab)
+        yield page
+    server.close()
+
+
+async def test_what_is_typed_is_completed_saved_and_run(page: Page) -> None:
+    await page.show("typed.py", "import elib\n\nwith elib.connect() as robot:\n    \n")
+    await page.click(f"{ROOT}.querySelectorAll('.cm-line')[3]")
+    await page.tab.key("End", "End")
+    for letter in "robot.set_s":
+        await page.tab.type(letter)
+    await page.tab.until(f"{ROOT}.querySelector('[aria-selected=true]')?.innerText.includes('set_speed')")
+    assert "rev/s" in str(await page.tab.until(f"{ROOT}.querySelector('.cm-completionInfo')?.innerText"))
+    await page.tab.key("Enter", "Enter")
+    await page.tab.until("elib.textNow().includes('robot.set_speed()')")
+    await page.tab.type("0.2, 0.2")
+    await page.tab.until("localStorage['elib-program:typed.py']?.includes('set_speed(0.2, 0.2)')")
+    await page.tab.key("End", "End")
+    await page.tab.type("\n    print('it drove')")
+    await page.run()
+    assert "it drove" in await page.ended()
+    assert "print" in str(await page.tab.run("localStorage['elib-program:typed.py']"))
+
+
+async def test_a_mistake_stands_at_its_line_and_the_output_leads_there(page: Page) -> None:
+    await page.show("wrong.py", WRONG)
+    await page.run()
+    assert "line 4" in await page.ended()
+    line = await page.tab.until(f"{ROOT}.querySelector('.cm-wrong')?.innerText")
+    note = await page.tab.run(f"{ROOT}.querySelector('.cm-wrong').dataset.note")
+    assert "set_speed(3, 0)" in str(line)
+    assert "left is 3 rev/s" in str(note)
+    await page.click("document.querySelector('.lines .line')")
+    await page.tab.until(f"{ROOT}.querySelector('.cm-activeLine').innerText.includes('set_speed')")
+    await page.tab.type(" ")
+    await page.tab.until(f"!{ROOT}.querySelector('.cm-wrong')")
+
+
+async def test_a_breakpoint_holds_the_robot_and_shows_the_variables(page: Page) -> None:
+    await page.show("steps.py", STEPS)
+    await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '6')")
+    await page.tab.until(f"{ROOT}.querySelector('.cm-breakpoints span')")
+    await page.run()
+    await page.tab.until(f"{STATE} === 'paused'")
+    assert "turn\t0" in str(await page.tab.until("document.querySelector('table')?.innerText"))
+    time = await page.tab.run("elib.program.value.time")
+    await page.click("document.querySelector('.steps > :nth-child(2)')")
+    await page.tab.until(f"{STATE} === 'paused' && elib.program.value.line === 5")
+    await page.run()
+    await page.tab.until("document.querySelector('table')?.innerText.includes('turn\\t1')")
+    assert await page.tab.run("elib.program.value.time") > time
+    await page.tab.key("Escape", "Escape")
+    await page.ended()
+
+
+@pytest.mark.parametrize("work", ["while True: pass", "sum(range(10**12))", "while True: print('flood')"])
+async def test_escape_ends_any_program_and_the_next_one_runs(page: Page, work: str) -> None:
+    await page.show("endless.py", f"print('begun')\n{work}\n")
+    await page.run()
+    await page.tab.until(f"{STATE} === 'running' && ({OUTPUT} !== '' || elib.isSilent.value)")
+    await page.tab.key("Escape", "Escape")
+    await page.ended()
+    assert await page.tab.run("elib.lines.value.length") <= 2000
+    await page.show("next.py", "print('it goes on')\n")
+    await page.run()
+    assert "it goes on" in await page.ended()
+
+
+async def test_a_link_is_read_and_neither_run_nor_put_over_a_program(page: Page) -> None:
+    await page.show("mine.py", "print('mine')\n")
+    link = str(await page.tab.run("(elib.save(true), elib.link())"))
+    await page.tab.run("elib.edit('print(2)\\n')")
+    await page.tab.until("localStorage['elib-program:mine.py'] === 'print(2)\\n'")
+    await page.tab.run(f"void (location.href = {json.dumps(link)})")
+    await page.tab.until("document.querySelector('.note').innerText.startsWith('From a link')")
+    assert await page.tab.run(f"[elib.textNow(), {STATE}]") == ["print('mine')\n", "idle"]
+    await page.run()
+    assert "mine" in await page.ended()
+    kept = "['mine', 'mine-2'].map((name) => localStorage[`elib-program:${name}.py`])"
+    assert await page.tab.run(kept) == ["print(2)\n", "print('mine')\n"]
+    assert await page.tab.run("location.hash") == ""
+
+
+async def test_a_broken_link_is_named_and_changes_nothing(page: Page) -> None:
+    before = await page.tab.run("elib.textNow()")
+    await page.tab.run("void (location.hash = '#program=a.py,AAAA')")
+    await page.tab.until("document.querySelector('.toast')?.innerText.includes('broken')")
+    assert await page.tab.run("elib.textNow()") == before
+
+
+async def test_what_cannot_be_kept_is_said(page: Page) -> None:
+    await page.show("large.py", "")
+    await page.tab.run("elib.edit('#'.repeat(6e6))")
+    assert "storage is full" in str(await page.tab.until("document.querySelector('.note.bad')?.innerText"))
+    await page.tab.run("elib.edit('# small\\n')")
+    await page.tab.until("document.querySelector('.note').innerText.startsWith('Saved')")
+
+
+async def test_a_reload_brings_the_program_back(page: Page) -> None:
+    await page.show("again.py", "")
+    await page.tab.run("elib.edit('print(3)\\n')")  # and no pause before the reload
+    await page.tab.run("void location.reload()")
+    assert await until(lambda: page.tab.run("window.elib?.textNow()")) == "print(3)\n"
+    await page.tab.until(READY)
+    assert page.tab.complaints == []
