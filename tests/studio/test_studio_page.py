@@ -115,7 +115,7 @@ async def test_a_mistake_stands_at_its_line_and_the_output_leads_there(page: Pag
 async def test_a_breakpoint_holds_the_robot_and_shows_the_variables(page: Page) -> None:
     await page.show("steps.py", STEPS)
     await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '6')")
-    await page.tab.until("elib.breakpoints.value.length === 1")
+    assert await page.tab.until("elib.breakpoints.value.length && elib.breakpoints.value") == [6]
     await page.run()
     await page.tab.until(f"{STATE} === 'paused'")
     assert "turn\t0" in str(await page.tab.until("document.querySelector('table')?.innerText"))
