@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import base64
 import json
 import os
 import re
@@ -15,8 +16,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import zlib
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
@@ -167,6 +170,13 @@ def stage(folder: Path) -> None:
         sys.exit(f"docs/README.md does not list {', '.join(unlisted)}")
     settings = (DOCS / "site/zensical.toml").read_text(encoding="utf-8")
     write(folder / "zensical.toml", settings.replace("[project]\n", f"[project]\nnav = {as_toml(nav)}\n", 1))
+
+
+def program_link(name: str, text: str) -> str:
+    """Return the end of an address of the studio that opens a program there."""
+    packer = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
+    packed = packer.compress(text.encode()) + packer.flush()
+    return f"#program={quote(name)},{base64.urlsafe_b64encode(packed).decode().rstrip('=')}"
 
 
 def as_toml(value: Any) -> str:

@@ -61,7 +61,7 @@ def _entry(name: str, kind: Any) -> Entry:
 
 
 def _signature(kind: Any) -> str:
-    """Return the arguments and what comes back; nothing for errors, whose arguments nobody writes, and for no call."""
+    """Return the arguments and what comes back; nothing for errors, whose arguments no one writes, and for no call."""
     if isinstance(kind, type) and issubclass(kind, Exception):
         return ""
     found = getattr(kind, "signature", None) or getattr(kind, "__signature__", None)

@@ -55,6 +55,10 @@ TARGETS = {
         "a [recording](../guides/replay.md), which answers as the robot did; with `fork`, a simulation that goes on "
         "from one of its moments",
     ),
+    "webserial": (
+        "`webserial://`",
+        "a real robot in the [studio](../guides/studio.md): the serial port that a person has chosen on its page",
+    ),
     "lockstep": (
         "`lockstep://FD`",
         "a robot in a world that another process owns, over a socket with this file descriptor. Only the "

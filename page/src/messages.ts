@@ -432,7 +432,7 @@ export type RobotNews = {
 /** The part of a tick that an overview of many robots draws. */
 export type Summary = {
   url: string;
-  phase: "disconnected" | "connecting" | "connected" | "gap" | "playing" | "failed";
+  phase: "disconnected" | "connecting" | "connected" | "gap" | "playing" | "watched" | "failed";
   phase_text: string;
   error: string | null;
   may_move: boolean;
@@ -554,7 +554,7 @@ export type BehaviourOption = {
 /** What changes ten times a second; distances are those to a white wall, m, and null where nothing is seen. */
 export type Tick = {
   time: number;
-  phase: "disconnected" | "connecting" | "connected" | "gap" | "playing" | "failed";
+  phase: "disconnected" | "connecting" | "connected" | "gap" | "playing" | "watched" | "failed";
   phase_text: string;
   error: Trouble | null;
   doctor: Doctor | null;

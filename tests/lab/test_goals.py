@@ -8,7 +8,6 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 from drawn_runs import DrawnRun, drawn_run
 from labs_for_tests import GIVEN, lab_in, run_program
@@ -188,9 +187,9 @@ def trace_of(run: DrawnRun) -> Trace:
     robots = range(len(run.poses[0]))
     return Trace(
         step=run.step,
-        poses=np.array(run.poses),
-        touching=np.array([[robot in touching for robot in robots] for touching in run.touching]),
-        lit=np.array(run.lit),
+        poses=run.poses,
+        touching=[[robot in touching for robot in robots] for touching in run.touching],
+        lit=run.lit,
         speeds=run.speeds,
         things={name: (x, y) for name, x, y in run.boxes + run.cylinders if name},
         zones={name: Zone(name, *values) for name, values in run.zones.items()},
@@ -268,7 +267,7 @@ def test_paths_are_drawn_with_the_zones(tmp_path: Path) -> None:
 
 def test_a_plain_trace_is_judged_without_a_world_and_a_program() -> None:
     there = [KINDS["reach"](name="there", zone="target", hold=0.5), KINDS["distance"](name="far", most=0.1)]
-    poses = np.array([[(0.1 * min(tick, 5), 0.5, 0.0)] for tick in range(8)])
+    poses = [[(0.1 * min(tick, 5), 0.5, 0.0)] for tick in range(8)]
     trace = Trace(step=0.25, poses=poses, zones={"target": Zone("target", 0.5, 0.5, radius=0.05)})
     assert [(each.holds, each.text) for each in judge(there, trace)] == [
         (True, "in the zone target after 1.2 s and for 0.5 s"),

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from labs_for_tests import SURVIVES, TOP, Talker, lab_in, run_program
 
-from elib.lab import Lab, VariantResult, marker, run_variant, running
+from elib.lab import Lab, VariantResult, run_variant, running
 from elib.lab.lockstep import CLOSE, GO, HEAR, HELLO, LETTER, MAX_MESSAGE, OPEN, ROBOT, SAY, TIME, VERSION, WRITE
 
 
@@ -149,8 +149,7 @@ class Clock:
 
 
 def test_a_program_that_spins_is_ended_by_the_wall_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (marker, running):
-        monkeypatch.setattr(module, "time", Clock(tmp_path / "spins"))
+    monkeypatch.setattr(running, "time", Clock(tmp_path / "spins"))
     spinning = (
         "import elib\nwith elib.connect() as robot:\n    robot.set_speed(0.1, 0.1)\n    open('spins', 'w').close()\n"
         "    while True: pass\n"

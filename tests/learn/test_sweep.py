@@ -281,7 +281,7 @@ def test_a_champion_whose_fitness_is_not_a_number_is_an_error_with_a_reason(
     size = Network("braitenberg", ("proximity",)).size
     Champion(f"{tmp_path}/far.py:TASK", "braitenberg", ("proximity",), (0.1,) * size).save(path)
     with pytest.raises(
-        ElibError, match=r"the fitness is inf\nhint: the reward of the task far must be a finite number"
+        ElibError, match=r"the fitness of run 0 is inf\nhint: the reward of the task far must be a finite number"
     ):
         rows_of(Sweep(str(path), seconds=1.0, source=read_program(str(path))), tmp_path / "out")
 

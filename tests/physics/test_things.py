@@ -161,6 +161,15 @@ def test_a_chain_of_two_things_against_a_wall_stops_the_robot(other):
     assert overlap(world) < 1e-6
 
 
+@pytest.mark.parametrize("thing", KINDS)
+@pytest.mark.parametrize("first", [0.1, 0.7])
+def test_a_wall_stops_what_is_pushed_at_it_from_whichever_end_it_begins(thing, first):
+    walls = (Wall(first, 0.7, 0.8 - first, 0.7),)
+    world = drive(world_of(thing, walls=walls, starts=(Pose(0.4, 0.4, math.pi / 2),)), 4)
+    assert moved(world)[0].y == pytest.approx(0.65, abs=1e-4)
+    assert overlap(world) < 1e-6
+
+
 def test_a_robot_sees_a_thing_where_it_was_pushed_to():
     world = drive(world_of(Cylinder(0.45, 0.5, 0.05, is_pushable=True, reflectance=1.0)), 3)
     near = world.proximity(0)

@@ -48,6 +48,11 @@ def test_black_grey_and_white_have_no_colour() -> None:
         assert not any(coloured(picture((5, 9), colour=colour), hue).any() for hue in Hue)
 
 
+def test_in_the_dark_two_steps_of_rgb565_are_a_colour_and_less_is_none() -> None:
+    for others, has_colour in ((24, True), (25, False)):
+        assert coloured(picture((5, 9), colour=(40, others, others)), Hue.RED).any() == has_colour
+
+
 @pytest.mark.parametrize("gains", list(product((0.85, 1.0, 1.15), repeat=3)))
 def test_a_colour_is_judged_beside_the_grey_of_the_picture(gains: tuple[float, float, float]) -> None:
     for hue in Hue:

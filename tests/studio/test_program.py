@@ -26,12 +26,16 @@ class Rig:
     Attributes:
         told: The messages that the page got.
         frames: The frames of worlds that it got.
+        written: What was written to its serial port.
+        guards: What it was told that stops the robot there.
         plan: Pairs: when something holds, something is done, in this order, while a program runs.
     """
 
     def __init__(self, folder: Path) -> None:
         self.told: list[Told] = []
         self.frames = 0
+        self.written: list[bytes] = []
+        self.guards: list[bytes] = []
         self.plan: list[tuple[Callable[[], bool], Callable[[], object]]] = []
         self._web = asyncio.new_event_loop()
         self._work: list[Callable[[], None]] = []
@@ -39,7 +43,7 @@ class Rig:
         self.studio = self.worker.studio
 
     async def _made(self, folder: Path) -> Worker:
-        return Worker(self._post, self._nap, self._work.append, folder)
+        return Worker(self._post, self._nap, self._work.append, folder, self.written.append, self.guards.append)
 
     def _post(self, data: str | bytes) -> None:
         if isinstance(data, str):
@@ -49,7 +53,7 @@ class Rig:
 
     def _nap(self, seconds: float) -> None:
         with outside():
-            self._web.run_until_complete(asyncio.sleep(seconds))
+            self._web.run_until_complete(asyncio.sleep(seconds))  # clock: it is the wait of the page
         if self.plan and self.plan[0][0]():
             self.plan.pop(0)[1]()
 
@@ -191,6 +195,19 @@ def test_a_flood_of_output_is_cut(rig: Rig) -> None:
     rig.run("for k in range(200_000): print(k)\n")
     assert max(len(each["text"]) for each in rig.told if each["type"] == "output") < 21_000
     assert "more characters were printed at once, and left out" in rig.output
+
+
+def test_what_a_robot_tells_the_program_is_shown_and_no_more_is_asked(rig: Rig) -> None:
+    rig.plan = [(rig.is_moving, lambda: rig.say("subscribe", what="robot", of="1", rate=10))]
+    rig.run(DRIVE, speed=1.0)
+    quiet = rig.output
+    updates = [each["robot"] for each in rig.told if each["type"] == "update" and "robot" in each]
+    assert "a program drives it" in [each["tick"]["phase_text"] for each in updates]
+    told = [each["tick"]["readings"] for each in updates]
+    assert [each["proximity"]["values"][2] for each in told if each["proximity"]["values"]]
+    assert not any(each["ambient_light"]["values"] for each in told)
+    rig.run(DRIVE, speed=0)
+    assert rig.output == 2 * quiet, "whoever looks changes nothing"
 
 
 def test_a_second_program_waits_until_the_first_has_ended(rig: Rig) -> None:

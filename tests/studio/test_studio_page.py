@@ -1,4 +1,4 @@
-"""The page of the studio: what a person writes, runs, stops and finds again, in Chromium with the keyboard and mouse."""
+"""The page of the studio: what a person writes, runs, stops and finds again, in Chromium with keyboard and mouse."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import pytest_asyncio
 from browser import Tab, browser, needs_browser
-from conftest import Server
+from studio_rig import Server
 
 from shared import until
 

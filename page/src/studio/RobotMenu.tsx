@@ -1,15 +1,19 @@
 // On which robot the program runs: on the one that it names itself, or on one that is chosen here.
 import { computed, effect, signal } from "@preact/signals";
 import { Bot } from "lucide";
+import { Button } from "../look/Button";
 import { Select } from "../look/fields";
 import { Menu } from "../look/Menu";
 import { title } from "../look/text";
 import { hello } from "../store";
 import { known } from "./known";
 import { lab, robot } from "./run";
+import { choose, hasPort } from "./serial";
 
 const wish = signal<Record<string, string>>({});
+const REAL = "webserial://";
 const url = computed(() => {
+  if (hasPort.value) return REAL;
   const { world, ...rest } = wish.value,
     query = new URLSearchParams(Object.entries(rest).filter(([, value]) => value));
   return world ? `sim://${world}${query.size ? `?${query}` : ""}` : "";
@@ -19,7 +23,8 @@ effect(() => void (robot.value = url.value));
 export function RobotMenu() {
   const { firmwares, faults } = known.value,
     set = (key: string) => (value: string) => (wish.value = { ...wish.value, [key]: value }),
-    disabled = !wish.value.world;
+    isReal = robot.value === REAL,
+    disabled = isReal || !wish.value.world;
   if (lab.value) return <span class="hint">In the world of the lab</span>;
   const list = (label: string, key: string, none: string, names: string[], rest = {}) => (
     <label class="field">
@@ -35,8 +40,11 @@ export function RobotMenu() {
   const worlds = hello.value?.worlds.map(({ name }) => name) ?? [],
     [, about] = faults.find(([name]) => name === wish.value.fault) ?? [];
   return (
-    <Menu icon={Bot} text={robot.value || "Robot: as the program says"}>
-      {list("World", "world", "as the program says", worlds)}
+    <Menu icon={Bot} text={isReal ? "The real robot" : robot.value || "Robot: as the program says"}>
+      <Button act={choose} disabled={isReal} title="Chrome and Edge reach a robot by a cable or by Bluetooth">
+        Real robot …
+      </Button>
+      {list("World", "world", "as the program says", worlds, { disabled: isReal })}
       {list("Firmware of the robot", "firmware", "the world's own", firmwares, { disabled })}
       {list(
         "What goes wrong on its link",

@@ -5,6 +5,7 @@ import { ask, onTold, tell } from "../store";
 import type { Lab, News } from "./labmessages";
 import type { Asked, Output } from "./messages";
 import { name, opened, save, textNow } from "./programs";
+import { halt } from "./serial";
 import { loading, restart } from "./wire";
 
 export const MOST_LINES = 2000; // of the output
@@ -113,6 +114,8 @@ function press(event: KeyboardEvent) {
   run();
 }
 
+// A real robot does not stand still with its program.
+effect(() => void (program.value.state === "paused" && halt()));
 effect(() => {
   const lines = breakpoints.value;
   if (program.peek().state !== "idle") tell("set_breakpoints", { lines });

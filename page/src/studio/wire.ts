@@ -1,6 +1,8 @@
 // Python, which runs in a worker of this page: how far it is loaded, and how it is ended.
 import { signal } from "@preact/signals";
 import { connect, hear } from "../store";
+import { confined } from "./confined";
+import { obey, speakWith } from "./serial";
 
 const QUIET = 3000; // ms after Python is there until another is loaded, in case that this one has to be ended
 
@@ -11,7 +13,7 @@ let python: Python;
 let spare: Python | null = null;
 
 function load(): Python {
-  const worker = new Worker("worker.js", { type: "module" }),
+  const worker = confined("worker.js"),
     said: MessageEvent[] = []; // while nobody listens
   worker.onmessage = (event) => said.push(event);
   return { worker, said };
@@ -26,10 +28,12 @@ export function begin() {
     if (word) return (loading.value = share ? `${word} … ${Math.round(100 * share)} %` : word);
     if (loading.value) {
       connect((text) => worker.postMessage(text));
+      speakWith((message) => worker.postMessage(message));
       setTimeout(() => (spare ??= load()), QUIET);
     }
     loading.value = "";
-    hear(data);
+    if (data.write || data.guard) obey(data);
+    else hear(data);
   };
   for (const event of said) worker.onmessage(event);
 }
@@ -37,5 +41,6 @@ export function begin() {
 export function restart() {
   python.worker.terminate();
   connect(null);
+  speakWith(() => {});
   begin();
 }

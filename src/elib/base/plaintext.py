@@ -16,6 +16,11 @@ def plain(text: str) -> str:
     return _UNSAFE.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
 
 
+def counted(number: int, what: str) -> str:
+    """Return a number of things: ``1 box``, ``2 boxes``."""
+    return f"{number} {what}" + ("" if number == 1 else "es" if what.endswith(("x", "ch")) else "s")
+
+
 def summary(kind: type) -> str:
     """Return the first line of the docstring of *kind* for people who do not read Python, without its references."""
     first = (inspect.getdoc(kind) or "").partition("\n")[0]

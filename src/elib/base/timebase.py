@@ -382,7 +382,7 @@ class HostedLoop(PacedLoop):
     def _creep(self) -> None:
         """Let time pass as the wall clock does, short of the next timer, for those who look at the world meanwhile."""
         passed = (self._wall - self._due) * self._rate
-        if 0 < passed < self._scheduled[0].when() - self._now:
+        if self._scheduled and 0 < passed < self._scheduled[0].when() - self._now:
             self._set_time(self._now + passed)
 
     # No other thread can wake it, so it needs no pair of sockets for that.
@@ -541,7 +541,9 @@ class _HostedSelector(_JumpingSelector):
             wait = loop._wait()
         if not loop._ready:
             loop.place.wait(max(0.0, wait))
-        if not loop._ready:  # the host has handed in nothing meanwhile
+        if loop._ready:  # the host has handed in something meanwhile
+            loop._creep()
+        else:
             loop._jump()
         return []
 

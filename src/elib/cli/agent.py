@@ -14,6 +14,7 @@ from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
 from elib.base.files import guide
 from elib.base.rules import PORT_NUMBER
+from elib.cli.arguments import option
 from elib.cli.serving import listening, port_option
 from elib.link.transport import parse_url, speed_of
 from elib.robot.running import run_coroutine
@@ -27,23 +28,22 @@ REAL_FENCE, VIRTUAL_FENCE = 0.5, 2.0
 """m: a table for real robots; the arenas of the virtual ones are smaller than that."""
 
 Robots = Annotated[str, Cli(help=f"sim://maze, serial:///dev/rfcomm0 with --allow-real, ... (default: {WORLD})")]
-AllowReal = Annotated[bool, Cli(name="--allow-real", help="Let the agent drive robots that are not virtual.")]
+AllowReal = Annotated[bool, option("--allow-real", "Let the agent drive robots that are not virtual.")]
 Fence = Annotated[
     float | None,
-    Cli(
-        name="--fence",
-        metavar="M",
-        help=f"Circle around each robot's start that it may not leave, m (default: {VIRTUAL_FENCE:g}, with a real "
+    option(
+        "--fence M",
+        f"Circle around each robot's start that it may not leave, m (default: {VIRTUAL_FENCE:g}, with a real "
         f"robot {REAL_FENCE:g}).",
     ),
 ]
-Speed = Annotated[float, Cli(name="--speed", metavar="M/S", help="Top speed of each wheel, m/s.")]
-Calls = Annotated[int, Cli(name="--calls", metavar="N", help="Calls that may reach a robot.")]
-Seconds = Annotated[float, Cli(name="--driving", metavar="S", help="Seconds of driving, all robots together.")]
-Http = Annotated[bool, Cli(name="--http", help="Serve HTTP at --port instead of standard input and output.")]
+Speed = Annotated[float, option("--speed M/S", "Top speed of each wheel, m/s.")]
+Calls = Annotated[int, option("--calls N", "Calls that may reach a robot.")]
+Seconds = Annotated[float, option("--driving S", "Seconds of driving, all robots together.")]
+Http = Annotated[bool, option("--http", "Serve HTTP at --port instead of standard input and output.")]
 Port = Annotated[int | None, PORT_NUMBER, port_option(PORT)]
-View = Annotated[bool, Cli(name="--view", help="Show the robots in the browser, with Stop for a person.")]
-Log = Annotated[Path | None, Cli(name="--log", metavar="FILE", help="Append a line of JSON for each call to FILE.")]
+View = Annotated[bool, option("--view", "Show the robots in the browser, with Stop for a person.")]
+Log = Annotated[Path | None, option("--log FILE", "Append a line of JSON for each call to FILE.")]
 
 
 def agent(

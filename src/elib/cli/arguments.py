@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter as Cli
 
@@ -11,6 +11,13 @@ from elib.base.rules import DURATION
 
 FAST_SIMULATION = "sim://?speed=max"
 """The robot if none is given and no person has to watch: a virtual one, as fast as the processor allows."""
+
+
+def option(shown: str, about: str, **how: Any) -> Cli:
+    """Return an option as help pages show it: ``--plot FILE`` or ``--output, -o OUT``, and what it is for."""
+    words = shown.replace(", ", " ").split(" ")
+    names = [word for word in words if word.startswith("-")]
+    return Cli(name=names, metavar=next(iter(words[len(names) :]), None), help=about, **how)
 
 
 def _check_alone(_: object, url: str | None) -> None:
@@ -30,13 +37,11 @@ RobotUrl = Annotated[
     ),
 ]
 NamedUrl = Annotated[str | None, Cli(help="serial:///dev/rfcomm0, COM3, rfcomm://..., tcp://HOST:PORT, ...")]
-SameUrl = Annotated[str | None, Cli(name="--robot", metavar="URL", help="Another way to name the robot.")]
-AsJson = Annotated[bool, Cli(name="--json", help="Print one line of JSON.")]
-Workers = Annotated[int | None, Cli(name="--workers", metavar="N", help="Worker processes of this computer.")]
-Cluster = Annotated[
-    str | None, Cli(name="--cluster", metavar="URL", help="A Dask cluster's scheduler: tcp://HOST:8786.")
-]
-Seconds = Annotated[float | None, DURATION, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]
+SameUrl = Annotated[str | None, option("--robot URL", "Another way to name the robot.")]
+AsJson = Annotated[bool, option("--json", "Print one line of JSON.")]
+Workers = Annotated[int | None, option("--workers N", "Worker processes of this computer.")]
+Cluster = Annotated[str | None, option("--cluster URL", "A Dask cluster's scheduler: tcp://HOST:8786.")]
+Seconds = Annotated[float | None, DURATION, option("--for S", "Robot time to run for, seconds.")]
 
 
 def one_of(url: str | None, robot: str | None) -> str | None:

@@ -10,12 +10,11 @@ from cyclopts import Parameter as Cli
 from elib.base.rules import number_from
 from elib.behaviours import Behaviour
 from elib.behaviours._run.context import DEFAULT_SEED
+from elib.cli.arguments import option
 from elib.cli.terminal import typed
 from elib.link.protocol.profiles import rule
 
-Seed = Annotated[
-    int, Cli(name="--seed", metavar="N", help="Seed of the behaviour's random numbers: same seed, same run.")
-]
+Seed = Annotated[int, option("--seed N", "Seed of the behaviour's random numbers: same seed, same run.")]
 
 
 def options_of(behaviour: Behaviour) -> type[Any]:

@@ -9,12 +9,10 @@ from dataclasses import dataclass, field
 from operator import methodcaller
 from typing import Annotated, TypeVar
 
-from cyclopts import Parameter as Cli
-
 from elib.base.errors import ElibError, LinkError, ReplyTimeout
 from elib.base.quantiles import quantile
 from elib.base.rules import Whole
-from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
+from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl, option
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import LiveLine, grid, print_json, table
 from elib.link.protocol.quantities import CameraMode
@@ -31,10 +29,8 @@ FEW = 3
 RECOVERY_TIME = 10.0
 """s in which a line must be in sync again after a lost answer; a robot that calibrates is busy for 3.7 s."""
 
-Count = Annotated[
-    int, Whole(1, MAX_CALLS), Cli(name="--count", metavar="N", help=f"Calls of each command, 1 to {MAX_CALLS}.")
-]
-All = Annotated[bool, Cli(name="--all", help=f"Also sound, calibration and reset ({FEW} calls each).")]
+Count = Annotated[int, Whole(1, MAX_CALLS), option("--count N", f"Calls of each command, 1 to {MAX_CALLS}.")]
+All = Annotated[bool, option("--all", f"Also sound, calibration and reset ({FEW} calls each).")]
 
 T = TypeVar("T")
 Call = Callable[[Epuck], Awaitable[object]]
@@ -154,7 +150,7 @@ def bench(
                 print(to_text(report))
 
 
-async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool = False) -> None:
+async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool) -> None:
     """Measure every command into *report*.
 
     Raises:

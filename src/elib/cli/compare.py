@@ -11,7 +11,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.cli import reality as beside
-from elib.cli.arguments import AsJson
+from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import LiveLine, grid, print_json, table
 from elib.records.reader import Recording, read_recording
 from elib.simulator.emulator.robotprofile import load as load_profile
@@ -29,30 +29,16 @@ SHARES = (0.5, 0.95, 0.99)
 
 First = Annotated[Path | None, Cli(help="A recording, .mcap.")]
 Second = Annotated[Path | None, Cli(help="Another recording (default: the simulator).")]
-Plot = Annotated[
-    Path | None, Cli(name="--plot", metavar="FILE", help="Also draw the comparison into this file: .png, .svg or .pdf.")
-]
-WorldName = Annotated[
-    str | None, Cli(name="--world", metavar="NAME", help="Use this world instead of the recorded one.")
-]
-ProfileFile = Annotated[
-    str | None, Cli(name="--profile", metavar="FILE", help="Use a robot of this profile, as elib fit writes it.")
-]
-RealRobots = Annotated[bool, Cli(name="--reality", help="Compare what was measured on real robots with the simulator.")]
+Plot = Annotated[Path | None, option("--plot FILE", "Also draw the comparison into this file: .png, .svg or .pdf.")]
+WorldName = Annotated[str | None, option("--world NAME", "Use this world instead of the recorded one.")]
+ProfileFile = Annotated[str | None, option("--profile FILE", "Use a robot of this profile, as elib fit writes it.")]
+RealRobots = Annotated[bool, option("--reality", "Compare what was measured on real robots with the simulator.")]
 Quality = Annotated[
     str | None,
-    Cli(
-        name="--quality",
-        metavar="Q",
-        help="With --reality, how good its robots are: ideal, good, typical, bad (default: typical).",
-    ),
+    option("--quality Q", "With --reality, how good its robots are: ideal, good, typical, bad (default: typical)."),
 ]
-Drawn = Annotated[
-    int | None, Cli(name="--robots", metavar="N", help=f"With --reality, draw N robots (default: {ROBOTS}).")
-]
-DrawnBy = Annotated[
-    int | None, Cli(name="--seed", metavar="N", help="With --reality, draw them by this seed (default: 1).")
-]
+Drawn = Annotated[int | None, option("--robots N", f"With --reality, draw N robots (default: {ROBOTS}).")]
+DrawnBy = Annotated[int | None, option("--seed N", "With --reality, draw them by this seed (default: 1).")]
 
 
 def compare(

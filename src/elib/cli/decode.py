@@ -15,7 +15,9 @@ from typing import Annotated, cast
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
+from elib.base.plaintext import counted
 from elib.base.rules import DURATION, Choice
+from elib.cli.arguments import option
 from elib.cli.terminal import CYAN, DIM, YELLOW, json_line, paint, say
 from elib.link.protocol.profiles import FIRMWARES, profile_named, recognise
 from elib.link.transport import open_transport, parse_url, speed_of
@@ -39,18 +41,16 @@ File = Annotated[
     str, Cli(name="FILE", allow_leading_hyphen=True, help="A capture, - for standard input, a port or a URL.")
 ]
 Firmware = Annotated[
-    str | None, Cli(metavar="NAME", help=f"{', '.join(FIRMWARES)} (default: what the capture tells, or {ASSUMED}).")
+    str | None, option("--firmware NAME", f"{', '.join(FIRMWARES)} (default: what the capture tells, or {ASSUMED}).")
 ]
 From = Annotated[
     str | None,
     Choice(tuple(_SENDERS)),
-    Cli(name="--from", metavar="WHO", help="Who sent the bytes, if the capture does not tell: robot or host."),
+    option("--from WHO", "Who sent the bytes, if the capture does not tell: robot or host."),
 ]
-As = Annotated[
-    str | None, Choice(tuple(FORMS)), Cli(name="--as", metavar="FORM", help=f"Form of the capture: {', '.join(FORMS)}.")
-]
-For = Annotated[float | None, DURATION, Cli(name="--for", metavar="S", help="Seconds to listen to a port.")]
-AsJson = Annotated[bool, Cli(name="--json", help="Print a line of JSON for each command and answer.")]
+As = Annotated[str | None, Choice(tuple(FORMS)), option("--as FORM", f"Form of the capture: {', '.join(FORMS)}.")]
+For = Annotated[float | None, DURATION, option("--for S", "Seconds to listen to a port.")]
+AsJson = Annotated[bool, option("--json", "Print a line of JSON for each command and answer.")]
 
 
 def decode(
@@ -140,8 +140,8 @@ class Printer:
         last = decoder.unanswered
         unanswered = self._unanswered + len(last)
         wrong = [f"{self._faults} of them marked !"] * (self._faults > 0)
-        wrong += [f"{_counted(unanswered, 'request')} without an answer"] * (unanswered > 0)
-        lines = ", ".join([_counted(self._count, "line"), *(wrong or ["nothing wrong"])])
+        wrong += [f"{counted(unanswered, 'request')} without an answer"] * (unanswered > 0)
+        lines = ", ".join([counted(self._count, "line"), *(wrong or ["nothing wrong"])])
         parts = [lines if self._count else "no bytes", f"{decoder.firmware}, {decoder.source}"]
         if last:
             parts.append(f"no answer to {', '.join(last)}")
@@ -152,10 +152,6 @@ class Printer:
 
 def _paint(text: str, part: Part) -> str:
     return paint(text, COLOURS[part], sys.stdout)
-
-
-def _counted(number: int, what: str) -> str:
-    return f"1 {what}" if number == 1 else f"{number} {what}s"
 
 
 def _is_port(source: str) -> bool:

@@ -9,12 +9,10 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-from cyclopts import Parameter as Cli
-
 from elib.base.errors import ArgumentError
 from elib.base.rules import DURATION
 from elib.behaviours import find
-from elib.cli.arguments import FAST_SIMULATION, RobotUrl
+from elib.cli.arguments import FAST_SIMULATION, RobotUrl, option
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.script import run
 from elib.cli.terminal import say, table
@@ -26,8 +24,8 @@ PICTURE = Path("elib-demo.png")
 USUAL_TIME = 60.0
 """s of robot time by default."""
 
-DriveTime = Annotated[float, DURATION, Cli(name="--for", metavar="S", help="Robot time to run for, seconds.")]
-Seed = Annotated[int | None, Cli(name="--seed", metavar="N", help="Seed of the simulation: same seed, same run.")]
+DriveTime = Annotated[float, DURATION, option("--for S", "Robot time to run for, seconds.")]
+Seed = Annotated[int | None, option("--seed N", "Seed of the simulation: same seed, same run.")]
 
 WHAT_NEXT = [
     ("send proximity", "ask a robot something; send --help lists the commands"),

@@ -16,7 +16,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
-from elib.cli.arguments import AsJson, Cluster, Workers
+from elib.cli.arguments import AsJson, Cluster, Workers, option
 from elib.cli.terminal import BLOCKS, is_live, print_json, say, table
 from elib.learn.catalogue import all_tasks
 from elib.learn.evolution import TEST_EPISODES, Evolution, Result
@@ -50,26 +50,27 @@ class Options:
 
     controller: Annotated[
         str | None,
-        Cli(metavar="KIND", help=f"{', '.join(KINDS)}, or FILE.py:LAW (default: {DEFAULT.controller})."),
+        option("--controller KIND", f"{', '.join(KINDS)}, or FILE.py:LAW (default: {DEFAULT.controller})."),
     ] = None
-    hidden: Annotated[int | None, Cli(metavar="N", help=f"Hidden neurons (default: {DEFAULT.hidden}).")] = None
+    hidden: Annotated[int | None, option("--hidden N", f"Hidden neurons (default: {DEFAULT.hidden}).")] = None
     algorithm: Annotated[
-        str | None, Cli(metavar="NAME", help=f"{', '.join(ALGORITHMS)} (default: {DEFAULT.algorithm}).")
+        str | None, option("--algorithm NAME", f"{', '.join(ALGORITHMS)} (default: {DEFAULT.algorithm}).")
     ] = None
     population: Annotated[
-        int | None, Cli(metavar="N", help=f"Individuals of a generation (default: {DEFAULT.population}).")
+        int | None, option("--population N", f"Individuals of a generation (default: {DEFAULT.population}).")
     ] = None
     generations: Annotated[
-        int | None, Cli(metavar="N", help=f"How many; more can be asked for later (default: {DEFAULT.generations}).")
+        int | None,
+        option("--generations N", f"How many; more can be asked for later (default: {DEFAULT.generations})."),
     ] = None
-    seconds: Annotated[float | None, Cli(metavar="S", help="Length of an episode (default: the task's).")] = None
+    seconds: Annotated[float | None, option("--seconds S", "Length of an episode (default: the task's).")] = None
     scenarios: Annotated[
         int | None,
-        Cli(metavar="N", help=f"Episodes of each individual in a generation (default: {DEFAULT.scenarios})."),
+        option("--scenarios N", f"Episodes of each individual in a generation (default: {DEFAULT.scenarios})."),
     ] = None
     seed: Annotated[
         int | None,
-        Cli(metavar="N", help=f"Seed of all that is drawn: same seed, same result (default: {DEFAULT.seed})."),
+        option("--seed N", f"Seed of all that is drawn: same seed, same result (default: {DEFAULT.seed})."),
     ] = None
 
 
@@ -80,13 +81,10 @@ def evolve(
     options: Annotated[Options, Cli(name="*")] = Options(),
     workers: Workers = None,
     cluster: Cluster = None,
-    out: Annotated[str | None, Cli(metavar="FOLDER", help="Folder of the study (default: TASK-study).")] = None,
+    out: Annotated[str | None, option("--out FOLDER", "Folder of the study (default: TASK-study).")] = None,
     view: Annotated[
         str | None,
-        Cli(
-            metavar="[HOST:PORT]",
-            help="Show it live in the browser; without a value, from 127.0.0.1:8600 on.",
-        ),
+        option("--view [HOST:PORT]", "Show it live in the browser; without a value, from 127.0.0.1:8600 on."),
     ] = None,
     json: AsJson = False,
 ) -> None:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import textwrap
 from typing import Annotated
 
-from cyclopts import Parameter as Cli
-
 from elib.base.plaintext import plain
 from elib.base.rules import Number
-from elib.cli.arguments import AsJson
+from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import columns, print_json, say, table
 from elib.link.protocol.quantities import SECONDS
 from elib.robot.running import run_coroutine
@@ -17,16 +15,12 @@ from elib.tools.discovery import LOCAL, TIMEOUT, Found, Survey, survey
 
 NOTHING = "No port, paired robot or running simulation was found."
 
-All = Annotated[bool, Cli(name="--all", help="Try every serial port; other devices may react to the question.")]
+All = Annotated[bool, option("--all", "Try every serial port; other devices may react to the question.")]
 Wifi = Annotated[
-    bool, Cli(name="--wifi", help="Also ask the network of this computer for e-puck2s; those that answer are stopped.")
+    bool, option("--wifi", "Also ask the network of this computer for e-puck2s; those that answer are stopped.")
 ]
-Network = Annotated[
-    str | None, Cli(name="--network", metavar="NET", help="Ask this network of the computer: 192.168.1.0/24.")
-]
-Within = Annotated[
-    float, Number(0, SECONDS.usual, "s"), Cli(name="--within", metavar="S", help="Seconds for each link.")
-]
+Network = Annotated[str | None, option("--network NET", "Ask this network of the computer: 192.168.1.0/24.")]
+Within = Annotated[float, Number(0, SECONDS.usual, "s"), option("--within S", "Seconds for each link.")]
 
 
 def find(

@@ -10,7 +10,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError
-from elib.cli.arguments import AsJson
+from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import LiveLine, columns, print_json, say, table
 from elib.records.reader import read_recording
 from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, write
@@ -18,12 +18,8 @@ from elib.studies import Fitted, fit_robot
 from elib.studies.infrared import NEAR
 
 Recorded = Annotated[Path, Cli(name="FILE", help="A recording of a drive, .mcap.")]
-Output = Annotated[
-    Path | None, Cli(name=("--output", "-o"), metavar="PROFILE", help="Write the profile to this .toml file.")
-]
-WorldName = Annotated[
-    str | None, Cli(name="--world", metavar="NAME", help="World in which it drove, if the recording has none.")
-]
+Output = Annotated[Path | None, option("--output, -o PROFILE", "Write the profile to this .toml file.")]
+WorldName = Annotated[str | None, option("--world NAME", "World in which it drove, if the recording has none.")]
 
 
 def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, json: AsJson = False) -> None:

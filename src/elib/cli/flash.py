@@ -12,8 +12,8 @@ from typing import Annotated
 from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
-from elib.base.plaintext import plain
-from elib.cli.arguments import FAST_SIMULATION, NamedUrl, SameUrl, one_of
+from elib.base.plaintext import counted, plain
+from elib.cli.arguments import FAST_SIMULATION, NamedUrl, SameUrl, one_of, option
 from elib.cli.terminal import is_live, progress_bar, say, table
 from elib.link.protocol.values import Version
 from elib.link.transport import open_transport, parse_url, speed_of
@@ -24,11 +24,9 @@ from elib.tools.flash.image import BOOTLOADER, END, EPUCK2_HINT, NUMBER, NUMBER_
 from elib.tools.flash.uploader import NOT_THIS_ROBOT
 
 File = Annotated[Path, Cli(name="FILE.hex", help="The program, an Intel HEX file.")]
-Number = Annotated[
-    int | None, NUMBER, Cli(name="--id", metavar="N", help="The robot's number, on its label; 0 to 65535.")
-]
-DryRun = Annotated[bool, Cli(name="--dry-run", help="Show what would be written; no robot is needed.")]
-Verify = Annotated[bool, Cli(name="--verify", help="Say at the end how far the rows in the robot are checked.")]
+Number = Annotated[int | None, NUMBER, option("--id N", "The robot's number, on its label; 0 to 65535.")]
+DryRun = Annotated[bool, option("--dry-run", "Show what would be written; no robot is needed.")]
+Verify = Annotated[bool, option("--verify", "Say at the end how far the rows in the robot are checked.")]
 
 WHY_NUMBER = (
     "the robot keeps its number in a row that each upload writes, and it cannot be read back: give --id N with the "
@@ -134,8 +132,7 @@ def described(image: Image, name: str, number: int | None) -> str:
 
 
 def _held(image: Image) -> str:
-    held = len(image.protected)
-    return f"; the file holds {held} row{'' if held == 1 else 's'} there" if held else ""
+    return f"; the file holds {counted(len(image.protected), 'row')} there" if image.protected else ""
 
 
 def _span(first: int, last: int) -> str:

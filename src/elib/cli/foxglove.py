@@ -8,12 +8,11 @@ from collections.abc import AsyncIterator, Sequence
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import quote
 
-from cyclopts import Parameter as Cli
-
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
 from elib.base.files import write_file
 from elib.base.rules import PORT_NUMBER
+from elib.cli.arguments import option
 from elib.cli.recordoptions import own_name
 from elib.cli.serving import Robots, listening, port_option
 from elib.robot.running import run_coroutine
@@ -29,19 +28,14 @@ GUESSED = ("ws://127.0.0.1:", "ws://[::1]:")
 
 DoorPort = Annotated[int | None, PORT_NUMBER, port_option(PORT)]
 Host = Annotated[
-    str | None,
-    Cli(name="--host", metavar="H", help="Address of this computer alone (default: one that no page can guess)."),
+    str | None, option("--host H", "Address of this computer alone (default: one that no page can guess).")
 ]
-View = Annotated[bool, Cli(name="--view", help="Show the same robots in the browser too, to watch and to stop them.")]
-LayoutFile = Annotated[
-    str | None, Cli(name="--layout", metavar="FILE", help="Write a layout for the app, to be imported there.")
-]
+View = Annotated[bool, option("--view", "Show the same robots in the browser too, to watch and to stop them.")]
+LayoutFile = Annotated[str | None, option("--layout FILE", "Write a layout for the app, to be imported there.")]
 RecordTo = Annotated[
     str | None,
-    Cli(
-        name="--record",
-        metavar="FILE.mcap",
-        help="Record everything that happens on the link; of several robots, each in its own file.",
+    option(
+        "--record FILE.mcap", "Record everything that happens on the link; of several robots, each in its own file."
     ),
 ]
 

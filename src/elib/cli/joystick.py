@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import threading
-import webbrowser
 from typing import Annotated
 
-from cyclopts import Parameter as Cli
-
+from elib.base.browser import show_page
 from elib.base.extras import check_web
+from elib.cli.arguments import option
 from elib.cli.serving import Host, Port, Robots, listening, token_for
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK
@@ -16,8 +14,8 @@ from elib.simulator.emulator.loopback import LOOPBACK
 CLOSE_AFTER = 120.0
 """s that --close-with-page waits for another page: one that is loaded again is closed for a moment."""
 
-NoBrowser = Annotated[bool, Cli(name="--no-browser", help="Do not open a browser; the address is printed.")]
-CloseWithPage = Annotated[bool, Cli(name="--close-with-page", help="End two minutes after the last page was closed.")]
+NoBrowser = Annotated[bool, option("--no-browser", "Do not open a browser; the address is printed.")]
+CloseWithPage = Annotated[bool, option("--close-with-page", "End two minutes after the last page was closed.")]
 
 
 def joystick(
@@ -42,8 +40,7 @@ def joystick(
     def announce(url: str) -> None:
         print(url, flush=True)
         if not no_browser:
-            # In a thread: a text browser returns when it ends, and the panel must answer meanwhile.
-            threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
+            show_page(url)
 
     close_after = CLOSE_AFTER if close_with_page else None
     with listening(host, port) as address:

@@ -17,7 +17,7 @@ from elib.base.exits import FAILED
 from elib.base.files import reason_of, write_file
 from elib.base.plaintext import plain
 from elib.base.rules import Number, nearest
-from elib.cli.arguments import AsJson
+from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import GREEN, RED, paint, print_json, say, table
 from elib.lab import VariantResult, find_lab, load_lab, run_variant
 from elib.lab.goal import points
@@ -53,14 +53,10 @@ app.command(
     """,  # here, because the list of commands shows its first line and does not import the module
 )
 
-LabFolder = Annotated[
-    str | None, Cli(name="--lab", metavar="FOLDER", help="The lab's folder, or its name (default: above the program).")
-]
-OneVariant = Annotated[str | None, Cli(name="--variant", metavar="NAME", help="Only this variant.")]
+LabFolder = Annotated[str | None, option("--lab FOLDER", "The lab's folder, or its name (default: above the program).")]
+OneVariant = Annotated[str | None, option("--variant NAME", "Only this variant.")]
 Wall = Annotated[
-    float,
-    Number(1, 3600, "s"),
-    Cli(name="--wall", metavar="S", help="Seconds by the clock on the wall that a variant may take."),
+    float, Number(1, 3600, "s"), option("--wall S", "Seconds by the clock on the wall that a variant may take.")
 ]
 
 
@@ -81,7 +77,7 @@ def new(
     /,
     *,
     teacher: Annotated[
-        bool, Cli(name="--teacher", help="Copy the solution, the mistakes and the hidden variants as well.")
+        bool, option("--teacher", "Copy the solution, the mistakes and the hidden variants as well.")
     ] = False,
 ) -> None:
     """Copy a lab into a new folder, to work on.

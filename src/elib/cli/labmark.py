@@ -17,7 +17,7 @@ from elib.base.exits import FAILED
 from elib.base.files import write_file
 from elib.base.plaintext import plain
 from elib.base.rules import Whole
-from elib.cli.arguments import AsJson
+from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import LiveLine, print_json, say
 from elib.lab import Lab, find_lab, load_lab
 from elib.lab.marking import Mark, mark_all
@@ -33,22 +33,14 @@ Folder = Annotated[
 ]
 LabFolder = Annotated[
     list[str] | None,
-    Cli(
-        name="--lab",
-        metavar="FOLDER",
-        negative="",
-        help="The lab's folder, or its name (default: above the submissions); once for each folder.",
-    ),
+    option("--lab FOLDER", "The lab's folder, or its name (default: above the submissions); once for each folder."),
 ]
-CsvFile = Annotated[Path | None, Cli(name="--csv", metavar="FILE", help="Also write the table for a spreadsheet.")]
-HtmlFile = Annotated[Path | None, Cli(name="--html", metavar="FILE", help="Also write a page with each path.")]
+CsvFile = Annotated[Path | None, option("--csv FILE", "Also write the table for a spreadsheet.")]
+HtmlFile = Annotated[Path | None, option("--html FILE", "Also write a page with each path.")]
 Jobs = Annotated[
     int | None,
     Whole(1),
-    Cli(
-        metavar="N",
-        help="Submissions that run at once (default: as many as there are processors).",
-    ),
+    Cli(metavar="N", help="Submissions that run at once (default: as many as there are processors)."),
 ]
 Unsafe = Annotated[bool, Cli(help="Run the programs with your rights, without bubblewrap.")]
 

@@ -14,6 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from elib.base.errors import ElibError
+from elib.base.tasks import end_tasks
 from elib.base.timebase import LoopMaker, LoopSpeed, Paced
 from elib.cli.terminal import BLOCKS, BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, say
 
@@ -60,8 +61,7 @@ async def beside(work: Coroutine[object, object, None]) -> AsyncIterator[None]:
     try:
         yield
     finally:
-        task.cancel()
-        await asyncio.wait([task])
+        await end_tasks(task)
     error = None if task.cancelled() else task.exception()
     if error is not None and not isinstance(error, ElibError):
         raise error

@@ -14,11 +14,12 @@ from elib.base.errors import ArgumentError
 from elib.base.files import create_file
 from elib.base.rules import nearest
 from elib.behaviours import behaviours
+from elib.cli.arguments import option
 from elib.cli.terminal import table
 
 Sample = Annotated[str | None, Cli(help="Name of the sample; --list shows them.")]
 Target = Annotated[Path | None, Cli(help="The file to write (default: NAME.py).")]
-Listed = Annotated[bool, Cli(name="--list", help="List the samples.")]
+Listed = Annotated[bool, option("--list", "List the samples.")]
 
 
 def new(sample: Sample = None, file: Target = None, /, *, listed: Listed = False) -> None:

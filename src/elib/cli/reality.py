@@ -16,9 +16,6 @@ from elib.studies.reality.parity import Beside, Condition, Realism
 NUMBER, VERDICT = 7, 10
 """Columns of a number and of the word behind the numbers."""
 
-WIDEST = 100
-"""Columns beyond which a table is no easier to read."""
-
 
 def short(value: float) -> str:
     """Return a number in about three digits; ``-`` if there is none."""
@@ -46,7 +43,7 @@ def verdict(each: Beside, condition: Condition, *, has_own: bool) -> tuple[str, 
 
 def to_text(found: Realism) -> str:
     """Return the table, no wider than the terminal, and the score below it."""
-    width, has_own = min(columns(), WIDEST), bool(found.own)
+    width, has_own = columns(), bool(found.own)
     parts = [("real robots", 3), ("simulator", 3), *([("yours", 1)] if has_own else [])]
     name = width - NUMBER * sum(count for _, count in parts) - VERDICT
     head = "".join(f"{what:>{NUMBER * count}}" for what, count in parts)

@@ -13,7 +13,8 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.plaintext import plain
-from elib.cli.arguments import AsJson, RobotUrl, Seconds
+from elib.base.tasks import end_tasks
+from elib.cli.arguments import AsJson, RobotUrl, Seconds, option
 from elib.cli.live import ENTER, beside, period_of, sensor_parts
 from elib.cli.report import link_rows
 from elib.cli.terminal import BOLD, LiveLine, print_json, say, table
@@ -36,23 +37,18 @@ SHOWN_NOTES = 20
 
 New = Annotated[str, Cli(metavar="FILE", help="Name of the recording, .mcap.")]
 Existing = Annotated[str, Cli(metavar="FILE", help="A recording; the first file if it has several parts.")]
-PartBytes = Annotated[
-    int | None, Cli(name="--part-bytes", metavar="N", help="Go on in FILE.part2.mcap and so on after N bytes.")
-]
-PartSeconds = Annotated[float | None, Cli(name="--part-seconds", metavar="S", help="The same after S seconds.")]
-Keep = Annotated[int | None, Cli(name="--keep", metavar="N", help="Keep the newest N parts, 2 at least.")]
-Output = Annotated[
-    str | None, Cli(name=("-o", "--output"), metavar="OUT", help="The new file (default: FILE.repaired.mcap).")
-]
+PartBytes = Annotated[int | None, option("--part-bytes N", "Go on in FILE.part2.mcap and so on after N bytes.")]
+PartSeconds = Annotated[float | None, option("--part-seconds S", "The same after S seconds.")]
+Keep = Annotated[int | None, option("--keep N", "Keep the newest N parts, 2 at least.")]
+Output = Annotated[str | None, option("-o, --output OUT", "The new file (default: FILE.repaired.mcap).")]
 
 Tables = Annotated[str, Cli(name="TABLES", help=f"proximity or another reading, {', '.join(FIXED)} (default: all).")]
-Csv = Annotated[str | None, Cli(name="--csv", metavar="PATH", help="Write CSV: a folder, or a file for one table.")]
-Parquet = Annotated[str | None, Cli(name="--parquet", metavar="PATH", help="Write Parquet, in the same way.")]
-Replace = Annotated[bool, Cli(name="--replace", help="Replace files that exist.")]
+Csv = Annotated[str | None, option("--csv PATH", "Write CSV: a folder, or a file for one table.")]
+Parquet = Annotated[str | None, option("--parquet PATH", "Write Parquet, in the same way.")]
+Replace = Annotated[bool, option("--replace", "Replace files that exist.")]
 
 Reality = Annotated[
-    bool,
-    Cli(name="--reality", help="Let the robot do what elib compare --reality FILE needs: it drives, for two minutes."),
+    bool, option("--reality", "Let the robot do what elib compare --reality FILE needs: it drives, for two minutes.")
 ]
 
 app = App(name="record")
@@ -214,8 +210,7 @@ async def _watch(
     try:
         await asyncio.wait([reading], timeout=seconds)
     finally:
-        reading.cancel()
-        await asyncio.wait([reading])
+        await end_tasks(reading)
     if not reading.cancelled():
         reading.result()
 

@@ -8,18 +8,13 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.cli.arguments import option
 from elib.records.log import Vocabulary
 from elib.robot.runner import Records
 
-LogFile = Annotated[
-    str | None, Cli(name="--log", metavar="FILE", help="Append a line for each call and its outcome to this file.")
-]
-LogNames = Annotated[
-    Vocabulary, Cli(name="--log-names", metavar="NAMES", help="Names of the commands in the log: python or 2011.")
-]
-RecordFile = Annotated[
-    str | None, Cli(name="--record", metavar="FILE.mcap", help="Record everything that happens on the link.")
-]
+LogFile = Annotated[str | None, option("--log FILE", "Append a line for each call and its outcome to this file.")]
+LogNames = Annotated[Vocabulary, option("--log-names NAMES", "Names of the commands in the log: python or 2011.")]
+RecordFile = Annotated[str | None, option("--record FILE.mcap", "Record everything that happens on the link.")]
 
 
 @dataclass(frozen=True)

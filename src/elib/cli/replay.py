@@ -14,7 +14,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError
 from elib.base.plaintext import plain
 from elib.behaviours import find
-from elib.cli.arguments import Seconds
+from elib.cli.arguments import Seconds, option
 from elib.cli.terminal import is_live, json_line, say
 from elib.link.protocol.words import Json
 from elib.records.mcapreader import Health
@@ -29,19 +29,16 @@ GO_ON = 10.0
 """s for which a fork continues unless --for says otherwise."""
 
 File = Annotated[str, Cli(metavar="FILE", help="The recording.")]
-From = Annotated[float | None, Cli(name="--from", metavar="S", help="Print from this time on, s since the beginning.")]
-To = Annotated[float | None, Cli(name="--to", metavar="S", help="Print until this time.")]
-Only = Annotated[str, Cli(name="--only", metavar="KIND,KIND", help=f"Print only these kinds: {', '.join(KINDS)}.")]
-AsJson = Annotated[bool, Cli(name="--json", help="Print a line of JSON for each call and note.")]
+From = Annotated[float | None, option("--from S", "Print from this time on, s since the beginning.")]
+To = Annotated[float | None, option("--to S", "Print until this time.")]
+Only = Annotated[str, option("--only KIND,KIND", f"Print only these kinds: {', '.join(KINDS)}.")]
+AsJson = Annotated[bool, option("--json", "Print a line of JSON for each call and note.")]
 Plot = Annotated[
-    str | None,
-    Cli(
-        name="--plot", metavar="FILE", help="Draw path, speeds and readings into this file instead: .png, .svg or .pdf."
-    ),
+    str | None, option("--plot FILE", "Draw path, speeds and readings into this file instead: .png, .svg or .pdf.")
 ]
-Fork = Annotated[float | None, Cli(name="--fork-at", metavar="S", help="Continue from this time in the simulator.")]
-Behave = Annotated[str | None, Cli(name="--behaviour", metavar="NAME", help="With --fork-at: run this behaviour.")]
-WorldName = Annotated[str | None, Cli(name="--world", metavar="NAME", help="With --fork-at: use another world.")]
+Fork = Annotated[float | None, option("--fork-at S", "Continue from this time in the simulator.")]
+Behave = Annotated[str | None, option("--behaviour NAME", "With --fork-at: run this behaviour.")]
+WorldName = Annotated[str | None, option("--world NAME", "With --fork-at: use another world.")]
 
 
 def replay(
@@ -69,16 +66,16 @@ def replay(
         elib replay drive.mcap --fork-at 10 --behaviour avoid
     """
     printing = {"--from": begin is not None, "--to": end is not None, "--only": bool(only), "--json": json}
-    for option, is_given in printing.items():
+    for name, is_given in printing.items():
         if is_given and (fork_at is not None or plot is not None):
             with_what = "--fork-at" if fork_at is not None else "--plot"
-            raise ArgumentError(f"{option} chooses lines, but {with_what} prints none")
+            raise ArgumentError(f"{name} chooses lines, but {with_what} prints none")
     if fork_at is not None:
         fork(file, fork_at, behaviour=behaviour, world=world, seconds=seconds, plot=plot)
         return
-    for option, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
+    for name, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
         if value is not None:
-            raise ArgumentError(f"{option} needs --fork-at", hint="elib replay FILE --fork-at 10")
+            raise ArgumentError(f"{name} needs --fork-at", hint="elib replay FILE --fork-at 10")
     kinds = _kinds(only)
     first, last = begin or 0.0, math.inf if end is None else end
     if not (math.isfinite(first) and 0 <= first < last):

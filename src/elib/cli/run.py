@@ -13,7 +13,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError
 from elib.base.rules import DURATION
 from elib.behaviours import Behaviour, behaviours, find
-from elib.cli.arguments import RobotUrl, Seconds
+from elib.cli.arguments import RobotUrl, Seconds, option
 from elib.cli.behaviouroptions import given_in, options_of
 from elib.cli.program import is_program
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
@@ -40,32 +40,20 @@ SAMPLES = (
 EACH = 60.0
 """s for each sample that does not end by itself."""
 EachTime = Annotated[
-    float,
-    DURATION,
-    Cli(name="--for", metavar="S", help="Robot time for each sample that does not end by itself, seconds."),
+    float, DURATION, option("--for S", "Robot time for each sample that does not end by itself, seconds.")
 ]
 
 Program = Annotated[str | None, Cli(help="The file of your program, a best.toml, or the name of a behaviour.")]
 Arguments = Annotated[str, Cli(help="What follows -- : the command line of your program.")]
 Robots = Annotated[
-    list[str] | None,
-    Cli(
-        name="--robot",
-        metavar="URL",
-        negative="",
-        help="The robot to use, whatever the program names; once for each robot.",
-    ),
+    list[str] | None, option("--robot URL", "The robot to use, whatever the program names; once for each robot.")
 ]
-View = Annotated[
-    bool,
-    Cli(name="--view", help="Show the program's virtual world live in the browser, in real time."),
-]
+View = Annotated[bool, option("--view", "Show the program's virtual world live in the browser, in real time.")]
 Plot = Annotated[
-    str | None,
-    Cli(name="--plot", metavar="FILE", help="Draw path, speeds and readings into this file: .png, .svg or .pdf."),
+    str | None, option("--plot FILE", "Draw path, speeds and readings into this file: .png, .svg or .pdf.")
 ]
 AsJson = Annotated[
-    bool, Cli(name="--json", help="Print the summary as one line of JSON; what the program prints goes to stderr.")
+    bool, option("--json", "Print the summary as one line of JSON; what the program prints goes to stderr.")
 ]
 
 
@@ -93,7 +81,7 @@ def choose(
     *arguments: Arguments,
     robot: Robots = None,
     how: How = USUAL,
-    listed: Annotated[bool, Cli(name="--list", help="List the behaviours.")] = False,
+    listed: Annotated[bool, option("--list", "List the behaviours.")] = False,
 ) -> None:
     """Run a behaviour, or a program of yours, until it ends, its time is over, or Ctrl-C; then stop the robot.
 

@@ -16,7 +16,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.plaintext import plain, summary
 from elib.base.rules import Number, number_from
-from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl
+from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl, option
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
 from elib.cli.terminal import columns, has_colour, print_json, say, typed
 from elib.link.protocol import values
@@ -42,12 +42,8 @@ For example:
 
 TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
-Within = Annotated[
-    float | None,
-    Number(0, SECONDS.usual, "s"),
-    Cli(name="--within", metavar="S", help="Seconds to wait for the answer."),
-]
-SaveAs = Annotated[Path | None, Cli(name="--save", metavar="FILE.png", help="Write the picture to this file.")]
+Within = Annotated[float | None, Number(0, SECONDS.usual, "s"), option("--within S", "Seconds to wait for the answer.")]
+SaveAs = Annotated[Path | None, option("--save FILE.png", "Write the picture to this file.")]
 
 
 @dataclass(frozen=True)

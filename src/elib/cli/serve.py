@@ -4,26 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from cyclopts import Parameter as Cli
-
 from elib.base.errors import ArgumentError
 from elib.base.extras import check_web
+from elib.cli.arguments import option
 from elib.cli.serving import Host, Port, Robots, listening, token_for
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK
 
-Token = Annotated[
-    str | None, Cli(name="--token", metavar="T", help="Ask for this token, also programs on this computer.")
-]
+Token = Annotated[str | None, option("--token T", "Ask for this token, also programs on this computer.")]
 Origins = Annotated[
     list[str] | None,
-    Cli(
-        name="--allow-origin",
-        metavar="URL",
-        help="Let pages of this site connect, too; null for pages from files. May be repeated.",
-    ),
+    option("--allow-origin URL", "Let pages of this site connect, too; null for pages from files. May be repeated."),
 ]
-Schema = Annotated[bool, Cli(name="--schema", help="Print the protocol as JSON Schema, and end.")]
+Schema = Annotated[bool, option("--schema", "Print the protocol as JSON Schema, and end.")]
 
 
 def serve(

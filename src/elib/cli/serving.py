@@ -12,6 +12,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.rules import PORT_NUMBER
+from elib.cli.arguments import option
 from elib.panel.server.listening import PORT, Address, listen
 from elib.simulator.emulator.loopback import LOOPBACK
 
@@ -29,9 +30,7 @@ def port_option(first: int) -> Cli:
 
 
 Port = Annotated[int | None, PORT_NUMBER, port_option(PORT)]
-Host = Annotated[
-    str, Cli(name="--host", metavar="H", help="Address; other computers must give a token, which is printed.")
-]
+Host = Annotated[str, option("--host H", "Address; other computers must give a token, which is printed.")]
 
 
 @contextlib.contextmanager

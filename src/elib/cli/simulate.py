@@ -19,6 +19,7 @@ from elib.base.errors import ArgumentError
 from elib.base.extras import check_web
 from elib.base.files import write_file
 from elib.base.rules import Number, Whole, rule_of
+from elib.cli.arguments import option
 from elib.cli.terminal import say
 from elib.link.protocol.profiles import EPUCK2_WIFI, FIRMWARES
 from elib.robot.running import ending, run_coroutine
@@ -39,49 +40,42 @@ MAX_STUDENTS = 64
 """Twenty robots that are driven, with twenty open pages, use a sixth of a processor core and 75 MB."""
 
 
-def _text(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parser's own word
-    return Cli(name=f"--{name}", metavar=metavar, help=help)
-
-
-def _number(name: str, metavar: str, help: str) -> Cli:  # noqa: A002  # the parser's own word
+def _number(name: str, metavar: str, about: str) -> Cli:
     rule = rule_of(SimulationSettings, name)
     assert isinstance(rule, Number)
-    return _text(name, metavar, f"{help}, {rule.range}.")
+    return option(f"--{name} {metavar}", f"{about}, {rule.range}.")
 
 
 World = Annotated[
     str | None, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file (default: {DEFAULT_WORLD}).")
 ]
-NamedWorld = Annotated[str | None, _text("world", "NAME", "Another way to name WORLD.")]
+NamedWorld = Annotated[str | None, option("--world NAME", "Another way to name WORLD.")]
 Pty = Annotated[
-    str | None, _text("pty", "[LINK]", "Offer a pty each; LINK names the first one's symbolic link, the next count up.")
+    str | None, option("--pty [LINK]", "Offer a pty each; LINK names the first one's symbolic link, the next count up.")
 ]
 Tcp = Annotated[
     str | None,
-    _text("tcp", "HOST:PORT", "Offer a TCP port each, counting up; 0 takes free ones (default for HOST: 127.0.0.1)."),
+    option("--tcp HOST:PORT", "Offer a TCP port each, counting up; 0 takes free ones (default for HOST: 127.0.0.1)."),
 ]
 Wifi = Annotated[
     str | None,
-    _text(
-        "wifi",
-        "[HOST:PORT]",
+    option(
+        "--wifi [HOST:PORT]",
         f"Offer e-puck2s over Wi-Fi, a port each, counting up; without a value, free ones of 127.0.0.1. "
         f"Implies --firmware {EPUCK2_WIFI.name}.",
     ),
 ]
 View = Annotated[
     str | None,
-    _text("view", "[HOST:PORT]", "Show it live in the browser; without a value, from 127.0.0.1:8600 on."),
+    option("--view [HOST:PORT]", "Show it live in the browser; without a value, from 127.0.0.1:8600 on."),
 ]
 ControlAt = Annotated[
     str | None,
-    _text(
-        "control",
-        "[HOST:PORT]",
-        "Let programs move things and switch faults; without a value, from 127.0.0.1:8650 on.",
+    option(
+        "--control [HOST:PORT]", "Let programs move things and switch faults; without a value, from 127.0.0.1:8650 on."
     ),
 ]
-Verbose = Annotated[bool, Cli(name=("--verbose", "-v"), help="Show all bytes on stderr, as elib decode does.")]
+Verbose = Annotated[bool, option("--verbose, -v", "Show all bytes on stderr, as elib decode does.")]
 UntilEof = Annotated[bool, Cli(name="--until-eof", show=False)]
 """End at the end of the standard input too: a program that starts a simulation for itself keeps it open."""
 
@@ -92,26 +86,26 @@ class SimulationOptions:
 
     robots: Annotated[str | None, _number("robots", "N", "How many robots")] = None
     firmware: Annotated[
-        str | None, _text("firmware", "F", f"{', '.join(FIRMWARES)} (default: {SimulationSettings().firmware}).")
+        str | None, option("--firmware F", f"{', '.join(FIRMWARES)} (default: {SimulationSettings().firmware}).")
     ] = None
     seed: Annotated[str | None, _number("seed", "N", "Seed of the noise: same seed, same noise")] = None
-    speed: Annotated[str | None, _text("speed", "real|K", "How fast time runs: as the clock's, or K times.")] = None
+    speed: Annotated[str | None, option("--speed real|K", "How fast time runs: as the clock's, or K times.")] = None
     latency: Annotated[str | None, _number("latency", "S", "Delay of the link each way")] = None
     jitter: Annotated[str | None, _number("jitter", "S", "Standard deviation of that delay")] = None
     baud: Annotated[str | None, _number("baud", "BIT/S", "Speed of the serial line, 0 for unpaced")] = None
     loss: Annotated[str | None, _number("loss", "P", "Probability that a whole answer is lost")] = None
     hardware: Annotated[
-        str | None, _text("hardware", "FILE", "Constant readings from a JSON file instead of a world.")
+        str | None, option("--hardware FILE", "Constant readings from a JSON file instead of a world.")
     ] = None
     fault: Annotated[
-        str | None, _text("fault", "FILE", f"Timed faults from a .toml file, or one of {', '.join(scripts())}.")
+        str | None, option("--fault FILE", f"Timed faults from a .toml file, or one of {', '.join(scripts())}.")
     ] = None
     profile: Annotated[
-        str | None, _text("profile", "FILE", "A robot profile, as elib fit writes it: all robots are like that one.")
+        str | None, option("--profile FILE", "A robot profile, as elib fit writes it: all robots are like that one.")
     ] = None
     quality: Annotated[
         str | None,
-        _text("quality", "Q", f"How good the robots are: {', '.join(QUALITIES)} (default: as the world says)."),
+        option("--quality Q", f"How good the robots are: {', '.join(QUALITIES)} (default: as the world says)."),
     ] = None
 
 
@@ -126,19 +120,18 @@ class ClassOptions:
     students: Annotated[
         int | None,
         Whole(1, MAX_STUDENTS),
-        _text(
-            "class",
-            "N",
+        option(
+            "--class N",
             f"A world with a robot, and a page to watch it, for each of N students, {MAX_STUDENTS} at most.",
         ),
     ] = None
     host: Annotated[
         str | None,
-        _text("host", "[ADDRESS]", "Let other computers reach the class: at one address of this computer, or at all."),
+        option("--host [ADDRESS]", "Let other computers reach the class: at one address of this computer, or at all."),
     ] = None
-    shared: Annotated[bool, Cli(name="--shared", help="One world with all robots of the class.")] = False
+    shared: Annotated[bool, option("--shared", "One world with all robots of the class.")] = False
     sheet: Annotated[
-        str | None, _text("sheet", "FILE.html", "Write what each student needs, to print and cut out.")
+        str | None, option("--sheet FILE.html", "Write what each student needs, to print and cut out.")
     ] = None
 
 

@@ -10,7 +10,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
-from elib.cli.arguments import AsJson, Cluster, Workers
+from elib.cli.arguments import AsJson, Cluster, Workers, option
 from elib.cli.terminal import print_json, progress_bar, say
 
 Target = Annotated[
@@ -18,24 +18,20 @@ Target = Annotated[
 ]
 Grid = Annotated[
     list[str] | None,
-    Cli(metavar="NAME=A,B,C", negative="", help="A parameter with its values, or NAME=A..B:COUNT at equal distances."),
+    option("--grid NAME=A,B,C", "A parameter with its values, or NAME=A..B:COUNT at equal distances."),
 ]
 Sample = Annotated[
     list[str] | None,
-    Cli(metavar="NAME=A..B:COUNT", negative="", help="A parameter of which random values are drawn."),
+    option("--sample NAME=A..B:COUNT", "A parameter of which random values are drawn."),
 ]
-Worlds = Annotated[str | None, Cli(name="--world", metavar="A,B", help="The worlds (default: that of the target).")]
-Seeds = Annotated[int, Cli(metavar="N", help="Do every run with the seeds 1 to N.")]
-Faults = Annotated[
-    str | None,
-    Cli(name="--fault", metavar="A,B", help="Fault scripts, settings of the link such as loss=0.1, or none."),
-]
+Worlds = Annotated[str | None, option("--world A,B", "The worlds (default: that of the target).")]
+Seeds = Annotated[int, option("--seeds N", "Do every run with the seeds 1 to N.")]
+Faults = Annotated[str | None, option("--fault A,B", "Fault scripts, settings of the link such as loss=0.1, or none.")]
 Seconds = Annotated[
-    float | None,
-    Cli(name="--for", metavar="S", help="Robot time for each run, seconds (default: 30, or what the task says)."),
+    float | None, option("--for S", "Robot time for each run, seconds (default: 30, or what the task says).")
 ]
-Out = Annotated[str | None, Cli(metavar="FOLDER", help="The folder for the results; a sweep in it goes on.")]
-Metric = Annotated[str, Cli(name="--plot", metavar="COLUMN", help="The column to draw, such as path or contact_time.")]
+Out = Annotated[str | None, option("--out FOLDER", "The folder for the results; a sweep in it goes on.")]
+Metric = Annotated[str, option("--plot COLUMN", "The column to draw, such as path or contact_time.")]
 
 
 def sweep(

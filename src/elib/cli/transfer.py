@@ -11,7 +11,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.extras import install
-from elib.cli.arguments import AsJson, Cluster, Workers
+from elib.cli.arguments import AsJson, Cluster, Workers, option
 from elib.cli.terminal import LiveLine, grid, print_json, say
 from elib.learn.champion import load_champion
 from elib.learn.executor import open_executor
@@ -23,28 +23,23 @@ from elib.link.transport import parse_url
 PLAN = TransferPlan()
 
 File = Annotated[Path, Cli(name="FILE", help="A controller that elib evolve wrote, best.toml.")]
-Robot = Annotated[str | None, Cli(name="--robot", metavar="URL", help="Also run on this robot; best one at a start.")]
+Robot = Annotated[str | None, option("--robot URL", "Also run on this robot; best one at a start.")]
 Profiles = Annotated[
     list[str] | None,
-    Cli(
-        name="--profile",
-        metavar="NAME",
-        negative="",
-        help="Another robot: enki, webots, gctronic, or a file that elib fit wrote; once for each "
-        "(default: all three).",
+    option(
+        "--profile NAME",
+        "Another robot: enki, webots, gctronic, or a file that elib fit wrote; once for each (default: all three).",
     ),
 ]
-Runs = Annotated[int, Cli(name="--runs", metavar="N", help="Runs of each stage.")]
-RobotRuns = Annotated[int, Cli(name="--robot-runs", metavar="N", help="Runs on the robot.")]
-Latency = Annotated[str, Cli(name="--latency", metavar="S", help="Delay each way of the poor link: 0.05 s, or 50ms.")]
-Jitter = Annotated[str, Cli(name="--jitter", metavar="S", help="Standard deviation of that delay: 0.01 s, or 10ms.")]
-Loss = Annotated[float, Cli(name="--loss", metavar="P", help="Probability that the poor link loses an answer.")]
-Seed = Annotated[int, Cli(name="--seed", metavar="N", help="Seed of all runs: same seed, same report.")]
-Out = Annotated[
-    Path | None, Cli(name="--out", metavar="FOLDER", help="Write report.md, transfer.svg and all runs there.")
-]
-Breaks = Annotated[bool, Cli(name="--breaks", negative="--no-breaks", help="Look for what breaks it first.")]
-Yes = Annotated[bool, Cli(name="--yes", negative="", help="Do not ask before each run on the robot.")]
+Runs = Annotated[int, option("--runs N", "Runs of each stage.")]
+RobotRuns = Annotated[int, option("--robot-runs N", "Runs on the robot.")]
+Latency = Annotated[str, option("--latency S", "Delay each way of the poor link: 0.05 s, or 50ms.")]
+Jitter = Annotated[str, option("--jitter S", "Standard deviation of that delay: 0.01 s, or 10ms.")]
+Loss = Annotated[float, option("--loss P", "Probability that the poor link loses an answer.")]
+Seed = Annotated[int, option("--seed N", "Seed of all runs: same seed, same report.")]
+Out = Annotated[Path | None, option("--out FOLDER", "Write report.md, transfer.svg and all runs there.")]
+Breaks = Annotated[bool, option("--breaks", "Look for what breaks it first.", negative="--no-breaks")]
+Yes = Annotated[bool, option("--yes", "Do not ask before each run on the robot.")]
 
 
 def transfer(

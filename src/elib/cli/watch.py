@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.cli.arguments import RobotUrl, Seconds
+from elib.cli.arguments import RobotUrl, Seconds, option
 from elib.cli.board import Board
 from elib.cli.live import beside, period_of
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
@@ -30,9 +30,9 @@ RATE = 5.0
 """Hz by default: as fast as a person reads."""
 
 Names = Annotated[str, Cli(metavar="NAMES", help="Readings: proximity, battery, image, ... (default: all but image).")]
-Rate = Annotated[float, Cli(name="--rate", metavar="HZ", help="Snapshots a second, 0.001 to 1000.")]
-Once = Annotated[bool, Cli(name="--once", help="Show one snapshot, then end.")]
-AsJson = Annotated[bool, Cli(name="--json", help="Print a line of JSON for each snapshot.")]
+Rate = Annotated[float, option("--rate HZ", "Snapshots a second, 0.001 to 1000.")]
+Once = Annotated[bool, option("--once", "Show one snapshot, then end.")]
+AsJson = Annotated[bool, option("--json", "Print a line of JSON for each snapshot.")]
 
 
 def watch(

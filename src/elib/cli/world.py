@@ -14,9 +14,10 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, SimulationError
 from elib.base.files import create_file
+from elib.base.plaintext import counted
 from elib.base.rules import Choice, Whole, nearest
 from elib.base.tables import Source
-from elib.cli.arguments import AsJson
+from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import json_line, print_json, say, table
 from elib.link.protocol.profiles import FIRMWARES
 from elib.simulator.drawing import draw_png
@@ -33,10 +34,8 @@ Name = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml 
 File = Annotated[str, Cli(help="Path of a .toml file.")]
 Shipped = Annotated[str, Cli(help=f"{', '.join(gallery())}.")]
 Target = Annotated[Path | None, Cli(help="The file to write (default: NAME.toml).")]
-Png = Annotated[str | None, Cli(name="--png", metavar="FILE", help="Draw it from above into this file.")]
-Robots = Annotated[
-    int | None, Whole(0), Cli(name="--robots", metavar="N", help="How many robots (default: as the world says).")
-]
+Png = Annotated[str | None, option("--png FILE", "Draw it from above into this file.")]
+Robots = Annotated[int | None, Whole(0), option("--robots N", "How many robots (default: as the world says).")]
 
 app = App(
     name="world",
@@ -53,7 +52,7 @@ def list_worlds(*, json: AsJson = False) -> None:
     if json:
         print_json({"worlds": [_summary(world) for world in worlds]})
         return
-    heads = [(world.scene.name, _size(world.scene), _count(len(world.scene.starts), "robot")) for world in worlds]
+    heads = [(world.scene.name, _size(world.scene), counted(len(world.scene.starts), "robot")) for world in worlds]
     widths = [max(len(head[column]) for head in heads) for column in range(3)]
     labels = ["  ".join(text.ljust(width) for text, width in zip(head, widths, strict=True)) for head in heads]
     print(table([(label, world.about) for label, world in zip(labels, worlds, strict=True)], indent=0))
@@ -120,7 +119,7 @@ def check(file: File, /) -> None:
     for note in oddities(world.scene):
         say(f"note: {note}")
     things = [
-        _count(len(found), kind)
+        counted(len(found), kind)
         for found, kind in (
             (world.scene.walls, "wall"),
             (world.scene.boxes, "box"),
@@ -130,7 +129,7 @@ def check(file: File, /) -> None:
         )
         if found
     ]
-    print(f"{file} is a good world: {', '.join([_size(world.scene), *things, _count(world.robots, 'robot')])}.")
+    print(f"{file} is a good world: {', '.join([_size(world.scene), *things, counted(world.robots, 'robot')])}.")
 
 
 def _file_or_name(text: str) -> str:
@@ -211,21 +210,11 @@ def _named(thing: Box | Cylinder | Light | Sound) -> str:
 
 
 def _painted(scene: Scene) -> Iterable[str]:
-    for kind, one, many in (
-        (Checkers, "checkers", "checkers"),
-        (Print, "picture", "pictures"),
-        (Patch, "patch", "patches"),
-        (Stripe, "stripe", "stripes"),
-    ):
+    for kind, what in ((Checkers, ""), (Print, "picture"), (Patch, "patch"), (Stripe, "stripe")):
         count = sum(isinstance(paint, kind) for paint in scene.paint)
         if count:
-            yield one if kind is Checkers else f"{count} {one if count == 1 else many}"
+            yield counted(count, what) if what else "checkers"
 
 
 def _size(scene: Scene) -> str:
     return f"{scene.width:.3g} x {scene.depth:.3g} m"
-
-
-def _count(number: int, kind: str) -> str:
-    many = f"{kind}es" if kind.endswith("x") else f"{kind}s"
-    return f"{number} {kind if number == 1 else many}"

@@ -1,27 +1,24 @@
 """The judging of a lab: zones, the trace of a run, and what all kinds of goals have in common.
 
 It needs no process, no socket and no file. :func:`judge` takes goals, such as those of :mod:`elib.lab.goals`, and a
-plain :class:`Trace` of arrays, from any source::
+plain :class:`Trace` of lists, from any source::
 
     goal = Reach(name="arrive", zone="target", hold=1.0)
     trace = Trace(step=1 / 64, poses=poses, zones={"target": Zone("target", 0.5, 0.5, radius=0.05)})
     [found] = judge([goal], trace)
     print(found.holds, found.text)
 
-Verdicts are equal to the last bit on every computer. So lengths are those of ``math.hypot``: NumPy's ``hypot`` is the C
-library's, and rounds as that likes.
+Verdicts are equal to the last bit on every computer, and where there is no NumPy, such as in a browser.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import Annotated, ClassVar, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
 
 from elib.base.rules import Mistake, Number, Rule, Text, Whole, nearest
 from elib.base.zone import Zone as NamedZone
@@ -31,15 +28,10 @@ MAX_NAMES = 50
 MISSED = "failed"
 """How the text of a goal ends that fails only because it needs another one."""
 
-Floats: TypeAlias = NDArray[np.float64]
-Flags: TypeAlias = NDArray[np.bool_]
-Finding: TypeAlias = tuple[bool | np.bool_, str]
+Place: TypeAlias = tuple[float, float, float]
+"""Where a robot is: x and y, m, and heading, rad."""
+Finding: TypeAlias = tuple[bool, str]
 """Whether a goal holds, and what happened, in words."""
-
-hypot: Callable[..., Floats] = np.vectorize(math.hypot, otypes=[float])
-"""Lengths of arrows, m."""
-turn_of: Callable[..., Floats] = np.vectorize(lambda angle: math.remainder(angle, math.tau), otypes=[float])
-"""Differences of headings as turns, rad, -pi..pi."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,15 +63,15 @@ class Zone(NamedZone):
 
     variant: str = ""
 
-    def away(self, x: Floats, y: Floats) -> Floats:
-        """Return how far places are from its middle, m."""
-        return hypot(x - self.x, y - self.y)
+    def away(self, x: float, y: float) -> float:
+        """Return how far a place is from its middle, m."""
+        return math.hypot(x - self.x, y - self.y)
 
-    def holds(self, x: Floats, y: Floats) -> Flags:
-        """Return which places are in it."""
+    def holds(self, x: float, y: float) -> bool:
+        """Return whether a place is in it."""
         if self.radius:
             return self.away(x, y) <= self.radius
-        return (abs(x - self.x) <= self.width / 2) & (abs(y - self.y) <= self.depth / 2)
+        return abs(x - self.x) <= self.width / 2 and abs(y - self.y) <= self.depth / 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,9 +80,9 @@ class Trace:
 
     Attributes:
         step: Time between two ticks, s.
-        poses: Where each robot was, from the start on: ticks x robots x (x, y, heading), m and rad.
-        touching: Which robots touched something: ticks x robots.
-        lit: Which LEDs of the ring were on, a bit for each: ticks x robots.
+        poses: Where each robot was, from the start on: for each tick the places of all robots.
+        touching: Which robots touched something: for each tick a flag for each robot.
+        lit: Which LEDs of the ring were on: for each tick a number for each robot, with a bit for each LED.
         speeds: Speeds of each robot's wheels at the end, m/s: left and right.
         things: Where the middle of each box and cylinder with a name is at the end, m.
         zones: The zones of this variant.
@@ -103,9 +95,9 @@ class Trace:
     """
 
     step: float
-    poses: Floats
-    touching: Flags = field(default_factory=lambda: np.zeros((0, 0), bool))
-    lit: NDArray[np.int_] = field(default_factory=lambda: np.zeros((0, 0), int))
+    poses: Sequence[Sequence[Place]]
+    touching: Sequence[Sequence[bool]] = ()
+    lit: Sequence[Sequence[int]] = ()
     speeds: Sequence[tuple[float, float]] = ()
     things: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     zones: Mapping[str, Zone] = field(default_factory=dict)
@@ -119,11 +111,11 @@ class Trace:
     @property
     def robots(self) -> int:
         """How many robots there are."""
-        return int(self.poses.shape[1])
+        return len(self.poses[0])
 
-    def path(self, robot: int) -> Floats:
-        """Return x, y and heading of one robot at each tick: three rows."""
-        return self.poses[:, robot].T
+    def path(self, robot: int) -> list[Place]:
+        """Return where one robot was at each tick."""
+        return [row[robot] for row in self.poses]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,8 +166,7 @@ class Goal:
 
     def judge(self, trace: Trace) -> tuple[bool, str]:
         """Return whether the goal holds in a run, and what happened, in words."""
-        holds, text = self._judge(trace)
-        return bool(holds), text
+        return self._judge(trace)
 
     def _check(self, things: Iterable[str], stripes: int) -> None:
         """Check what goals of this kind alone name."""
@@ -201,15 +192,15 @@ class Stretch(Goal):
     hold: Seconds = 0.0
     at_end: bool = False
 
-    def _during(self, trace: Trace, flags: Flags, reached: str, missed: str) -> Finding:
+    def _during(self, trace: Trace, flags: Sequence[bool], reached: str, missed: str) -> Finding:
         """Return what became of the goal, with flags for the ticks at which it is so, and the words for both."""
-        ticks = np.arange(len(flags))
-        lasted = (ticks - np.maximum.accumulate(np.where(flags, 0, ticks + 1))) * trace.step
-        held = flags & (lasted >= self.hold - 1e-9)
-        first = held.argmax() * trace.step
-        if not held.any():
-            too_short = f"{reached} for {lasted.max():.1f} s without a break, not for {self.hold:g} s"
-            return False, too_short if flags.any() else missed
+        begins = accumulate((0 if flag else tick + 1 for tick, flag in enumerate(flags)), max)
+        lasted = [(tick - begin) * trace.step for tick, begin in enumerate(begins)]
+        held = [flag and time >= self.hold - 1e-9 for flag, time in zip(flags, lasted, strict=True)]
+        if not any(held):
+            too_short = f"{reached} for {max(lasted):.1f} s without a break, not for {self.hold:g} s"
+            return False, too_short if any(flags) else missed
+        first = held.index(True) * trace.step
         if self.at_end:
             end = "at the end" if held[-1] else f"after {first:.1f} s, but not at the end"
             return held[-1], f"{reached} {end}"

@@ -6,14 +6,12 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import reduce
 from itertools import combinations, pairwise
 from typing import Annotated, TypeVar, dataclass_transform
 
-import numpy as np
-
+from elib.base.plaintext import counted
 from elib.base.rules import Degrees, Mistake, Number, Several, Text, Whole, nearest
-from elib.lab.goal import Finding, Floats, Goal, Name, Names, Seconds, Stretch, Trace, Zone, hypot, turn_of
+from elib.lab.goal import Finding, Goal, Name, Names, Place, Seconds, Stretch, Trace, Zone
 from elib.link.protocol.commands import SPECS
 from elib.simulator.physics.geometry import segment_distance
 
@@ -31,7 +29,6 @@ Heading = Annotated[float, Degrees(example="90", otherwise="any")]
 Tolerance = Annotated[float, Degrees(0, 180)]
 
 G = TypeVar("G", bound=type[Goal])
-line_distance = np.vectorize(segment_distance, otypes=[float])
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
@@ -59,8 +56,9 @@ class Reach(Stretch):
     zone: Name
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        zone, (x, y, _) = trace.zones[self.zone], trace.path(robot)
-        return self._during(trace, zone.holds(x, y), f"in the zone {zone.name}", _nearest(trace, robot, zone))
+        zone = trace.zones[self.zone]
+        inside = [zone.holds(x, y) for x, y, _ in trace.path(robot)]
+        return self._during(trace, inside, f"in the zone {zone.name}", _nearest(trace, robot, zone))
 
 
 @kind("visit")
@@ -79,17 +77,17 @@ class Visit(Goal):
         return f"The robot visits {', '.join(self.zones)}{' in this order' if self.ordered else ''}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        left, last, (x, y, _) = list(self.zones), -1, trace.path(robot)
+        left, last, path = list(self.zones), -1, trace.path(robot)
         for name in self.zones:
             begin = last + 1 if self.ordered else 0
-            inside = trace.zones[name].holds(x[begin:], y[begin:])
-            if inside.any():
-                last = max(last, begin + int(inside.argmax()))
+            inside = (tick for tick in range(begin, len(path)) if trace.zones[name].holds(*path[tick][:2]))
+            if (first := next(inside, None)) is not None:
+                last = max(last, first)
                 left.remove(name)
             elif self.ordered:
                 break
         if not left:
-            return True, f"visited {_number(len(self.zones), 'zone')}, the last one after {last * trace.step:.1f} s"
+            return True, f"visited {counted(len(self.zones), 'zone')}, the last one after {last * trace.step:.1f} s"
         been = f"visited {len(self.zones) - len(left)} of {len(self.zones)} zones{' in order' if self.ordered else ''}"
         return False, f"{been}; not {left[0]}: {_nearest(trace, robot, trace.zones[left[0]])}"
 
@@ -108,12 +106,11 @@ class KeepOut(Goal):
         return f"The robot keeps out of {', '.join(self.zones)}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        x, y, _ = trace.path(robot)
-        inside = np.array([trace.zones[name].holds(x, y) for name in self.zones])
-        if not inside.any():
-            return True, "never in one of them"
-        tick = inside.any(0).argmax()
-        return False, f"in the zone {self.zones[inside[:, tick].argmax()]} after {tick * trace.step:.1f} s"
+        for tick, (x, y, _) in enumerate(trace.path(robot)):
+            for name in self.zones:
+                if trace.zones[name].holds(x, y):
+                    return False, f"in the zone {name} after {tick * trace.step:.1f} s"
+        return True, "never in one of them"
 
 
 @kind("no-contact")
@@ -130,13 +127,13 @@ class NoContact(Goal):
         return f"The robot touches {f'things for {self.most:g} s at most' if self.most else 'nothing'}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        [ticks] = trace.touching[:, robot].nonzero()
-        if not ticks.size:
+        ticks = [tick for tick, touching in enumerate(trace.touching) if touching[robot]]
+        if not ticks:
             return True, "touched nothing"
-        x, y, _ = trace.poses[ticks[0], robot]
-        text = f"touched something for {ticks.size * trace.step:.2f} s"
+        x, y, _ = trace.poses[ticks[0]][robot]
+        time = len(ticks) * trace.step
         where = f", first after {ticks[0] * trace.step:.1f} s at ({x:.2f}, {y:.2f})"
-        return ticks.size * trace.step <= self.most + 1e-9, text + where
+        return time <= self.most + 1e-9, f"touched something for {time:.2f} s{where}"
 
 
 @kind("distance")
@@ -155,8 +152,7 @@ class Distance(Goal):
         return f"The robot drives {_range(self.least, self.most, 'm')}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        x, y, _ = trace.path(robot)
-        length = math.fsum(hypot(np.diff(x), np.diff(y)))
+        length = math.fsum(math.hypot(u - x, v - y) for (x, y, _), (u, v, _) in pairwise(trace.path(robot)))
         return _is_in(length, self.least, self.most), f"drove {length:.2f} m"
 
 
@@ -181,8 +177,7 @@ class TurnedBy(Goal):
         return f"The robot turns {_range(least, most, 'degrees')} to the left in all."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        _, _, heading = trace.path(robot)
-        turned = math.fsum(turn_of(np.diff(heading)))
+        turned = math.fsum(math.remainder(b[2] - a[2], math.tau) for a, b in pairwise(trace.path(robot)))
         return _is_in(turned, self.least, self.most), f"turned {math.degrees(turned):.0f} degrees in all"
 
 
@@ -214,7 +209,7 @@ class EndsAt(Goal):
         return f"The robot ends{place}{heading}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        x, y, heading = trace.poses[-1, robot]
+        x, y, heading = trace.poses[-1][robot]
         holds, texts = True, []
         if self.x is not None and self.y is not None:
             away = math.hypot(x - self.x, y - self.y)
@@ -251,8 +246,8 @@ class Moved(Goal):
         return f"The robot ends {self.ahead:g} m ahead{left} of its start{turn}."
 
     def _one(self, trace: Trace, robot: int) -> Finding:
-        (x, y, start), (*_, end) = trace.poses[0, robot], trace.poses[-1, robot]
-        dx, dy = trace.poses[-1, robot, :2] - (x, y)
+        (x, y, start), (u, v, end) = trace.poses[0][robot], trace.poses[-1][robot]
+        dx, dy = u - x, v - y
         ahead, left = dx * math.cos(start) + dy * math.sin(start), dy * math.cos(start) - dx * math.sin(start)
         holds = math.hypot(ahead - self.ahead, left - self.left) <= self.within
         text = f"ended {ahead:.3f} m ahead and {abs(left):.3f} m to the {'left' if left >= 0 else 'right'} of its start"
@@ -307,17 +302,18 @@ class FollowLine(Goal):
 
     def _one(self, trace: Trace, robot: int) -> Finding:
         course = trace.stripes[self.stripe - 1]
-        x, y, _ = trace.path(robot)[:, math.ceil(self.after / trace.step) :]
-        if not x.size:
+        path = trace.path(robot)[math.ceil(self.after / trace.step) :]
+        if not path:
             return False, f"the run was over before {self.after:g} s"
-        away = np.min([line_distance(x, y, *a, *b) for a, b in pairwise(course)], axis=0)
-        near = away <= self.within
-        furthest = f"{away.max() * 1000:.0f} mm at its furthest"
-        text = f"within {self.within * 1000:g} mm for {near.mean():.0%} of the time, {furthest}"
+        away = [min(segment_distance(x, y, *a, *b) for a, b in pairwise(course)) for x, y, _ in path]
+        near = [place for place, distance in zip(path, away, strict=True) if distance <= self.within]
+        share, furthest = len(near) / len(path), f"{max(away) * 1000:.0f} mm at its furthest"
+        text = f"within {self.within * 1000:g} mm for {share:.0%} of the time, {furthest}"
         if not self.covered:
-            return near.mean() >= self.share, text
-        past = np.mean([_comes_past(place, x[near], y[near], self.within + PLACE_STEP) for place in _places(course)])
-        return near.mean() >= self.share and past >= self.covered, f"{text}; came past {past:.0%} of the line"
+            return share >= self.share, text
+        passed = [_comes_past(place, near, self.within + PLACE_STEP) for place in _places(course)]
+        past = sum(passed) / len(passed)
+        return share >= self.share and past >= self.covered, f"{text}; came past {past:.0%} of the line"
 
 
 @kind("requests")
@@ -345,7 +341,7 @@ class Requests(Goal):
 
     def _judge(self, trace: Trace) -> Finding:
         count = trace.requests[self.command] if self.command else trace.requests.total()
-        return _is_in(count, self.least, self.most), f"sent {_number(count, f'{self.command} request'.strip())}"
+        return _is_in(count, self.least, self.most), f"sent {counted(count, f'{self.command} request'.strip())}"
 
 
 @kind("stands")
@@ -391,9 +387,9 @@ class Lit(Goal):
 
     def _one(self, trace: Trace, robot: int) -> Finding:
         mask = sum(1 << led for led in set(self.leds))  # a LED may be named twice
-        lit = trace.lit[:, robot] & mask == mask
-        count = int((lit & np.diff(lit, prepend=False)).sum())
-        return count >= self.times, f"on {_number(count, 'time')}"
+        lit = [row[robot] & mask == mask for row in trace.lit]
+        count = sum(now and not before for before, now in pairwise([False, *lit]))
+        return count >= self.times, f"on {counted(count, 'time')}"
 
 
 @kind("says")
@@ -439,9 +435,9 @@ class Push(Goal):
             raise Mistake(what, path=("thing",), hint=nearest(self.thing, things))
 
     def _judge(self, trace: Trace) -> Finding:
-        zone, (x, y) = trace.zones[self.zone], np.array([trace.things[self.thing]]).T
-        text = f"{self.thing} ended {zone.away(x, y)[0]:.2f} m from the middle of the zone {zone.name}"
-        return zone.holds(x, y)[0], text
+        zone, place = trace.zones[self.zone], trace.things[self.thing]
+        away = f"{zone.away(*place):.2f} m from the middle of the zone {zone.name}"
+        return zone.holds(*place), f"{self.thing} ended {away}"
 
 
 @kind("all-in-zone")
@@ -463,11 +459,11 @@ class AllInZone(Stretch):
 
     def _judge(self, trace: Trace) -> Finding:
         wanted = self.count or trace.robots
-        inside = trace.zones[self.zone].holds(trace.poses[..., 0], trace.poses[..., 1]).sum(axis=1)
+        inside = [sum(trace.zones[self.zone].holds(x, y) for x, y, _ in row) for row in trace.poses]
         text = f"robots in the zone {self.zone}" if wanted != 1 else f"robot in the zone {self.zone}"
-        best = f"{inside.max()} of {wanted} robots in the zone {self.zone} at most"
-        missed = f"{best}, at {inside.argmax() * trace.step:.1f} s"
-        return self._during(trace, inside >= wanted, f"{wanted} {text}", missed)
+        best = f"{max(inside)} of {wanted} robots in the zone {self.zone} at most"
+        missed = f"{best}, at {inside.index(max(inside)) * trace.step:.1f} s"
+        return self._during(trace, [count >= wanted for count in inside], f"{wanted} {text}", missed)
 
 
 @kind("gathered")
@@ -485,9 +481,9 @@ class Gathered(Stretch):
     at_end: bool = True
 
     def _judge(self, trace: Trace) -> Finding:
-        widths = reduce(np.maximum, _apart(trace))
-        missed = f"{widths.min():.2f} m apart at their nearest, at {widths.argmin() * trace.step:.1f} s"
-        return self._during(trace, widths <= self.within, "gathered", missed)
+        widths = [max(_apart(row)) for row in trace.poses]
+        missed = f"{min(widths):.2f} m apart at their nearest, at {widths.index(min(widths)) * trace.step:.1f} s"
+        return self._during(trace, [width <= self.within for width in widths], "gathered", missed)
 
 
 @kind("spread")
@@ -505,25 +501,20 @@ class Spread(Stretch):
     at_end: bool = True
 
     def _judge(self, trace: Trace) -> Finding:
-        gaps = reduce(np.minimum, _apart(trace))
-        missed = f"the nearest two were {gaps.max():.2f} m apart at best, at {gaps.argmax() * trace.step:.1f} s"
-        return self._during(trace, gaps >= self.least, "spread", missed)
+        gaps = [min(_apart(row)) for row in trace.poses]
+        missed = f"the nearest two were {max(gaps):.2f} m apart at best, at {gaps.index(max(gaps)) * trace.step:.1f} s"
+        return self._during(trace, [gap >= self.least for gap in gaps], "spread", missed)
 
 
 def _nearest(trace: Trace, robot: int, zone: Zone) -> str:
-    x, y, _ = trace.path(robot)
-    away = zone.away(x, y)
-    where = f"to the middle of the zone {zone.name}, after {away.argmin() * trace.step:.1f} s"
-    return f"came no nearer than {away.min():.2f} m {where}"
+    away = [zone.away(x, y) for x, y, _ in trace.path(robot)]
+    where = f"to the middle of the zone {zone.name}, after {away.index(min(away)) * trace.step:.1f} s"
+    return f"came no nearer than {min(away):.2f} m {where}"
 
 
-def _apart(trace: Trace) -> Iterator[Floats]:
-    """Yield how far each two robots are from each other at each tick, m; zeros if there is one alone."""
-    if trace.robots == 1:
-        yield np.zeros(len(trace.poses))
-    for one, other in combinations(range(trace.robots), 2):
-        x, y, _ = trace.path(one) - trace.path(other)
-        yield hypot(x, y)
+def _apart(places: Sequence[Place]) -> list[float]:
+    """Return how far each two robots are from each other, m; zero if there is one alone."""
+    return [math.hypot(x - u, y - v) for (x, y, _), (u, v, _) in combinations(places, 2)] or [0.0]
 
 
 def _is_in(value: float, least: float | None, most: float | None) -> bool:
@@ -536,10 +527,6 @@ def _range(least: float | None, most: float | None, unit: str) -> str:
     return f"at most {most:g} {unit}" if not least else f"{least:g} to {most:g} {unit}"
 
 
-def _number(count: int, word: str) -> str:
-    return f"{count} {word}{'' if count == 1 else 's'}"
-
-
 def _places(course: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
     """Yield places on a line, about :data:`PLACE_STEP` apart."""
     for (x1, y1), (x2, y2) in pairwise(course):
@@ -548,8 +535,8 @@ def _places(course: Sequence[tuple[float, float]]) -> Iterator[tuple[float, floa
             yield x1 + (x2 - x1) * part / count, y1 + (y2 - y1) * part / count
 
 
-def _comes_past(place: tuple[float, float], x: Floats, y: Floats, reach: float) -> np.bool_:
-    """Return whether one of several places is within reach of a place."""
-    dx, dy = x - place[0], y - place[1]
-    near = (abs(dx) <= reach) & (abs(dy) <= reach)  # mostly few, and a comparison is much quicker than a length
-    return np.any(hypot(dx[near], dy[near]) <= reach)
+def _comes_past(place: tuple[float, float], path: Iterable[Place], reach: float) -> bool:
+    """Return whether a path comes within reach of a place."""
+    x, y = place
+    # Mostly it is far away, and a comparison is much quicker than a length.
+    return any(abs(u - x) <= reach and abs(v - y) <= reach and math.hypot(u - x, v - y) <= reach for u, v, _ in path)

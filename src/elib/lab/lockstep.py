@@ -1,7 +1,7 @@
 """``lockstep://FD``: robots in a world that another process owns, which also keeps the time.
 
-A marker gives the program one end of a socket pair. This is the program's side; the frames are described in
-docs/decisions/0023-the-marker-owns-the-simulator.md.
+A marker gives the program one end of a socket pair, or of a :class:`Channel` in the same process. This is the program's
+side; the frames are described in docs/decisions/0023-the-marker-owns-the-simulator.md.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ import threading
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 from elib.base.errors import ArgumentError, LinkBusy, LinkLost, LinkNotFound, SimulationError
 from elib.base.rules import Whole
-from elib.base.timebase import LoopMaker, SimulatedLoop, running_loop
+from elib.base.timebase import HostedLoop, LoopMaker, SimulatedLoop, host, running_loop
 from elib.link.protocol.values import Neighbour
 from elib.link.transport.base import BufferedTransport
 from elib.link.transport.url import Scheme, Url
@@ -44,11 +45,25 @@ GONE = "the marker has ended"
 ROBOT_NUMBER = Whole(1, 10_000)
 
 
+class Channel(Protocol):
+    """What a link needs of a socket."""
+
+    def sendall(self, data: bytes, /) -> object:
+        """Send a frame."""
+
+    def recv(self, size: int, /) -> bytes:
+        """Return what has come, or nothing at the end."""
+
+    def close(self) -> object:
+        """Carry no more."""
+
+
 class LockstepLink:
-    """The program's end of a socket, which all its event loops share.
+    """The program's end of a channel to the marker, which all its event loops share.
 
     Args:
-        number: The file descriptor.
+        number: The number in its URL.
+        channel: What carries the frames; the socket whose file descriptor is *number* if None.
 
     Attributes:
         now: The marker's time, s.
@@ -61,7 +76,7 @@ class LockstepLink:
         LinkNotFound: There is no marker behind this file descriptor.
     """
 
-    def __init__(self, number: int) -> None:
+    def __init__(self, number: int, channel: Channel | None = None) -> None:
         self.name = f"lockstep://{number}"
         self.is_over = self.was_used = False
         self.on_over: Callable[[], None] | None = None
@@ -71,9 +86,7 @@ class LockstepLink:
         self._lock = threading.RLock()
         self._received = bytearray()
         try:
-            self._socket = socket.socket(fileno=number)
-            self._socket.set_inheritable(False)
-            self._socket.setblocking(True)
+            self._channel = channel or _socket(number)
             answer = self.ask(HELLO, bytes((VERSION,)))
         except (OSError, LinkLost) as error:
             raise LinkNotFound(
@@ -89,7 +102,7 @@ class LockstepLink:
             if self.is_over:
                 return
             try:
-                self._socket.sendall(LETTER.pack(1 + len(body), letter) + body)
+                self._channel.sendall(LETTER.pack(1 + len(body), letter) + body)
             except OSError:
                 self._end(GONE)
 
@@ -110,7 +123,7 @@ class LockstepLink:
 
     def _take(self, count: int) -> bytes:
         while len(self._received) < count:
-            piece = b"" if self.is_over else self._socket.recv(MAX_MESSAGE)
+            piece = b"" if self.is_over else self._channel.recv(MAX_MESSAGE)
             if not piece:
                 raise ConnectionError(GONE)
             self._received += piece
@@ -145,23 +158,30 @@ class LockstepLink:
         if self.on_over is not None:
             self.on_over()
         with contextlib.suppress(OSError):
-            self._socket.close()
+            self._channel.close()
         for robot in tuple(self.robots.values()):
             robot.hand_over(why.encode(), 0, is_lost=True)
+
+
+def _socket(number: int) -> socket.socket:
+    found = socket.socket(fileno=number)
+    found.set_inheritable(False)
+    found.setblocking(True)
+    return found
 
 
 class LockstepLoop(SimulatedLoop):
     """A :class:`SimulatedLoop` whose time is the marker's, from zero on: it asks before it jumps.
 
     Attributes:
-        link: The socket.
+        link: The link to the marker.
         began: The marker's time when the loop was made, s.
     """
 
-    def __init__(self, link: LockstepLink) -> None:
+    def __init__(self, link: LockstepLink, *where: Any) -> None:
         self.link = link
         self.began = link.now
-        super().__init__()
+        super().__init__(*where)
         link.loops.add(self)
 
     def set_time(self, now: float) -> None:
@@ -174,6 +194,10 @@ class LockstepLoop(SimulatedLoop):
             return super()._jump()
         self.link.go(self, self._scheduled[0].when() if self._scheduled else math.inf)
         return True
+
+
+class HostedLockstepLoop(LockstepLoop, HostedLoop):
+    """The same where there is one thread."""
 
 
 class LockstepTransport(BufferedTransport):
@@ -267,11 +291,12 @@ class LockstepTransport(BufferedTransport):
 
 
 _LINKS: dict[int, LockstepLink] = {}
+"""Links by their numbers: file descriptors, or greater numbers for markers in the same process."""
 _LINKS_LOCK = threading.Lock()
 
 
 def link_of(number: int) -> LockstepLink:
-    """Return the link over a file descriptor, the same one each time.
+    """Return the link of a number, the same one each time.
 
     Raises:
         LinkNotFound: There is no marker behind it.
@@ -287,14 +312,15 @@ class MarkersTime(LoopMaker):
     """The time of a marker.
 
     Attributes:
-        number: The file descriptor of its socket.
+        number: The number of its link.
     """
 
     number: int
 
     def make(self) -> LockstepLoop:
         """Return an event loop in this time."""
-        return LockstepLoop(link_of(self.number))
+        link, place = link_of(self.number), host()
+        return LockstepLoop(link) if place is None else HostedLockstepLoop(link, place, math.inf)
 
 
 async def open_lockstep(url: Url) -> LockstepTransport:

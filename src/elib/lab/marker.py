@@ -1,16 +1,14 @@
 """The marker's end of a lock-step link: it owns the world, keeps the time, and believes nothing that comes.
 
+It takes frames and gives frames; what carries them, a socket or a call, is another's.
 docs/decisions/0023-the-marker-owns-the-simulator.md describes the frames; elib.lab.lockstep is the other end.
 """
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import hashlib
-import socket
 import struct
-import time
 from collections import Counter
 from collections.abc import Callable
 
@@ -24,7 +22,6 @@ from elib.lab.lockstep import (
     HELLO,
     KEPT,
     LETTER,
-    MAX_MESSAGE,
     NEWS,
     OPEN,
     PASSED,
@@ -34,32 +31,39 @@ from elib.lab.lockstep import (
     VERSION,
     WRITE,
 )
+from elib.lab.tracer import Ending
 from elib.link.protocol.profiles import profile_named
 from elib.link.transport.memory import MemoryTransport
 from elib.records.decoding.lines import Kind
 from elib.records.decoding.wifi import AnyDecoder, decoder_of
 from elib.simulator.emulator.simulation import Simulation, VirtualRobot
 
-LOOK = 0.1
-"""s of the wall clock between two looks at whether a silent program still runs."""
 MAX_KEPT = 1_000_000
 """Bytes that wait for one robot. elib's own side waits long before, at 65,536."""
 
 
-class BrokenRule(Exception):
-    """The program sent what elib's own side never sends; the text says what."""
+class RunOver(Exception):
+    """A run ends before its program has ended; the text says why."""
+
+    ending: Ending
 
 
-class ProgramEnded(Exception):
-    """The program closed its end of the socket, or its process has ended."""
+class BrokenRule(RunOver):
+    """The program sent what elib's own side never sends: *what*."""
+
+    ending = "broke"
+
+    def __init__(self, what: str) -> None:
+        super().__init__(f"it broke the link's rules: it sent {what}")
 
 
-class TimeOver(Exception):
+class TimeOver(RunOver):
     """The lab's time is over."""
 
+    ending = "time"
 
-class WallOver(Exception):
-    """The program was not done when its time by the wall clock was over."""
+    def __init__(self, limit: float) -> None:
+        super().__init__(f"it was not done after {limit:g} s of robot time")
 
 
 class _End(MemoryTransport):
@@ -123,35 +127,28 @@ class Marker:
 
     Args:
         simulation: The world with all its robots.
-        program: The marker's end of the socket.
         until: The lab's time limit, s of the simulation.
-        deadline: When the run must be over by ``time.monotonic()``.
-        has_ended: Tells whether the program's process has ended.
+        send: Sends a frame to the program.
         counts_requests: Whether to count what the robots are asked.
 
     Attributes:
         requests: How often each command was sent, by its name in Python.
-        transcript: A digest of all that went over the socket: equal runs have equal digests.
+        transcript: A digest of all frames: equal runs have equal digests.
     """
 
     def __init__(
         self,
         simulation: Simulation,
-        program: socket.socket,
         until: float,
-        deadline: float,
-        has_ended: Callable[[], bool],
+        send: Callable[[bytes], object],
         counts_requests: bool = True,
     ) -> None:
         self.requests: Counter[str] = Counter()
         self.transcript = hashlib.blake2b(digest_size=16)
         self._simulation = simulation
-        self._socket = program
         self._until = until
-        self._deadline = deadline
-        self._has_ended = has_ended
+        self._send = send
         self._loop = asyncio.get_running_loop()
-        self._received = bytearray()
         self._ends: dict[int, _End] = {}
         self._waiter: asyncio.Future[None] | None = None
         self._has_met = False
@@ -159,80 +156,24 @@ class Marker:
         if counts_requests:
             self._decoders = [decoder_of(simulation.robots[index].firmware) for index in range(simulation.count)]
 
-    async def serve(self) -> None:
-        """Serve the program until something ends the run.
+    async def take(self, frame: bytes) -> None:
+        """Do what a frame of the program says, and answer it.
 
         Raises:
-            ProgramEnded: The usual end.
             BrokenRule: The program broke the link's rules.
             TimeOver: The lab's time is over; the program was told.
-            WallOver: It took too long by the wall clock.
         """
-        while True:
-            letter, body = self._frame()
-            if letter == GO:
-                await self._go(self._one(TIME, body))
-            else:
-                self._obey(letter, body)
-
-    def drain(self, seconds: float) -> None:
-        """Give the program a short time, s of the wall clock, to end after its time was over."""
-        self._deadline = min(self._deadline, time.monotonic() + seconds)
-        with contextlib.suppress(ProgramEnded, WallOver):
-            while True:
-                self._receive()
-                self._received.clear()
-
-    # -- the socket --
-
-    def _frame(self) -> tuple[int, bytes]:
-        """Return the next frame. The world's time stands still meanwhile."""
-        while len(self._received) < LETTER.size:
-            self._receive()
-        size, letter = LETTER.unpack_from(self._received)
-        if not 1 <= size <= MAX_MESSAGE:
-            raise BrokenRule(f"a frame of {size} bytes")
-        end = LETTER.size - 1 + size
-        while len(self._received) < end:
-            self._receive()
-        body = bytes(self._received[LETTER.size : end])
-        self.transcript.update(self._received[:end])
-        del self._received[:end]
-        return letter, body
-
-    def _receive(self) -> None:
-        while True:
-            try:
-                self._socket.settimeout(min(self._left(), LOOK))
-                piece = self._socket.recv(MAX_MESSAGE)
-            except TimeoutError:
-                if self._has_ended():
-                    raise ProgramEnded from None
-                continue
-            except OSError:
-                raise ProgramEnded from None
-            if not piece:
-                raise ProgramEnded
-            self._received += piece
-            return
+        self.transcript.update(frame)
+        letter, body = frame[LETTER.size - 1], frame[LETTER.size :]
+        if letter == GO:
+            await self._go(self._one(TIME, body))
+        else:
+            self._obey(letter, body)
 
     def _answer(self, letter: int, body: bytes) -> None:
         frame = LETTER.pack(1 + len(body), letter) + body
         self.transcript.update(frame)
-        try:
-            self._socket.settimeout(self._left())
-            self._socket.sendall(frame)
-        except TimeoutError:
-            raise WallOver from None
-        except OSError:
-            raise ProgramEnded from None
-
-    def _left(self) -> float:
-        """Return the time that is left by the wall clock, s."""
-        left = self._deadline - time.monotonic()
-        if left <= 0:
-            raise WallOver
-        return left
+        self._send(frame)
 
     # -- the frames --
 
@@ -333,7 +274,7 @@ class Marker:
         now = self._loop.time()
         if now >= self._until:
             self._answer(GO, PASSED.pack(now, True) + f"the lab's time of {self._until:g} s is over".encode())
-            raise TimeOver
+            raise TimeOver(self._until)
         self._answer(GO, PASSED.pack(now, False) + news)
 
     def _wake(self) -> None:

@@ -1,43 +1,36 @@
-"""One run of a program in one variant of a lab: its world, its process, and what the goals say of it."""
+"""One run of a program in one variant of a lab, in a process of its own, which a socket joins to its world."""
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import socket
 import subprocess
 import sys
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Literal, Protocol
-
-import numpy as np
+from typing import Protocol
 
 from elib.base.errors import ElibError, Unsupported
 from elib.base.timebase import SimulatedLoop
-from elib.lab.goal import GoalResult, Trace, Zone, judge
-from elib.lab.goals import Lit, Requests
-from elib.lab.labfile import Lab, Variant, settings_of, stripes_of, things_of
-from elib.lab.marker import BrokenRule, Marker, ProgramEnded, TimeOver, WallOver
-from elib.simulator.drawing import draw
+from elib.lab.labfile import Lab, Variant, settings_of
+from elib.lab.lockstep import LETTER, MAX_MESSAGE
+from elib.lab.marker import BrokenRule, Marker, RunOver, TimeOver
+from elib.lab.tracer import AFTERWARDS, End, Tracer, VariantResult, end_by
 from elib.simulator.emulator.simulation import Simulation
-from elib.simulator.physics import Pose, Snapshot
 
+LOOK = 0.1
+"""s of the wall clock between two looks at whether a silent program still runs."""
 WALL = 60.0
 """s of the wall clock for one variant."""
-AFTERWARDS = 1.0
-"""s of robot time for which the world goes on after the program's end."""
 GRACE = 2.0
 """s of the wall clock in which a program may end after its time was over."""
 MAX_OUTPUT = 1_000_000
 """Bytes of a program's output that are kept."""
-
-Ending = Literal["ended", "failed", "time", "wall", "broke"]
 
 
 class Running(Protocol):
@@ -55,55 +48,6 @@ class Running(Protocol):
     def kill(self) -> None:
         """End it at once, with all that it started. Safe to repeat."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class VariantResult:
-    """What became of a program in one variant.
-
-    Attributes:
-        variant: The variant.
-        goals: What became of each goal.
-        ending: ``ended`` by itself, ``failed`` with an exit code or a signal, ``time`` or ``wall`` when the robot's or
-            the wall clock's time was over, ``broke`` the link's rules.
-        why: The same in words; empty for ``ended``.
-        exit_code: The exit code, if the program ended.
-        time: Robot time at the program's end, s.
-        paths: Where each robot was, a pose for each tick.
-        snapshot: The world at the end.
-        zones: The zones of the variant.
-        requests: How often each command was sent, if a goal asks for that.
-        output: What the program printed.
-        transcript: A digest of all that went over the link: equal runs have equal digests.
-    """
-
-    variant: Variant
-    goals: tuple[GoalResult, ...]
-    ending: Ending
-    why: str
-    exit_code: int | None
-    time: float
-    paths: tuple[tuple[Pose, ...], ...]
-    snapshot: Snapshot
-    zones: tuple[Zone, ...]
-    requests: Counter[str]
-    output: str
-    transcript: str
-
-    @property
-    def passed(self) -> bool:
-        """Whether all goals hold."""
-        return all(each.holds for each in self.goals)
-
-    @property
-    def opened_robot(self) -> bool:
-        """Whether the program opened a robot, which takes robot time."""
-        return self.time > 0
-
-    def draw(self, path: str | PathLike[str] | None = None, *, size: int = 900) -> str | None:
-        """Draw the paths in the world, as .svg or .png; without a path the SVG text is returned."""
-        caption = f"{self.variant.name} · {self.time:.1f} s"
-        return draw(self.snapshot, path, trails=self.paths, caption=caption, size=size, zones=self.zones)
 
 
 def program_command(program: str | PathLike[str], number: int) -> list[str]:
@@ -129,121 +73,139 @@ def run_variant(
         raise Unsupported("a program cannot be checked on Windows", hint="use Linux, macOS, or WSL")
     loop = SimulatedLoop()
     try:
-        return loop.run_until_complete(_Run(lab, variant, wall).whole(start))
+        return loop.run_until_complete(_run(lab, variant, start, wall))
     finally:
         loop.close()
 
 
-class _Run:
-    """The world of one run and what is noted of it, on the running event loop."""
-
-    def __init__(self, lab: Lab, variant: Variant, wall: float) -> None:
-        self._lab = lab
-        self._variant = variant
-        self._deadline = time.monotonic() + wall
-        self._wall = wall
-        self._poses: list[list[Pose]] = []
-        self._touching: list[list[bool]] = []
-        self._lit: list[list[int]] = []
-        self._wants_lamps = any(isinstance(goal, Lit) for goal in lab.goals)
-
-    async def whole(self, start: Callable[[socket.socket], Running]) -> VariantResult:
-        """Run the program to its end and judge it."""
-        simulation = Simulation(settings_of(self._variant))
-        ours, theirs = socket.socketpair()
-        with ours:
-            with theirs:
-                running = start(theirs)
-            try:
-                return await self._with(simulation, ours, running)
-            finally:
-                running.kill()
-                simulation.close()
-
-    async def _with(self, simulation: Simulation, program: socket.socket, running: Running) -> VariantResult:
-        world, loop = simulation.world, simulation.loop
-        limit = self._variant.time
-        assert world is not None
-        assert limit is not None
-
-        def note() -> None:
-            """Note what every robot does in this tick, and come again at the next."""
-            world.run_to(simulation.time)
-            self._poses.append(world.poses)
-            self._touching.append([world.touching(robot) for robot in range(world.robots)])
-            if self._wants_lamps:
-                rings = [robot.lamps.ring for robot in world.snapshot().robots]
-                self._lit.append([sum(1 << led for led, colour in enumerate(ring) if any(colour)) for ring in rings])
-            # Between two ticks: on a tick itself a reading could come before or after it.
-            loop.call_at((world.tick + 1.5) * world.scene.step, note)
-
-        note()
-        counts = any(isinstance(goal, Requests) for goal in self._lab.goals)
-        marker = Marker(simulation, program, limit, self._deadline, lambda: running.poll() is not None, counts)
-        ending, why, code = await self._serve(marker, running)
-        ended = simulation.time
-        if ending in ("ended", "failed"):
-            await asyncio.sleep(AFTERWARDS)
-        world.run_to(simulation.time)
-        snapshot, zones = world.snapshot(), self._lab.zones_of(self._variant)
-        trace = Trace(
-            step=world.scene.step,
-            poses=np.array([[(pose.x, pose.y, pose.heading) for pose in row] for row in self._poses]),
-            touching=np.array(self._touching),
-            lit=np.array(self._lit, ndmin=2),
-            speeds=[world.wheel_speeds(robot) for robot in range(world.robots)],
-            things=things_of(snapshot),
-            zones=zones,
-            stripes=stripes_of(world.scene),
-            requests=marker.requests,
-            output=running.output,
-            time=ended,
-            has_ended=ending in ("ended", "failed"),
-            exit_code=code,
-        )
-        return VariantResult(
-            self._variant,
-            judge(self._lab.goals, trace, why if ending in ("wall", "broke") else ""),
-            ending,
-            why,
-            code,
-            ended,
-            tuple(zip(*self._poses, strict=True)),
-            snapshot,
-            tuple(zones.values()),
-            marker.requests,
-            trace.output,
-            marker.transcript.hexdigest(),
-        )
-
-    async def _serve(self, marker: Marker, running: Running) -> tuple[Ending, str, int | None]:
-        code = 0
+async def _run(lab: Lab, variant: Variant, start: Callable[[socket.socket], Running], wall: float) -> VariantResult:
+    """Run the program to its end and judge it."""
+    deadline, limit = time.monotonic() + wall, variant.time
+    assert limit is not None
+    simulation = Simulation(settings_of(variant))
+    ours, theirs = socket.socketpair()
+    with ours:
+        with theirs:
+            running = start(theirs)
         try:
-            try:
-                await marker.serve()
-            except ProgramEnded:
-                code = self._exit_code(running)
-        except BrokenRule as error:
+            tracer = Tracer(lab, variant, simulation)
+            link = _Link(ours, running, deadline, wall)
+            marker = Marker(simulation, limit, link.send, tracer.counts_requests)
+            end = await _end(marker, link, running)
+            ended = simulation.time
+            if end[2] is not None:
+                await asyncio.sleep(AFTERWARDS)
+            return tracer.judged(end, ended, marker.requests, running.output, marker.transcript.hexdigest())
+        finally:
             running.kill()
-            return "broke", f"it broke the link's rules: it sent {error}", None
-        except TimeOver:
-            marker.drain(GRACE)
-            running.kill()
-            return "time", f"it was not done after {self._variant.time:g} s of robot time", None
-        except WallOver:
-            running.kill()
-            return "wall", f"it was not done after {self._wall:g} s of the wall clock", None
-        if code == 0:
-            return "ended", "", code
-        return "failed", f"signal {-code} ended it" if code < 0 else f"it ended with exit code {code}", code
+            simulation.close()
 
-    def _exit_code(self, running: Running) -> int:
+
+async def _end(marker: Marker, link: _Link, running: Running) -> End:
+    """Serve a program until something ends the run, and return how it ended."""
+    try:
+        try:
+            while True:
+                await marker.take(link.frame())
+        except ProgramEnded:
+            return end_by(link.exit_code())
+    except RunOver as over:
+        if isinstance(over, TimeOver):
+            link.drain(GRACE)
+        running.kill()
+        return over.ending, str(over), None
+
+
+class ProgramEnded(Exception):
+    """The program closed its end of the socket, or its process has ended."""
+
+
+class WallOver(RunOver):
+    """The program was not done when its time by the wall clock was over."""
+
+    ending = "wall"
+
+
+class _Link:
+    """The marker's end of the socket to a program, whose time by the wall clock is limited."""
+
+    def __init__(self, program: socket.socket, running: Running, deadline: float, wall: float) -> None:
+        self._socket = program
+        self._running = running
+        self._deadline = deadline
+        self._wall = wall
+        self._received = bytearray()
+
+    def frame(self) -> bytes:
+        """Return the next frame. The world's time stands still meanwhile.
+
+        Raises:
+            ProgramEnded: The usual end.
+            BrokenRule: It is not a frame.
+            WallOver: It took too long.
+        """
+        while len(self._received) < LETTER.size:
+            self._receive()
+        size, _ = LETTER.unpack_from(self._received)
+        if not 1 <= size <= MAX_MESSAGE:
+            raise BrokenRule(f"a frame of {size} bytes")
+        end = LETTER.size - 1 + size
+        while len(self._received) < end:
+            self._receive()
+        frame = bytes(self._received[:end])
+        del self._received[:end]
+        return frame
+
+    def send(self, frame: bytes) -> None:
+        """Send a frame."""
+        try:
+            self._socket.settimeout(self._left())
+            self._socket.sendall(frame)
+        except TimeoutError:
+            raise self._wall_over() from None
+        except OSError:
+            raise ProgramEnded from None
+
+    def drain(self, seconds: float) -> None:
+        """Give the program a short time, s of the wall clock, to end after its time was over."""
+        self._deadline = min(self._deadline, time.monotonic() + seconds)
+        with contextlib.suppress(ProgramEnded, WallOver):
+            while True:
+                self._receive()
+                self._received.clear()
+
+    def exit_code(self) -> int:
         """Return the exit code of a program that has closed the link, and may still do something else."""
-        while (code := running.poll()) is None:
-            if time.monotonic() > self._deadline:
-                raise WallOver
+        while (code := self._running.poll()) is None:
+            self._left()
             time.sleep(0.002)
         return code
+
+    def _receive(self) -> None:
+        while True:
+            try:
+                self._socket.settimeout(min(self._left(), LOOK))
+                piece = self._socket.recv(MAX_MESSAGE)
+            except TimeoutError:
+                if self._running.poll() is not None:
+                    raise ProgramEnded from None
+                continue
+            except OSError:
+                raise ProgramEnded from None
+            if not piece:
+                raise ProgramEnded
+            self._received += piece
+            return
+
+    def _left(self) -> float:
+        """Return the time that is left by the wall clock, s."""
+        left = self._deadline - time.monotonic()
+        if left <= 0:
+            raise self._wall_over()
+        return left
+
+    def _wall_over(self) -> WallOver:
+        return WallOver(f"it was not done after {self._wall:g} s of the wall clock")
 
 
 class PlainProgram:

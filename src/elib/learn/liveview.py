@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import os
 import sys
-import threading
-import webbrowser
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, cast
 
+from elib.base.browser import show_page
 from elib.base.extras import check_web
 from elib.simulator.emulator.control import Control
-from elib.simulator.emulator.watched import BROWSER, has_display
 from elib.simulator.physics import Snapshot, World
 
 if TYPE_CHECKING:
@@ -112,8 +109,7 @@ class LiveView:
         server, self._loop = self._page.enter_context(in_thread(lambda: served(panel, own_address(""))))
         self._panel = panel
         print(f"view {server.url}", file=sys.stderr, flush=True)
-        if os.environ.get(BROWSER) != "no" and has_display():
-            threading.Thread(target=webbrowser.open, args=(server.url,), daemon=True).start()
+        show_page(server.url)
 
     async def _put(self, panel: Panel, world: World, is_new: bool) -> None:
         shown = panel.worlds[""]

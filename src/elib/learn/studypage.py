@@ -8,6 +8,7 @@ import math
 from collections.abc import AsyncIterator, Iterator, Sequence
 from dataclasses import replace
 
+from elib.base.tasks import end_tasks
 from elib.learn.progress import Best, Progress
 from elib.panel.panel import WORLD, Generation, Panel, StudyAbout, StudyState
 from elib.panel.server.http import own_address, served
@@ -55,8 +56,7 @@ async def _served(progress: Progress, place: str) -> AsyncIterator[str]:
         async with served(show.panel, address) as server:
             yield server.url
     finally:
-        showing.cancel()
-        await asyncio.wait([showing])
+        await end_tasks(showing)
 
 
 class Show:

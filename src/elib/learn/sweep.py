@@ -29,7 +29,7 @@ from elib.learn.catalogue import importing
 from elib.learn.champion import Champion, load_champion
 from elib.learn.executor import Executor
 from elib.learn.journal import Journal, differences_of, open_folder, versions
-from elib.learn.study import Evaluation, evaluate
+from elib.learn.study import Evaluation, check_fitness, evaluate
 from elib.link.session.statistics import merged
 from elib.link.transport import Url, parse_url
 from elib.records.et.formats import write_table
@@ -366,11 +366,7 @@ class _Episode:
         evaluation = self._evaluation(run, seconds)
         scores = evaluate(evaluation, np.array([self._champion.parameters]), [run.seed], threads=1)
         fitness = float(scores.fitness[0][0])
-        if not math.isfinite(fitness):
-            raise ArgumentError(
-                f"the fitness is {fitness}",
-                hint=f"the reward of the task {evaluation.task.name} must be a finite number in every tick",
-            )
+        check_fitness(fitness, f"of run {run.number}", evaluation)
         left, right = map(float, scores.steps[0][0])
         return {
             "fitness": fitness,

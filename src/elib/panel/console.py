@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING, NamedTuple
 
 from elib.base.errors import ArgumentError, ElibError
+from elib.base.plaintext import counted
 from elib.base.rules import number_from
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Profile
@@ -65,7 +66,9 @@ def parse(line: object) -> Call:
     arguments = [rest] if entry.name == "text" and rest else _split(rest)
     least = sum(default is inspect.Parameter.empty for _, _, default in entry.parameters)
     if not least <= len(arguments) <= len(entry.parameters):
-        raise ArgumentError(f"{entry.usage} was given {_count(len(arguments))}", hint=help_line(entry.name))
+        raise ArgumentError(
+            f"{entry.usage} was given {counted(len(arguments), 'argument')}", hint=help_line(entry.name)
+        )
     if entry.name == "text":
         return Call("text", (_unquoted(rest),))
     return Call(entry.name, tuple(map(number_from, arguments)))
@@ -212,7 +215,3 @@ def _rule(quantity: Quantity | None, profile: Profile | None) -> str:
     if quantity is None:
         return "as the robot reads it, like D,100,-100"
     return (quantity if profile is None else profile.limited(quantity)).rule
-
-
-def _count(number: int) -> str:
-    return f"{number} argument{'' if number == 1 else 's'}"

@@ -19,7 +19,8 @@ from elib.link.transport import robots_of
 from elib.link.transport.url import parse_url
 from elib.panel.files import LOG, RECORDING, Folder
 from elib.panel.recents import RecentRobots
-from elib.panel.slot import Slot
+from elib.panel.slot import Phase, Slot
+from elib.robot.aio import Epuck
 from elib.simulator.emulator.control import Control
 from elib.simulator.worlds.files import gallery
 
@@ -266,6 +267,17 @@ class Panel:
         if not path.exists():
             raise ArgumentError(f"there is no recording {path.name!r} in the folder")
         return self.add(f"replay://{path}", path.name, is_trusted=True)
+
+    def watch(self, robot: Epuck) -> Slot:
+        """Make a place for a robot that a program has opened, and show what it tells the program; return the place."""
+        slot = self.slot(self.add(robot.url, "" if robot.name == robot.url else robot.name, is_trusted=True))
+        slot.watch(robot)
+        return slot
+
+    def forget_watched(self) -> None:
+        """Take out every robot that a program had opened, and has closed."""
+        for key in [key for key, slot in self._slots.items() if slot.phase is Phase.DISCONNECTED]:
+            del self._slots[key]
 
     def remove(self, key: object) -> asyncio.Task[None]:
         """Take a robot out of the panel; the returned task stops and disconnects it."""

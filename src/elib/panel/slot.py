@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import copy
+import dataclasses
 import enum
 
 from elib.base.errors import ArgumentError, ElibError, LinkClosed
@@ -18,7 +19,7 @@ from elib.link.protocol.context import Context
 from elib.link.protocol.image import Image
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import Reading
-from elib.link.session import Disconnected, Greeted, Reconnected, ResetNoticed, TraceEvent
+from elib.link.session import Disconnected, Ended, Greeted, Reconnected, ResetNoticed, TraceEvent
 from elib.link.session.statistics import LinkStats
 from elib.link.transport import parse_url
 from elib.link.transport.url import Url
@@ -28,7 +29,8 @@ from elib.panel.drivelock import DriveLock
 from elib.panel.events import EventLog
 from elib.panel.playback import Playback
 from elib.panel.records import Records
-from elib.panel.watching import ReadingsWatcher, virtual
+from elib.panel.watching import ReadingsWatcher, place_of, virtual
+from elib.records.messages import readings_in
 from elib.robot.actions import catalogue
 from elib.robot.aio import Epuck
 from elib.robot.link import Link, LinkSettings
@@ -57,6 +59,7 @@ class Phase(enum.Enum):
     CONNECTED = "connected"
     GAP = "connection lost, trying again"
     PLAYING = "playing a recording"
+    WATCHED = "a program drives it"
     FAILED = "not connected"
 
 
@@ -97,6 +100,7 @@ class Slot:
         self.runner = BehaviourRunner(self)
         self._robot: Epuck | None = None
         self._playback: Playback | None = None
+        self._watched: Epuck | None = None
         self._tasks = Tasks()
         self._doctor: asyncio.Task[None] | None = None
         self._opening: asyncio.Task[bool] | None = None
@@ -115,6 +119,8 @@ class Slot:
                 f"{self.name} is a recording: it can be watched, and told nothing",
                 hint="replay://FILE?fork=SECONDS goes on from any moment in the simulator",
             )
+        if self._watched is not None:
+            raise LinkClosed(f"{self.name} belongs to a program", hint="let the program drive it")
         if self._robot is None:
             raise LinkClosed(f"{self.name} is not connected", hint="press Connect")
         return self._robot
@@ -139,17 +145,22 @@ class Slot:
         """Firmware of the robot and what was set on it; None without a robot."""
         if self._playback is not None:
             return self._playback.context
-        return None if self._robot is None else self._robot.context
+        return None if self._seen is None else self._seen.context
 
     @property
     def statistics(self) -> LinkStats | None:
         """Statistics of the link; None without a link."""
-        return None if self._robot is None else self._robot.statistics
+        return None if self._seen is None else self._seen.statistics
+
+    @property
+    def _seen(self) -> Epuck | None:
+        """The robot whether this panel or a program drives it."""
+        return self._robot or self._watched
 
     @property
     def control(self) -> Control | None:
         """The control of the robot's world; None unless the robot is simulated in this program."""
-        transport = virtual(self._robot)
+        transport = virtual(self._seen)
         if transport is None or transport.simulation.world is None:
             return None
         return Control(transport.simulation)
@@ -157,7 +168,7 @@ class Slot:
     @property
     def index(self) -> int:
         """The robot's index in that world."""
-        transport = virtual(self._robot)
+        transport = virtual(self._seen)
         return 0 if transport is None else transport.robot.index
 
     async def connect(self) -> bool:
@@ -244,6 +255,26 @@ class Slot:
         self._playback = None
         self.edition += 1
 
+    def watch(self, robot: Epuck) -> None:
+        """Show what a robot tells the program that has opened it, and send nothing to it, until :meth:`unwatch`."""
+        self._watched, self.phase = robot, Phase.WATCHED
+        self.edition += 1
+        self.watcher.forget()
+        robot.trace(self._overhear)
+
+    def unwatch(self) -> None:
+        """Note that the program has closed its robot; what it told last stays."""
+        self._watched, self.phase = None, Phase.DISCONNECTED
+        self.edition += 1
+
+    def _overhear(self, time: float, event: TraceEvent) -> None:
+        self.log.see(time, event)
+        if isinstance(event, Ended) and self._watched is not None:
+            for name, reading in readings_in(event.request.name, event.value):
+                # The program may have a clock of its own.
+                self.watcher.note(name, dataclasses.replace(reading, time=self.now))
+            self.watcher.put(place_of(self._watched))
+
     def disconnect(self) -> asyncio.Future[None]:
         """Stop the robot and free its port; also while it is being connected. Safe to repeat.
 
@@ -309,7 +340,7 @@ class Slot:
 
     def is_stale(self, name: str) -> bool:
         """Return whether a reading is too old to be trusted."""
-        return self.phase not in (Phase.CONNECTED, Phase.PLAYING) or self.watcher.is_stale(name)
+        return self.phase not in (Phase.CONNECTED, Phase.PLAYING, Phase.WATCHED) or self.watcher.is_stale(name)
 
     def watch_camera(self, seconds: float | None) -> None:
         """Take a picture every so many seconds, 0.4 to 60; None ends that."""

@@ -158,7 +158,7 @@ class ReadingsWatcher:
                     async for snapshot in snapshots:
                         for name, reading in snapshot.readings.items():
                             self.note(name, reading)
-                        self.put(_place(robot))
+                        self.put(place_of(robot))
                 return
             except ElibError as error:
                 if robot.session.error is not None:
@@ -174,7 +174,7 @@ def virtual(robot: Epuck | None) -> SimTransport | None:
     return transport if isinstance(transport, SimTransport) else None
 
 
-def _place(robot: Epuck) -> Pose:
+def place_of(robot: Epuck) -> Pose:
     """Return where a robot is: in its world if it is simulated here, otherwise by its odometry."""
     transport = virtual(robot)
     if transport is not None and transport.simulation.world is not None:

@@ -58,7 +58,7 @@ class CallbackPool:
 
 
 class CallbackQueue(CallbackPool):
-    """The same where there is one thread: a callback stops *loop*, and whoever runs the loop runs the callback then."""
+    """The same where there is one thread: a callback stops *loop*, and what runs the loop runs the callback then."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         super().__init__()

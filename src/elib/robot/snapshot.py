@@ -8,7 +8,6 @@ from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from elib.base.errors import ArgumentError, ElibError, Unsupported
-from elib.base.pictures import as_address
 from elib.link.protocol import values as v
 from elib.link.protocol.context import Profile
 from elib.link.protocol.image import Image
@@ -130,6 +129,7 @@ class Snapshot(Readings):
 
 def _cell(reading: v.Reading | Image) -> str:
     """Return a reading as the cell of a table."""
+    from elib.base.pictures import as_address
     from elib.base.plaintext import Html
 
     if isinstance(reading, Image) and reading.mode != CameraMode.YUV:

@@ -31,7 +31,7 @@ class Place(Host):
 
     def __init__(self, nap: Callable[[float], None], turned: Callable[[], object]) -> None:
         super().__init__()
-        self.is_held = self.is_ending = False
+        self.is_held = self.is_ending = self._is_woken = False
         self._nap, self._turned = nap, turned
         self._last = 0.0
 
@@ -40,12 +40,19 @@ class Place(Host):
         until = time.perf_counter() + seconds
         if seconds <= 0 and not self.is_held and until - self._last < BREATH:
             return
+        self._is_woken = False
         self._turn(min(max(0.0, seconds), NAP))
-        while not self.is_ending and (self.is_held or (left := until - time.perf_counter()) > 0):
+        while not self.is_ending and (
+            self.is_held or ((left := until - time.perf_counter()) > 0 and not self._is_woken)
+        ):
             self._turn(NAP if self.is_held else min(left, NAP))
         if self.is_ending:
             self.is_ending = False
             SIGNALS.interrupt()
+
+    def wake(self) -> None:
+        """End the wait that goes on: something has come for the program."""
+        self._is_woken = True
 
     def sleep(self, seconds: float) -> None:
         """Do what ``time.sleep`` does on a computer: robots in real time go on meanwhile."""

@@ -2,21 +2,49 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from pathlib import Path
 
+from elib.base.timebase import outside
 from elib.link.transport import parse_url
 from elib.panel.panel import Can, Panel
 from elib.panel.recents import RecentRobots
 from elib.panel.server.conversation import Told
+from elib.panel.slot import Slot
+from elib.robot.aio import Epuck, on_open
+from elib.robot.link import stop_bytes
 from elib.simulator.emulator import simulation
 from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.settings import settings_of
 from elib.simulator.emulator.simulation import Simulation
+from elib.studio import webserial
 from elib.studio.program import Program
 
 WORLD = "program"
 """The key of the world that the page shows."""
+
+
+class Watched:
+    """A robot of the program, as long as that has it open.
+
+    Args:
+        slot: Its place in the panel.
+
+    Attributes:
+        is_closed: Whether the program has closed it.
+    """
+
+    def __init__(self, slot: Slot) -> None:
+        self.is_closed = False
+        self._slot = slot
+
+    def close(self) -> None:
+        """Note that the program has closed it."""
+        self.is_closed = True
+        if webserial.port is not None:
+            webserial.port.guard(b"")
+        self._slot.unwatch()
 
 
 class Studio:
@@ -41,7 +69,7 @@ class Studio:
         folder: Path,
     ) -> None:
         self.panel = Panel(can=Can(edit=True, save=True), folder=folder, recents=RecentRobots(None))
-        self._begin = begin
+        self._begin, self._loop = begin, asyncio.get_event_loop()
         self._simulation: Simulation | None = None
         self._shown: Simulation | None = None
         simulation.on_begin.append(self._began)
@@ -57,9 +85,15 @@ class Studio:
             parse_url(robot)
         file = self.program.take(text, name)
         self._simulation = None
+        self.panel.forget_watched()
         self.program.debugger.breakpoints = set(breakpoints)
         self.program.place.speed = speed
-        self._begin(lambda: self.program.run(file, robot))
+
+        def run() -> None:
+            with on_open(self._opened):
+                self.program.run(file, robot)
+
+        self._begin(run)
 
     def show(self, robot: str) -> None:
         """Show the world of a URL, in which no program drives.
@@ -81,6 +115,13 @@ class Studio:
                 self._shown = None
         if begun.world is not None:
             self.panel.worlds = {WORLD: Control(begun)}
+
+    def _opened(self, robot: Epuck) -> list[Watched]:
+        """Show what a robot tells the program, and let the page know what stops it if it is on its port."""
+        if webserial.port is not None and isinstance(robot.session.transport, webserial.WebSerial):
+            webserial.port.guard(robot.context.profile.line_end + stop_bytes(robot.session))
+        with outside(self._loop):  # its place lives on the loop of the page
+            return [Watched(self.panel.watch(robot))]
 
     def _time(self) -> float:
         return 0.0 if self._simulation is None else self._simulation.time

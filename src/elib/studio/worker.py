@@ -11,6 +11,7 @@ import msgspec
 
 from elib.base.tasks import Tasks
 from elib.panel.server.conversation import Told
+from elib.studio import webserial
 from elib.studio.messages import StudioPage
 from elib.studio.place import napping
 from elib.studio.studio import Studio
@@ -50,9 +51,12 @@ class Worker:
         nap: Waits so many seconds, while the page is heard.
         begin: Calls a function later, in a way that lets it wait by *nap*.
         folder: Where programs and files lie.
+        write: Gives bytes to the page for the robot on its serial port.
+        guard: Gives the page the bytes that stop this robot.
 
     Attributes:
         studio: The studio.
+        port: That serial port.
     """
 
     def __init__(
@@ -61,14 +65,21 @@ class Worker:
         nap: Callable[[float], None],
         begin: Callable[[Callable[[], None]], object],
         folder: Path,
+        write: webserial.Send,
+        guard: webserial.Send,
     ) -> None:
         port = Port(post)
         self.studio = Studio(port.put, nap, begin, folder)
         self._page, self._tasks = StudioPage(self.studio, port), Tasks()
+        self.port = webserial.port = webserial.Port(write, guard, self.studio.program.place.wake)
 
     def hear(self, text: str) -> None:
         """Hear one message of the page; it is answered a moment later."""
         self._tasks.begin(self._page.hear(text), "elib studio")
+
+    def receive(self, data: Any) -> None:
+        """Take bytes of JavaScript that came from the robot on the serial port."""
+        self.port.received(data.to_bytes())
 
 
 def start(post: Any) -> Worker:
@@ -87,4 +98,11 @@ def start(post: Any) -> Worker:
     def send(data: str | bytes) -> None:
         post(data if isinstance(data, str) else to_js(data))
 
-    return Worker(send, nap, lambda work: js.begin(create_proxy(work)), folder)
+    return Worker(
+        send,
+        nap,
+        lambda work: js.begin(create_proxy(work)),
+        folder,
+        lambda data: js.write(to_js(data)),
+        lambda data: js.guard(to_js(data)),
+    )

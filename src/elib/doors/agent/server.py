@@ -8,8 +8,6 @@ import json
 import logging
 import socket
 import sys
-import threading
-import webbrowser
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from typing import Any, TextIO, cast
 
@@ -22,6 +20,7 @@ from mcp.server.transport_security import TransportSecuritySettings
 from mcp_types import CallToolResult
 
 from elib import __version__
+from elib.base.browser import show_page
 from elib.base.errors import ArgumentError
 from elib.base.tasks import Tasks
 from elib.doors.agent.limits import Limits
@@ -202,7 +201,7 @@ async def opened(urls: Sequence[str], limits: Limits, *, file: TextIO | None, vi
         async with connected(urls, page=page) as panel:
             if page is not None:
                 print(f"watch and stop the robots: {page.url}", file=sys.stderr, flush=True)
-                threading.Thread(target=webbrowser.open, args=(page.url,), daemon=True).start()
+                show_page(page.url)
             tools = Tools(panel, limits)
             yield AgentDoor(tools, Journal(tools, Complaints(), file))
 

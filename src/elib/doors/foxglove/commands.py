@@ -12,6 +12,7 @@ from msgspec import Meta
 
 from elib.base.body import AXLE, WHEEL_CIRCUMFERENCE
 from elib.base.errors import ArgumentError, ElibError
+from elib.base.tasks import end_tasks
 from elib.link.protocol.actuators import ALL
 from elib.panel.slot import Slot
 
@@ -127,9 +128,7 @@ class Commands:
 
     async def close(self) -> None:
         """Send no more."""
-        if self._lighting is not None:
-            self._lighting.cancel()
-            await asyncio.wait([self._lighting])
+        await end_tasks(self._lighting)
 
     def _drive(self, client: str, message: Steering) -> None:
         wheels = message.wheels()

@@ -14,6 +14,7 @@ from elib.base.pictures import as_png, base64_of
 from elib.link.protocol.image import Image, enlarged
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import READING_TYPES, Reading, Role, Sensors, describe
+from elib.link.protocol.words import to_json
 from elib.panel.server.conversation import Answer, Error, Failure, Json, Text, Told
 from elib.panel.slot import Phase
 
@@ -100,10 +101,6 @@ def plain(value: object) -> Json:
         Unsupported: A picture is in YUV, which elib does not decode.
     """
     match value:
-        case float():
-            return value if math.isfinite(value) else None
-        case None | bool() | int() | str():
-            return value
         case Reading():
             found = {name: plain(getattr(value, name)) for name in _names(type(value))}  # type: ignore[arg-type]  # classes have hashes
             return found | {"time": _moment(value.time)}
@@ -117,7 +114,7 @@ def plain(value: object) -> Json:
             }
         case list() | tuple():
             return [plain(each) for each in value]
-    return value.tolist()  # type: ignore[attr-defined]  # an array of NumPy, which is not imported for this
+    return to_json(value)
 
 
 def all_plain(readings: Mapping[str, Reading | Image]) -> dict[str, Json]:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from elib.base.body import FOCAL
 from elib.base.errors import ArgumentError, Unsupported
-from elib.base.pictures import as_png
 from elib.link.protocol.quantities import CameraMode
 
 if TYPE_CHECKING:
@@ -148,6 +147,8 @@ class Image:
 
     def _repr_png_(self) -> bytes:
         """Show the picture in a notebook."""
+        from elib.base.pictures import as_png  # here: a robot is opened faster without
+
         return as_png(enlarged(self, 6))
 
 

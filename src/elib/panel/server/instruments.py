@@ -355,7 +355,7 @@ def _pose(slot: Slot) -> Pose | None:
 def _wheels(slot: Slot) -> tuple[float, float]:
     """Return the speeds of the wheels as set, rev/s: by the stick, otherwise by a behaviour or the console."""
     target = slot.drive.target
-    may_move = slot.drive.may_move or slot.phase is Phase.PLAYING
+    may_move = slot.drive.may_move or slot.phase in (Phase.PLAYING, Phase.WATCHED)
     if any(target) or slot.context is None or not may_move:
         return target
     left, right = slot.context.last_set.speed

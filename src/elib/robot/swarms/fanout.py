@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable, Collection, Coroutine, Iterable
 from typing import Any, NoReturn, Protocol, TypeVar
 
 from elib.base.errors import ArgumentError, ElibError, SwarmError, Unsupported, about
+from elib.base.tasks import end_tasks
 from elib.robot.aio import Epuck
 from elib.robot.link import stop_bytes
 
@@ -95,10 +96,7 @@ async def _run(program: Program[T], robot: Epuck) -> T:
 
 
 async def _cancel(tasks: Collection[asyncio.Task[Any]]) -> None:
-    for task in tasks:
-        task.cancel()
-    if tasks:
-        await asyncio.wait(tasks)
+    await end_tasks(*tasks)
     for task in tasks:
         if not task.cancelled():
             task.exception()  # retrieved, so that asyncio does not report it

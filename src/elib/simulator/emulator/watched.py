@@ -5,13 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
-import os
 import queue
 import subprocess
 import sys
 import threading
-import webbrowser
 
+from elib.base.browser import show_page
 from elib.base.errors import LinkBusy, SimulationError
 from elib.base.extras import check_web
 from elib.link.protocol.profiles import profile_named
@@ -26,8 +25,6 @@ START_TIME = 30.0
 """s that the process may take to offer its robots and its page, on a busy computer."""
 END_TIME = 3.0
 """s that it may take to end after its program has closed the last robot."""
-BROWSER = "ELIB_BROWSER"
-"""The environment variable that keeps the page from being opened, with the value ``no``."""
 
 _worlds: dict[str, WatchedWorld] = {}
 """The worlds with a program, or that wait for one, by URL without ``robot``."""
@@ -76,9 +73,7 @@ class WatchedWorld:
                 return
             self._wait()
             print(f"view {self.page}", file=sys.stderr, flush=True)
-            if os.environ.get(BROWSER) != "no" and has_display():
-                # In a thread: some browsers return only when they end.
-                threading.Thread(target=webbrowser.open, args=(self.page,), daemon=True).start()
+            show_page(self.page)
 
     @property
     def is_running(self) -> bool:
@@ -190,11 +185,6 @@ class _Watched(StreamTransport):
 
 class _WatchedWifi(_Watched, WifiTransport):
     """The same for a robot on Wi-Fi."""
-
-
-def has_display() -> bool:
-    """Return whether a browser can show a page here."""
-    return sys.platform in ("win32", "darwin") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
 
 
 def _keys(settings: SimulationSettings) -> dict[str, object]:

@@ -1,0 +1,162 @@
+"""What is noted of one run of a program, tick by tick, and what the goals say of it.
+
+It needs no process, no socket and no clock: only the simulation in which the program drives its robots.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from os import PathLike
+from typing import TYPE_CHECKING, Literal
+
+from elib.lab.goal import GoalResult, Trace, Zone, judge
+from elib.lab.goals import Lit, Requests
+from elib.lab.labfile import Lab, Variant, stripes_of, things_of
+from elib.simulator.drawing import draw
+from elib.simulator.physics import Pose, Snapshot
+
+if TYPE_CHECKING:
+    from elib.simulator.emulator.simulation import Simulation
+
+AFTERWARDS = 1.0
+"""s of robot time for which the world goes on after the program's end."""
+
+Ending = Literal["ended", "failed", "time", "wall", "broke"]
+End = tuple[Ending, str, int | None]
+"""How a run ended: in a word, why, and the exit code of a program that has ended."""
+
+
+@dataclass(frozen=True, slots=True)
+class VariantResult:
+    """What became of a program in one variant.
+
+    Attributes:
+        variant: The variant.
+        goals: What became of each goal.
+        ending: ``ended`` by itself, ``failed`` with an exit code or a signal, ``time`` or ``wall`` when the robot's or
+            the wall clock's time was over, ``broke`` the link's rules.
+        why: The same in words; empty for ``ended``.
+        exit_code: The exit code, if the program ended.
+        time: Robot time at the program's end, s.
+        paths: Where each robot was, a pose for each tick.
+        snapshot: The world at the end.
+        zones: The zones of the variant.
+        requests: How often each command was sent, if a goal asks for that.
+        output: What the program printed.
+        transcript: A digest of all that went over the link: equal runs have equal digests.
+    """
+
+    variant: Variant
+    goals: tuple[GoalResult, ...]
+    ending: Ending
+    why: str
+    exit_code: int | None
+    time: float
+    paths: tuple[tuple[Pose, ...], ...]
+    snapshot: Snapshot
+    zones: tuple[Zone, ...]
+    requests: Counter[str]
+    output: str
+    transcript: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether all goals hold."""
+        return all(each.holds for each in self.goals)
+
+    @property
+    def opened_robot(self) -> bool:
+        """Whether the program opened a robot, which takes robot time."""
+        return self.time > 0
+
+    def draw(self, path: str | PathLike[str] | None = None, *, size: int = 900) -> str | None:
+        """Draw the paths in the world, as .svg or .png; without a path the SVG text is returned."""
+        caption = f"{self.variant.name} · {self.time:.1f} s"
+        return draw(self.snapshot, path, trails=self.paths, caption=caption, size=size, zones=self.zones)
+
+
+def end_by(code: int) -> End:
+    """Return how a run ended whose program has ended with an exit code, -N if signal N ended it."""
+    if code == 0:
+        return "ended", "", code
+    return "failed", f"signal {-code} ended it" if code < 0 else f"it ended with exit code {code}", code
+
+
+class Tracer:
+    """Notes from now on what all robots of a simulation do, at each tick, on its event loop.
+
+    Args:
+        lab: The lab.
+        variant: One of its variants.
+        simulation: The variant's world.
+    """
+
+    def __init__(self, lab: Lab, variant: Variant, simulation: Simulation) -> None:
+        assert simulation.world is not None
+        self._lab, self._variant = lab, variant
+        self._simulation, self._world = simulation, simulation.world
+        self._poses: list[list[Pose]] = []
+        self._touching: list[list[bool]] = []
+        self._lit: list[list[int]] = []
+        self._wants_lamps = any(isinstance(goal, Lit) for goal in lab.goals)
+        self._note()
+
+    @property
+    def counts_requests(self) -> bool:
+        """Whether a goal asks how often commands were sent."""
+        return any(isinstance(goal, Requests) for goal in self._lab.goals)
+
+    def so_far(self) -> tuple[GoalResult, ...]:
+        """Return what the goals say of a run that goes on, without what its program has sent and printed."""
+        return judge(self._lab.goals, self._trace(self._world.snapshot(), Counter(), "", self._simulation.time))
+
+    def judged(self, end: End, time: float, requests: Counter[str], output: str, transcript: str = "") -> VariantResult:
+        """Return what became of a run that is over; the arguments are those of the result."""
+        ending, why, code = end
+        self._world.run_to(self._simulation.time)
+        snapshot = self._world.snapshot()
+        trace = self._trace(snapshot, requests, output, time, ending in ("ended", "failed"), code)
+        goals = judge(self._lab.goals, trace, why if ending in ("wall", "broke") else "")
+        paths, zones = tuple(zip(*self._poses, strict=True)), tuple(trace.zones.values())
+        return VariantResult(
+            self._variant, goals, ending, why, code, time, paths, snapshot, zones, requests, output, transcript
+        )
+
+    def _note(self) -> None:
+        """Note what every robot does in this tick, and come again at the next."""
+        world, simulation = self._world, self._simulation
+        world.run_to(simulation.time)
+        self._poses.append(world.poses)
+        self._touching.append([world.touching(robot) for robot in range(world.robots)])
+        if self._wants_lamps:
+            rings = [robot.lamps.ring for robot in world.snapshot().robots]
+            self._lit.append([sum(1 << led for led, colour in enumerate(ring) if any(colour)) for ring in rings])
+        # Between two ticks: on a tick itself a reading could come before or after it.
+        simulation.loop.call_at(simulation.origin + (world.tick + 1.5) * world.scene.step, self._note)
+
+    def _trace(
+        self,
+        snapshot: Snapshot,
+        requests: Counter[str],
+        output: str,
+        time: float,
+        has_ended: bool = False,
+        code: int | None = None,
+    ) -> Trace:
+        world = self._world
+        return Trace(
+            step=world.scene.step,
+            poses=[[(pose.x, pose.y, pose.heading) for pose in row] for row in self._poses],
+            touching=self._touching,
+            lit=self._lit,
+            speeds=[world.wheel_speeds(robot) for robot in range(world.robots)],
+            things=things_of(snapshot),
+            zones=self._lab.zones_of(self._variant),
+            stripes=stripes_of(world.scene),
+            requests=requests,
+            output=output,
+            time=time,
+            has_ended=has_ended,
+            exit_code=code,
+        )
