@@ -20,7 +20,7 @@ NOT_THERE = ("elib.cli", "elib.doors", "elib.learn", "multiprocessing", "socket"
 """Modules that no program in a page can use, beside those of other packages."""
 
 NO_ACT = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Assign, ast.AnnAssign)
-"""Statements that nobody sees when they are run."""
+"""Statements that show nothing when they are run."""
 
 
 def program_link(name: str, text: str) -> str:
