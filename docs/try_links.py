@@ -18,6 +18,8 @@ PROGRAM = re.compile(r"(?P<needs><!-- needs [^\n]*-->\n+)?^```python\n(?P<text>.
 LAB = re.compile(r"^!\[[^]]*\]\(images/labs/(?P<name>[\w-]+)\.svg\)$", re.MULTILINE)
 NOT_THERE = ("elib.cli", "elib.doors", "elib.learn", "multiprocessing", "socket", "subprocess", "threading")
 """Modules that no program in a page can use, beside those of other packages."""
+NEEDS_MORE = {"Batch", "draw", "image", "log", "pitch", "plot", "record"}
+"""Names of elib that need NumPy, Pillow, other packages or a thread."""
 
 NO_ACT = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Assign, ast.AnnAssign)
 """Statements that show nothing when they are run."""
@@ -72,9 +74,10 @@ def with_needs(text: str, earlier: list[tuple[ast.stmt, str]]) -> str:
 
 
 def runs(text: str) -> bool:
-    """Return whether a text does something when it is run, and the studio has all that it imports."""
+    """Return whether a text does something when it is run, and the studio has all that it needs."""
     tree, names = ast.parse(text), set()
-    if all(isinstance(each, NO_ACT) for each in tree.body):
+    called = {each.attr for each in ast.walk(tree) if isinstance(each, ast.Attribute)}
+    if called & NEEDS_MORE or all(isinstance(each, NO_ACT) for each in tree.body):
         return False
     for each in ast.walk(tree):
         if isinstance(each, ast.Import):
@@ -107,6 +110,6 @@ def _bound(tree: ast.AST) -> set[str]:
                 found |= {(alias.asname or alias.name).partition(".")[0] for alias in each.names}
             case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
                 found.add(each.name)
-            case ast.Name(ctx=ast.Store()):
-                found.add(each.id)
+            case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name) | ast.ExceptHandler(name=str(name)):
+                found.add(name)
     return found
