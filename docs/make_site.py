@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import base64
 import json
 import os
 import re
@@ -16,19 +15,27 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import zlib
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
+sys.path[:0] = [str(ROOT), str(ROOT / "release")]
+
+from hatch_build import NoPage  # noqa: E402
+from try_links import with_links  # noqa: E402
+
+import studio  # noqa: E402
+
 LINK = re.compile(r"(\]\()(?!https?://)([^)\s#]*)(#[^)\s]*)?\)")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 ENTRY = re.compile(r"(?:-|\d+\.) \[([^]]+)\]\(([^)\s]+)\)")
 
 SHIM = "https://unpkg.com/iframe-worker/shim"
 """What the theme would fetch for a search in a page that was opened as a file; ``site/worker.js`` does that here."""
+
+TRIED = ("tutorial/", "cookbook/", "labs.md")
+"""The pages whose programs the studio opens."""
 
 PROMPT = re.compile(r'<span class="gp">([^<]*)</span>')
 
@@ -152,14 +159,17 @@ def pages_in(nav: list[Any]) -> set[str]:
     return found
 
 
-def stage(folder: Path) -> None:
-    """Write the sources of the site into *folder*."""
+def stage(folder: Path, *, has_studio: bool = False) -> None:
+    """Write the sources of the site into *folder*; with the studio, programs have links that open them there."""
     nav = [{"Start": ["index.md"]}, *navigation()]
     docs = folder / "docs"
     for path in sorted(DOCS.rglob("*")):
         name = page_of(path, "")[0]
         if path.suffix == ".md":
-            write(docs / name, relinked(path.read_text(encoding="utf-8"), path, name))
+            text = path.read_text(encoding="utf-8")
+            if has_studio and name.startswith(TRIED):
+                text = with_links(text, name)
+            write(docs / name, relinked(text, path, name))
         elif path.suffix in (".svg", ".png", ".webp", ".css", ".js", ".ipynb"):
             (docs / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, docs / name)
@@ -170,13 +180,6 @@ def stage(folder: Path) -> None:
         sys.exit(f"docs/README.md does not list {', '.join(unlisted)}")
     settings = (DOCS / "site/zensical.toml").read_text(encoding="utf-8")
     write(folder / "zensical.toml", settings.replace("[project]\n", f"[project]\nnav = {as_toml(nav)}\n", 1))
-
-
-def program_link(name: str, text: str) -> str:
-    """Return the end of an address of the studio that opens a program there."""
-    packer = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
-    packed = packer.compress(text.encode()) + packer.flush()
-    return f"#program={quote(name)},{base64.urlsafe_b64encode(packed).decode().rstrip('=')}"
 
 
 def as_toml(value: Any) -> str:
@@ -198,7 +201,12 @@ def build(target: Path) -> int:
     """Build the site into *target*, in place of what is there; return the exit code."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        stage(folder)
+        try:
+            studio.build(folder / "studio")
+        except NoPage as error:
+            print(f"The site has no studio. {error}", file=sys.stderr)
+        has_studio = (folder / "studio").exists()
+        stage(folder, has_studio=has_studio)
         command = [sys.executable, "-m", "zensical", "build", "--strict"]
         if code := subprocess.run(command, cwd=folder, check=False).returncode:
             return code
@@ -210,6 +218,8 @@ def build(target: Path) -> int:
             path.write_text(PROMPT.sub(r'<span class="gp" data-prompt="\1"></span>', text), encoding="utf-8")
         shutil.rmtree(target, ignore_errors=True)
         shutil.copytree(built, target)
+        if has_studio:
+            shutil.copytree(folder / "studio", target / "studio")
     return 0
 
 

@@ -76,7 +76,16 @@ def add_msgspec(folder: Path, work: Path) -> None:
     assert pinned is not None
     (work / "msgspec.txt").write_text(pinned[0] + "\n", encoding="utf-8")
     kind = ("--only-binary", ":all:", "--platform", PLATFORM, "--python-version", PYTHON)
-    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "download", "--quiet", "--no-deps")
+    pip = (
+        sys.executable,
+        "-m",
+        "pip",
+        "--disable-pip-version-check",
+        "download",
+        "--retries=1",
+        "--quiet",
+        "--no-deps",
+    )
     done = tried(*pip, "--require-hashes", *kind, "--dest", str(folder), "-r", str(work / "msgspec.txt"))
     if done.returncode:
         raise hatch_build.NoPage(f"The studio is not built: msgspec for browsers cannot be fetched.\n{done.stderr}")

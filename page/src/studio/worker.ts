@@ -12,8 +12,9 @@ const scope = self as unknown as Worker & {
   begin: (work: { callPromising: () => Promise<void>; destroy: () => void }) => void;
 };
 // A program has these no more: what the browser keeps of other programs and of the studio, workers that would have all
-// of it again, and once Python is loaded, the network.
+// of it again, ports that the window was allowed to open, and once Python is loaded, the network.
 const STORES = ["caches", "indexedDB", "BroadcastChannel", "SharedWorker", "Worker"];
+const DEVICES = ["hid", "serial", "storage", "usb"];
 const NETWORK = ["EventSource", "WebSocket", "WebSocketStream", "WebTransport", "XMLHttpRequest", "fetch"];
 const HERE = new URL(".", import.meta.url).href;
 
@@ -33,8 +34,8 @@ function post(message: string | Uint8Array<ArrayBuffer>) {
   else scope.postMessage(message.buffer, [message.buffer]);
 }
 
-function remove(names: string[]) {
-  for (let object = self; object; object = Object.getPrototypeOf(object))
+function remove(names: string[], of: object) {
+  for (let object = of; object; object = Object.getPrototypeOf(object))
     for (const name of names) delete object[name as keyof typeof object];
 }
 
@@ -49,13 +50,14 @@ async function fetched(name: string) {
 async function begin() {
   if (!("Suspending" in WebAssembly)) throw new Error("this browser is too old: its WebAssembly cannot wait");
   tell("Loading Python", 0.1);
-  remove(STORES);
+  remove(STORES, self);
+  remove(DEVICES, navigator);
   const wheels = WHEELS.map(fetched);
   const python = await loadPyodide({ indexURL: HERE, lockFileContents: LOCK });
   tell("Loading elib", 0.6);
   const [extractDir] = python.runPython("import site; site.getsitepackages()");
   for (const wheel of wheels) python.unpackArchive(await wheel, "wheel", { extractDir });
-  remove(NETWORK);
+  remove(NETWORK, self);
   tell("Starting elib", 0.8);
   const studio = python.pyimport("elib.studio.worker").start(post);
   scope.onmessage = ({ data }) => {

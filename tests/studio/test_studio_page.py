@@ -56,13 +56,15 @@ class Page:
             await self.tab.mouse(kind, x, y)
 
     async def run(self) -> None:
-        """Press Run."""
+        """Press Run, and wait until the page has heard it."""
+        await self.tab.run("void (window.before = elib.program.value)")
         await self.click("document.querySelector('#run')")
+        await self.tab.until("elib.program.value !== window.before")
 
     async def ended(self) -> str:
         """Wait until the program has ended, and return what it printed."""
         await self.tab.until(f"{STATE} === 'idle' && {READY}")
-        return str(await self.tab.run(OUTPUT))
+        return str(await self.tab.run(f"new Promise(requestAnimationFrame).then(() => {OUTPUT})"))
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
@@ -113,7 +115,7 @@ async def test_a_mistake_stands_at_its_line_and_the_output_leads_there(page: Pag
 async def test_a_breakpoint_holds_the_robot_and_shows_the_variables(page: Page) -> None:
     await page.show("steps.py", STEPS)
     await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '6')")
-    await page.tab.until(f"{ROOT}.querySelector('.cm-breakpoints span')")
+    assert await page.tab.until("elib.breakpoints.value.length && elib.breakpoints.value") == [6]
     await page.run()
     await page.tab.until(f"{STATE} === 'paused'")
     assert "turn\t0" in str(await page.tab.until("document.querySelector('table')?.innerText"))
