@@ -9,6 +9,8 @@ import pytest
 from elib_process import Told
 
 from elib.cli import main
+from elib.lab import load_lab
+from elib.lab.result import digest_of
 
 GOOD = "import elib\nprint('off we go')\nwith elib.connect() as robot:\n    robot.drive(0.1)\n"
 BAD = "import elib\n\ndef go():\n    raise ValueError('no way')\n\ngo()\n"
@@ -171,3 +173,46 @@ def test_the_picture_of_a_lab_is_drawn_again_with_its_zones(lab: Path, capsys: p
     assert main(["lab", "draw", str(lab.parent / "maze")]) == 0
     assert picture.read_text().rstrip() != before.rstrip()
     assert main(["lab", "draw", str(lab.parent / "none")]) == 2
+
+
+def result(program: str, *, digest: str = "", claims: bool = True) -> str:
+    """Return the file of a check in a browser, which says that all goals hold, or that none does."""
+    lab = load_lab("go-10-cm", hidden=True)
+    verdicts = {variant.name: {goal.name: claims for goal in lab.goals} for variant in lab.variants}
+    return json.dumps({"lab": lab.name, "digest": digest or digest_of(lab), "program": program, "verdicts": verdicts})
+
+
+@pytest.mark.parametrize(
+    ("program", "digest", "claims", "code", "says"),
+    [
+        (GOOD, "", True, 0, ""),
+        (BAD, "", True, 1, "was not believed: the check found something else."),
+        (GOOD, "", False, 0, "was not believed: the check found something else."),
+        (BAD, "0", True, 1, "was not believed: it is of a lab of this name with other goals or worlds."),
+    ],
+)
+def test_a_result_of_the_browser_is_judged_anew(
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    program: str,
+    digest: str,
+    claims: bool,
+    code: int,
+    says: str,
+) -> None:
+    file = tmp_path / "anna-result.json"
+    file.write_text(result(program, digest=digest, claims=claims))
+    assert exit_of(["lab", "check", str(file)]) == code
+    told = capfd.readouterr()
+    assert "Go 10 cm: another firmware" in told.out  # a hidden variant
+    assert f"{5 if code == 0 else 0} of 5 points" in told.out
+    assert says in told.err
+    assert ("was not believed" in told.err) == bool(says)
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".json", ".png", ".png", ".png"]
+
+
+@pytest.mark.parametrize("content", ["", "{}", '{"lab": 7}', "[" * 100_000])
+def test_what_is_no_result_is_refused(tmp_path: Path, refused: Told, content: str) -> None:
+    file = tmp_path / "anna-result.json"
+    file.write_text(content)
+    assert "is not the result of a check" in refused("lab", "check", file)

@@ -107,6 +107,26 @@ def test_honest_work_has_its_points_in_every_variant(lab: Path, school: Path) ->
     assert all("<svg" in run.picture for run in found.runs)
 
 
+def test_a_forged_result_is_marked_by_what_its_program_does(lab: Path, school: Path) -> None:
+    claims = {
+        "lab": "lab",
+        "digest": "",
+        "verdicts": {each: {"ahead": True, "end": True} for each in ("given", "hidden")},
+    }
+    (school / "anna-result.json").write_text(json.dumps(claims | {"program": HONEST}))
+    (school / "eve-result.json").write_text(json.dumps(claims | {"program": "import elib\n"}))
+    (school / "max-result.json").write_text('{"points": 4}')
+    (school / "data.json").write_text("{}")
+    found = {each.name: mark(lab, each, safe=False) for each in find_submissions(school)}
+    assert {name: each.points for name, each in found.items()} == {
+        "anna-result.json": 4,
+        "eve-result.json": 0,
+        "honest.py": 4,
+        "max-result.json": 0,
+    }
+    assert "is not the result of a check" in "; ".join(found["max-result.json"].remarks)
+
+
 KEEPS = """
 import elib
 print(elib.find())

@@ -44,8 +44,9 @@ class Page:
         self.tab = tab
 
     async def show(self, name: str, text: str) -> None:
-        """Show a program as a sample is shown."""
+        """Show a program as a sample is shown, and wait until its lines are where they stay."""
         await self.tab.run(f"elib.borrow({json.dumps(name)}, {json.dumps(text)}, 'a test')")
+        await self.tab.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
 
     async def click(self, element: str) -> None:
         """Click an element, which is there when a JavaScript expression gives it."""

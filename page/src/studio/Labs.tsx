@@ -1,13 +1,13 @@
 // Labs: what is to be done, which goals the program reaches while it runs, and what a check says of it.
-import { signal } from "@preact/signals";
+import { effect, signal } from "@preact/signals";
 import * as icons from "lucide";
 import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Icon } from "../look/Icon";
 import { Markdown } from "../look/Markdown";
 import { number, save } from "../look/text";
-import { ask } from "../store";
-import type { Judged, Lab, Report } from "./labmessages";
+import { ask, toast } from "../store";
+import type { Judged, LabNews, Report } from "./labmessages";
 import * as programs from "./programs";
 import { isIdle, lab, program } from "./run";
 import { loading } from "./wire";
@@ -15,28 +15,39 @@ import { loading } from "./wire";
 const ELSEWHERE = /^## Begin\n[^]*?(?=^## )/m; // what to type where elib is installed
 
 export const hasLabs = signal(false);
-const labs = signal<Lab[]>([]);
+const labs = signal<LabNews[]>([]);
 const report = signal<Report | null>(null);
 
-function choose(chosen: Lab) {
+function choose(chosen: LabNews) {
   lab.value = chosen;
   report.value = null;
   programs.open(`${chosen.name}.py`, chosen.start, "Where the lab begins");
 }
 
-async function openFolder(file: File) {
+async function openFolder(file: Blob) {
   const found = await ask("open_lab_folder", { zip: new Uint8Array(await file.arrayBuffer()).toBase64() });
   if (!found) return;
   labs.value = [...labs.value.filter((each) => each.name !== found.name), found];
   choose(found);
 }
 
+const beside = new URLSearchParams(location.search).get("lab"); // a lab folder that lies in the folder of the page
+const hasOpened = effect(() => {
+  if (!beside || loading.value) return;
+  hasLabs.value = true;
+  fetch(beside)
+    .then((found) => (found.ok ? found.blob() : Promise.reject(new Error(found.statusText))))
+    .then(openFolder)
+    .catch(({ message }) => toast(`There is no lab at ${beside}: ${message}`));
+  queueMicrotask(() => hasOpened()); // once, and not again with another Python
+});
+
 function Choice() {
   const file = useRef<HTMLInputElement>(null),
     isReady = !loading.value,
     take = (files: FileList | null | undefined) => files?.[0] && openFolder(files[0]);
   useEffect(() => {
-    if (isReady && !labs.value.length) ask("labs", {}).then((found) => (labs.value = found ?? []));
+    if (isReady) ask("labs", {}).then((found) => (labs.value = found ?? []));
   }, [isReady]);
   return (
     <div
@@ -81,7 +92,7 @@ const Variant = ({ name, passed, goals, ending, why, time }: Judged) => (
   </li>
 );
 
-function Chosen({ chosen }: { chosen: Lab }) {
+function Chosen({ chosen }: { chosen: LabNews }) {
   const reached = (program.value.goals ?? []).filter(({ holds }) => holds).map(({ name }) => name),
     { variants, points, most, file } = report.value ?? { variants: [], points: 0, most: 0, file: "" },
     resultName = programs.name.value.replace(/(\.py)?$/, "-result.json");

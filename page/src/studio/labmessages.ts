@@ -6,10 +6,10 @@ export type Asked = {
   check_lab: { lab: string; text: string };
   open_lab_folder: { zip: string };
 };
-export type Answered = { labs: Lab[]; check_lab: Report; open_lab_folder: Lab };
-export type News = ProgramNews & { goals?: Goal[] };
+export type Answered = { labs: LabNews[]; check_lab: Report; open_lab_folder: LabNews };
+export type News = ProgramNews & { goals?: GoalNews[] };
 
-export type Lab = {
+export type LabNews = {
   name: string;
   title: string;
   summary: string;
@@ -17,12 +17,12 @@ export type Lab = {
   start: string;
   goals: { name: string; points: number; sentence: string }[];
 };
-export type Goal = { name: string; holds: boolean; text: string };
+export type GoalNews = { name: string; holds: boolean; text: string };
 export type Judged = {
   name: string;
   is_hidden: boolean;
   passed: boolean;
-  goals: Goal[];
+  goals: GoalNews[];
   ending: string;
   why: string;
   time: number;

@@ -2,7 +2,7 @@
 import { effect, signal } from "@preact/signals";
 import { stops } from "../stop";
 import { ask, onTold, tell } from "../store";
-import type { Lab, News } from "./labmessages";
+import type { LabNews, News } from "./labmessages";
 import type { Asked, Output } from "./messages";
 import { name, opened, save, textNow } from "./programs";
 import { halt } from "./serial";
@@ -22,7 +22,7 @@ export const isIdle = () => program.value.state === "idle";
 export const isWaiting = signal(false); // Run was pressed while Python is loaded
 export const speed = signal(1);
 export const robot = signal(""); // the URL that takes the place of the program's own
-export const lab = signal<Lab | null>(null);
+export const lab = signal<LabNews | null>(null);
 export const breakpoints = signal<number[]>([]);
 export const shownLine = signal<{ line: number } | null>(null); // that the editor scrolls to
 

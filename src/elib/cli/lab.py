@@ -6,6 +6,7 @@ import re
 import shutil
 import sys
 from collections import Counter
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -22,9 +23,11 @@ from elib.cli.terminal import GREEN, RED, paint, print_json, say, table
 from elib.lab import VariantResult, find_lab, load_lab, run_variant
 from elib.lab.goal import points
 from elib.lab.labfile import shipped_labs
+from elib.lab.marker import WALL
 from elib.lab.mistakes import is_mistake, wrong_claim
 from elib.lab.picture import PICTURE, draw_lab
-from elib.lab.running import WALL, PlainProgram
+from elib.lab.result import ENDING, read_result
+from elib.lab.running import PlainProgram
 
 TEACHER = "teacher"
 
@@ -115,7 +118,7 @@ def draw(folder: Annotated[str, Cli(help="The lab's folder.")] = ".", /) -> None
 
 @app.command
 def check(
-    program: Annotated[str, Cli(help="The program, a .py file.")],
+    program: Annotated[str, Cli(help="The program, a .py file, or the -result.json of a check in a browser.")],
     /,
     *,
     lab: LabFolder = None,
@@ -127,7 +130,7 @@ def check(
 
     The path of the robot is drawn into a picture beside the program. The exit code is 0 if all goals hold. A program in
     the lab's teacher/mistakes runs in the hidden variants too, and the exit code is 0 if it fails as its first line
-    says.
+    says. The program in a result file runs in them too; what else the file says is only compared.
 
     For example:
         elib lab check out-of-the-maze/start.py
@@ -140,9 +143,11 @@ def check(
         raise ArgumentError(f"{program} is a folder", hint=hint)
     if not path.is_file():
         raise ArgumentError(f"there is no program {program}", hint="name a .py file, such as start.py")
-    if path.suffix != ".py":
+    claimed = read_result(path) if path.name.endswith(ENDING) else None
+    if claimed is None and path.suffix != ".py":
         raise ArgumentError(f"{program} is not a program: its name does not end in .py")
-    found = load_lab(lab or find_lab(path))
+    home = claimed.lab if claimed is not None and claimed.lab in shipped_labs() else None
+    found = load_lab(lab or home or find_lab(path), hidden=claimed is not None)
     is_wrong = is_mistake(found, path)
     if is_wrong:
         found = load_lab(found.folder, hidden=True)
@@ -152,11 +157,12 @@ def check(
     for each in chosen:
         if not json:
             print(found.title if len(found.variants) == 1 else f"{found.title}: {each.name}", flush=True)
-        results.append(
-            run_variant(
-                found, each, lambda link: PlainProgram(path, link, shows=lambda text: _show(text, shown)), wall=wall
+        with claimed.unpacked() if claimed else nullcontext(path) as file:
+            results.append(
+                run_variant(
+                    found, each, lambda link: PlainProgram(file, link, shows=lambda text: _show(text, shown)), wall=wall
+                )
             )
-        )
         if results[-1].output[-1:] not in ("", "\n"):
             print(file=shown)
         ending = "" if len(found.variants) == 1 else "-" + re.sub(r"\W+", "-", each.name)
@@ -183,6 +189,8 @@ def check(
         )
     else:
         print(f"{reached:.3g} of {found.points:g} points" + (", all goals hold" if passed else ""))
+    if claimed is not None and (doubt := claimed.doubt(found, results)):
+        say(f"What {path.name} says was not believed: {doubt}.")
     if is_wrong:
         wrong = wrong_claim(found, path.read_text("utf-8", "replace"), [result.goals for result in results])
         say(f"{path.name}: {wrong or 'it fails as its first line says'}")

@@ -21,7 +21,7 @@ from elib.cli.arguments import AsJson, option
 from elib.cli.terminal import LiveLine, print_json, say
 from elib.lab import Lab, find_lab, load_lab
 from elib.lab.marking import Mark, mark_all
-from elib.lab.marksheet import to_csv, to_html, to_json, to_rows
+from elib.lab.marksheet import named, to_csv, to_html, to_json, to_rows
 from elib.lab.mistakes import is_mistake, wrong_claim
 from elib.lab.sandbox import check_walls
 from elib.lab.similar import similar
@@ -126,12 +126,12 @@ def _wrong(lab: Lab, submissions: Sequence[Submission], marks: Sequence[Mark]) -
 
 def _print(marked: Sequence[tuple[Lab, Sequence[Mark]]]) -> None:
     heading, *rows = to_rows(marked)
-    cheats = {plain(mark.name).removesuffix(".py") for _, marks in marked for mark in marks if mark.broke}
+    cheats = {named(plain(mark.name)) for _, marks in marked for mark in marks if mark.broke}
     if not any(row[-1] for row in rows):
         heading, rows = heading[:-1], [row[:-1] for row in rows]
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in heading:
         table.add_column(name, overflow="fold", no_wrap=name not in ("remarks", "similar"))
     for row in rows:
-        table.add_row(*(Text(cell) for cell in row), style="red" if row[0].removesuffix(".py") in cheats else "")
+        table.add_row(*(Text(cell) for cell in row), style="red" if named(row[0]) in cheats else "")
     Console().print(table)

@@ -39,11 +39,15 @@ ports. That of ``--view`` and ``--control`` without one: the first free port fro
 MAX_STUDENTS = 64
 """Twenty robots that are driven, with twenty open pages, use a sixth of a processor core and 75 MB."""
 
+USUAL = SimulationSettings()
+
 
 def _number(name: str, metavar: str, about: str) -> Cli:
     rule = rule_of(SimulationSettings, name)
     assert isinstance(rule, Number)
-    return option(f"--{name} {metavar}", f"{about}, {rule.range}.")
+    usual = getattr(USUAL, name)
+    default = "as the world says" if usual is None else f"{usual:g}"
+    return option(f"--{name} {metavar}", f"{about}, {rule.range} (default: {default}).")
 
 
 World = Annotated[
@@ -85,11 +89,13 @@ class SimulationOptions:
     """The options that are keys of a simulation's URL too, as they were typed."""
 
     robots: Annotated[str | None, _number("robots", "N", "How many robots")] = None
-    firmware: Annotated[
-        str | None, option("--firmware F", f"{', '.join(FIRMWARES)} (default: {SimulationSettings().firmware}).")
-    ] = None
+    firmware: Annotated[str | None, option("--firmware F", f"{', '.join(FIRMWARES)} (default: {USUAL.firmware}).")] = (
+        None
+    )
     seed: Annotated[str | None, _number("seed", "N", "Seed of the noise: same seed, same noise")] = None
-    speed: Annotated[str | None, option("--speed real|K", "How fast time runs: as the clock's, or K times.")] = None
+    speed: Annotated[
+        str | None, option("--speed real|K", "How fast time runs: as the clock's, or K times (default: real).")
+    ] = None
     latency: Annotated[str | None, _number("latency", "S", "Delay of the link each way")] = None
     jitter: Annotated[str | None, _number("jitter", "S", "Standard deviation of that delay")] = None
     baud: Annotated[str | None, _number("baud", "BIT/S", "Speed of the serial line, 0 for unpaced")] = None

@@ -13,7 +13,7 @@ import socket
 import struct
 import threading
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -290,8 +290,10 @@ class LockstepTransport(BufferedTransport):
         return tuple(found)
 
 
+LARGEST_FILE = 1 << 24
+"""No file descriptor is as large."""
 _LINKS: dict[int, LockstepLink] = {}
-"""Links by their numbers: file descriptors, or greater numbers for markers in the same process."""
+"""Links by their numbers: file descriptors, or larger ones for markers in the same process."""
 _LINKS_LOCK = threading.Lock()
 
 
@@ -305,6 +307,18 @@ def link_of(number: int) -> LockstepLink:
         if number not in _LINKS:
             _LINKS[number] = LockstepLink(number)
         return _LINKS[number]
+
+
+@contextlib.contextmanager
+def linked(channel: Channel) -> Iterator[int]:
+    """Give a marker in the same process a number for URLs, while the block lasts."""
+    with _LINKS_LOCK:
+        number = max(LARGEST_FILE, *_LINKS, 0) + 1
+        _LINKS[number] = LockstepLink(number, channel)
+    try:
+        yield number
+    finally:
+        del _LINKS[number]
 
 
 @dataclass(frozen=True, slots=True)

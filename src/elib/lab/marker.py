@@ -38,6 +38,10 @@ from elib.records.decoding.lines import Kind
 from elib.records.decoding.wifi import AnyDecoder, decoder_of
 from elib.simulator.emulator.simulation import Simulation, VirtualRobot
 
+WALL = 60.0
+"""s of the wall clock for one variant."""
+GRACE = 2.0
+"""s of the wall clock in which a program may end after its time was over."""
 MAX_KEPT = 1_000_000
 """Bytes that wait for one robot. elib's own side waits long before, at 65,536."""
 
@@ -64,6 +68,15 @@ class TimeOver(RunOver):
 
     def __init__(self, limit: float) -> None:
         super().__init__(f"it was not done after {limit:g} s of robot time")
+
+
+class WallOver(RunOver):
+    """The program was not done when its time by the wall clock was over."""
+
+    ending = "wall"
+
+    def __init__(self, limit: float) -> None:
+        super().__init__(f"it was not done after {limit:g} s of the wall clock")
 
 
 class _End(MemoryTransport):

@@ -22,8 +22,6 @@ from elib.lab.goal import points
 from elib.lab.sandbox import LIMITS, Child, Limits, start
 from elib.lab.submissions import Submission
 
-WALL = 60.0
-"""s of the wall clock for one variant; a program that only sleeps is ended by this."""
 PICTURE_SIZE = 300
 """Pixels of the longer side of a path's picture."""
 MAX_ERROR = 120
@@ -139,7 +137,7 @@ def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits
             children.append(start(submission.files, submission.main, link, limits=limits, hidden=hidden, safe=safe))
             return children[0]
 
-        found = run_variant(lab, variant, begin, wall=WALL)
+        found = run_variant(lab, variant, begin)
         (child,) = children
         child.kill()
         if not child.began and not child.exceeded:

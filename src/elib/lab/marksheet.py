@@ -10,6 +10,7 @@ from html import escape
 from elib.base.plaintext import plain
 from elib.lab import Lab
 from elib.lab.marking import Mark, MarkedRun
+from elib.lab.result import ENDING
 
 Marked = Sequence[tuple[Lab, Sequence[Mark]]]
 """Labs, each with the marks of its submissions."""
@@ -45,8 +46,8 @@ def _summed(marked: Marked) -> list[list[str]]:
 
 
 def _student(mark: Mark, marks: Sequence[Mark]) -> str:
-    """Return who handed in: the name without ``.py``, unless a folder of that name was handed in, too."""
-    name = mark.name.removesuffix(".py")
+    """Return who handed in: the name without its ending, unless a folder of that name was handed in, too."""
+    name = named(mark.name)
     return name if name == mark.name or all(each.name != name for each in marks) else mark.name
 
 
@@ -60,6 +61,11 @@ def _rows_of(lab: Lab, marks: Sequence[Mark]) -> list[list[str]]:
         held = [f"{mark.goals[goal.name]}/{len(lab.variants)}" for goal in lab.goals]
         rows.append([mark.name, _number(mark.points), _number(mark.most), *held, "; ".join(mark.remarks), _alike(mark)])
     return [[plain(cell) for cell in row] for row in rows]
+
+
+def named(file: str) -> str:
+    """Return the name of a file that was handed in, without its ending."""
+    return file.removesuffix(".py").removesuffix(ENDING)
 
 
 def to_csv(marked: Marked) -> str:

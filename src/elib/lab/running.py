@@ -19,16 +19,12 @@ from elib.base.errors import ElibError, Unsupported
 from elib.base.timebase import SimulatedLoop
 from elib.lab.labfile import Lab, Variant, settings_of
 from elib.lab.lockstep import LETTER, MAX_MESSAGE
-from elib.lab.marker import BrokenRule, Marker, RunOver, TimeOver
+from elib.lab.marker import GRACE, WALL, BrokenRule, Marker, RunOver, TimeOver, WallOver
 from elib.lab.tracer import AFTERWARDS, End, Tracer, VariantResult, end_by
 from elib.simulator.emulator.simulation import Simulation
 
 LOOK = 0.1
 """s of the wall clock between two looks at whether a silent program still runs."""
-WALL = 60.0
-"""s of the wall clock for one variant."""
-GRACE = 2.0
-"""s of the wall clock in which a program may end after its time was over."""
 MAX_OUTPUT = 1_000_000
 """Bytes of a program's output that are kept."""
 
@@ -120,12 +116,6 @@ class ProgramEnded(Exception):
     """The program closed its end of the socket, or its process has ended."""
 
 
-class WallOver(RunOver):
-    """The program was not done when its time by the wall clock was over."""
-
-    ending = "wall"
-
-
 class _Link:
     """The marker's end of the socket to a program, whose time by the wall clock is limited."""
 
@@ -162,7 +152,7 @@ class _Link:
             self._socket.settimeout(self._left())
             self._socket.sendall(frame)
         except TimeoutError:
-            raise self._wall_over() from None
+            raise WallOver(self._wall) from None
         except OSError:
             raise ProgramEnded from None
 
@@ -201,11 +191,8 @@ class _Link:
         """Return the time that is left by the wall clock, s."""
         left = self._deadline - time.monotonic()
         if left <= 0:
-            raise self._wall_over()
+            raise WallOver(self._wall)
         return left
-
-    def _wall_over(self) -> WallOver:
-        return WallOver(f"it was not done after {self._wall:g} s of the wall clock")
 
 
 class PlainProgram:

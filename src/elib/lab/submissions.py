@@ -9,6 +9,7 @@ from pathlib import Path
 
 from elib.base.errors import ArgumentError
 from elib.base.files import open_file, reason_of
+from elib.lab.result import ENDING, read_result
 
 MAX_FILES, MAX_BYTES = 200, 16 << 20
 """Files of a submission, and bytes of them together, at most."""
@@ -43,7 +44,7 @@ class Submission:
 
 
 def find_submissions(folder: Path) -> list[Submission]:
-    """Return the submissions in *folder*: each Python file in it, and each folder in it that has a Python file.
+    """Return the submissions in *folder*: each Python file or result of a check, and each folder with a Python file.
 
     Names that begin with a dot or an underscore are passed over.
 
@@ -59,7 +60,7 @@ def find_submissions(folder: Path) -> list[Submission]:
     found = [
         _read(place)
         for place in places
-        if place.suffix == ".py" or (place.is_dir() and (place.is_symlink() or any(place.glob("*.py"))))
+        if place.name.endswith((".py", ENDING)) or (place.is_dir() and (place.is_symlink() or any(place.glob("*.py"))))
     ]
     if not found:
         raise ArgumentError(
@@ -74,6 +75,8 @@ def _read(place: Path) -> Submission:
     if place.is_symlink():  # it could lead to another one's work, or to the teacher's
         return Submission(name, place.parent, problem="it is a link, not a file")
     try:
+        if place.name.endswith(ENDING):
+            return Submission(name, place.parent, "program.py", {"program.py": read_result(place).program.encode()})
         if not place.is_dir():
             return Submission(name, place.parent, name, {name: _content(place, MAX_BYTES)})
         files = _files(place)

@@ -127,7 +127,7 @@ class Tracer:
         """Note what every robot does in this tick, and come again at the next."""
         world, simulation = self._world, self._simulation
         world.run_to(simulation.time)
-        self._poses.append(world.poses)
+        self._poses.append([world.pose(robot) for robot in range(world.robots)])
         self._touching.append([world.touching(robot) for robot in range(world.robots)])
         if self._wants_lamps:
             rings = [robot.lamps.ring for robot in world.snapshot().robots]

@@ -14,6 +14,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
+from elib.base.timebase import host
+
 Item = TypeVar("Item")
 
 GATHERED = 0.5
@@ -26,6 +28,8 @@ log = logging.getLogger("elib")
 
 class Background(Generic[Item]):
     """A thread that delivers the items it is given, in batches, until it is ended. Any thread may use it.
+
+    Where Python has one thread, who puts an item delivers the batch that is full.
 
     Args:
         name: Name of what is written, for messages.
@@ -60,8 +64,10 @@ class Background(Generic[Item]):
         self._must_end = False
         self._lock = threading.Lock()
         self._hurry = threading.Event()
-        self._thread = threading.Thread(target=self._work, name=f"elib writes {name}", daemon=True)
-        self._thread.start()
+        self._thread: threading.Thread | None = None
+        if host() is None:
+            self._thread = threading.Thread(target=self._work, name=f"elib writes {name}", daemon=True)
+            self._thread.start()
         atexit.register(self.end)
 
     @property
@@ -80,11 +86,13 @@ class Background(Generic[Item]):
             return
         self._items.append(item)  # atomic in Python, so it needs no lock
         if count == self._many:
-            self._hurry.set()
+            self.hurry()
 
     def hurry(self) -> None:
-        """Deliver the waiting items now; do not wait until that is done."""
+        """Deliver the waiting items now; do not wait until that is done, if there is a thread to do it."""
         self._hurry.set()
+        if self._thread is None:
+            self._try(self._deliver_all)
 
     def end(self, timeout: float = CLOSING_TIME) -> bool:
         """Deliver the items that are left, then finish. It is safe to call this again.
@@ -99,22 +107,28 @@ class Background(Generic[Item]):
         self._must_end = True
         self._hurry.set()
         atexit.unregister(self.end)
+        if self._thread is None:
+            self._work()
+            return True
         self._thread.join(timeout)
         return not self._thread.is_alive()
 
     # -- the thread --
 
     def _work(self) -> None:
+        self._try(self._deliver_until_the_end)
+        self._try(self._finish)
+
+    def _deliver_until_the_end(self) -> None:
+        while not self._must_end:
+            self._hurry.wait(self._gathered)
+            self._hurry.clear()
+            self._deliver_all()
+        self._deliver_all()  # what came while the last batch was delivered
+
+    def _try(self, work: Callable[[], None]) -> None:
         try:
-            while not self._must_end:
-                self._hurry.wait(self._gathered)
-                self._hurry.clear()
-                self._deliver_all()
-            self._deliver_all()  # what came while the last batch was delivered
-        except Exception as error:
-            self._fail(error)
-        try:
-            self._finish()
+            work()
         except Exception as error:
             self._fail(error)
 

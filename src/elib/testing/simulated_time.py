@@ -7,7 +7,7 @@ import functools
 from collections.abc import Callable, Coroutine
 from typing import ParamSpec, TypeVar
 
-from elib.base.timebase import SimulatedLoop
+from elib.base.timebase import new_loop
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -18,7 +18,7 @@ def simulated(test: Callable[P, Coroutine[object, object, T]]) -> Callable[P, T]
 
     @functools.wraps(test)
     def run(*args: P.args, **kwargs: P.kwargs) -> T:
-        with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
+        with asyncio.Runner(loop_factory=lambda: new_loop("max")) as runner:
             return runner.run(test(*args, **kwargs))
 
     return run

@@ -62,6 +62,7 @@ class Link:
         down_by: Who has taken the link down; it is up while this is empty.
         on_down: Called when the link goes down, before its end is lost.
         on_up: Called when the link is up again.
+        on_missing: Called with the name of a package that the robot needs and that is not installed.
 
     Raises:
         ArgumentError: A number is out of its range.
@@ -90,6 +91,7 @@ class Link:
         self.down_by: set[Outage] = set()
         self.on_down: Callable[[], None] | None = None
         self.on_up: Callable[[], None] | None = None
+        self.on_missing: Callable[[str], None] | None = None
         self._loop = asyncio.get_running_loop()
         self.clock = WorldClock(self._loop) if clock is None else clock
         self._origin = self.clock.time() if origin is None else origin
@@ -370,8 +372,13 @@ class Link:
         """Let the robot do what is due and return when it acts next."""
         due = self.robot.due
         if due is not None and due <= now:
-            for sent in self.robot.advance(now):
-                self._put_on_its_way(sent)
+            try:
+                for sent in self.robot.advance(now):
+                    self._put_on_its_way(sent)
+            except ImportError as error:
+                if self.on_missing is None:
+                    raise
+                self.on_missing(error.name or "a package")
             due = self.robot.due
         if self._faulty is not None and self.robot.is_idle:
             self._finish_answer()

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from elib.base.errors import LinkLost, SimulationError, Unsupported
 from elib.base.pose import Pose
-from elib.base.timebase import require_speed
+from elib.base.timebase import host, require_speed
 from elib.link.protocol.profiles import profile_named
 from elib.link.protocol.values import Neighbour
 from elib.link.transport.base import Transport
@@ -219,6 +219,10 @@ async def open_sim(url: Url) -> SimTransport:
     simulation, robot = _find(name, settings)
     transport, end = SimTransport(name, simulation, robot), MemoryTransport(name)
     robot.link.on_down = lambda: _lose(transport)
+    robot.link.on_missing = lambda package: transport.lose(
+        f"{name}: the simulator needs the package {package} for what was asked, and it is not installed",
+        hint="who builds the studio can add it: docs/guides/studio.md" if host() else f"pip install {package}",
+    )
     transport.join(end)
     robot.link.attach(end)
     return transport
