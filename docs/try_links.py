@@ -18,8 +18,8 @@ PROGRAM = re.compile(r"(?P<needs><!-- needs [^\n]*-->\n+)?^```python\n(?P<text>.
 LAB = re.compile(r"^!\[[^]]*\]\(images/labs/(?P<name>[\w-]+)\.svg\)$", re.MULTILINE)
 NOT_THERE = ("elib.cli", "elib.doors", "elib.learn", "multiprocessing", "socket", "subprocess", "threading")
 """Modules that no program in a page can use, beside those of other packages."""
-NEEDS_MORE = {"Batch", "draw", "image", "log", "pitch", "plot", "record"}
-"""Names of elib that need NumPy, Pillow, other packages or a thread."""
+NEEDS_MORE = {"Batch", "draw", "image", "pitch", "plot", "record"}
+"""Names of elib that need NumPy, Pillow or other packages."""
 
 NO_ACT = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Assign, ast.AnnAssign)
 """Statements that show nothing when they are run."""

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import functools
-import threading
-import webbrowser
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
+from elib.base.browser import show_page
 from elib.base.errors import ArgumentError
 from elib.base.files import PACKAGE
 from elib.cli.joystick import NoBrowser
@@ -67,5 +66,5 @@ def studio(
             server.socket = address.socket
             print(address.url, flush=True)
             if not no_browser:
-                threading.Thread(target=webbrowser.open, args=(address.url,), daemon=True).start()
+                show_page(address.url)
             server.serve_forever()
