@@ -16,7 +16,16 @@ STUDIO = "studio/index.html"
 """Where the site has the studio."""
 PROGRAM = re.compile(r"(?P<needs><!-- needs [^\n]*-->\n+)?^```python\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 LAB = re.compile(r"^!\[[^]]*\]\(images/labs/(?P<name>[\w-]+)\.svg\)$", re.MULTILINE)
-NOT_THERE = ("elib.cli", "elib.doors", "elib.learn", "multiprocessing", "socket", "subprocess", "threading")
+NOT_THERE = (
+    "elib.cli",
+    "elib.doors",
+    "elib.learn",
+    "elib.studies",
+    "multiprocessing",
+    "socket",
+    "subprocess",
+    "threading",
+)
 """Modules that no program in a page can use, beside those of other packages."""
 NEEDS_MORE = {"Batch", "draw", "image", "pitch", "plot", "record"}
 """Names of elib that need NumPy, Pillow or other packages."""
@@ -54,7 +63,7 @@ def with_links(text: str, page: str) -> str:
 
     def lab(found: re.Match[str]) -> str:
         start = (LABS / found["name"] / "start.py").read_text(encoding="utf-8")
-        return linked(found[0], f"{found['name']}.py", start)
+        return linked(found[0], f"{found['name']}.py", start) if runs(start) else found[0]
 
     return LAB.sub(lab, PROGRAM.sub(program, text))
 

@@ -28,7 +28,7 @@ from generator.studio import known  # noqa: E402
 
 PLATFORM, PYTHON = "pyemscripten_2026_0_wasm32", "3.14"
 """What Pyodide 314 calls itself in the names of wheels."""
-LEFT_OUT = ("cli", "doors", "learn", "guides", "panel/page", "records/et/actions", "tools/flash")
+LEFT_OUT = ("cli", "doors", "learn", "guides", "panel/page", "records/et", "tools/flash")
 """Parts of elib that nothing in a page uses: they need a terminal, a network, processes or ports."""
 PATIENCE = 600.0
 """s that a step may take."""
