@@ -15,11 +15,10 @@ const LINKS = {
   ".woff2": (name) => `<link rel="preload" href="/${name}" as="font" type="font/woff2" crossorigin />`,
 };
 const PYODIDE = ["pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip"];
-// A program may come from a link. What it may reach is what lies in the folder of the studio; a style sheet of
-// CodeMirror is text in the page.
+// A program may come from a link: what it may reach is what its own server has.
 const POLICY = [
   "default-src 'none'; base-uri 'none'; form-action 'none'; connect-src 'self'; font-src 'self'; worker-src 'self' blob:",
-  "script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:",
+  "script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data: blob:",
 ].join("; ");
 
 /** Write what was built; index.html comes last, so that where it is, the page is whole. */
