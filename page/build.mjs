@@ -19,7 +19,7 @@ const PYODIDE = ["pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip"];
 // CodeMirror is text in the page.
 const POLICY = [
   "default-src 'none'; base-uri 'none'; form-action 'none'; connect-src 'self'; font-src 'self'; worker-src 'self' blob:",
-  "script-src 'self' 'wasm-unsafe-eval'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:",
+  "script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data: blob:",
 ].join("; ");
 
 /** Write what was built; index.html comes last, so that where it is, the page is whole. */
