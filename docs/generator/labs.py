@@ -10,8 +10,7 @@ from elib.lab.goal import Goal
 from elib.lab.goals import KINDS
 from elib.lab.labfile import ANY_GOAL, GOALS, KIND, TOP, VARIANTS, ZONES
 from elib.lab.lockstep import MAX_MESSAGE
-from elib.lab.marker import MAX_KEPT
-from elib.lab.marker import GRACE, WALL
+from elib.lab.marker import GRACE, MAX_KEPT, WALL
 from elib.lab.running import MAX_OUTPUT
 from elib.lab.tracer import AFTERWARDS
 from generator.markdown import block, bullets, inline, joined, table

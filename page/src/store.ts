@@ -3,7 +3,6 @@
 import { effect, signal } from "@preact/signals";
 import type * as page from "./messages";
 import type { Answer, Failure, Hello, Line, Listed, Play, Scheme, StudyNews, Summary, Tick, Update } from "./messages";
-import type * as labs from "./studio/labmessages";
 import type * as studio from "./studio/messages";
 import { World } from "./world/scene";
 
@@ -23,8 +22,8 @@ export type Moment = {
 /** What became of a request; null if the program did not answer. */
 export type Reply = Answer | Failure | null;
 /** What may be asked and told, on the pages of the panel and in the studio. */
-type Asked = page.Asked & studio.Asked & labs.Asked;
-type Answered = page.Answered & studio.Answered & labs.Answered;
+type Asked = page.Asked & studio.Asked;
+type Answered = page.Answered & studio.Answered;
 type Told = page.Told | studio.Told | Answer | Failure;
 type OfRobot<Name extends keyof Asked> = Omit<Asked[Name], "robot">;
 

@@ -12,7 +12,6 @@ import pytest
 
 pytest.importorskip("aiohttp", reason="the extra web is not installed: pip install '.[web]'")
 
-from aiohttp import WSMsgType, web
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from local_network import LocalLoop
@@ -87,18 +86,23 @@ def test_every_kind_of_line_that_a_recording_can_have_has_a_title() -> None:
     assert all(KINDS.values())
 
 
-class Ears(mock.Mock):
-    """A WebSocket that keeps what it is told."""
+class Ears:
+    """A connection that keeps what it is told."""
 
-    closed = False
+    unread = 0
 
     def __init__(self) -> None:
-        super().__init__(spec=web.WebSocketResponse)
         self.told: list[dict] = []
+        self.closed_for = 0
 
-    async def send_frame(self, data: bytes, kind: WSMsgType) -> None:
-        if kind is WSMsgType.TEXT:
+    async def send(self, data: bytes, *, is_text: bool) -> None:
+        """Keep a text."""
+        if is_text:
             self.told.append(json.loads(data))
+
+    async def close(self, code: int, reason: str) -> None:
+        """Keep why it is ended."""
+        self.closed_for = code
 
     def hear(self, text: str) -> str:
         """Let the page hear a text, which waits for nothing; return why it is to be closed."""
@@ -119,8 +123,7 @@ async def ears(tmp_path) -> AsyncIterator[Ears]:
     for key in (panel.add("sim://"), panel.add("sim://line")):
         panel.connect(key)
     ears = Ears()
-    request = mock.Mock(**{"transport.get_write_buffer_size.return_value": 0})
-    ears.page = Page(panel, decode, request, ears)
+    ears.page = Page(panel, decode, ears)
     yield ears
     await ears.page.close()
     await panel.close()
@@ -183,8 +186,8 @@ async def test_updates_that_fail_end_the_page_and_are_written_down_once(
 ) -> None:
     monkeypatch.setattr(RobotStream, "_next", mock.Mock(side_effect=KeyError("update")))
     ears.hear('{"do":"subscribe","what":"robot","of":"1"}')
-    await until(lambda: ears.close.called)
-    assert ears.close.call_args.kwargs["code"] == 1011
+    await until(lambda: ears.closed_for)
+    assert ears.closed_for == 1011
     assert [record.getMessage() for record in caplog.records] == ["a page failed"]
 
 

@@ -242,7 +242,7 @@ def test_a_program_that_runs_in_a_lab_shows_which_goals_hold_so_far(tmp_path: Pa
 
     def began(begun: Simulation) -> None:
         watched.append(labs.watch("go-10-cm", begun))
-        held.append([goal.holds for goal in watched[0].goals()])
+        held.append([goal.holds for goal in watched[0].goals(None)])
 
     simulation.on_begin.append(began)
     try:
@@ -253,7 +253,7 @@ def test_a_program_that_runs_in_a_lab_shows_which_goals_hold_so_far(tmp_path: Pa
         simulation.on_begin.remove(began)
     watched[0]._due = 0.0
     assert held == [[False, False, False]]
-    assert [(goal.name, goal.holds) for goal in watched[0].goals()] == [
+    assert [(goal.name, goal.holds) for goal in watched[0].goals(None)] == [
         ("go-10-cm", True),
         ("stop", True),
         ("end", False),

@@ -67,15 +67,28 @@ class Rig:
 
         with outside():
             self._web.run_until_complete(said())
-        return [each for each in self.told if each["type"] == "answer"][-1]
+        return (self.answers or [{}])[-1]
 
-    def run(self, text: str, *, speed: float = QUICK, robot: str = "", lines: tuple[int, ...] = ()) -> None:
+    def run(
+        self, text: str, *, speed: float = QUICK, robot: str = "", lines: tuple[int, ...] = (), lab: str = ""
+    ) -> None:
         """Run a program to its end."""
-        answer = self.say("run_program", text=text, name="mine", robot=robot, speed=speed, breakpoints=lines)
+        answer = self.say("run_program", text=text, name="mine", robot=robot, speed=speed, breakpoints=lines, lab=lab)
         assert answer["ok"], answer
-        self._work.pop()()
+        self.begin()
         assert self.news[-1]["state"] == "idle"
         assert not self.plan, "a step was not taken"
+
+    def begin(self) -> None:
+        """Do what is to begin later, to its end, and let the page hear of it."""
+        self._work.pop()()
+        self._nap(0.0)
+        self._nap(0.0)
+
+    @property
+    def answers(self) -> list[Told]:
+        """The answers to requests."""
+        return [each for each in self.told if each["type"] == "answer"]
 
     @property
     def news(self) -> list[Told]:
@@ -253,6 +266,33 @@ def test_a_world_is_shown_before_a_program_runs(rig: Rig) -> None:
     assert rig.studio.panel.worlds["program"].world.scene.name == "maze"
     wrong = rig.say("show_world", robot="sim://nowhere")
     assert wrong["error"]["kind"] == "LinkNotFound"
+
+
+GO = """import elib
+with elib.connect() as robot:
+    robot.drive(0.1)
+"""
+
+
+def test_goals_of_a_lab_turn_green_while_the_program_runs(rig: Rig) -> None:
+    [lab] = [each for each in rig.say("labs")["result"] if each["name"] == "go-10-cm"]
+    assert lab["start"]
+    rig.run(GO, lab="go-10-cm")
+    reached = [{each["name"] for each in news["goals"] if each["holds"]} for news in rig.news]
+    assert reached[-1] == {each["name"] for each in lab["goals"]}
+    rig.run("print(1)")
+    assert rig.news[-1]["goals"] == []
+
+
+@pytest.mark.parametrize(("text", "share"), [(GO, 1), ("print('nothing')", 0)])
+def test_a_check_tells_of_all_variants_and_gives_a_file_to_hand_in(rig: Rig, text: str, share: int) -> None:
+    rig.say("check_lab", lab="go-10-cm", text=text)
+    rig.begin()
+    report = rig.answers[-1]["result"]
+    assert report["points"] == share * report["most"]
+    assert {each["is_hidden"] for each in report["variants"]} == {False, True}
+    assert json.loads(report["file"])
+    assert rig.output == "", "what it prints in a check is not shown"
 
 
 @needs_lines

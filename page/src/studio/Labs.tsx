@@ -7,7 +7,7 @@ import { Icon } from "../look/Icon";
 import { Markdown } from "../look/Markdown";
 import { number, save } from "../look/text";
 import { ask, toast } from "../store";
-import type { Judged, LabNews, Report } from "./labmessages";
+import type { Judged, LabNews, Report } from "./messages";
 import * as programs from "./programs";
 import { isIdle, lab, program } from "./run";
 import { loading } from "./wire";

@@ -15,8 +15,14 @@ export type Asked = {
   set_breakpoints: { lines: number[] };
   /** Let the robots of the program live so many times faster than the clock; 0 is as fast as possible. */
   set_pace: { speed: number };
-  /** Show the world of a virtual robot before a program runs in it. */
-  show_world: { robot: string };
+  /** Show the world of a virtual robot, or of a lab, before a program runs in it. */
+  show_world: { robot: string; lab?: string };
+  /** Tell of all labs. */
+  labs: Record<string, never>;
+  /** Run a program in all variants of a lab, hidden ones too, and tell what became of it. */
+  check_lab: { lab: string; text: string };
+  /** Take a lab from a zipped folder, as base64. */
+  open_lab_folder: { zip: string };
 };
 
 /** What each request is answered with. */
@@ -28,10 +34,31 @@ export type Answered = {
   set_breakpoints: null;
   set_pace: null;
   show_world: null;
+  labs: LabNews[];
+  check_lab: Report;
+  open_lab_folder: LabNews;
 };
 
 /** What the page is told without having asked. */
 export type Told = Output | ProgramNews;
+
+/** A lab: its instructions are Markdown. */
+export type LabNews = {
+  name: string;
+  title: string;
+  summary: string;
+  text: string;
+  start: string;
+  goals: LabGoal[];
+};
+
+/** What became of a check, and the text of the file to hand in. */
+export type Report = {
+  variants: Judged[];
+  points: number;
+  most: number;
+  file: string;
+};
 
 /** What the program has printed. */
 export type Output = {
@@ -50,6 +77,25 @@ export type ProgramNews = {
   variables: Variable[];
   stack: Called[];
   mistake: Mistake | null;
+  goals: GoalNews[];
+};
+
+/** A goal of a lab. */
+export type LabGoal = {
+  name: string;
+  points: number;
+  sentence: string;
+};
+
+/** One variant of a lab. */
+export type Judged = {
+  name: string;
+  is_hidden: boolean;
+  passed: boolean;
+  goals: GoalNews[];
+  ending: string;
+  why: string;
+  time: number;
 };
 
 /** A variable of the program: its value as text, and its type. */
@@ -72,4 +118,11 @@ export type Mistake = {
   hint: string;
   line: number | null;
   trace: string;
+};
+
+/** Whether a goal is reached, and in words. */
+export type GoalNews = {
+  name: string;
+  holds: boolean;
+  text: string;
 };

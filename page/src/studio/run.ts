@@ -2,7 +2,7 @@
 import { effect, signal } from "@preact/signals";
 import { stops } from "../stop";
 import { ask, onTold, tell } from "../store";
-import type { LabNews, News } from "./labmessages";
+import type { LabNews, ProgramNews } from "./messages";
 import type { Asked, Output } from "./messages";
 import { name, opened, save, textNow } from "./programs";
 import { halt } from "./serial";
@@ -14,8 +14,8 @@ const MOST_WAITING = 300; // pieces of output that are not drawn: a window that 
 const PATIENCE = 150; // ms that the program has to end after a stop, until its worker is ended
 
 const NAMED = /["'](sim:\/\/[^"'\s]*)["']/; // a robot, in a program
-const NOTHING = { name: "", line: null, time: 0, variables: [], stack: [], mistake: null };
-const IDLE: News = { type: "program", state: "idle", ...NOTHING };
+const NOTHING = { name: "", line: null, time: 0, variables: [], stack: [], mistake: null, goals: [] };
+const IDLE: ProgramNews = { type: "program", state: "idle", ...NOTHING };
 
 export const program = signal(IDLE);
 export const isIdle = () => program.value.state === "idle";
@@ -126,7 +126,7 @@ effect(() => {
 });
 // Before a run, the world that the program names stands there, with nobody driving.
 effect(() => {
-  const wanted = { robot: robot.value || (NAMED.exec(opened.value.text)?.[1] ?? "sim://") };
+  const wanted = { lab: lab.value?.name, robot: robot.value || (NAMED.exec(opened.value.text)?.[1] ?? "sim://") };
   if (loading.value) return;
   if (isWaiting.peek()) run();
   else if (program.peek().state === "idle") tell("show_world", wanted);

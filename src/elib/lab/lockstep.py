@@ -290,7 +290,7 @@ class LockstepTransport(BufferedTransport):
         return tuple(found)
 
 
-LARGEST_FILE = 1 << 24
+MAX_FILE = 1 << 24
 """No file descriptor is as large."""
 _LINKS: dict[int, LockstepLink] = {}
 """Links by their numbers: file descriptors, or larger ones for markers in the same process."""
@@ -313,7 +313,7 @@ def link_of(number: int) -> LockstepLink:
 def linked(channel: Channel) -> Iterator[int]:
     """Give a marker in the same process a number for URLs, while the block lasts."""
     with _LINKS_LOCK:
-        number = max(LARGEST_FILE, *_LINKS, 0) + 1
+        number = max(MAX_FILE, *_LINKS, 0) + 1
         _LINKS[number] = LockstepLink(number, channel)
     try:
         yield number

@@ -111,6 +111,10 @@ class Tracer:
         """Return what the goals say of a run that goes on, without what its program has sent and printed."""
         return judge(self._lab.goals, self._trace(self._world.snapshot(), Counter(), "", self._simulation.time))
 
+    def over(self, code: int) -> tuple[GoalResult, ...]:
+        """Return the same of a run whose program has ended now, with an exit code."""
+        return self.judged(end_by(code), self._simulation.time, Counter(), "").goals
+
     def judged(self, end: End, time: float, requests: Counter[str], output: str, transcript: str = "") -> VariantResult:
         """Return what became of a run that is over; the arguments are those of the result."""
         ending, why, code = end

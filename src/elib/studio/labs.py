@@ -170,10 +170,16 @@ class Watch:
         self._goals: list[GoalNews] = []
         self._due = 0.0
 
-    def goals(self) -> list[GoalNews]:
-        """Return what was found last; the goals are judged again only if that takes a tenth of the time."""
+    def goals(self, code: int | None) -> list[GoalNews]:
+        """Return what was found last; the goals are judged again only if that takes a tenth of the time.
+
+        Args:
+            code: The exit code of the program, if it has ended.
+        """
         now = time.perf_counter()
-        if now >= self._due:
+        if code is not None:
+            self._goals = _goals(self._tracer.over(code))
+        elif now >= self._due:
             self._goals = _goals(self._tracer.so_far())
             self._due = now + SPARED * (time.perf_counter() - now)
         return self._goals

@@ -11,10 +11,12 @@ from msgspec.json import Decoder
 from elib.panel.server import messages as panel
 from elib.panel.server.conversation import Connection, Decoded, Message, Table, decoded
 from elib.panel.server.page import Page
+from elib.studio.labs import LabNews, Report
 from elib.studio.program import Output, ProgramNews
 from elib.studio.studio import Studio
 
 Text = Annotated[str, Meta(max_length=1_000_000)]
+Zipped = Annotated[bytes, Meta(max_length=20_000_000)]
 Url = Annotated[str, Meta(max_length=500)]
 Lines = Annotated[list[Annotated[int, Meta(ge=1, le=1_000_000)]], Meta(max_length=1000)]
 Speed = Annotated[float, Meta(ge=0, le=100)]
@@ -43,7 +45,7 @@ def run_program(
     page: StudioPage, text: Text, name: str, robot: Url, speed: Speed, breakpoints: Lines, lab: str = ""
 ) -> None:
     """Begin to run a program, on the robot of a URL if there is one, at a speed; 0 is as fast as possible."""
-    page.studio.run(text, name, robot, breakpoints, factor(speed))
+    page.studio.run(text, name, robot, breakpoints, factor(speed), lab)
 
 
 @request()
@@ -77,9 +79,27 @@ def set_pace(page: StudioPage, speed: Speed) -> None:
 
 
 @request()
-def show_world(page: StudioPage, robot: Url) -> None:
-    """Show the world of a virtual robot before a program runs in it."""
-    page.studio.show(robot)
+def show_world(page: StudioPage, robot: Url, lab: str = "") -> None:
+    """Show the world of a virtual robot, or of a lab, before a program runs in it."""
+    page.studio.show(robot, lab)
+
+
+@request()
+def labs(page: StudioPage) -> list[LabNews]:
+    """Tell of all labs."""
+    return page.studio.labs.all()
+
+
+@request()
+async def check_lab(page: StudioPage, lab: str, text: Text) -> Report:
+    """Run a program in all variants of a lab, hidden ones too, and tell what became of it."""
+    return await page.studio.check(lab, text)
+
+
+@request()
+def open_lab_folder(page: StudioPage, zip: Zipped) -> LabNews:  # noqa: A002  # the word of the page
+    """Take a lab from a zipped folder, as base64."""
+    return page.studio.labs.open(zip)
 
 
 TOLD = (Output, ProgramNews)

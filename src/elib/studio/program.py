@@ -16,13 +16,16 @@ from typing import Literal
 from msgspec import Struct
 
 from elib.base.errors import ArgumentError, ElibError
+from elib.base.exits import FAILED
 from elib.base.plaintext import plain
 from elib.base.timebase import move_into
 from elib.behaviours._run.program import code_of, loops_at, own_traceback, run_file
+from elib.lab.running import MAX_OUTPUT
 from elib.panel.server.conversation import Told
 from elib.robot.signals import SIGNALS
 from elib.robot.substitute import substituted
 from elib.studio.debugger import Called, Debugger, Variable
+from elib.studio.labs import GoalNews
 from elib.studio.place import Place
 
 MAX_AT_ONCE = 20_000
@@ -33,6 +36,12 @@ NEWS = 0.1
 SLEEP = time.sleep  # noqa: TID251  # what programs call, which is another one here
 
 State = Literal["idle", "running", "paused"]
+Goals = Callable[[int | None], list[GoalNews]]
+
+
+def no_goals(code: int | None) -> list[GoalNews]:
+    """Return no goals: the program is for no lab."""
+    return []
 
 
 class Mistake(Struct):
@@ -61,6 +70,7 @@ class ProgramNews(Told, tag="program"):
         variables: What the innermost function sees, while the program stands still.
         stack: The functions that go on, the innermost first, while it stands still.
         mistake: Why it ended, if it was an error.
+        goals: Which goals of its lab hold so far.
     """
 
     state: State
@@ -70,6 +80,7 @@ class ProgramNews(Told, tag="program"):
     variables: list[Variable] = []
     stack: list[Called] = []
     mistake: Mistake | None = None
+    goals: list[GoalNews] = []
 
 
 class Program:
@@ -85,6 +96,7 @@ class Program:
         place: Where it runs.
         debugger: Follows it.
         state: What it does.
+        goals: Returns which goals of its lab hold so far, or in the end, from the exit code of the program.
     """
 
     def __init__(
@@ -93,6 +105,8 @@ class Program:
         self.place = Place(nap, self._turned)
         self.debugger = Debugger(self.place, self._say)
         self.state: State = "idle"
+        self.goals: Goals = no_goals
+        self._is_late: Callable[[], bool] = lambda: False
         self._tell, self._folder, self._time = tell, folder, time
         self._name = ""
         self._said = -math.inf
@@ -108,7 +122,10 @@ class Program:
         if self.state != "idle":
             raise ArgumentError("a program runs already", hint="stop it first")
         self.state, self._name, self.debugger.line = "running", name, None
-        file = self._folder / "program.py"
+        return self._file(text, name)
+
+    def _file(self, text: str, name: str) -> Path:
+        file = self._folder / (Path(name).name or "program.py")
         file.write_text(text, encoding="utf-8")
         linecache.checkcache(str(file))
         return file
@@ -118,13 +135,41 @@ class Program:
         self._say()
         mistake = None
         try:
-            with self._around(file, robot):
+            with (
+                contextlib.redirect_stdout(self._out),
+                contextlib.redirect_stderr(self._err),
+                self._around(file, robot),
+            ):
                 mistake = self._ended(lambda: run_file(file, has_driven=lambda: self._time() > 0), file)
         finally:
+            self.leave(mistake)
+
+    def leave(self, mistake: Mistake | None = None) -> None:
+        """Note that what ran has ended, and with which mistake."""
+        self.place.is_ending = False
+        self.state = "idle"
+        self._flush()
+        self._say(mistake)
+
+    def printed_by(self, text: str, work: Callable[[Path], object], is_late: Callable[[], bool]) -> str:
+        """Do *work* with a program as one that runs, and return what was printed meanwhile; it is not shown.
+
+        While *is_late* returns True, what runs is ended as Ctrl-C does.
+        """
+        file = self._file(text, self._name)
+        printed = _Printed(MAX_OUTPUT)
+        self._is_late = is_late
+        try:
+            with (
+                contextlib.redirect_stdout(printed),
+                contextlib.redirect_stderr(io.StringIO()),
+                self._around(file, ""),
+            ):
+                work(file)
+        finally:
+            self._is_late = lambda: False
             self.place.is_ending = False
-            self.state = "idle"
-            self._flush()
-            self._say(mistake)
+        return printed.take()
 
     def stop(self) -> None:
         """End the program as Ctrl-C would."""
@@ -139,8 +184,6 @@ class Program:
     def _around(self, file: Path, robot: str) -> Iterator[None]:
         with contextlib.ExitStack() as stay:
             stay.enter_context(_sleeping_by(self.place.sleep))
-            stay.enter_context(contextlib.redirect_stdout(self._out))
-            stay.enter_context(contextlib.redirect_stderr(self._err))
             stay.enter_context(loops_at("real"))
             if robot:
                 stay.enter_context(substituted([robot], source="the page"))
@@ -158,13 +201,14 @@ class Program:
             if code := code_of(error):
                 return Mistake("SystemExit", f"the program ended with exit code {code}", "", None, "")
         except BaseException as error:
-            trace = own_traceback(error)
+            trace = own_traceback(error).replace(f"{self._folder}/", "")
             print(plain(trace), file=sys.stderr)
             return mistake_of(error, trace, str(file))
         return None
 
     def _turned(self) -> None:
         """Tell the page what there is to tell, if it has not been told for a while."""
+        self.place.is_ending |= self._is_late()
         self._flush()
         state: State = "paused" if self.place.is_held else "running"
         if self.state not in ("idle", state) or (self.state == "running" and time.perf_counter() - self._said > NEWS):
@@ -176,6 +220,7 @@ class Program:
         if self.state != "idle" and self.place.is_held:
             self.state = "paused"
         news = ProgramNews(self.state, self._name, self.debugger.line, self._time(), mistake=mistake)
+        news.goals = self.goals(None if self.state != "idle" else 0 if mistake is None else FAILED)
         if self.state == "paused":
             news.variables, news.stack = self.debugger.variables(), self.debugger.stack()
         self._tell(news)
@@ -197,9 +242,10 @@ def _sleeping_by(sleep: Callable[[float], None]) -> Iterator[None]:
 
 
 class _Printed(io.TextIOBase):
-    """What a program prints, until it is taken."""
+    """What a program prints, until it is taken; what is more than *most* characters is left out."""
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = MAX_AT_ONCE) -> None:
+        self._most = most
         self._parts: list[str] = []
         self._size = self._lost = 0
 
@@ -207,14 +253,14 @@ class _Printed(io.TextIOBase):
         return True
 
     def write(self, text: str) -> int:
-        room = MAX_AT_ONCE - self._size
+        room = self._most - self._size
         self._parts.append(text[:room] if room > 0 else "")
         self._size += len(text)
         return len(text)
 
     def take(self) -> str:
         """Return what was printed since the last time."""
-        lost = self._size - MAX_AT_ONCE
+        lost = self._size - self._most
         text = "".join(self._parts) + (
             f"\n… {lost} more characters were printed at once, and left out\n" if lost > 0 else ""
         )

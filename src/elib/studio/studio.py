@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,7 +20,8 @@ from elib.simulator.emulator.control import Control
 from elib.simulator.emulator.settings import settings_of
 from elib.simulator.emulator.simulation import Simulation
 from elib.studio import webserial
-from elib.studio.program import Program
+from elib.studio.labs import Labs, Report
+from elib.studio.program import Program, no_goals
 
 WORLD = "program"
 """The key of the world that the page shows."""
@@ -59,6 +61,7 @@ class Studio:
     Attributes:
         program: Runs the programs.
         panel: The panel.
+        labs: The labs.
     """
 
     def __init__(
@@ -68,23 +71,28 @@ class Studio:
         begin: Callable[[Callable[[], None]], object],
         folder: Path,
     ) -> None:
-        self.panel = Panel(can=Can(edit=True, save=True), folder=folder, recents=RecentRobots(None))
+        self.panel = Panel(can=Can(edit=True), folder=folder, recents=RecentRobots(None))
         self._begin, self._loop = begin, asyncio.get_event_loop()
         self._simulation: Simulation | None = None
+        self._lab = ""
+        self.labs = Labs(folder)
         self._shown: Simulation | None = None
         simulation.on_begin.append(self._began)
         self.program = Program(nap, tell, folder, self._time)
 
-    def run(self, text: str, name: str, robot: str, breakpoints: list[int], speed: float) -> None:
-        """Begin to run a program.
+    def run(self, text: str, name: str, robot: str, breakpoints: list[int], speed: float, lab: str) -> None:
+        """Begin to run a program, in the first variant of a lab if there is one.
 
         Raises:
-            ArgumentError: A program runs already, or the URL is wrong.
+            ArgumentError: A program runs already, the URL is wrong, or there is no such lab.
         """
+        if lab:
+            robot = self.labs.robot(lab)
         if robot:
             parse_url(robot)
         file = self.program.take(text, name)
         self._simulation = None
+        self._lab, self.program.goals = lab, no_goals
         self.panel.forget_watched()
         self.program.debugger.breakpoints = set(breakpoints)
         self.program.place.speed = speed
@@ -95,13 +103,37 @@ class Studio:
 
         self._begin(run)
 
-    def show(self, robot: str) -> None:
-        """Show the world of a URL, in which no program drives.
+    async def check(self, lab: str, text: str) -> Report:
+        """Run a program in all variants of a lab, and return what became of it.
+
+        Raises:
+            ArgumentError: A program runs already, or there is no such lab.
+        """
+        self.labs.lab(lab)
+        self.program.take(text, lab)
+        ended: asyncio.Future[Report] = self._loop.create_future()
+
+        def check() -> None:
+            try:
+                ended.set_result(self.labs.check(lab, text, self.program.printed_by))
+            except BaseException as error:
+                ended.set_exception(error)
+            finally:
+                self.program.leave()
+
+        self._lab, self.program.goals = "", no_goals
+        self.program.place.speed, self.program.debugger.breakpoints = math.inf, set()
+        self._begin(check)
+        return await ended
+
+    def show(self, robot: str, lab: str) -> None:
+        """Show the world of a URL, or of a lab if there is one, in which no program drives.
 
         Raises:
             ElibError: There is no such world.
         """
         if self.program.state == "idle":
+            robot = self.labs.robot(lab) if lab else robot
             before, self._shown = self._shown, Simulation(settings_of(parse_url(robot)), is_connected=False)
             if before is not None:
                 before.close()
@@ -113,6 +145,9 @@ class Studio:
             if self._shown is not None:
                 self._shown.close()
                 self._shown = None
+        if self._lab:
+            self.program.goals = self.labs.watch(self._lab, begun).goals
+            self._lab = ""
         if begun.world is not None:
             self.panel.worlds = {WORLD: Control(begun)}
 

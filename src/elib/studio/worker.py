@@ -19,7 +19,7 @@ from elib.studio.studio import Studio
 Post = Callable[[str | bytes], object]
 
 
-class Port:
+class Messages:
     """What carries messages to the page: it takes them at once.
 
     Args:
@@ -68,7 +68,7 @@ class Worker:
         write: webserial.Send,
         guard: webserial.Send,
     ) -> None:
-        port = Port(post)
+        port = Messages(post)
         self.studio = Studio(port.put, nap, begin, folder)
         self._page, self._tasks = StudioPage(self.studio, port), Tasks()
         self.port = webserial.port = webserial.Port(write, guard, self.studio.program.place.wake)

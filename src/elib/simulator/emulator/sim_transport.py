@@ -221,7 +221,7 @@ async def open_sim(url: Url) -> SimTransport:
     robot.link.on_down = lambda: _lose(transport)
     robot.link.on_missing = lambda package: transport.lose(
         f"{name}: the simulator needs the package {package} for what was asked, and it is not installed",
-        hint="who builds the studio can add it: docs/guides/studio.md" if host() else f"pip install {package}",
+        hint="who builds the studio can add it: make studio WHEELS=folder" if host() else f"pip install {package}",
     )
     transport.join(end)
     robot.link.attach(end)
