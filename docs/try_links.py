@@ -12,6 +12,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 LABS = Path(__file__).parents[1] / "src/elib/lab/labs"
+FILE = re.compile(r"[\w-]+\.toml\b")
 STUDIO = "studio/index.html"
 """Where the site has the studio."""
 PROGRAM = re.compile(r"(?P<needs><!-- needs [^\n]*-->\n+)?^```python\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -107,16 +108,21 @@ def _statements(text: str) -> list[tuple[ast.stmt, str]]:
 
 
 def _used(tree: ast.AST) -> set[str]:
-    return {each.id for each in ast.walk(tree) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Load)}
+    """Return the names that a statement, or a program, uses, and the files that its texts name."""
+    names = {each.id for each in ast.walk(tree) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Load)}
+    texts = [each.value for each in ast.walk(tree) if isinstance(each, ast.Constant) and isinstance(each.value, str)]
+    return names.union(*map(FILE.findall, texts))
 
 
 def _bound(tree: ast.AST) -> set[str]:
-    """Return the names that a statement, or a program, gives something."""
+    """Return the names that a statement, or a program, gives something, and the files that it writes."""
     found = set()
     for each in ast.walk(tree):
         match each:
             case ast.Import() | ast.ImportFrom():
                 found |= {(alias.asname or alias.name).partition(".")[0] for alias in each.names}
+            case ast.Attribute(attr="write_text", value=ast.Call(args=[ast.Constant(value=file)])):
+                found.add(file)
             case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
                 found.add(each.name)
             case ast.Name(id=name, ctx=ast.Store()) | ast.arg(arg=name) | ast.ExceptHandler(name=str(name)):

@@ -126,6 +126,17 @@ print("no")
 import numpy
 print(half(numpy.pi))
 ```
+
+```python
+from pathlib import Path
+Path("cut.toml").write_text("...")
+```
+
+```python
+def shown(half):
+    print(half)
+shown("sim://square?fault=cut.toml")
+```
 """
     found = re.findall(r'href="../studio/index.html#program=move.py,(.*?)"', with_links(page, "cookbook/move.md"))
     texts = [zlib.decompress(base64.urlsafe_b64decode(each + "=="), -zlib.MAX_WBITS).decode() for each in found]
@@ -137,5 +148,16 @@ def half(angle):  # rad
     return angle / 2
 
 print(half(math.pi))
-"""
+""",
+        """from pathlib import Path
+Path("cut.toml").write_text("...")
+""",
+        """from pathlib import Path
+
+Path("cut.toml").write_text("...")
+
+def shown(half):
+    print(half)
+shown("sim://square?fault=cut.toml")
+""",
     ]

@@ -333,7 +333,7 @@ async def _wire(address: str) -> AsyncIterator[Wire]:
     """Talk to a browser at its address."""
     from websockets.asyncio.client import connect
 
-    async with connect(address, max_size=None, ping_interval=None) as socket:
+    async with connect(address, max_size=None, ping_interval=None, open_timeout=PATIENCE) as socket:
         wire = Wire(socket)
         listening = asyncio.create_task(wire.listen())
         try:
