@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from test_program import Rig
+from test_studio_program import Rig
 
 import elib
 from elib.link.transport import parse_url
