@@ -13,6 +13,8 @@ from collections import Counter
 from collections.abc import Callable
 
 from elib.base.errors import ArgumentError, LinkNotFound
+from elib.lab.goals import Requests
+from elib.lab.labfile import Lab, Variant, settings_of
 from elib.lab.lockstep import (
     CLOSE,
     GO,
@@ -31,7 +33,7 @@ from elib.lab.lockstep import (
     VERSION,
     WRITE,
 )
-from elib.lab.tracer import Ending
+from elib.lab.tracer import AFTERWARDS, End, Ending, Tracer, VariantResult
 from elib.link.protocol.profiles import profile_named
 from elib.link.transport.memory import MemoryTransport
 from elib.records.decoding.lines import Kind
@@ -47,36 +49,23 @@ MAX_KEPT = 1_000_000
 
 
 class RunOver(Exception):
-    """A run ends before its program has ended; the text says why."""
+    """A run is over before its program has ended; the text says why."""
 
-    ending: Ending
+    def __init__(self, ending: Ending, why: str) -> None:
+        super().__init__(why)
+        self.ending: Ending = ending
 
 
 class BrokenRule(RunOver):
-    """The program sent what elib's own side never sends: *what*."""
-
-    ending = "broke"
+    """The program sent what elib's own side never sends."""
 
     def __init__(self, what: str) -> None:
-        super().__init__(f"it broke the link's rules: it sent {what}")
+        super().__init__("broke", f"it broke the link's rules: it sent {what}")
 
 
-class TimeOver(RunOver):
-    """The lab's time is over."""
-
-    ending = "time"
-
-    def __init__(self, limit: float) -> None:
-        super().__init__(f"it was not done after {limit:g} s of robot time")
-
-
-class WallOver(RunOver):
-    """The program was not done when its time by the wall clock was over."""
-
-    ending = "wall"
-
-    def __init__(self, limit: float) -> None:
-        super().__init__(f"it was not done after {limit:g} s of the wall clock")
+def wall_over(limit: float) -> RunOver:
+    """Return the end of a program that was not done when its time by the wall clock was over."""
+    return RunOver("wall", f"it was not done after {limit:g} s of the wall clock")
 
 
 class _End(MemoryTransport):
@@ -136,56 +125,57 @@ class _End(MemoryTransport):
 
 
 class Marker:
-    """Serves one program on the running event loop, a simulated one.
+    """Serves one program in one variant of a lab, on the running event loop, a simulated one.
 
     Args:
-        simulation: The world with all its robots.
-        until: The lab's time limit, s of the simulation.
+        lab: The lab.
+        variant: The variant.
         send: Sends a frame to the program.
-        counts_requests: Whether to count what the robots are asked.
-
-    Attributes:
-        requests: How often each command was sent, by its name in Python.
-        transcript: A digest of all frames: equal runs have equal digests.
     """
 
-    def __init__(
-        self,
-        simulation: Simulation,
-        until: float,
-        send: Callable[[bytes], object],
-        counts_requests: bool = True,
-    ) -> None:
-        self.requests: Counter[str] = Counter()
-        self.transcript = hashlib.blake2b(digest_size=16)
-        self._simulation = simulation
-        self._until = until
+    def __init__(self, lab: Lab, variant: Variant, send: Callable[[bytes], object]) -> None:
+        assert variant.time is not None
+        self._simulation = simulation = Simulation(settings_of(variant))
+        self._tracer = Tracer(lab, variant, simulation)
+        self._until = variant.time
         self._send = send
+        self._requests: Counter[str] = Counter()
+        self._transcript = hashlib.blake2b(digest_size=16)
         self._loop = asyncio.get_running_loop()
         self._ends: dict[int, _End] = {}
         self._waiter: asyncio.Future[None] | None = None
         self._has_met = False
         self._decoders: list[AnyDecoder] = []
-        if counts_requests:
+        if any(isinstance(goal, Requests) for goal in lab.goals):
             self._decoders = [decoder_of(simulation.robots[index].firmware) for index in range(simulation.count)]
 
     async def take(self, frame: bytes) -> None:
         """Do what a frame of the program says, and answer it.
 
         Raises:
-            BrokenRule: The program broke the link's rules.
-            TimeOver: The lab's time is over; the program was told.
+            RunOver: The program broke the link's rules, or the lab's time is over and it was told.
         """
-        self.transcript.update(frame)
+        self._transcript.update(frame)
         letter, body = frame[LETTER.size - 1], frame[LETTER.size :]
         if letter == GO:
             await self._go(self._one(TIME, body))
         else:
             self._obey(letter, body)
 
+    async def result(self, end: End, output: Callable[[], str]) -> VariantResult:
+        """Return what became of a run that is over; the world goes on for a while after the end of a program."""
+        ended = self._simulation.time
+        if end[2] is not None:
+            await asyncio.sleep(AFTERWARDS)
+        return self._tracer.judged(end, ended, self._requests, output(), self._transcript.hexdigest())
+
+    def close(self) -> None:
+        """End the world."""
+        self._simulation.close()
+
     def _answer(self, letter: int, body: bytes) -> None:
         frame = LETTER.pack(1 + len(body), letter) + body
-        self.transcript.update(frame)
+        self._transcript.update(frame)
         self._send(frame)
 
     # -- the frames --
@@ -247,7 +237,7 @@ class Marker:
         if self._decoders:
             for line in self._decoders[end.index].feed("to robot", None, data):
                 if line.kind in (Kind.REQUEST, Kind.SWALLOWED):
-                    self.requests.update(call.name for call in line.calls)
+                    self._requests.update(call.name for call in line.calls)
         if end.is_open:
             end.take(data)
         self._answer(WRITE, KEPT.pack(end.kept()))
@@ -287,7 +277,7 @@ class Marker:
         now = self._loop.time()
         if now >= self._until:
             self._answer(GO, PASSED.pack(now, True) + f"the lab's time of {self._until:g} s is over".encode())
-            raise TimeOver(self._until)
+            raise RunOver("time", f"it was not done after {self._until:g} s of robot time")
         self._answer(GO, PASSED.pack(now, False) + news)
 
     def _wake(self) -> None:

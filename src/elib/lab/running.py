@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import os
 import socket
@@ -17,11 +16,10 @@ from typing import Protocol
 
 from elib.base.errors import ElibError, Unsupported
 from elib.base.timebase import SimulatedLoop
-from elib.lab.labfile import Lab, Variant, settings_of
+from elib.lab.labfile import Lab, Variant
 from elib.lab.lockstep import LETTER, MAX_MESSAGE
-from elib.lab.marker import GRACE, WALL, BrokenRule, Marker, RunOver, TimeOver, WallOver
-from elib.lab.tracer import AFTERWARDS, End, Tracer, VariantResult, end_by
-from elib.simulator.emulator.simulation import Simulation
+from elib.lab.marker import GRACE, WALL, BrokenRule, Marker, RunOver, wall_over
+from elib.lab.tracer import End, VariantResult, end_by
 
 LOOK = 0.1
 """s of the wall clock between two looks at whether a silent program still runs."""
@@ -76,28 +74,20 @@ def run_variant(
 
 async def _run(lab: Lab, variant: Variant, start: Callable[[socket.socket], Running], wall: float) -> VariantResult:
     """Run the program to its end and judge it."""
-    deadline, limit = time.monotonic() + wall, variant.time
-    assert limit is not None
-    simulation = Simulation(settings_of(variant))
     ours, theirs = socket.socketpair()
     with ours:
         with theirs:
-            running = start(theirs)
+            link = _Link(ours, wall)
+            marker = Marker(lab, variant, link.send)
+            link.running = running = start(theirs)
         try:
-            tracer = Tracer(lab, variant, simulation)
-            link = _Link(ours, running, deadline, wall)
-            marker = Marker(simulation, limit, link.send, tracer.counts_requests)
-            end = await _end(marker, link, running)
-            ended = simulation.time
-            if end[2] is not None:
-                await asyncio.sleep(AFTERWARDS)
-            return tracer.judged(end, ended, marker.requests, running.output, marker.transcript.hexdigest())
+            return await marker.result(await _end(marker, link), lambda: running.output)
         finally:
             running.kill()
-            simulation.close()
+            marker.close()
 
 
-async def _end(marker: Marker, link: _Link, running: Running) -> End:
+async def _end(marker: Marker, link: _Link) -> End:
     """Serve a program until something ends the run, and return how it ended."""
     try:
         try:
@@ -106,9 +96,9 @@ async def _end(marker: Marker, link: _Link, running: Running) -> End:
         except ProgramEnded:
             return end_by(link.exit_code())
     except RunOver as over:
-        if isinstance(over, TimeOver):
+        if over.ending == "time":
             link.drain(GRACE)
-        running.kill()
+        link.running.kill()
         return over.ending, str(over), None
 
 
@@ -119,11 +109,12 @@ class ProgramEnded(Exception):
 class _Link:
     """The marker's end of the socket to a program, whose time by the wall clock is limited."""
 
-    def __init__(self, program: socket.socket, running: Running, deadline: float, wall: float) -> None:
+    running: Running
+
+    def __init__(self, program: socket.socket, wall: float) -> None:
         self._socket = program
-        self._running = running
-        self._deadline = deadline
         self._wall = wall
+        self._deadline = time.monotonic() + wall
         self._received = bytearray()
 
     def frame(self) -> bytes:
@@ -131,8 +122,7 @@ class _Link:
 
         Raises:
             ProgramEnded: The usual end.
-            BrokenRule: It is not a frame.
-            WallOver: It took too long.
+            RunOver: It is not a frame, or it took too long.
         """
         while len(self._received) < LETTER.size:
             self._receive()
@@ -152,21 +142,21 @@ class _Link:
             self._socket.settimeout(self._left())
             self._socket.sendall(frame)
         except TimeoutError:
-            raise WallOver(self._wall) from None
+            raise wall_over(self._wall) from None
         except OSError:
             raise ProgramEnded from None
 
     def drain(self, seconds: float) -> None:
         """Give the program a short time, s of the wall clock, to end after its time was over."""
         self._deadline = min(self._deadline, time.monotonic() + seconds)
-        with contextlib.suppress(ProgramEnded, WallOver):
+        with contextlib.suppress(ProgramEnded, RunOver):
             while True:
                 self._receive()
                 self._received.clear()
 
     def exit_code(self) -> int:
         """Return the exit code of a program that has closed the link, and may still do something else."""
-        while (code := self._running.poll()) is None:
+        while (code := self.running.poll()) is None:
             self._left()
             time.sleep(0.002)
         return code
@@ -177,7 +167,7 @@ class _Link:
                 self._socket.settimeout(min(self._left(), LOOK))
                 piece = self._socket.recv(MAX_MESSAGE)
             except TimeoutError:
-                if self._running.poll() is not None:
+                if self.running.poll() is not None:
                     raise ProgramEnded from None
                 continue
             except OSError:
@@ -191,7 +181,7 @@ class _Link:
         """Return the time that is left by the wall clock, s."""
         left = self._deadline - time.monotonic()
         if left <= 0:
-            raise WallOver(self._wall)
+            raise wall_over(self._wall)
         return left
 
 

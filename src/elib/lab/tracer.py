@@ -11,7 +11,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Literal
 
 from elib.lab.goal import GoalResult, Trace, Zone, judge
-from elib.lab.goals import Lit, Requests
+from elib.lab.goals import Lit
 from elib.lab.labfile import Lab, Variant, stripes_of, things_of
 from elib.simulator.drawing import draw
 from elib.simulator.physics import Pose, Snapshot
@@ -102,20 +102,15 @@ class Tracer:
         self._wants_lamps = any(isinstance(goal, Lit) for goal in lab.goals)
         self._note()
 
-    @property
-    def counts_requests(self) -> bool:
-        """Whether a goal asks how often commands were sent."""
-        return any(isinstance(goal, Requests) for goal in self._lab.goals)
-
     def so_far(self) -> tuple[GoalResult, ...]:
         """Return what the goals say of a run that goes on, without what its program has sent and printed."""
         return judge(self._lab.goals, self._trace(self._world.snapshot(), Counter(), "", self._simulation.time))
 
     def over(self, code: int) -> tuple[GoalResult, ...]:
         """Return the same of a run whose program has ended now, with an exit code."""
-        return self.judged(end_by(code), self._simulation.time, Counter(), "").goals
+        return self.judged(end_by(code), self._simulation.time, Counter(), "", "").goals
 
-    def judged(self, end: End, time: float, requests: Counter[str], output: str, transcript: str = "") -> VariantResult:
+    def judged(self, end: End, time: float, requests: Counter[str], output: str, transcript: str) -> VariantResult:
         """Return what became of a run that is over; the arguments are those of the result."""
         ending, why, code = end
         self._world.run_to(self._simulation.time)

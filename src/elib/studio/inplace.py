@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import math
 import signal
 import time
 from collections.abc import Callable, Coroutine
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from elib.base.timebase import Host, HostedLoop, outside
 from elib.behaviours._run.program import code_of
 from elib.lab import Lab, Variant, VariantResult
-from elib.lab.labfile import settings_of
 from elib.lab.lockstep import linked
-from elib.lab.marker import GRACE, WALL, Marker, RunOver, WallOver
+from elib.lab.marker import GRACE, WALL, Marker, RunOver, wall_over
 from elib.lab.program import main
-from elib.lab.tracer import AFTERWARDS, End, Tracer, end_by
+from elib.lab.tracer import End, end_by
 from elib.robot.signals import SIGNALS
-from elib.simulator.emulator.simulation import Simulation
 
+T = TypeVar("T")
 Run = Callable[[str, Callable[[Path], object], Callable[[], bool]], str]
 """Writes a program into a file, calls the function with it where programs run, and returns what was printed meanwhile.
 
@@ -53,10 +51,7 @@ class InPlace:
         self._do(self._begin(lab, variant))
 
     async def _begin(self, lab: Lab, variant: Variant) -> None:
-        assert variant.time is not None
-        self._simulation = Simulation(settings_of(variant))
-        self._tracer = Tracer(lab, variant, self._simulation)
-        self._marker = Marker(self._simulation, variant.time, self._send, self._tracer.counts_requests)
+        self._marker = Marker(lab, variant, self._send)
 
     def result(self, text: str, run: Run) -> VariantResult:
         """Run a program to its end, and return what became of it."""
@@ -69,15 +64,12 @@ class InPlace:
 
         try:
             output = run(text, work, self._is_late)
-            ended, self._end = self._simulation.time, self._end or end_by(codes[0])
-            if self._end[2] is not None:
-                self._do(asyncio.sleep(AFTERWARDS))
-            digest = self._marker.transcript.hexdigest()
-            return self._tracer.judged(self._end, ended, self._marker.requests, output, digest)
+            self._end = self._end or end_by(codes[0])
+            return self._do(self._marker.result(self._end, lambda: output))
         finally:
             log.setLevel(level)  # a program whose time is over changes it
             with outside(self._loop):
-                self._simulation.close()
+                self._marker.close()
             self._loop.close()
 
     # -- the channel --
@@ -88,7 +80,7 @@ class InPlace:
             return
         try:
             if self._is_late():
-                raise WallOver(self._wall)
+                raise wall_over(self._wall)
             self._do(self._marker.take(data))
         except RunOver as over:
             self._end = over.ending, str(over), None
@@ -108,9 +100,9 @@ class InPlace:
     def _is_late(self) -> bool:
         return time.perf_counter() > self._until
 
-    def _do(self, work: Coroutine[Any, Any, None]) -> None:
+    def _do(self, work: Coroutine[Any, Any, T]) -> T:
         with outside():
-            self._loop.run_until_complete(work)
+            return self._loop.run_until_complete(work)
 
 
 def _exit_code(number: int, file: Path) -> int:
