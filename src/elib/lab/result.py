@@ -1,4 +1,4 @@
-"""What a check found, as a file to hand in. Nobody trusts it: who gets it lets the program in it be judged anew."""
+"""What a check found, as a file to hand in. It is not trusted: the program in it is judged again."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def read_result(path: Path) -> Result:
     """Read such a file.
 
     Raises:
-        ArgumentError: It is none.
+        ArgumentError: It is not one.
     """
     try:
         return msgspec.json.decode(read_file(path, "the result", largest=MAX_SIZE), type=Result)

@@ -28,7 +28,7 @@ While the other function returns True it ends what runs, as Ctrl-C does.
 
 
 class _Nowhere(Host):
-    """Where a marker runs: nobody waits for its world but the program."""
+    """Where a marker runs: only the program waits for its world."""
 
     def wait(self, seconds: float) -> None:
         """Do not wait."""

@@ -135,7 +135,7 @@ class Labs:
         """Take a lab from a zipped folder.
 
         Raises:
-            ArgumentError: It is no zip file, too large, or has no lab in it.
+            ArgumentError: It is not a zip file, is too large, or has no lab in it.
             SimulationError: A file of the lab breaks a rule.
         """
         files = _unpacked(content)
