@@ -71,6 +71,7 @@ class LockstepLink:
         is_over: Whether the marker lets no more time pass.
         was_used: Whether the program has opened a robot.
         on_over: Called when the marker lets no more time pass.
+        on_jump: Called before a loop jumps, if set; what it raises ends the program.
 
     Raises:
         LinkNotFound: There is no marker behind this file descriptor.
@@ -80,6 +81,7 @@ class LockstepLink:
         self.name = f"lockstep://{number}"
         self.is_over = self.was_used = False
         self.on_over: Callable[[], None] | None = None
+        self.on_jump: Callable[[], None] | None = None
         self.now = 0.0
         self.loops: weakref.WeakSet[LockstepLoop] = weakref.WeakSet()
         self.robots: dict[int, LockstepTransport] = {}
@@ -189,6 +191,8 @@ class LockstepLoop(SimulatedLoop):
         self._set_time(max(self._now, now))
 
     def _jump(self) -> bool:
+        if self.link.on_jump is not None:
+            self.link.on_jump()
         waits = any(robot.loop is self for robot in self.link.robots.values())
         if self.link.is_over or not (self._scheduled or waits):
             return super()._jump()

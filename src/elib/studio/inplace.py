@@ -13,11 +13,14 @@ from typing import Any, TypeVar
 from elib.base.timebase import Host, HostedLoop, outside
 from elib.behaviours._run.program import code_of
 from elib.lab import Lab, Variant, VariantResult
-from elib.lab.lockstep import linked
-from elib.lab.marker import GRACE, WALL, Marker, RunOver, wall_over
+from elib.lab.lockstep import link_of, linked
+from elib.lab.marker import WALL, Marker, RunOver, wall_over
 from elib.lab.program import main
 from elib.lab.tracer import End, end_by
 from elib.robot.signals import SIGNALS
+
+GRACE = 0.5
+"""s of the wall clock in which a program may end after its time was over."""
 
 T = TypeVar("T")
 Run = Callable[[str, Callable[[Path], object], Callable[[], bool]], str]
@@ -60,6 +63,7 @@ class InPlace:
 
         def work(file: Path) -> None:
             with linked(self) as number:
+                link_of(number).on_jump = self._end_late
                 codes[0] = _exit_code(number, file)
 
         try:
@@ -76,15 +80,11 @@ class InPlace:
 
     def sendall(self, data: bytes) -> None:
         """Let the marker take a frame, while the program stands still."""
-        if self._end is not None:
-            return
-        try:
-            if self._is_late():
-                raise wall_over(self._wall)
-            self._do(self._marker.take(data))
-        except RunOver as over:
-            self._end = over.ending, str(over), None
-            self._until = min(self._until, time.perf_counter() + GRACE)
+        if self._end is None:
+            try:
+                self._do(self._marker.take(data))
+            except RunOver as over:
+                self._stop(over)
 
     def recv(self, size: int) -> bytes:
         """Return the answer."""
@@ -96,6 +96,18 @@ class InPlace:
 
     def _send(self, frame: bytes) -> None:
         self._answer += frame
+
+    def _stop(self, over: RunOver) -> None:
+        self._end = over.ending, str(over), None
+        self._until = min(self._until, time.perf_counter() + GRACE)
+
+    def _end_late(self) -> None:
+        """End a program that goes on after its time. One that catches this, too, hears it again."""
+        if self._is_late():
+            if self._end is None:
+                self._stop(wall_over(self._wall))
+            self._until = time.perf_counter() + GRACE
+            raise KeyboardInterrupt
 
     def _is_late(self) -> bool:
         return time.perf_counter() > self._until
