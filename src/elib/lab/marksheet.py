@@ -46,9 +46,9 @@ def _summed(marked: Marked) -> list[list[str]]:
 
 
 def _student(mark: Mark, marks: Sequence[Mark]) -> str:
-    """Return who handed in: the name without its ending, unless a folder of that name was handed in, too."""
+    """Return who handed in: the name without its ending, unless something else of that name was handed in, too."""
     name = named(mark.name)
-    return name if name == mark.name or all(each.name != name for each in marks) else mark.name
+    return name if sum(named(each.name) == name for each in marks) == 1 else mark.name
 
 
 def _alike(mark: Mark) -> str:
