@@ -230,8 +230,7 @@ class ReadingsStream(Stream):
 def clock(control: Control) -> Clock:
     """Return how fast a world goes."""
     found = control.simulation.clock
-    is_standing = found.is_paused or control.simulation.loop.is_closed()  # its program has ended
-    return Clock(is_standing, found.rate * time_factor(), found.refusal)
+    return Clock(found.is_paused, found.rate * time_factor(), found.refusal)
 
 
 def scene(control: Control, snapshot: Snapshot, own: int | None) -> Scene:

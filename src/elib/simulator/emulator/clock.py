@@ -36,8 +36,8 @@ class WorldClock:
 
     @property
     def is_paused(self) -> bool:
-        """Whether it stands still."""
-        return self._is_paused
+        """Whether it stands still: by hand, or because the program has ended whose event loop it had."""
+        return self._is_paused or self._loop.is_closed()
 
     @property
     def refusal(self) -> str:
