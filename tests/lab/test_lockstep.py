@@ -7,10 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from labs_for_tests import lab_in, run_program
+from labs_for_tests import TOP, lab_in, run_program
 
+from elib.lab import running
 from elib.link.protocol.profiles import FIRMWARES
-from shared import run
+from shared import PATIENCE, run
 
 BLOCKING = """
 with elib.connect(URL) as robot:
@@ -270,6 +271,21 @@ with elib.connect() as robot:
     lab = lab_in(tmp_path, top='title = "t"\nsummary = "s"\ntime = 1\n')
     result = run_program(lab, program)
     assert (result.ending, result.time) == ("time", 1.0)
+
+
+def test_what_a_program_prints_after_its_time_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(running, "GRACE", PATIENCE)
+    program = """
+import elib
+try:
+    with elib.connect() as robot:
+        robot.sleep(9)
+finally:
+    sum(range(10_000_000))
+    print("done")
+"""
+    result = run_program(lab_in(tmp_path, top=TOP.replace("20", "1")), program)
+    assert (result.ending, result.output) == ("time", "done\n")
 
 
 def test_a_program_without_a_robot_is_only_a_program(tmp_path: Path) -> None:

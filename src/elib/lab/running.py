@@ -147,12 +147,17 @@ class _Link:
             raise ProgramEnded from None
 
     def drain(self, seconds: float) -> None:
-        """Give the program a short time, s of the wall clock, to end after its time was over."""
+        """Give the program a short time, s of the wall clock, to end after its time was over.
+
+        It has closed its end long before it has printed what it has to say.
+        """
         self._deadline = min(self._deadline, time.monotonic() + seconds)
-        with contextlib.suppress(ProgramEnded, RunOver):
-            while True:
-                self._receive()
-                self._received.clear()
+        with contextlib.suppress(RunOver):
+            with contextlib.suppress(ProgramEnded):
+                while True:
+                    self._receive()
+                    self._received.clear()
+            self.exit_code()
 
     def exit_code(self) -> int:
         """Return the exit code of a program that has closed the link, and may still do something else."""
