@@ -56,7 +56,6 @@ with elib.connect("sim://arena?speed=max") as a, elib.connect("sim://arena?speed
     slow = [a.begin.sleep(3), b.begin.proximity()]
     done, pending = elib.wait(slow, first=True)
     print(len(done), len(pending))
-    print(len(elib.wait(slow[:1], timeout=0.5)[0]))
 """,
     "a blocking call within a loop of another robot": """
 import asyncio, elib

@@ -12,7 +12,7 @@ import serialx
 
 from elib.base.errors import LinkBusy, LinkDenied, LinkError, LinkLost, LinkNotFound, SimulationError
 from elib.base.timebase import SimulatedLoop
-from elib.link.transport import Transport, open_transport, parse_url, ports, serial
+from elib.link.transport import Transport, open_transport, parse_url, serial
 from elib.link.transport.ports import holders, list_ports
 from elib.link.transport.pty import PtyTransport
 from elib.link.transport.serial import open_serial
@@ -173,7 +173,7 @@ def test_a_system_that_lists_no_ports_has_none(monkeypatch: pytest.MonkeyPatch) 
     def fail() -> None:
         raise OSError
 
-    monkeypatch.setattr(ports.serialx, "list_serial_ports", fail)
+    monkeypatch.setattr(serialx, "list_serial_ports", fail)
     assert [port for port in list_ports() if "rfcomm" not in port] == []
 
 

@@ -116,13 +116,14 @@ export function Camera({ robot }: { robot: Robot }) {
     limits = robot.scheme.value?.camera,
     bytes = camera ? camera.width * camera.height * (camera.mode === "GREY" ? 1 : 2) : 0,
     pause = camera && limits ? limits.capture + bytes * limits.byte : 0,
+    isWatched = phase === "playing" || phase === "watched", // it takes no orders from here
     isOff = phase !== "connected";
   useLayoutEffect(() => {
     if (picture && pixels) paint(canvas.current!, picture, pixels);
   }, [pixels]);
   const { width = 0, height = 0, mode = "", age: old = null, stale = false } = picture ?? {},
     about = picture ? `${width} × ${height}, ${mode.toLowerCase()}, ${live ? "live, " : ""}${age(old)} old` : "",
-    none = phase === "playing" ? "no picture recorded until now" : isOff ? "not connected" : "no picture yet",
+    none = isWatched ? "no picture until now" : isOff ? "not connected" : "no picture yet",
     label = `picture of the robot's camera${picture ? `, ${width} by ${height} pixels` : ": none yet"}`;
   return (
     <div class="frame">
@@ -134,12 +135,16 @@ export function Camera({ robot }: { robot: Robot }) {
         </p>
       )}
       <div class="tools stack">
-        <Button icon={Shutter} label="Take picture" disabled={isOff} act={() => robot.ask("picture", {})} />
+        {!isWatched && (
+          <Button icon={Shutter} label="Take picture" disabled={isOff} act={() => robot.ask("picture", {})} />
+        )}
         <Button icon={Download} label="Save PNG" disabled={!picture} act={() => saveLarge(canvas.current!)} />
         <span class="fill" />
-        <Popup icon={Settings} label="settings of the camera">
-          <Fields robot={robot} />
-        </Popup>
+        {!isWatched && (
+          <Popup icon={Settings} label="settings of the camera">
+            <Fields robot={robot} />
+          </Popup>
+        )}
       </div>
     </div>
   );

@@ -1,5 +1,6 @@
 // The studio: on the left the program, with what it prints below it; on the right its world, and the lab that it is for.
 import * as icons from "lucide";
+import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Dialog } from "../look/Dialog";
@@ -8,7 +9,12 @@ import { Icon } from "../look/Icon";
 import { isDark, toggleTheme } from "../look/theme";
 import { Toasts } from "../look/Toasts";
 import { stop } from "../stop";
-import { isSilent } from "../store";
+import { Camera } from "../robot/Camera";
+import { Charts } from "../robot/Charts";
+import { Events } from "../robot/Events";
+import { Sensors } from "../robot/Sensors";
+import "../robot/robot.css";
+import { isSilent, listed, robotOf, subscribe } from "../store";
 import { useWorld } from "../world/live";
 import { World } from "../world/World";
 import { editIn } from "./editor";
@@ -87,8 +93,42 @@ function Header() {
   );
 }
 
+/** What the robot of the program tells it: the parts of the panel's page. */
+const PARTS = { Sensors, Charts, Camera, Events };
+const part = signal<keyof typeof PARTS | "World">("World");
+
+function Part() {
+  const world = useWorld("program"),
+    key = listed.value[0]?.key ?? "",
+    Kind = part.value === "World" ? null : PARTS[part.value];
+  useEffect(() => (key ? subscribe({ what: "robot", of: key, rate: 10 }) : undefined), [key]);
+  if (!world.scene.value) return <p class="hint">The world comes when Python is loaded.</p>;
+  if (!Kind) return <World world={world} of="program" own={0} />;
+  return (
+    <div class="stack part">
+      {key ? <Kind key={key} robot={robotOf(key)} /> : <p class="hint">What the robot of the program tells it.</p>}
+    </div>
+  );
+}
+
+const Parts = () => (
+  <div class="row parts" role="tablist" aria-label="parts of the robot">
+    {(["World", ...Object.keys(PARTS)] as (typeof part.value)[]).map((each) => (
+      <button
+        key={each}
+        type="button"
+        class="button tab"
+        role="tab"
+        aria-selected={part.value === each}
+        onClick={() => (part.value = each)}
+      >
+        {each}
+      </button>
+    ))}
+  </div>
+);
+
 export function Studio() {
-  const world = useWorld("program");
   return (
     <>
       <Header />
@@ -112,9 +152,9 @@ export function Studio() {
             />
             <RobotMenu />
           </div>
+          <Parts />
           <div class="card stage">
-            {world.scene.value && <World world={world} of="program" own={0} />}
-            {!world.scene.value && <p class="hint">The world comes when Python is loaded.</p>}
+            <Part />
           </div>
           {hasLabs.value && <Labs />}
         </section>
