@@ -1,0 +1,161 @@
+"""A real robot from the studio: the browser's serial port is one of the test's own, with an emulator behind it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+from collections.abc import AsyncIterator
+
+import pytest
+from browser import Tab, browser, needs_browser
+from studio_rig import Server
+
+from elib.link.transport import parse_url
+from elib.link.transport.memory import memory_pair
+from elib.simulator.emulator.settings import settings_of
+from elib.simulator.emulator.simulation import Simulation
+from shared import until
+
+pytestmark = [pytest.mark.long, needs_browser]
+
+PORT = """
+const sent = [];
+let line;
+const port = {
+  open: async () => {},
+  close: async () => {},
+  readable: new ReadableStream({ start: (controller) => void (line = controller) }),
+  writable: new WritableStream({ write: (bytes) => void sent.push(...bytes) }),
+};
+Object.defineProperty(navigator, "serial", { value: { requestPort: async () => port } });
+window.robot = {
+  take: () => sent.splice(0),
+  give: (bytes) => line.enqueue(new Uint8Array(bytes)),
+  unplug: () => line.error(new Error("The device has been lost.")),
+};
+"""
+PAUSE = 0.005
+"""s between two looks at what the page has written."""
+STATE = "elib.program.value.state"
+READY = f"window.elib?.loading.value === '' && {STATE} === 'idle'"
+DRIVE = """import elib
+with elib.connect() as robot:
+    print(robot.url, robot.firmware)
+    robot.set_speed(0.4, 0.4)
+    robot.sleep(0.5)
+    print(min(robot.encoders()) > 50, len(robot.proximity()))
+"""
+GO = """import elib
+robot = elib.connect()
+robot.set_speed(0.4, 0.4)
+"""
+DEAF, LONG = f"{GO}sum(range(10**12))", f"{GO}robot.sleep(1000)"
+
+
+class Cable:
+    """Carries bytes between the page and an emulator.
+
+    Attributes:
+        tab: The page.
+        robots: The simulation of the robot.
+    """
+
+    def __init__(self, tab: Tab, firmware: str) -> None:
+        self.tab = tab
+        url = f"sim://arena?firmware={firmware}&quality=ideal"
+        settings = settings_of(parse_url(url))
+        self.robots = Simulation(settings, is_connected=False)
+        self._line, end = memory_pair()
+        self.robots.take(0, settings, url).link.attach(end)
+        self._said = bytearray()
+        self._line.listen(self._said.extend)
+
+    async def carry(self) -> None:
+        """Carry on, for ever."""
+        while True:
+            if data := await self.tab.run("robot.take()"):
+                self._line.send_nowait(bytes(data))  # type: ignore[arg-type]
+            if self._said:
+                await self.tab.run(f"robot.give({list(self._said)})")
+                self._said.clear()
+            await asyncio.sleep(PAUSE)  # clock: a cable takes its time
+
+    def turns(self) -> bool:
+        """Return whether the wheels turn."""
+        self.robots.catch_up()
+        assert self.robots.world is not None
+        return self.robots.world.wheel_speeds(0) != (0.0, 0.0)
+
+    def stands(self) -> bool:
+        """Return whether the wheels stand."""
+        return not self.turns()
+
+    async def begin(self, text: str) -> None:
+        """Begin a program on the robot of the port."""
+        await self.tab.run(f"elib.borrow('test.py', {json.dumps(text)}, 'a test')")
+        await self.tab.run("elib.run()")
+
+    async def printed(self) -> str:
+        """Wait until the program has ended, and return what it printed."""
+        await self.tab.until(READY)
+        await self.tab.run("new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
+        return str(await self.tab.run("elib.lines.value.map(({ text }) => text).join('\\n')"))
+
+
+@contextlib.asynccontextmanager
+async def plugged(server: Server, firmware: str = "btcom-2.0") -> AsyncIterator[Cable]:
+    """Open the studio, and choose the port of a robot."""
+    async with browser() as opener:
+        tab = await opener("about:blank")
+        await tab.call("Page.addScriptToEvaluateOnNewDocument", source=PORT)
+        await tab.go(f"{server.url}studio/")
+        await tab.until(READY)
+        cable = Cable(tab, firmware)
+        carrying = asyncio.ensure_future(cable.carry())
+        press = "[...document.querySelectorAll('button')].find((each) => each.textContent.includes('{}'))?.click()"
+        for name in ("Robot: as", "Real robot"):
+            await tab.until(f"({press.format(name)}, true)")
+        await tab.until("elib.robot.value === 'webserial://'")
+        yield cable
+        carrying.cancel()
+        cable.robots.close()
+
+
+@pytest.mark.parametrize("firmware", ["btcom-1.1.3", "btcom-2.0", "asercom-1.2.2", "epuck2"])
+async def test_a_program_drives_the_robot_on_the_port_and_leaves_it_standing(server: Server, firmware: str) -> None:
+    async with plugged(server, firmware) as cable:
+        await cable.begin(DRIVE)
+        await until(cable.turns)
+        assert await cable.printed() == f"webserial:// {firmware}\nTrue 8\n"
+        assert cable.stands()
+
+
+async def test_the_window_stops_the_robot_when_python_is_ended_and_when_the_page_is_left(server: Server) -> None:
+    async with plugged(server) as cable:
+        await cable.begin(DEAF)
+        await until(cable.turns)
+        await cable.tab.run("document.querySelector('#stop').click()")
+        await until(cable.stands)
+        assert "was ended" in await cable.printed()
+        await cable.begin(LONG)
+        await until(cable.turns)
+        await cable.tab.run("dispatchEvent(new Event('pagehide'))")
+        await until(cable.stands)
+
+
+async def test_a_paused_program_lets_no_real_robot_drive_on(server: Server) -> None:
+    async with plugged(server) as cable:
+        await cable.begin(LONG)
+        await until(cable.turns)
+        await cable.tab.run("elib.pause()")
+        await until(cable.stands)
+
+
+async def test_a_port_that_is_unplugged_ends_the_program_with_a_reason(server: Server) -> None:
+    async with plugged(server) as cable:
+        await cable.begin(DRIVE.replace("sleep(0.5)", "sleep(0.5)\n    while True: robot.proximity()"))
+        await until(cable.turns)
+        await cable.tab.run("robot.unplug()")
+        assert "The device has been lost." in await cable.printed()
+        assert await cable.tab.run("elib.robot.value") == ""
