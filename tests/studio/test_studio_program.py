@@ -282,6 +282,9 @@ def test_goals_of_a_lab_turn_green_while_the_program_runs(rig: Rig) -> None:
     assert reached[-1] == {each["name"] for each in lab["goals"]}
     rig.run("print(1)")
     assert rig.news[-1]["goals"] == []
+    rig.plan = [(rig.is_moving, lambda: rig.say("stop_program"))]
+    rig.run("import elib\nrobot = elib.connect()\nrobot.set_speed(0.1, 0.1)\nrobot.sleep(1000)", lab="go-10-cm")
+    assert not [each for each in rig.news[-1]["goals"] if each["name"] == "end" and each["holds"]]
 
 
 @pytest.mark.parametrize(("text", "share"), [(GO, 1), ("print('nothing')", 0)])

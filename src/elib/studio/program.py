@@ -16,7 +16,7 @@ from typing import Literal
 from msgspec import Struct
 
 from elib.base.errors import ArgumentError, ElibError
-from elib.base.exits import FAILED
+from elib.base.exits import DONE, FAILED
 from elib.base.plaintext import plain
 from elib.base.timebase import move_into
 from elib.behaviours._run.program import code_of, loops_at, own_traceback, run_file
@@ -109,6 +109,7 @@ class Program:
         self._is_late: Callable[[], bool] = lambda: False
         self._tell, self._folder, self._time = tell, folder, time
         self._name = ""
+        self._code: int | None = None
         self._said = -math.inf
         self._out, self._err = _Printed(), _Printed()
         move_into(self.place)
@@ -121,10 +122,12 @@ class Program:
         """
         if self.state != "idle":
             raise ArgumentError("a program runs already", hint="stop it first")
-        self.state, self._name, self.debugger.line = "running", name, None
+        self.state, self._name, self.debugger.line, self._code = "running", name, None, None
         return self._file(text, name)
 
     def _file(self, text: str, name: str) -> Path:
+        for old in self._folder.glob("*.py"):  # the next program is not to import it by accident
+            old.unlink()
         file = self._folder / (Path(name).name or "program.py")
         file.write_text(text, encoding="utf-8")
         linecache.checkcache(str(file))
@@ -193,13 +196,16 @@ class Program:
 
     def _ended(self, work: Callable[[], object], file: Path) -> Mistake | None:
         """Do *work*, and return what was wrong in the end."""
+        self._code = FAILED
         try:
             work()
+            self._code = DONE
         except KeyboardInterrupt:
             print("The program was stopped.", file=sys.stderr)
         except SystemExit as error:
-            if code := code_of(error):
-                return Mistake("SystemExit", f"the program ended with exit code {code}", "", None, "")
+            self._code = code_of(error)
+            if self._code:
+                return Mistake("SystemExit", f"the program ended with exit code {self._code}", "", None, "")
         except BaseException as error:
             trace = own_traceback(error).replace(f"{self._folder}/", "")
             print(plain(trace), file=sys.stderr)
@@ -220,7 +226,7 @@ class Program:
         if self.state != "idle" and self.place.is_held:
             self.state = "paused"
         news = ProgramNews(self.state, self._name, self.debugger.line, self._time(), mistake=mistake)
-        news.goals = self.goals(None if self.state != "idle" else 0 if mistake is None else FAILED)
+        news.goals = self.goals(None if self.state != "idle" else self._code)
         if self.state == "paused":
             news.variables, news.stack = self.debugger.variables(), self.debugger.stack()
         self._tell(news)
@@ -247,7 +253,7 @@ class _Printed(io.TextIOBase):
     def __init__(self, most: int = MAX_AT_ONCE) -> None:
         self._most = most
         self._parts: list[str] = []
-        self._size = self._lost = 0
+        self._size = 0
 
     def writable(self) -> bool:
         return True
