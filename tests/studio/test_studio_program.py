@@ -223,6 +223,13 @@ def test_what_a_robot_tells_the_program_is_shown_and_no_more_is_asked(rig: Rig) 
     assert rig.output == 2 * quiet, "whoever looks changes nothing"
 
 
+def test_a_program_may_open_more_robots_than_a_panel_shows(rig: Rig) -> None:
+    rig.run("import elib\nfor k in range(70):\n    elib.connect().close()\nprint('done')\n", speed=0)
+    assert rig.output == "done\n"
+    rig.run("import elib\nmany = [elib.connect() for k in range(70)]\nprint('done')\n", speed=0)
+    assert rig.output == "done\ndone\n"
+
+
 def test_a_second_program_waits_until_the_first_has_ended(rig: Rig) -> None:
     answers: list[Told] = []
 

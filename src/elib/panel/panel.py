@@ -268,8 +268,14 @@ class Panel:
             raise ArgumentError(f"there is no recording {path.name!r} in the folder")
         return self.add(f"replay://{path}", path.name, is_trusted=True)
 
-    def watch(self, robot: Epuck) -> Slot:
-        """Make a place for a robot that a program has opened, and show what it tells the program; return the place."""
+    def watch(self, robot: Epuck) -> Slot | None:
+        """Make a place for a robot that a program has opened, and show what it tells the program; return the place.
+
+        It takes the place of those that the program has closed; None says that there is no room.
+        """
+        self.forget_watched()
+        if len(self._slots) >= MAX_ROBOTS:
+            return None
         slot = self.slot(self.add(robot.url, "" if robot.name == robot.url else robot.name, is_trusted=True))
         slot.watch(robot)
         return slot

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import time
 from collections.abc import Callable
 
 from elib.base.timebase import Host, outside
 from elib.robot.signals import SIGNALS
+from elib.robot.waiting import TURN
 
 BREATH = 0.04
 """s after which a program that computes lets the page speak."""
 NAP = 0.05
 """s after which a program that waits, or is held, looks whether it is to go on or to end."""
-SLICE = 0.02
-"""s of robot time for which one of several robots goes on before the next one, while the program sleeps."""
 
 
 class Place(Host):
@@ -57,11 +57,11 @@ class Place(Host):
     def sleep(self, seconds: float) -> None:
         """Do what ``time.sleep`` does on a computer: robots in real time go on meanwhile."""
         portals = [each for each in self.portals if not (each.is_closed or each.loop.is_running())]
-        portals = [each for each in portals if each.loop.factor < float("inf")]
+        portals = [each for each in portals if each.loop.factor < math.inf]
         if not portals:
             self.wait(seconds / self.speed)
             return
-        slices = 1 if len(portals) == 1 else max(1, round(seconds / SLICE))
+        slices = 1 if len(portals) == 1 else max(1, round(seconds / TURN))
         for _ in range(slices):
             for portal in portals:
                 portal.call(asyncio.sleep(seconds * portal.loop.factor / slices))

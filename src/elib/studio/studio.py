@@ -156,7 +156,8 @@ class Studio:
         if webserial.port is not None and isinstance(robot.session.transport, webserial.WebSerial):
             webserial.port.guard(robot.context.profile.line_end + stop_bytes(robot.session))
         with outside(self._loop):  # its place lives on the loop of the page
-            return [Watched(self.panel.watch(robot))]
+            slot = self.panel.watch(robot)
+        return [] if slot is None else [Watched(slot)]
 
     def _time(self) -> float:
         return 0.0 if self._simulation is None else self._simulation.time

@@ -68,9 +68,9 @@ class Worker:
         write: webserial.Send,
         guard: webserial.Send,
     ) -> None:
-        port = Messages(post)
-        self.studio = Studio(port.put, nap, begin, folder)
-        self._page, self._tasks = StudioPage(self.studio, port), Tasks()
+        messages = Messages(post)
+        self.studio = Studio(messages.put, nap, begin, folder)
+        self._page, self._tasks = StudioPage(self.studio, messages), Tasks()
         self.port = webserial.port = webserial.Port(write, guard, self.studio.program.place.wake)
 
     def hear(self, text: str) -> None:
