@@ -40,7 +40,7 @@ class Plugged(Rig):
         line, end = memory_pair()
         self.robots.take(0, settings, url).link.attach(end)
         port = self.worker.port
-        line.listen(lambda data: (port.received(data), port._wake()))
+        line.listen(port.received)
         port.send = line.send_nowait
         port.opened()
 

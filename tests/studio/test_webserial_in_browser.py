@@ -92,9 +92,10 @@ class Cable:
         return not self.turns()
 
     async def begin(self, text: str) -> None:
-        """Begin a program on the robot of the port."""
+        """Begin a program on the robot of the port, and wait until it drives."""
         await self.tab.run(f"elib.borrow('test.py', {json.dumps(text)}, 'a test')")
         await self.tab.run("elib.run()")
+        await until(self.turns)
 
     async def printed(self) -> str:
         """Wait until the program has ended, and return what it printed."""
@@ -126,7 +127,6 @@ async def plugged(server: Server, firmware: str = "btcom-2.0") -> AsyncIterator[
 async def test_a_program_drives_the_robot_on_the_port_and_leaves_it_standing(server: Server, firmware: str) -> None:
     async with plugged(server, firmware) as cable:
         await cable.begin(DRIVE)
-        await until(cable.turns)
         assert await cable.printed() == f"webserial:// {firmware}\nTrue 8\n"
         assert cable.stands()
 
@@ -134,12 +134,11 @@ async def test_a_program_drives_the_robot_on_the_port_and_leaves_it_standing(ser
 async def test_the_window_stops_the_robot_when_python_is_ended_and_when_the_page_is_left(server: Server) -> None:
     async with plugged(server) as cable:
         await cable.begin(DEAF)
-        await until(cable.turns)
+        await cable.tab.until("elib.isSilent.value")  # it computes, and hears no stop
         await cable.tab.run("document.querySelector('#stop').click()")
         await until(cable.stands)
         assert "was ended" in await cable.printed()
         await cable.begin(LONG)
-        await until(cable.turns)
         await cable.tab.run("dispatchEvent(new Event('pagehide'))")
         await until(cable.stands)
 
@@ -147,7 +146,6 @@ async def test_the_window_stops_the_robot_when_python_is_ended_and_when_the_page
 async def test_a_paused_program_lets_no_real_robot_drive_on(server: Server) -> None:
     async with plugged(server) as cable:
         await cable.begin(LONG)
-        await until(cable.turns)
         await cable.tab.run("elib.pause()")
         await until(cable.stands)
 
@@ -155,7 +153,6 @@ async def test_a_paused_program_lets_no_real_robot_drive_on(server: Server) -> N
 async def test_a_port_that_is_unplugged_ends_the_program_with_a_reason(server: Server) -> None:
     async with plugged(server) as cable:
         await cable.begin(DRIVE.replace("sleep(0.5)", "sleep(0.5)\n    while True: robot.proximity()"))
-        await until(cable.turns)
         await cable.tab.run("robot.unplug()")
         assert "The device has been lost." in await cable.printed()
         assert await cable.tab.run("elib.robot.value") == ""
