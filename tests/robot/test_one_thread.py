@@ -53,9 +53,9 @@ with elib.connect("sim://arena?speed=max") as a, elib.connect("sim://arena?speed
     calls = [a.begin.proximity(), b.begin.selector(), a.begin.encoders()]
     done, pending = elib.wait(calls)
     print(len(done), len(pending), [call.result() for call in calls])
-    slow = [a.begin.sleep(3), b.begin.proximity()]
-    done, pending = elib.wait(slow, first=True)
-    print(len(done), len(pending))
+    with elib.connect("sim://arena") as slow:  # in its own time: its ten minutes have not gone by before an answer
+        done, pending = elib.wait([slow.begin.sleep(600), b.begin.proximity()], first=True)
+        print(len(done), len(pending))
 """,
     "a blocking call within a loop of another robot": """
 import asyncio, elib
