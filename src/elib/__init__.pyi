@@ -30,6 +30,8 @@ from elib.behaviours._run.behaviour import behaviour as behaviour
 from elib.behaviours._run.context import RunContext as RunContext
 from elib.behaviours._run.loop import react as react
 from elib.behaviours._run.play import play as play
+from elib.behaviours._run.states import states as states
+from elib.link.protocol.distances import Distances as Distances
 from elib.link.protocol.image import Image as Image
 from elib.link.protocol.image import Mounting as Mounting
 from elib.link.protocol.quantities import CameraMode as CameraMode

@@ -4,12 +4,12 @@ It stands on ``robot``. Begin with ``avoid.py``, then ``_run/behaviour.py``. A m
 decorated with :func:`behaviour` is a sample; ``elib run`` finds it by itself. ``samples`` are programs to start from.
 """
 
-from elib.behaviours._openair import OpenAir
 from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle, behaviour, behaviours, find
 from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.behaviours._run.loop import react, react_blocking
 from elib.behaviours._run.play import RunResult, play, run_behaviour, run_behaviour_blocking
 from elib.behaviours._vision import Redness, measure_redness
+from elib.link.protocol.distances import OpenAir
 from elib.link.protocol.quantities import Quantity
 
 __all__ = [

@@ -12,6 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 from elib.base.errors import Unsupported, about
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import Context
+from elib.link.protocol.distances import Distances, distances
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.protocol.quantities import Quantity, Seconds
 from elib.link.protocol.raw import text_request
@@ -71,6 +72,20 @@ class Actions(Motions):
             answer = await self.execute(poll.request, poll.request.timeout)
             found |= poll.readings(answer)
         return Sensors(**found, **context.stamp)
+
+    @action
+    async def distances(self: Robot) -> Distances:
+        """Return how far away things are by the infrared sensors, m; infinite where nothing is near.
+
+        What a sensor read at least since the link was opened counts as nothing near. So a robot that begins beside a
+        wall sees it only after it has been away from it, or after :meth:`calibrate_proximity` in an open place.
+
+        Example:
+            >>> robot.distances().nearest
+            inf
+        """
+        request = Actions.proximity.spec.request(self.context)
+        return distances(self.context.open_air(await self.execute(request, request.timeout)))
 
     @action
     async def neighbours(self: Robot) -> tuple[Neighbour, ...]:

@@ -17,7 +17,7 @@ from elib.base.rules import Whole
 from elib.link.protocol.context import Context
 from elib.link.protocol.image import Mounting
 from elib.link.protocol.styles import Action, AsyncStyle
-from elib.link.protocol.table import Command, Request
+from elib.link.protocol.table import QUICK, Command, Request
 from elib.link.session import Channel, Ended, check_timeout
 from elib.robot.actions import Actions
 from elib.robot.events import Events
@@ -53,6 +53,7 @@ class Epuck(Linked, Actions, AsyncStyle):
             raise ArgumentError("elib.Epuck is the class of a robot, and opens none", hint=hint)
         self._link = link
         self._timeout: float | None = None
+        self._is_for_quick = False
         self._tries = 1
         self._deadline: Deadline | None = None
 
@@ -168,7 +169,7 @@ class Epuck(Linked, Actions, AsyncStyle):
 
     # -- calls --
 
-    def within(self, seconds: float, *, tries: int = 1) -> Self:
+    def within(self, seconds: float, *, tries: int = 1, quick_only: bool = False) -> Self:
         """Return a view of the robot whose calls wait this long, instead of each command's own time.
 
         Args:
@@ -176,13 +177,19 @@ class Epuck(Linked, Actions, AsyncStyle):
             tries: How often a call that only reads is asked at most, 1 to 100: again when its share of the time is over
                 without an answer. A call that acts on the robot is sent once: whether it was done is unknown. Only
                 ``stop()`` is always sent again, until it is confirmed or its time is over.
+            quick_only: Whether motions, pictures and other calls whose own time is longer than 1 s keep that.
 
         Raises:
             ArgumentError: *seconds* is not a number from 0 to 3600, or *tries* is out of its range.
         """
         view = copy.copy(self)
         view._timeout, view._tries = check_timeout(seconds), TRIES.require(tries, "tries")
+        view._is_for_quick = quick_only
         return view
+
+    def _time_for(self, usual: float) -> float:
+        is_own = self._timeout is None or (self._is_for_quick and usual > QUICK)
+        return usual if is_own else self._timeout  # type: ignore[return-value]  # it is not None there
 
     def _call(
         self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
@@ -190,7 +197,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         self._link.standstill.look(self._link.loop)
         if isinstance(operation, Action):
             actor = self
-            if self._timeout is not None:
+            if self._timeout is not None and not self._is_for_quick:
                 actor = copy.copy(self)
                 actor._deadline = Deadline(self._timeout)  # one for all the requests of the action
             operation.check(args, kwargs)
@@ -198,7 +205,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         else:
             spec = operation.spec
             request = spec.request(self._link.channel.context, *args, **kwargs)
-            call = self._ask(request, request.timeout if self._timeout is None else self._timeout)
+            call = self._ask(request, self._time_for(request.timeout))
         call.__qualname__ = f"Epuck.{operation.name}"  # Python names it so if the await was forgotten
         return call
 
@@ -224,7 +231,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         """Send *request* and return its answer, within *default* seconds unless :meth:`within` said otherwise."""
         if self._deadline is not None:
             return await self._ask(request, self._deadline.left())
-        return await self._ask(request, default if self._timeout is None else self._timeout)
+        return await self._ask(request, self._time_for(default))
 
     @property
     def time_given(self) -> float:
@@ -254,7 +261,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         """
         view = copy.copy(self)
         # All watchers share the poller: it uses its own times, not those of one view.
-        view._timeout, view._tries = None, 1
+        view._timeout, view._tries, view._is_for_quick = None, 1, False
         return Watch(self._link.telemetry, view, watched_names(names, self.context.profile), period_of(rate))
 
     # -- about the robot --

@@ -38,7 +38,7 @@ class _OverPortal(Actions):
         self._portal = portal
         self._keep_alive = keep_alive
 
-    def within(self, seconds: float, *, tries: int = 1) -> Self:
+    def within(self, seconds: float, *, tries: int = 1, quick_only: bool = False) -> Self:
         """Return a view of the robot whose calls wait this long: see :meth:`elib.Epuck.within`.
 
         Example:
@@ -46,7 +46,7 @@ class _OverPortal(Actions):
             Selector(position=3)
         """
         view = copy.copy(self)
-        view._robot = self._robot.within(seconds, tries=tries)
+        view._robot = self._robot.within(seconds, tries=tries, quick_only=quick_only)
         return view
 
 

@@ -55,6 +55,8 @@ class RunContext:
         random: Random numbers; the same seed gives the same run.
         reason: Why the run ended: ``time``, ``enter`` or another word given to :meth:`finish`; empty before.
         listeners: Functions that are called with every StateChanged and RunMessage, in the thread where it happens.
+        entered: Whether this is the first step in the state of an ``elib.states`` machine.
+        previous_state: The state that the behaviour was in before; empty in the first.
     """
 
     def __init__(self, clock: Callable[[], float], *, seconds: float | None = None, seed: int = DEFAULT_SEED) -> None:
@@ -66,7 +68,9 @@ class RunContext:
         self._end = None if seconds is None else self.began + seconds
         self._events: list[StateChanged | RunMessage] = []
         self._lock = threading.Lock()
-        self._current = ""
+        self.entered = False
+        self.previous_state = self._current = ""
+        self._entered_at = self.began
         self._on_end: Callable[[], object] | None = None
 
     @property
@@ -83,6 +87,11 @@ class RunContext:
     def current_state(self) -> str:
         """The state that the behaviour is in; empty before the first."""
         return self._current
+
+    @property
+    def time_in_state(self) -> float:
+        """Robot time since the state was entered, s."""
+        return self._clock() - self._entered_at
 
     @property
     def states(self) -> tuple[tuple[float, str], ...]:
@@ -103,10 +112,14 @@ class RunContext:
 
     def state(self, name: str) -> None:
         """Enter the state *name*, like ``searching``; nothing happens if the behaviour is in it already."""
+        if name != self._current:
+            self.enter(name)
+
+    def enter(self, name: str) -> None:
+        """Enter the state *name*, anew if the behaviour is in it already."""
         with self._lock:
-            if name == self._current:
-                return
-            self._current = name
+            self.previous_state, self._current = self._current, name
+            self.entered, self._entered_at = True, self._clock()
             event = StateChanged(time=self.time, state=name)
             self._events.append(event)
         self._emit(event)

@@ -78,7 +78,8 @@ async def react(
     Args:
         robot: The robot.
         step: ``async def step(view)``: read the sensors and act. *view* is the robot with a short timeout, an
-            :class:`AdaptiveTimeout`. The loop ends when the step returns a true value.
+            :class:`AdaptiveTimeout`; motions and pictures keep their own. The loop ends when the step returns a true
+            value.
         period: Time from one step to the next, s, if the link is quick enough.
         min_timeout: Timeout on a quick link, s.
 
@@ -98,7 +99,7 @@ async def react(
     due = robot.time
     while True:
         try:
-            if await step(robot.within(timeout.seconds)):
+            if await step(robot.within(timeout.seconds, quick_only=True)):
                 return
             timeout.answered(robot.statistics.median)
         except TRANSIENT as error:
@@ -139,7 +140,7 @@ def react_blocking(
     due = robot.time
     while not run.is_over:
         try:
-            if step(robot.within(timeout.seconds)):
+            if step(robot.within(timeout.seconds, quick_only=True)):
                 return
             timeout.answered(robot.statistics.median)
         except TRANSIENT as error:

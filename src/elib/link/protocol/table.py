@@ -27,6 +27,8 @@ from elib.link.protocol.wifi import WifiForm
 P = ParamSpec("P")
 T = TypeVar("T")
 WheelEffect = Literal["", "drive", "stop"]
+QUICK = 1.0
+"""s that a call waits by default; only slow commands have another time."""
 EXAMPLE = "\n\nExample:\n"
 """Begins the last section of a docstring."""
 
@@ -182,7 +184,7 @@ class Request(Generic[T]):
     spec: Spec[T] | None = field(default=None, repr=False)
     service: float = 0.0
     make: Callable[[Context], bytes] | None = field(default=None, repr=False)
-    timeout: float = 1.0
+    timeout: float = QUICK
     wheels: WheelEffect = ""
     is_poll: bool = False
 
@@ -253,7 +255,7 @@ def command(
     binary: Form[T] | None = None,
     *,
     wifi: WifiForm[T] | None = None,
-    timeout: float = 1.0,
+    timeout: float = QUICK,
     wheels: WheelEffect = "",
     urgent: bool = False,
     replaces: Sequence[str] = (),

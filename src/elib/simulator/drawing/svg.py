@@ -42,7 +42,9 @@ def document(width: int, height: int, elements: Iterable[str], **attributes: obj
 
 def element(name: str, content: str | None = None, /, **attributes: object) -> str:
     """Return an element with what is in it; ``font_size=12`` is its attribute ``font-size``, None leaves one out."""
-    written = (f' {key.replace("_", "-")}="{value}"' for key, value in attributes.items() if value is not None)
+    written = (
+        f' {key.rstrip("_").replace("_", "-")}="{value}"' for key, value in attributes.items() if value is not None
+    )
     return f"<{name}{''.join(written)}" + ("/>" if content is None else f">{content}</{name}>")
 
 

@@ -1,0 +1,194 @@
+"""A state machine as a picture: the same for the page, the command line and reports."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Mapping
+from html import escape
+from itertools import groupby
+from typing import NamedTuple
+
+from elib.behaviours._run.states import END
+from elib.simulator.drawing.svg import document, element
+from elib.tools.states.text import Arrow, Program
+
+Place = tuple[float, float]
+Places = Mapping[str, Place]
+
+ROW, GAP, MARGIN = 132, 170, 60
+"""Distance of the rows, least distance of two states in one, and what is left around all, pixels."""
+HEIGHT, LETTER = 46, 7.6
+"""Height of a state, and mean width of a letter of its name, pixels."""
+BEND, MORE = 34, 30
+"""How far an arrow bends to its left, and each further one between the same states, pixels."""
+WIDEST, MOST_LINES = 22, 3
+"""Letters of a line of a condition, and lines of it that are drawn; the whole stands in the title."""
+
+PLACES = (0.5, 0.4, 0.6, 0.3, 0.7)
+"""Shares of an arrow at which its condition may stand, the best first."""
+
+
+class Box(NamedTuple):
+    """A state in the picture: its middle, and half its width and height, pixels."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+    def edge(self, towards: Place) -> Place:
+        """Return where a line from its middle leaves it."""
+        dx, dy = towards[0] - self.x, towards[1] - self.y
+        share = min(
+            self.width / abs(dx) if dx else math.inf,
+            self.height / abs(dy) if dy else math.inf,
+        )
+        return (self.x + dx * share, self.y + dy * share) if math.isfinite(share) else (self.x, self.y)
+
+    def shared(self, other: Box) -> float:
+        """Return the area that it shares with another."""
+        wide = min(self.x + self.width, other.x + other.width) - max(self.x - self.width, other.x - other.width)
+        high = min(self.y + self.height, other.y + other.height) - max(self.y - self.height, other.y - other.height)
+        return max(0.0, wide) * max(0.0, high)
+
+
+def layout(program: Program, places: Places | None = None) -> dict[str, Box]:
+    """Return the states of a program as boxes: in rows, each one arrow further from the start than the row above.
+
+    Args:
+        program: The program.
+        places: Where a hand has put the middle of a state; the others are placed.
+    """
+    rows: dict[str, int] = {program.start: 0}
+    for name in rows_first(program, rows):
+        rows.setdefault(name, max(rows.values()) + 1)
+    ordered = sorted(rows, key=lambda name: rows[name])
+    widths = {name: max(54.0, LETTER * len(name) / 2 + 16) if name != END else 14.0 for name in rows}
+    lines = [list(names) for _, names in groupby(ordered, key=lambda name: rows[name])]
+    total = max(sum(2 * widths[name] + GAP for name in line) - GAP for line in lines)
+    found = {}
+    for number, line in enumerate(lines):
+        x = MARGIN + (total - sum(2 * widths[name] + GAP for name in line) + GAP) / 2
+        # An odd row stands a little aside, so that an arrow past it does not run through its states.
+        x += GAP * 0.6 * (number % 2) * (len(lines) > 2)
+        for name in line:
+            place = (x + widths[name], MARGIN + HEIGHT / 2 + ROW * number)
+            x += 2 * widths[name] + GAP
+            found[name] = Box(*(places or {}).get(name, place), widths[name], HEIGHT / 2 if name != END else 14.0)
+    return found
+
+
+def rows_first(program: Program, rows: dict[str, int]) -> list[str]:
+    """Put what arrows lead to into *rows*, breadth first, and return all states and the end if it is led to."""
+    queue = list(rows)
+    while queue:
+        name = queue.pop(0)
+        for arrow in program.arrows:
+            if arrow.source == name and arrow.target not in rows and arrow.target in (*program.states, END):
+                rows[arrow.target] = rows[name] + 1
+                queue.append(arrow.target)
+    return list(program.states)
+
+
+def draw(program: Program, places: Places | None = None) -> str:
+    """Return the picture of a program's machine as an SVG document.
+
+    The elements carry what they show as ``data-state`` and ``data-arrow``, and classes, so that a page can light them.
+
+    Args:
+        program: The program.
+        places: Where a hand has put the middle of a state; the others are placed.
+    """
+    boxes = layout(program, places)
+    width = max(box.x + box.width for box in boxes.values()) + MARGIN + 60
+    height = max(box.y + box.height for box in boxes.values()) + MARGIN
+    tip = element("path", d="M0,0 L9,4 L0,8 Z", fill="context-stroke")
+    marker = element(
+        "marker", tip, id="tip", viewBox="0 0 9 8", refX=8, refY=4, markerWidth=9, markerHeight=8,
+        orient="auto-start-reverse", markerUnits="userSpaceOnUse",
+    )  # fmt: skip
+    seen: dict[tuple[str, str], int] = {}
+    taken = [*boxes.values()]
+    arrows = []
+    for number, arrow in enumerate(program.arrows):
+        if arrow.target in boxes:
+            pair = (arrow.source, arrow.target)
+            seen[pair] = seen.get(pair, -1) + 1
+            arrows.append(_arrow(number, arrow, boxes, seen[pair], taken))
+    begin = boxes[program.start]
+    start = element("path", d=f"M{begin.x - begin.width - 30:.1f},{begin.y:.1f} h24", **_line(), class_="start")
+    dot = element("circle", cx=f"{begin.x - begin.width - 34:.1f}", cy=f"{begin.y:.1f}", r=5, fill="#55606e")
+    states = [_state(program, name, box) for name, box in boxes.items()]
+    parts = [element("defs", marker), *arrows, dot, start, *states]
+    return document(round(width), round(height), parts, font_family="sans-serif")
+
+
+def _line() -> dict[str, object]:
+    return {"fill": "none", "stroke": "#55606e", "stroke_width": 1.6, "marker_end": "url(#tip)"}
+
+
+def _state(program: Program, name: str, box: Box) -> str:
+    about = {"data_state": name, "class_": "state", "tabindex": 0, "role": "button"}
+    if name == END:
+        rings = [(14, "none"), (8, "#55606e")]
+        circles = [
+            element("circle", cx=f"{box.x:.1f}", cy=f"{box.y:.1f}", r=r, fill=fill, stroke="#55606e", stroke_width=1.6)
+            for r, fill in rings
+        ]
+        return element("g", "".join([element("title", "the end"), *circles]), **about, aria_label="the end")
+    state = program.states[name]
+    rect = element(
+        "rect", x=f"{box.x - box.width:.1f}", y=f"{box.y - box.height:.1f}", width=f"{2 * box.width:.1f}",
+        height=f"{2 * box.height:.1f}", rx=12, fill="#eef3fb", stroke="#3b6fd0",
+        stroke_width=1.6 if state.node is not None else 4,
+    )  # fmt: skip
+    text = element(
+        "text", escape(name), x=f"{box.x:.1f}", y=f"{box.y + 5:.1f}", text_anchor="middle", font_size=14,
+        font_weight=600, fill="#1c2430",
+    )  # fmt: skip
+    return element("g", rect + text, **about, aria_label=f"state {name}")
+
+
+def _arrow(number: int, arrow: Arrow, boxes: Mapping[str, Box], nth: int, taken: list[Box]) -> str:
+    one, other = boxes[arrow.source], boxes[arrow.target]
+    if arrow.source == arrow.target:
+        x, y, out = one.x + one.width, one.y, 60 + MORE * nth
+        curve = ((x, y - 10), (x + out, y), (x, y + 10))
+    else:
+        dx, dy = other.x - one.x, other.y - one.y
+        length = math.hypot(dx, dy) or 1.0
+        bend = BEND + MORE * nth + 0.12 * max(0.0, length - ROW)
+        control = ((one.x + other.x) / 2 + dy / length * bend, (one.y + other.y) / 2 - dx / length * bend)
+        curve = (one.edge(control), control, other.edge(control))
+    (x0, y0), (x1, y1), (x2, y2) = curve
+    path = f"M{x0:.1f},{y0:.1f} Q{x1:.1f},{y1:.1f} {x2:.1f},{y2:.1f}"
+    about = {"data_arrow": number, "data_source": arrow.source, "data_target": arrow.target, "class_": "arrow"}
+    said = escape(f"{arrow.source} to {arrow.target}: {arrow.words}")
+    wide = element("path", d=path, fill="none", stroke="#000000", stroke_opacity=0, stroke_width=16)
+    parts = (element("title", said), wide, element("path", d=path, **_line()), _label(arrow.words, curve, taken))
+    return element("g", "".join(parts), **about, tabindex=0, role="button", aria_label=f"arrow from {said}")
+
+
+def _label(words: str, curve: tuple[Place, Place, Place], taken: list[Box]) -> str:
+    """Draw the condition where it covers least of the boxes in *taken*, and add its own to them."""
+    lines = textwrap.wrap(words, WIDEST, max_lines=MOST_LINES, placeholder=" …")
+    width, height = max(map(len, lines)) * 3.1 + 3, 7.5 * len(lines)
+
+    def box(share: float) -> Box:
+        x, y = (
+            (1 - share) ** 2 * begin + 2 * share * (1 - share) * control + share**2 * end
+            for begin, control, end in zip(*curve, strict=True)
+        )
+        return Box(x, y, width, height)
+
+    found = min((box(share) for share in PLACES), key=lambda each: sum(map(each.shared, taken)))
+    taken.append(found)
+    top = found.y - height + 11.5
+    spans = (
+        element("tspan", escape(each), x=f"{found.x:.1f}", y=f"{top + 15 * i:.1f}") for i, each in enumerate(lines)
+    )
+    return element(
+        "text", "".join(spans), text_anchor="middle", font_size=12, fill="#39424e", stroke="#ffffff", stroke_width=4,
+        paint_order="stroke",
+    )  # fmt: skip

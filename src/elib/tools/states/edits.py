@@ -1,0 +1,404 @@
+"""Edits of a state machine in the text of its program: each changes only the bytes that it is about.
+
+A program that would not be Python after an edit is not made.
+"""
+
+from __future__ import annotations
+
+import ast
+import keyword
+import re
+from collections.abc import Callable
+from typing import Annotated, TypeVar
+
+from msgspec import Meta, Struct
+
+from elib.base.errors import ArgumentError
+from elib.behaviours._run.states import END
+from elib.tools.states.text import Arrow, Item, Program, State
+from elib.tools.states.words import TIME, Condition
+
+Text = Annotated[str, Meta(max_length=2000)]
+Edit = TypeVar("Edit", bound=Callable[..., list["Splice"]])
+IN_CODE = "it is in code that the picture cannot say"
+
+
+class Splice(Struct):
+    """A text that takes the place of what stands from one position to another."""
+
+    begin: int
+    end: int
+    text: str
+
+
+EDITS: dict[str, Callable[..., list[Splice]]] = {}
+"""What a hand may do in a picture, by its name."""
+
+
+def edit(act: Edit) -> Edit:
+    """Note a function as an edit: it takes the program and what the hand gave, and returns what changes.
+
+    It raises an ArgumentError, and nothing changes, where the edit cannot be made.
+    """
+    EDITS[act.__name__] = act
+    return act
+
+
+@edit
+def add_state(program: Program, name: Text) -> list[Splice]:
+    """Add a state that stops the robot when it is entered."""
+    _check_new(program, name)
+    made = [each for each in program.states.values() if each.node is not None]
+    if not made:
+        raise ArgumentError("the functions of the states are in another file", hint="add the state there")
+    model = next((each for each in made if len(_parameters(each)) > 1), made[0])
+    assert model.node is not None
+    indent, step = program.indent(model.node), program.step
+    head = re.sub(rb"(def\s+)\w+", rb"\1" + name.encode(), _head(program, model), count=1).decode()
+    await_, robot = "await " * isinstance(model.node, ast.AsyncFunctionDef), _robot(model)
+    body = [f"{step}{await_}{robot}.stop()"]
+    if run := _run(model):
+        body = [f"{step}if {run}.entered:", step + body[0]]
+    last = max((each.node for each in made if each.node is not None), key=lambda node: program.span(node))
+    gap = [""] * (1 if indent else 2)
+    lines = [*gap, indent + head, *(indent + line for line in body)]
+    argument = program.call.args[-1]
+    named = re.sub(r"\w+$", name, program.source(argument))
+    at = program.span(argument)[1]
+    return [_after(program, last, lines), Splice(at, at, f", {named}")]
+
+
+@edit
+def rename_state(program: Program, state: Text, name: Text) -> list[Splice]:
+    """Give a state another name, in its function and wherever the machine names it."""
+    found = _state(program, state)
+    if name == state:
+        return []
+    _check_new(program, name)
+    if found.node is None:
+        raise ArgumentError(f"{state} is made elsewhere", hint="rename it in the text")
+    begin = program.span(found.node)[0]
+    definition = re.match(rb"(?:async\s+)?def\s+", program.raw[begin:])
+    assert definition is not None
+    spans = [(begin + definition.end(), begin + definition.end() + len(state.encode()))]
+    if isinstance(found.argument, ast.Name):
+        named = _named(program, state)
+        if any(isinstance(each, ast.arg) or isinstance(each.ctx, ast.Store) for each in named):
+            raise ArgumentError(f"{state} is the name of something else too", hint="rename it in the text")
+        spans += map(program.span, named)
+    if isinstance(found.argument, ast.Attribute):
+        end = program.span(found.argument)[1]
+        spans.append((end - len(state.encode()), end))
+    renamed = [Splice(*span, name) for span in spans]
+    arrows = [_renamed(program, each, name) for each in program.arrows if each.target == state]
+    return renamed + arrows
+
+
+@edit
+def remove_state(program: Program, state: Text) -> list[Splice]:
+    """Remove a state with its function, and the arrows that lead to it."""
+    found = _state(program, state)
+    if len(program.states) == 1:
+        raise ArgumentError("a machine has at least one state", hint="rename this one")
+    arrows = [each for each in program.arrows if each.target == state and each.source != state]
+    for each in arrows:
+        if each.item.kind != "arrow":
+            raise ArgumentError(f"{each.source} leads here in line {each.name.lineno}: {IN_CODE}", hint="edit the text")
+    inside = [found.argument, *(ast.walk(found.node) if found.node else ())]
+    for node in _named(program, state) if isinstance(found.argument, ast.Name) else ():
+        if node not in inside:
+            raise ArgumentError(f"line {node.lineno} names {state} too", hint="change that in the text first")
+    splices = [_without(program, each.item.node) for each in arrows]
+    place = program.call.args.index(found.argument)
+    spans = [program.span(each) for each in program.call.args]
+    cut = (spans[place - 1][1], spans[place][1]) if place else (spans[0][0], spans[1][0])
+    if found.node is not None:
+        first = min([found.node.lineno, *(each.lineno for each in found.node.decorator_list)])
+        end = program.line((found.node.end_lineno or 0) + 1)
+        blank = re.match(rb"(?:[ \t]*(?:\r\n|\n|\r))*", program.raw[end:])
+        splices.append(Splice(program.line(first), end + (blank.end() if blank else 0), ""))
+    return [*splices, Splice(*cut, "")]
+
+
+@edit
+def set_start(program: Program, state: Text) -> list[Splice]:
+    """Let the machine begin in another state."""
+    argument = program.source(_state(program, state).argument)
+    given = next((each for each in program.call.keywords if each.arg == "start"), None)
+    if given is not None:
+        return [Splice(*program.span(given.value), argument)]
+    last = program.span([*program.call.args, *program.call.keywords][-1])[1]
+    return [] if program.start == state else [Splice(last, last, f", start={argument}")]
+
+
+@edit
+def add_arrow(program: Program, source: Text, target: Text, condition: Condition | Text) -> list[Splice]:
+    """Add an arrow behind the other arrows of a state; without a condition it is always taken."""
+    state = _state(program, source)
+    body = _body(program, state)
+    test, look = _tested(program, state, condition)
+    last = body[-1]
+    is_open = not (isinstance(last, ast.Return) and _leaves(last))
+    if not is_open and not test:
+        raise ArgumentError(f"{source} has an arrow that is always taken", hint="give one of them a condition")
+    leave = [f'{program.step}return "{target}"'] if test else [f'return "{target}"']
+    lines = [*look, *([f"if {test}:"] if test else []), *leave]
+    indent = program.indent(last)
+    before = isinstance(last, ast.Return)
+    where = last if before else body[-1]
+    return [(_before if before else _after)(program, where, [indent + line for line in lines])]
+
+
+@edit
+def retarget(program: Program, arrow: int, target: Text) -> list[Splice]:
+    """Let an arrow lead to another state. Arrows are counted from 0, in the order of states and text."""
+    return [_renamed(program, _arrow(program, arrow), target)]
+
+
+@edit
+def set_condition(program: Program, arrow: int, condition: Condition | Text) -> list[Splice]:
+    """Give an arrow another condition."""
+    found = _plain(program, arrow)
+    state, node = program.states[found.source], found.item.node
+    _body(program, state)
+    test, look = _tested(program, state, condition)
+    indent = program.indent(node)
+    before = [_before(program, node, [indent + line for line in look])] if look else []
+    begin = program.span(node)[0]
+    if found.test is not None and test:
+        return [*before, Splice(*program.span(found.test), test)]
+    if test:
+        body = f"if {test}:{program.newline}{indent}{program.step}"
+        return [*before, Splice(begin, begin, body)]
+    if isinstance(node, ast.Return):
+        if not isinstance(node.value, ast.IfExp):
+            return []
+        return [Splice(program.span(node.value.body)[1], program.span(node)[1], "")]
+    assert isinstance(node, ast.If)
+    end = program.span(node.body[0])[0]
+    if b"#" in program.raw[begin:end] or _follows(program, found):
+        raise ArgumentError("what follows would never be done", hint="edit the text, or make it the last arrow")
+    return [Splice(begin, end, "")]
+
+
+@edit
+def remove_arrow(program: Program, arrow: int) -> list[Splice]:
+    """Remove an arrow."""
+    return [_without(program, _plain(program, arrow).item.node)]
+
+
+@edit
+def add_action(
+    program: Program, state: Text, command: Text, arguments: dict[str, Text], on_entry: bool
+) -> list[Splice]:
+    """Add a command to what a state does: in each step, or only when it is entered."""
+    found = _state(program, state)
+    body, node = _body(program, found), found.node
+    await_ = "await " * isinstance(node, ast.AsyncFunctionDef)
+    indent, line = program.indent(body[0]), f"{await_}{_robot(found)}.{command}({_given(arguments)})"
+    if not on_entry:
+        arrows = [each.node for each in found.items if each.kind == "arrow"]
+        is_before = bool(arrows) or isinstance(body[-1], ast.Return | ast.Pass)
+        return [(_before if is_before else _after)(program, arrows[0] if arrows else body[-1], [indent + line])]
+    if entered := [each.node for each in found.items if each.on_entry]:
+        return [_after(program, entered[-1], [program.indent(entered[-1]) + line])]
+    assert node is not None
+    at = program.span(node.args.args[-1])[1]
+    run = _run(found) or "run"
+    lines = [f"{indent}if {run}.entered:", f"{indent}{program.step}{line}"]
+    documented = _is_text(body[0])
+    is_after = documented and len(body) == 1
+    place = (_after if is_after else _before)(program, body[documented and not is_after], lines)
+    return [place] if _run(found) else [Splice(at, at, ", run"), place]
+
+
+@edit
+def set_action(program: Program, state: Text, item: int, arguments: dict[str, Text]) -> list[Splice]:
+    """Change the arguments of a command of a state. Its statements are counted from 0."""
+    call = _item(program, state, item).call
+    if call is None:
+        raise ArgumentError(f"this cannot be changed here: {IN_CODE}", hint="edit the text")
+    begin, end = program.span(call.func)[1], program.span(call)[1]
+    return [Splice(begin, end, f"({_given(arguments)})")]
+
+
+@edit
+def remove_item(program: Program, state: Text, item: int) -> list[Splice]:
+    """Remove a statement of a state. They are counted from 0."""
+    return [_without(program, _item(program, state, item).node)]
+
+
+def edited(program: Program, splices: list[Splice]) -> Program:
+    """Return the program after an edit.
+
+    Raises:
+        ArgumentError: It would not be Python.
+    """
+    raw = program.raw
+    for each in sorted(splices, key=lambda each: (each.begin, each.end), reverse=True):
+        raw = raw[: each.begin] + each.text.encode() + raw[each.end :]
+    return Program(raw.decode())
+
+
+# -- what edits share --
+
+
+def _state(program: Program, name: str) -> State:
+    if name not in program.states:
+        raise ArgumentError(f"there is no state {name!r}", hint=f"there are: {', '.join(program.states)}")
+    return program.states[name]
+
+
+def _arrow(program: Program, number: int) -> Arrow:
+    if not 0 <= number < len(program.arrows):
+        raise ArgumentError(f"there is no arrow {number}", hint=f"there are {len(program.arrows)}")
+    return program.arrows[number]
+
+
+def _plain(program: Program, number: int) -> Arrow:
+    found = _arrow(program, number)
+    if found.item.kind != "arrow":
+        raise ArgumentError(f"this arrow cannot be changed here: {IN_CODE}", hint="edit the text")
+    return found
+
+
+def _item(program: Program, state: str, number: int) -> Item:
+    items = _state(program, state).items
+    if not 0 <= number < len(items):
+        raise ArgumentError(f"{state} has no statement {number}", hint=f"it has {len(items)}")
+    return items[number]
+
+
+def _check_new(program: Program, name: str) -> None:
+    if not name.isidentifier() or keyword.iskeyword(name):
+        raise ArgumentError(f"{name!r} is no name of a function", hint="use letters, digits and _, as in look_around")
+    named = {each.id for each in ast.walk(program.tree) if isinstance(each, ast.Name)}
+    named |= {each.name for each in ast.walk(program.tree) if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)}
+    if name in named or name in program.states or name in (END, "elib"):
+        raise ArgumentError(f"{name!r} is the name of something else", hint="choose another")
+
+
+def _named(program: Program, name: str) -> list[ast.Name | ast.arg]:
+    """Return each place that names something so, but for definitions of functions."""
+    return [
+        each
+        for each in ast.walk(program.tree)
+        if (isinstance(each, ast.Name) and each.id == name) or (isinstance(each, ast.arg) and each.arg == name)
+    ]
+
+
+def _body(program: Program, state: State) -> list[ast.stmt]:
+    if state.node is None:
+        raise ArgumentError(f"{state.name} is made elsewhere", hint="edit it there")
+    if state.node.body[0].lineno == state.node.lineno:
+        raise ArgumentError(f"{state.name} is written on one line", hint="put what it does on lines of its own")
+    return state.node.body
+
+
+def _parameters(state: State) -> list[str]:
+    names = [each.arg for each in state.node.args.args] if state.node else []
+    return names[1:] if isinstance(state.argument, ast.Attribute) else names
+
+
+def _robot(state: State) -> str:
+    return next(iter(_parameters(state)), "robot")
+
+
+def _run(state: State) -> str:
+    return next(iter(_parameters(state)[1:]), "")
+
+
+def _head(program: Program, state: State) -> bytes:
+    """Return a function from its ``def`` to the colon before its body, on one line."""
+    assert state.node is not None
+    begin, end = program.span(state.node)[0], program.span(state.node.body[0])[0]
+    head = program.raw[begin:end]
+    signature = state.node.returns or (state.node.args.args[-1] if state.node.args.args else None)
+    after = program.span(signature)[1] - begin if signature is not None else 0
+    return re.sub(rb"\s+", b" ", head[: head.index(b":", after) + 1])
+
+
+def _given(arguments: dict[str, str]) -> str:
+    """Return the arguments of a call: by name from the first on that is left out."""
+    said, is_named = [], False
+    for name, value in arguments.items():
+        is_named |= not value
+        if value:
+            _check_expression(value)
+            said.append(f"{name}={value}" if is_named else value)
+    return ", ".join(said)
+
+
+def _check_expression(text: str) -> None:
+    try:
+        ast.parse(text, mode="eval")
+    except (SyntaxError, ValueError):
+        raise ArgumentError(f"{text!r} is not Python", hint="write a value, such as 0.5") from None
+    if "\n" in text or "\r" in text or "#" in text:
+        raise ArgumentError("this must be on one line, without a comment")
+
+
+def _tested(program: Program, state: State, condition: Condition | str) -> tuple[str, list[str]]:
+    """Return the condition in Python, and the line that takes its reading if the state does not take it."""
+    if isinstance(condition, str):
+        test = condition.strip()
+        if test:
+            _check_expression(test)
+        return test, []
+    _check_expression(condition.value)
+    if not condition.reading:
+        if not _run(state):
+            raise ArgumentError(f"{state.name} does not take the run", hint=f"def {state.name}(robot, run)")
+        return f"{_run(state)}.{TIME.partition('.')[2]} {condition.comparison} {condition.value}", []
+    kept = next((name for name, reading in state.looks.items() if reading == condition.reading), None)
+    name = kept or condition.reading
+    value = condition.value if condition.value[:1] not in (".", "[") else name + condition.value
+    await_ = "await " * isinstance(state.node, ast.AsyncFunctionDef)
+    look = [] if kept else [f"{name} = {await_}{_robot(state)}.{condition.reading}()"]
+    return f"{name}{condition.path} {condition.comparison} {value}", look
+
+
+def _renamed(program: Program, arrow: Arrow, name: str) -> Splice:
+    begin, end = program.span(arrow.name)
+    quote = program.raw[begin : begin + 1].decode()
+    quote = quote if quote in "'\"" and program.raw[begin : begin + 3] != quote.encode() * 3 else '"'
+    return Splice(begin, end, f"{quote}{name}{quote}")
+
+
+def _leaves(node: ast.Return) -> bool:
+    return isinstance(node.value, ast.Constant) and node.value.value is not None
+
+
+def _follows(program: Program, arrow: Arrow) -> bool:
+    node = program.states[arrow.source].node
+    return node is not None and arrow.item.node is not node.body[-1] and not isinstance(node.body[-1], ast.Return)
+
+
+def _is_text(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def _before(program: Program, node: ast.stmt, lines: list[str]) -> Splice:
+    at = program.line(node.lineno)
+    return Splice(at, at, "".join(line + program.newline for line in lines))
+
+
+def _after(program: Program, node: ast.stmt, lines: list[str]) -> Splice:
+    at = program.line((node.end_lineno or 0) + 1)
+    begins = "" if program.raw[:at].endswith((b"\n", b"\r")) else program.newline
+    return Splice(at, at, begins + "".join(line + program.newline for line in lines))
+
+
+def _without(program: Program, node: ast.stmt) -> Splice:
+    """Return the splice that takes a statement away, with its lines; what may not be empty gets ``pass``."""
+    begin, end = program.span(node)
+    first, last = program.line(node.lineno), program.line((node.end_lineno or 0) + 1)
+    alone = not program.raw[first:begin].strip() and re.fullmatch(rb"\s*(#.*)?\s*", program.raw[end:last])
+    if not alone:
+        raise ArgumentError("it shares its line with something else", hint="edit the text")
+    owner = next(each for each in ast.walk(program.tree) if node in getattr(each, "body", ()))
+    if len(owner.body) > 1:  # type: ignore[attr-defined]  # it has one
+        return Splice(first, last, "")
+    if isinstance(owner, ast.If):
+        return _without(program, owner)
+    return Splice(begin, end, "pass")

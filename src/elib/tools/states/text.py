@@ -1,0 +1,279 @@
+"""Read the state machine of a program from its text, by the spans of Python's syntax tree.
+
+Nothing is written here: :mod:`edits` says which bytes of the text an edit changes, and all others stay as they are.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+from elib.base.errors import ArgumentError
+from elib.behaviours._run.states import END, targets
+from elib.link.protocol.commands import SPECS
+from elib.robot.actions import Actions
+from elib.tools.states.words import READINGS, Looks, words
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+Kind = Literal["action", "look", "arrow", "code"]
+Span = tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A statement of a state.
+
+    Attributes:
+        kind: ``action`` is a command to the robot, ``look`` keeps a reading under a name, ``arrow`` leaves the state on
+            a condition or always, and ``code`` is anything else.
+        node: The statement.
+        on_entry: Whether it is done only in the first step of the state.
+        call: The command or the reading, of an action or a look.
+    """
+
+    kind: Kind
+    node: ast.stmt
+    on_entry: bool = False
+    call: ast.Call | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Arrow:
+    """A way from a state to another.
+
+    Attributes:
+        source: The state that it leaves.
+        name: The string that names its target.
+        item: The statement that it stands in; an arrow can be removed only if that is of the kind ``arrow``.
+        test: The condition; None if there is none, or if it is in code.
+        words: The condition in words.
+    """
+
+    source: str
+    name: ast.Constant
+    item: Item
+    test: ast.expr | None
+    words: str
+
+    @property
+    def target(self) -> str:
+        """The name of the state that it leads to."""
+        return str(self.name.value)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A state of the machine.
+
+    Attributes:
+        name: Its name.
+        argument: What names it in the call of ``elib.states``.
+        node: Its function; None if it is a machine of its own, or defined elsewhere.
+        items: Its statements, without its docstring and without what does nothing.
+        looks: The readings that it keeps, by the names under which it keeps them.
+    """
+
+    name: str
+    argument: ast.expr
+    node: Function | None
+    items: tuple[Item, ...] = ()
+    looks: Looks = field(default_factory=dict)
+
+
+class Program:
+    """A program with a state machine: the last call of ``elib.states`` in it.
+
+    Args:
+        text: The program.
+
+    Attributes:
+        raw: The text as bytes; positions count them.
+        newline: What ends its lines.
+        tree: Its syntax tree.
+
+    Raises:
+        ArgumentError: It is not Python, or has no machine.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.raw = text.encode()
+        self.newline = next(iter(re.findall(r"\r\n|\n|\r", text)), "\n")
+        try:
+            self.tree = ast.parse(self.raw)
+        except (SyntaxError, ValueError) as error:
+            line = f"line {error.lineno}: {error.msg}" if isinstance(error, SyntaxError) else str(error)
+            raise ArgumentError(f"the program is not Python yet: {line}", hint="mend it in the text") from None
+        calls = [each for each in ast.walk(self.tree) if isinstance(each, ast.Call) and _called(each) == "states"]
+        if not calls or not calls[-1].args:
+            raise ArgumentError("the program has no states", hint="elib.play(elib.states(drive, turn))")
+        self.call = max(calls, key=lambda each: self.span(each))
+
+    # -- places --
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        return [0, *(found.end() for found in re.finditer(rb"\r\n|\n|\r", self.raw))]
+
+    def line(self, number: int) -> int:
+        """Return where a line begins; the end of the text for the line after the last."""
+        return self._starts[number - 1] if number <= len(self._starts) else len(self.raw)
+
+    def span(self, node: ast.AST) -> Span:
+        """Return where a node begins and ends."""
+        return (
+            self.line(node.lineno) + node.col_offset,  # type: ignore[attr-defined]  # all that is asked for has them
+            self.line(node.end_lineno) + node.end_col_offset,  # type: ignore[attr-defined]
+        )
+
+    def source(self, node: ast.AST) -> str:
+        """Return the text of a node."""
+        begin, end = self.span(node)
+        return self.raw[begin:end].decode()
+
+    def indent(self, node: ast.AST) -> str:
+        """Return what stands before a node on its line, if that is nothing but space; else as many spaces."""
+        begin = self.span(node)[0]
+        before = self.raw[self.line(node.lineno) : begin].decode()  # type: ignore[attr-defined]
+        return before if before.isspace() else " " * len(before)
+
+    @cached_property
+    def step(self) -> str:
+        """What a line of this program is indented by, within a block."""
+        for each in ast.walk(self.tree):
+            body = getattr(each, "body", ())
+            if isinstance(each, ast.stmt) and isinstance(body, list) and body and body[0].lineno > each.lineno:
+                return self.indent(body[0])[len(self.indent(each)) :]
+        return "    "
+
+    # -- the machine --
+
+    @cached_property
+    def states(self) -> dict[str, State]:
+        """The states by name, in the order of the call."""
+        found = (self._state(each) for each in self.call.args)
+        return {each.name: each for each in found if each}
+
+    @property
+    def start(self) -> str:
+        """The name of the state in which it begins."""
+        given = next((each.value for each in self.call.keywords if each.arg == "start"), self.call.args[0])
+        return _name(given)
+
+    @cached_property
+    def arrows(self) -> list[Arrow]:
+        """All arrows, in the order of the states and of the text."""
+        return [arrow for state in self.states.values() for arrow in self._arrows(state)]
+
+    @property
+    def problems(self) -> list[str]:
+        """What is wrong with the machine, in sentences."""
+        reached = {self.start, *(each.target for each in self.arrows if each.source != each.target)}
+        leaves = {each.source for each in self.arrows}
+        said = [
+            f"{each.source} leads to {each.target}, which is no state (line {each.name.lineno})"
+            for each in self.arrows
+            if each.target not in (*self.states, END)
+        ]
+        for name, state in self.states.items():
+            is_open = state.node is None or any(target is None for _, target in targets(state.node))
+            said += [f"{name} is never reached: no arrow leads to it"] * (name not in reached)
+            said += [f"{name} has no way out"] * (name not in leaves and not is_open and len(self.states) > 1)
+        return said
+
+    def _state(self, argument: ast.expr) -> State | None:
+        name = _name(argument)
+        if not name:
+            return None
+        is_method = isinstance(argument, ast.Attribute)
+        node = next((each for each in self._functions(is_method) if each.name == name), None)
+        if node is None:
+            return State(name, argument, None)
+        items = tuple(self._items(node, node.body))
+        looks = {item.node.targets[0].id: item.call.func.attr for item in items if item.kind == "look"}  # type: ignore[attr-defined, union-attr]
+        return State(name, argument, node, items, looks)
+
+    def _functions(self, is_method: bool) -> Iterator[Function]:
+        classes = [each for each in ast.walk(self.tree) if isinstance(each, ast.ClassDef)]
+        inside = {id(each) for kind in classes for each in kind.body}
+        for each in ast.walk(self.tree):
+            if isinstance(each, Function) and (id(each) in inside) == is_method:
+                yield each
+
+    def _items(self, function: Function, body: list[ast.stmt], on_entry: bool = False) -> Iterator[Item]:
+        for node in body:
+            match node:
+                case ast.Pass() | ast.Return(value=None | ast.Constant(value=None)):
+                    pass
+                case ast.Expr(value=ast.Constant(value=str())):
+                    pass
+                case ast.If(test=ast.Attribute(attr="entered"), body=inner, orelse=[]) if not on_entry:
+                    yield from self._items(function, inner, on_entry=True)
+                case _ if not on_entry and _is_arrow(node):
+                    yield Item("arrow", node)
+                case ast.Expr(value=value) if (call := self._asked(function, value)) and not _reads(call):
+                    yield Item("action", node, on_entry, call)
+                case ast.Assign(targets=[ast.Name()], value=value) if (call := self._asked(function, value)) and (
+                    _reads(call) and not on_entry
+                ):
+                    yield Item("look", node, on_entry, call)
+                case _:
+                    yield Item("code", node, on_entry)
+
+    @staticmethod
+    def _asked(function: Function, value: ast.expr) -> ast.Call | None:
+        """Return the call of a method of the robot: of the function's first argument, or of the one after ``self``."""
+        call = value.value if isinstance(value, ast.Await) else value
+        match call:
+            case ast.Call(func=ast.Attribute(value=ast.Name(id=owner), attr=name)) if hasattr(Actions, name):
+                return call if owner in [each.arg for each in function.args.args[:2]] else None
+        return None
+
+    def _arrows(self, state: State) -> Iterator[Arrow]:
+        for item in state.items:
+            plain = _is_arrow(item.node) if item.kind == "arrow" else None
+            for node in ast.walk(item.node) if plain is None else [plain[0]]:
+                for constant in _constants(node):
+                    test = plain[1] if plain else None
+                    said = words(test, state.looks, self.source) if test else "always" if plain else "in code"
+                    yield Arrow(state.name, constant, item, test, said)
+
+
+def _is_arrow(node: ast.stmt) -> tuple[ast.Return, ast.expr | None] | None:
+    """Return the return, and its condition if there is one, of a statement that does nothing but leave the state."""
+    match node:
+        case ast.If(test=test, body=[ast.Return(value=ast.Constant(value=str())) as found], orelse=[]):
+            return found, test
+        case ast.Return(value=ast.IfExp(test=test, body=ast.Constant(value=str()), orelse=ast.Constant(value=None))):
+            return node, test
+        case ast.Return(value=ast.Constant(value=str())):
+            return node, None
+    return None
+
+
+def _constants(node: ast.AST) -> Iterator[ast.Constant]:
+    """Yield the strings that a return names, the only ones in text."""
+    if isinstance(node, ast.Return) and node.value is not None:
+        parts: list[ast.expr] = [node.value]
+        while parts:
+            match parts.pop(0):
+                case ast.Constant(value=str()) as found:
+                    yield found
+                case ast.IfExp(body=one, orelse=other):
+                    parts += [one, other]
+
+
+def _reads(call: ast.Call) -> bool:
+    name = call.func.attr if isinstance(call.func, ast.Attribute) else ""
+    return name in READINGS or (name in SPECS and SPECS[name].is_reading)
+
+
+def _called(call: ast.Call) -> str:
+    return _name(call.func)
+
+
+def _name(node: ast.expr) -> str:
+    return node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""

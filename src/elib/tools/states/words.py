@@ -1,0 +1,185 @@
+"""Conditions in words and in Python, and what a form needs to know of readings and commands: all from their tables."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Mapping
+from typing import Final, Literal
+
+from msgspec import Struct
+
+from elib.link.protocol.commands import SPECS
+from elib.link.protocol.distances import Distances
+from elib.link.protocol.profiles import rule
+from elib.link.protocol.table import example_of
+from elib.link.protocol.values import READING_TYPES, Counts, FieldInfo, Reading, Role, Single, describe, in_words
+from elib.robot.actions import Actions
+
+Looks = Mapping[str, str]
+Comparison = Literal["<", ">", "==", "!="]
+
+READINGS: Final[dict[str, type[Reading]]] = {
+    "distances": Distances,
+    **{name: READING_TYPES[name] for name in SPECS if name in READING_TYPES},
+}
+"""What a condition may compare: the class of each reading by the method that returns it."""
+TIME: Final = "run.time_in_state"
+COMPARED: Final[dict[type[ast.cmpop], str]] = {
+    ast.Lt: "below",
+    ast.LtE: "at most",
+    ast.Gt: "above",
+    ast.GtE: "at least",
+    ast.Eq: "is",
+    ast.NotEq: "is not",
+}
+UNITS: Final = {"m": (100, "cm"), "rad": (180 / math.pi, "degrees")}
+"""In what a person is told a number: how many times as much, and the unit."""
+MOTIONS: Final = ("drive", "turn", "go_to", "set_velocity")
+
+
+class Field(Struct):
+    """A number of a reading: its words, how Python reads it from the reading, and its unit as a person is told it.
+
+    Attributes:
+        scale: How many of this unit are one of the program's.
+    """
+
+    label: str
+    path: str
+    unit: str
+    scale: float
+
+
+class ReadingForm(Struct):
+    """A reading that conditions may compare: its method, its words and its numbers."""
+
+    name: str
+    title: str
+    fields: list[Field]
+
+
+class ActionForm(Struct):
+    """A command that a state may give: its method, a sentence, and name, rule and first value of each argument."""
+
+    name: str
+    about: str
+    arguments: list[tuple[str, str, str]]
+
+
+class Forms(Struct):
+    """All that the forms of a picture offer."""
+
+    readings: list[ReadingForm]
+    actions: list[ActionForm]
+
+
+class Condition(Struct):
+    """A condition as a form gives it.
+
+    Attributes:
+        reading: The method that returns what is compared; empty for the time in the state.
+        path: How Python reads the number from the reading, like ``.ahead`` or ``[0]``.
+        comparison: How it is compared.
+        value: With what, in Python: a number in the program's unit, or the path of another number of the reading.
+    """
+
+    reading: str
+    path: str
+    comparison: Comparison
+    value: str
+
+
+def fields_of(kind: type[Reading]) -> list[Field]:
+    """Return the numbers of a reading that a condition may compare."""
+    found = [_field(info, f".{info.name}") for info in describe(kind, Role.NUMBER)]
+    if issubclass(kind, Single):
+        return [_field(describe(kind, Role.NUMBER)[0], "", "")]
+    if issubclass(kind, Counts):
+        (info,) = describe(kind, Role.NUMBER)
+        return [_field(info, f"[{number}]", in_words(name)) for number, name in enumerate(info.names)]
+    if kind is Distances:
+        found[:0] = [_field(describe(kind, Role.NUMBER)[0], f".{name}", name) for name in ("ahead", "nearest")]
+    return found
+
+
+def _field(info: FieldInfo, path: str, label: str | None = None) -> Field:
+    scale, unit = UNITS.get(info.unit, (1.0, info.unit))
+    return Field(info.words if label is None else label, path, unit, scale)
+
+
+def forms() -> Forms:
+    """Return what the forms of a picture offer."""
+    readings = [ReadingForm(name, in_words(name), fields_of(kind)) for name, kind in READINGS.items()]
+    names = [*MOTIONS, *(name for name, spec in SPECS.items() if not spec.is_reading)]
+    return Forms([each for each in readings if each.fields], [_action(name) for name in names])
+
+
+def _action(name: str) -> ActionForm:
+    """Return the form of a command; the first values are those of its example."""
+    spec, motion = SPECS.get(name), getattr(Actions, name)
+    rules = {each.name: rule(each.quantity) for each in spec.parameters} if spec else {}
+    rules = rules or {each: motion.rule(each) for each in motion.__signature__.parameters}
+    example = spec.example if spec else example_of(motion.__doc__)
+    code = "\n".join(line[4:] for line in example.splitlines() if line.startswith((">>> ", "... ")))
+    calls = [each for each in ast.walk(ast.parse(code)) if isinstance(each, ast.Call)]
+    call = next((each for each in calls if isinstance(each.func, ast.Attribute) and each.func.attr == name), None)
+    values = [*map(_number, call.args if call else ()), *("" for _ in rules)]
+    about = motion.__doc__.partition("\n")[0]
+    return ActionForm(name, about, list(zip(rules, rules.values(), values, strict=False)))
+
+
+def _number(value: ast.expr) -> str:
+    """Return an argument of an example, without a name of a module that the program may not import."""
+    try:
+        return repr(ast.literal_eval(value))
+    except ValueError:
+        return f"{eval(ast.unparse(value), {'math': math}):.2f}"  # of a docstring of elib
+
+
+def words(test: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> str:
+    """Return a condition in words; what has none stays as it is in the program."""
+    match test:
+        case ast.BoolOp(op=op, values=values):
+            joint = " and " if isinstance(op, ast.And) else " or "
+            return joint.join(words(each, looks, source) for each in values)
+        case ast.UnaryOp(op=ast.Not(), operand=operand):
+            return f"not {words(operand, looks, source)}"
+        case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in COMPARED:
+            return _comparison(left, op, right, looks, source) or source(test)
+        case ast.Call(
+            func=ast.Attribute(value=ast.Name(id=name), attr="find"), args=[ast.Constant(value=str(colour))]
+        ) if looks.get(name) == "image":
+            return f"{colour} is seen"
+    return source(test)
+
+
+def _comparison(left: ast.expr, op: ast.cmpop, right: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> str:
+    how, value = COMPARED[type(op)], source(right)
+    number = right.value if isinstance(right, ast.Constant) and isinstance(right.value, int | float) else None
+    if source(left) == TIME and isinstance(op, ast.Gt | ast.GtE):
+        return f"after {value} s"
+    found = _read(left, looks, source)
+    if found is None:
+        return ""
+    reading, field = found
+    other = _read(right, looks, source)
+    if other is not None and other[0] == reading:
+        return f"{in_words(reading)} {field.label} {how} {other[1].label}"
+    said = value if number is None else f"{number * field.scale:.6g} {field.unit}".strip()
+    if reading == "distances" and isinstance(op, ast.Lt | ast.Gt):
+        thing = "something" if isinstance(op, ast.Lt) else "nothing"
+        where = "" if field.label == "nearest" else f" {field.label}"
+        return f"{thing} nearer than {said}{where}"
+    return " ".join(filter(None, (in_words(reading), field.label, how, said)))
+
+
+def _read(node: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> tuple[str, Field] | None:
+    """Return the reading and the number of it that an expression takes, if it is one that a form offers."""
+    owner = node if isinstance(node, ast.Name) else getattr(node, "value", None)
+    reading = looks.get(owner.id) if isinstance(owner, ast.Name) else None
+    if reading is None or not isinstance(owner, ast.Name):
+        return None
+    path = source(node)[len(owner.id) :]
+    found = next((each for each in fields_of(READINGS[reading]) if each.path == path), None)
+    return None if found is None else (reading, found)

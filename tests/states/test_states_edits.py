@@ -1,0 +1,212 @@
+"""Edits of the picture of a state machine change the bytes that they are about, on programs as people write them."""
+
+from __future__ import annotations
+
+import io
+import random
+import tokenize
+from itertools import pairwise
+
+import pytest
+
+from elib.base.errors import ArgumentError
+from elib.tools.states.edits import EDITS, Splice, edited
+from elib.tools.states.text import Program
+from elib.tools.states.words import Condition
+
+NAMES = ("drive", "turn", "flee", "größer", "look_around", "stehen", "état", "z9", "μ", "back_up")
+CONDITIONS: tuple[Condition | str, ...] = (
+    Condition("distances", ".ahead", "<", "0.03"),
+    Condition("distances", ".nearest", ">", "0.05"),
+    Condition("microphones", "[1]", ">", "300"),
+    Condition("selector", "", "==", "3"),
+    Condition("ambient_light", ".left", "<", ".right"),
+    Condition("", "", ">", "2.5"),
+    "run.random.random() < 0.1",
+    'robot.name in {"a": "{b}"}',
+    "",
+)
+COMMENTS = ("# why", "# 'turn' is {here}", '# "drive"', "# größer als\u2028zuvor", "#")
+COMMANDS = (("set_speed", {"left": "0.4", "right": "0.4"}), ("turn", {"angle": "1.6"}), ("stop", {}))
+
+
+class Writer:
+    """Writes a program of states with odd spacing, comments, strings and line ends."""
+
+    def __init__(self, seed: int) -> None:
+        self.draw = random.Random(seed)
+        self.newline = self.draw.choice(("\n", "\n", "\r\n"))
+        self.indent = self.draw.choice(("    ", "  ", "\t"))
+        self.names = self.draw.sample(NAMES, self.draw.randint(1, 5))
+        self.is_async = self.draw.random() < 0.8
+        self.has_hints = self.draw.random() < 0.3
+
+    def comment(self) -> str:
+        return "  " + self.draw.choice(COMMENTS) if self.draw.random() < 0.3 else self.draw.choice(("", "", " ", "\t"))
+
+    def quoted(self, name: str) -> str:
+        quote = self.draw.choice("'\"")
+        return f"{quote}{name}{quote}"
+
+    def target(self) -> str:
+        return self.quoted(self.draw.choice((*self.names, "end")))
+
+    def head(self, name: str, takes: int) -> str:
+        parameters = ["robot: elib.Epuck", "run: elib.RunContext"] if self.has_hints else ["robot", "run"]
+        word, after = "async def" if self.is_async else "def", " -> str | None" if self.has_hints else ""
+        return f"{word} {name}({', '.join(parameters[:takes])}){after}:"
+
+    def state(self, name: str) -> list[str]:
+        takes, wait = self.draw.choice((1, 2, 2, 2)), "await " if self.is_async else ""
+        if self.draw.random() < 0.1:
+            return [f"{self.head(name, takes)} return {self.target()}"]
+        body: list[str] = []
+        if self.draw.random() < 0.5:
+            body.append(f'"""{name} is {{braced}} and "quoted"; return \'{self.draw.choice(self.names)}\'."""')
+        if takes > 1 and self.draw.random() < 0.5:
+            body += ["if run.entered:" + self.comment(), self.indent + f"{wait}robot.set_speed(0.4,  0.4)"]
+        for _ in range(self.draw.randint(0, 3)):
+            kinds = (
+                [f"{wait}robot.stop()"],
+                ['said = f"{robot.name}: {{}}"'],
+                ["x = [ 1,", "2 ]" + self.comment()],
+                [""],
+            )
+            body += self.draw.choice(kinds)
+        for _ in range(self.draw.randint(0, 3)):
+            body += self.arrow(wait) + [""] * self.draw.choice((0, 0, 1))
+        body.append(self.draw.choice(("pass", "return None", f"return {self.target()}", "return")) + self.comment())
+        return [self.head(name, takes) + self.comment(), *(self.indent + each if each else "" for each in body)]
+
+    def arrow(self, wait: str) -> list[str]:
+        match self.draw.randrange(4):
+            case 0:
+                look = f"near = {wait}robot.distances(){self.comment()}"
+                leave = self.indent + f"return {self.target()}{self.comment()}"
+                return [look, "if near.ahead<0.04 :" + self.comment(), leave]
+            case 1:
+                return [f"if robot.time > 9: return {self.target()}{self.comment()}"]
+            case 2:
+                loop = [f"for _ in range(3):{self.comment()}", self.indent + "if robot.time>3:"]
+                return [*loop, 2 * self.indent + f"return {self.target()}"]
+        return []
+
+    def program(self) -> str:
+        lines = ['"""A program {of} states."""', "", "import elib" + self.comment(), 'LIMITS = {"turn": 3}']
+        for name in self.names:
+            lines += [""] * self.draw.randint(0, 3) + [self.draw.choice(COMMENTS)] * self.draw.choice((0, 0, 1))
+            lines += self.state(name)
+        call = ", ".join(self.names) + f", start={self.draw.choice(self.names)}" * (self.draw.random() < 0.2)
+        if self.draw.random() < 0.3:
+            call = self.newline + "".join(f"    {each},  # first, then{self.newline}" for each in self.names)
+        lines += ["", "", f"elib.play(elib.states({call}))"]
+        return self.newline.join(lines) + self.draw.choice((self.newline, "", self.newline * 2))
+
+
+Model = tuple[list[str], list[tuple[str, str, str]]]
+
+
+def model(program: Program) -> Model:
+    """The states, and source, target and condition of each arrow."""
+    return list(program.states), [(each.source, each.target, each.words) for each in program.arrows]
+
+
+def comments(program: Program) -> set[str]:
+    read = io.StringIO(program.raw.decode(), newline="").readline
+    return {each.string for each in tokenize.generate_tokens(read) if each.type == tokenize.COMMENT}
+
+
+def drawn_edit(draw: random.Random, program: Program) -> tuple[str, tuple[object, ...]]:
+    states = list(program.states)
+    state, other, arrow = draw.choice(states), draw.choice([*states, "end"]), draw.randrange(len(program.arrows) or 1)
+    command, arguments = draw.choice(COMMANDS)
+    name, condition = draw.choice(NAMES), draw.choice(CONDITIONS)
+    given: dict[str, tuple[object, ...]] = {
+        "add_state": (name,),
+        "rename_state": (state, name),
+        "remove_state": (state,),
+        "set_start": (state,),
+        "add_arrow": (state, other, condition),
+        "retarget": (arrow, other),
+        "set_condition": (arrow, condition),
+        "remove_arrow": (arrow,),
+        "add_action": (state, command, arguments, draw.random() < 0.5),
+        "set_action": (state, draw.randrange(4), {"left": "0.1", "right": "-0.1"}),
+        "remove_item": (state, draw.randrange(4)),
+    }
+    chosen = draw.choice(list(EDITS))
+    return chosen, given[chosen]
+
+
+def expected(before: Program, name: str, given: tuple[object, ...]) -> Model | None:
+    """What the picture shows after an edit; None where the edit is about more than one of these."""
+    states, arrows = model(before)
+    match name, given:
+        case "add_state", (new,):
+            return [*states, str(new)], arrows
+        case "rename_state", (old, new):
+            change = {str(old): str(new)}
+            renamed = [(change.get(a, a), change.get(b, b), words) for a, b, words in arrows]
+            return [change.get(each, each) for each in states], renamed
+        case "remove_state", (old,):
+            return [each for each in states if each != old], [each for each in arrows if old not in each[:2]]
+        case "retarget", (int(number), target):
+            return states, [(a, str(target), w) if i == number else (a, b, w) for i, (a, b, w) in enumerate(arrows)]
+        case "remove_arrow", (int(number),):
+            return states, [each for i, each in enumerate(arrows) if i != number]
+        case (("add_action" | "set_action" | "set_start"), _):
+            return states, arrows
+    return None
+
+
+def taken_back(after: bytes, before: bytes, splices: list[Splice]) -> bytes:
+    """Return the bytes before: each splice, the last place first, gives back what it replaced."""
+    ordered = sorted(splices, key=lambda each: (each.begin, each.end))
+    places, moved = [], 0
+    for each in ordered:
+        places.append(each.begin + moved)
+        moved += len(each.text.encode()) - (each.end - each.begin)
+    for at, each in reversed(list(zip(places, ordered, strict=True))):
+        after = after[:at] + before[each.begin : each.end] + after[at + len(each.text.encode()) :]
+    return after
+
+
+def check(seed: int, edits: int) -> int:
+    """Edit a drawn program so many times; return how many edits were made."""
+    draw = random.Random(seed)
+    program = Program(Writer(seed).program())
+    first, history = program.raw, []
+    for _ in range(edits):
+        name, given = drawn_edit(draw, program)
+        told = f"seed {seed}: {name}{given} on\n{program.raw.decode()}"
+        try:
+            splices = EDITS[name](program, *given)
+        except ArgumentError:
+            continue
+        try:
+            after = edited(program, splices)
+        except ArgumentError as error:
+            raise AssertionError(told) from error
+        spans = sorted((each.begin, each.end) for each in splices)
+        assert all(one[1] <= other[0] for one, other in pairwise(spans)), told
+        wanted = expected(program, name, given)
+        assert wanted is None or model(after) == wanted, told
+        assert name in ("rename_state", "add_state", "remove_state") or list(after.states) == list(program.states), told
+        if name not in ("remove_state", "remove_arrow", "remove_item"):
+            assert comments(program) <= comments(after), told
+        assert name != "set_start" or after.start == given[0], told
+        assert len(after.arrows) - len(program.arrows) == (name == "add_arrow") or name.startswith("remove"), told
+        assert after.raw.count(b"\r\n") == after.raw.count(b"\n") or b"\r" not in first, told
+        history.append((program.raw, splices))
+        program = after
+    for before, splices in reversed(history):
+        program = Program(taken_back(program.raw, before, splices).decode())
+        assert program.raw == before
+    assert program.raw == first
+    return len(history)
+
+
+@pytest.mark.parametrize("lot", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(1, 10))])
+def test_an_edit_changes_only_what_it_is_about_and_can_be_taken_back(lot: int) -> None:
+    done = sum(check(seed, edits=90) for seed in range(20 * lot, 20 * lot + 20))
+    assert done > 500
