@@ -23,6 +23,8 @@ import { Output } from "./Output";
 import { ProgramMenu } from "./ProgramMenu";
 import { note, unsaved } from "./programs";
 import { RobotMenu } from "./RobotMenu";
+import { States } from "./States";
+import { isOpen as hasStates } from "./machine";
 import * as run from "./run";
 import { loading } from "./wire";
 import "./studio.css";
@@ -77,6 +79,9 @@ function Header() {
       <span class="fill" />
       <Button icon={icons.FlaskConical} aria-pressed={hasLabs.value} act={() => (hasLabs.value = !hasLabs.value)}>
         Labs
+      </Button>
+      <Button icon={icons.Workflow} aria-pressed={hasStates.value} act={() => (hasStates.value = !hasStates.value)}>
+        States
       </Button>
       <Button weight="quiet" icon={isDark() ? icons.Sun : icons.Moon} label="light or dark" act={toggleTheme} />
       <Button
@@ -137,6 +142,7 @@ export function Studio() {
           <p class={`hint note ${unsaved.value && "bad"}`} role="status">
             {note.value}
           </p>
+          <States />
           <Code />
           <Output />
         </section>

@@ -1,10 +1,10 @@
 // CodeMirror to write in: breakpoints beside the lines, the line that runs, and what went wrong below its line.
 import { autocompletion, closeBrackets, closeBracketsKeymap, completionKeymap } from "@codemirror/autocomplete";
-import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
+import { defaultKeymap, history, historyKeymap, indentWithTab, undo } from "@codemirror/commands";
 import { python } from "@codemirror/lang-python";
 import { bracketMatching, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
 import { searchKeymap } from "@codemirror/search";
-import { EditorState, RangeSet, StateEffect, StateField } from "@codemirror/state";
+import { EditorState, RangeSet, StateEffect, StateField, type ChangeSpec } from "@codemirror/state";
 import * as view from "@codemirror/view";
 import { effect } from "@preact/signals";
 import { colours, look } from "../look/codeMirror";
@@ -125,10 +125,16 @@ const extensions = [
   lookToWriteIn,
 ];
 
+let shown: view.EditorView;
+
+/** Change the text as one step that can be undone. */
+export const change = (changes: ChangeSpec) => shown.dispatch({ changes, userEvent: "input.states" });
+export const undoInText = () => undo(shown);
+
 /** Let a person write the program that is open, in a box; it follows how the program stands. */
 export function editIn(box: HTMLElement) {
   const root = box.attachShadow({ mode: "open" }),
-    editor = new view.EditorView({ root, parent: root });
+    editor = (shown = new view.EditorView({ root, parent: root }));
   const lookAt = (line: number) => {
     const at = editor.state.doc.line(Math.max(1, Math.min(line, editor.state.doc.lines))).from;
     editor.dispatch({ effects: view.EditorView.scrollIntoView(at, { yMargin: 60 }) });

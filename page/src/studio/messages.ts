@@ -23,6 +23,38 @@ export type Asked = {
   check_lab: { lab: string; text: string };
   /** Take a lab from a zipped folder, as base64. */
   open_lab_folder: { zip: string };
+  /** Return the state machine of a program; *places* says where a hand has put states. */
+  read_states: { text: string; places: Record<string, [number, number]> };
+  /** Return what the forms of a picture offer. */
+  state_forms: Record<string, never>;
+  /** Add a state that stops the robot when it is entered. */
+  add_state: { text: string; name: string };
+  /** Give a state another name, in its function and wherever the machine names it. */
+  rename_state: { text: string; state: string; name: string };
+  /** Remove a state with its function, and the arrows that lead to it. */
+  remove_state: { text: string; state: string };
+  /** Let the machine begin in another state. */
+  set_start: { text: string; state: string };
+  /** Add an arrow behind the other arrows of a state; without a condition it is always taken. */
+  add_arrow: { text: string; source: string; target: string; condition: Condition | string };
+  /** Let an arrow lead to another state. Arrows are counted from 0, in the order of states and text. */
+  retarget: { text: string; arrow: number; target: string };
+  /** Give an arrow another condition. */
+  set_condition: { text: string; arrow: number; condition: Condition | string };
+  /** Remove an arrow. */
+  remove_arrow: { text: string; arrow: number };
+  /** Add a command to what a state does: in each step, or only when it is entered. */
+  add_action: {
+    text: string;
+    state: string;
+    command: string;
+    arguments: Record<string, string>;
+    on_entry: boolean;
+  };
+  /** Change the arguments of a command of a state. Its statements are counted from 0. */
+  set_action: { text: string; state: string; item: number; arguments: Record<string, string> };
+  /** Remove a statement of a state. They are counted from 0. */
+  remove_item: { text: string; state: string; item: number };
 };
 
 /** What each request is answered with. */
@@ -37,10 +69,31 @@ export type Answered = {
   labs: LabNews[];
   check_lab: Report;
   open_lab_folder: LabNews;
+  read_states: MachineNews;
+  state_forms: Forms;
+  add_state: Splice[];
+  rename_state: Splice[];
+  remove_state: Splice[];
+  set_start: Splice[];
+  add_arrow: Splice[];
+  retarget: Splice[];
+  set_condition: Splice[];
+  remove_arrow: Splice[];
+  add_action: Splice[];
+  set_action: Splice[];
+  remove_item: Splice[];
 };
 
 /** What the page is told without having asked. */
 export type Told = Output | ProgramNews;
+
+/** A condition as a form gives it. */
+export type Condition = {
+  reading: string;
+  path: string;
+  comparison: "!=" | "<" | "<=" | "==" | ">" | ">=";
+  value: string;
+};
 
 /** A lab: its instructions are Markdown. */
 export type LabNews = {
@@ -58,6 +111,28 @@ export type Report = {
   points: number;
   most: number;
   file: string;
+};
+
+/** The state machine of a program: an SVG document, and what it shows. */
+export type MachineNews = {
+  svg: string;
+  start: string;
+  states: StateNews[];
+  arrows: ArrowNews[];
+  problems: string[];
+};
+
+/** All that the forms of a picture offer. */
+export type Forms = {
+  readings: ReadingForm[];
+  actions: ActionForm[];
+};
+
+/** A text that takes the place of what stands from one position to another. */
+export type Splice = {
+  begin: number;
+  end: number;
+  text: string;
 };
 
 /** What the program has printed. */
@@ -78,6 +153,7 @@ export type ProgramNews = {
   stack: Called[];
   mistake: Mistake | null;
   goals: GoalNews[];
+  states: [string, string];
 };
 
 /** A goal of a lab. */
@@ -96,6 +172,39 @@ export type Judged = {
   ending: string;
   why: string;
   time: number;
+};
+
+/** A state: what it says of itself, where it begins, and its statements; none if it is made elsewhere. */
+export type StateNews = {
+  name: string;
+  about: string;
+  line: number;
+  items: ItemNews[];
+};
+
+/** An arrow: its condition in words, in Python and as a form gives it, and whether the picture can change it. */
+export type ArrowNews = {
+  source: string;
+  target: string;
+  words: string;
+  test: string;
+  condition: Condition | null;
+  is_plain: boolean;
+  line: number;
+};
+
+/** A reading that conditions may compare: its method, its words and its numbers. */
+export type ReadingForm = {
+  name: string;
+  title: string;
+  fields: Field[];
+};
+
+/** A command that a state may give: its method, a sentence, and name, rule and first value of each argument. */
+export type ActionForm = {
+  name: string;
+  about: string;
+  arguments: [string, string, string][];
 };
 
 /** A variable of the program: its value as text, and its type. */
@@ -125,4 +234,22 @@ export type GoalNews = {
   name: string;
   holds: boolean;
   text: string;
+};
+
+/** A statement of a state: its text, and of a command its name and the arguments as they are written. */
+export type ItemNews = {
+  kind: "action" | "arrow" | "code" | "look";
+  text: string;
+  line: number;
+  on_entry: boolean;
+  command: string;
+  arguments: Record<string, string>;
+};
+
+/** A number of a reading: its words, how Python reads it from the reading, and its unit as a person is told it. */
+export type Field = {
+  label: string;
+  path: string;
+  unit: string;
+  scale: number;
 };

@@ -43,10 +43,12 @@ let isChanged = false;
 let timer = 0;
 
 export const textNow = () => text;
+export const revision = signal(0); // counts the changes of the text
 
 /** Note what stands in the editor; it is saved at the next pause. */
 export function edit(now: string) {
   text = now;
+  revision.value++;
   isChanged = true;
   clearTimeout(timer);
   timer = setTimeout(save, PAUSE);
@@ -80,6 +82,7 @@ function show(next: typeof opened.value, from: string) {
   name.value = next.name;
   borrowed.value = from;
   opened.value = next;
+  revision.value++;
   if (!from) save(true);
 }
 

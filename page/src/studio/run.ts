@@ -14,7 +14,16 @@ const MOST_WAITING = 300; // pieces of output that are not drawn: a window that 
 const PATIENCE = 150; // ms that the program has to end after a stop, until its worker is ended
 
 const NAMED = /["'](sim:\/\/[^"'\s]*)["']/; // a robot, in a program
-const NOTHING = { name: "", line: null, time: 0, variables: [], stack: [], mistake: null, goals: [] };
+const NOTHING = {
+  name: "",
+  line: null,
+  time: 0,
+  variables: [],
+  stack: [],
+  mistake: null,
+  goals: [],
+  states: ["", ""] as [string, string],
+};
 const IDLE: ProgramNews = { type: "program", state: "idle", ...NOTHING };
 
 export const program = signal(IDLE);

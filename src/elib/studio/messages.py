@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import inspect
 import math
-from typing import Annotated, Literal, Union
+from collections.abc import Callable
+from typing import Annotated, Literal, Union, get_type_hints
 
 from msgspec import Meta
 from msgspec.json import Decoder
 
 from elib.panel.server import messages as panel
-from elib.panel.server.conversation import Connection, Decoded, Message, Table, decoded
+from elib.panel.server.conversation import Connection, Decoded, Message, Table, decoded, message_of
 from elib.panel.server.page import Page
 from elib.studio.labs import LabNews, Report
 from elib.studio.program import Output, ProgramNews
 from elib.studio.studio import Studio
+from elib.tools.states.edits import EDITS, Splice
+from elib.tools.states.picture import MachineNews, changes, machine_news
+from elib.tools.states.text import Program
+from elib.tools.states.words import Forms, forms
 
 Text = Annotated[str, Meta(max_length=1_000_000)]
 Zipped = Annotated[bytes, Meta(max_length=20_000_000)]
 Url = Annotated[str, Meta(max_length=500)]
 Lines = Annotated[list[Annotated[int, Meta(ge=1, le=1_000_000)]], Meta(max_length=1000)]
+Places = Annotated[dict[str, tuple[float, float]], Meta(max_length=1000)]
 Speed = Annotated[float, Meta(ge=0, le=100)]
 
 
@@ -101,6 +108,34 @@ def open_lab_folder(page: StudioPage, zip: Zipped) -> LabNews:  # noqa: A002  # 
     """Take a lab from a zipped folder, as base64."""
     return page.studio.labs.open(zip)
 
+
+@request()
+def read_states(page: StudioPage, text: Text, places: Places) -> MachineNews:
+    """Return the state machine of a program; *places* says where a hand has put states."""
+    return machine_news(text, places)
+
+
+@request()
+def state_forms(page: StudioPage) -> Forms:
+    """Return what the forms of a picture offer."""
+    return forms()
+
+
+def _edit(act: Callable[..., list[Splice]]) -> type[Message]:
+    """Return the message of an edit of states: it holds the program, and is answered with what changes in its text."""
+
+    def edit(page: StudioPage, text: str, **given: object) -> list[Splice]:
+        return changes(text, act(Program(text), **given))
+
+    hints = get_type_hints(act, include_extras=True)
+    _, *parameters = inspect.signature(act).parameters.values()
+    program = inspect.Parameter("text", inspect.Parameter.KEYWORD_ONLY, annotation=Text)
+    fields = [program, *(each.replace(annotation=hints[each.name]) for each in parameters)]
+    return message_of(edit, act.__name__, fields, act.__doc__, answers=list[Splice])
+
+
+for each in EDITS.values():
+    MESSAGES.put(_edit(each))
 
 TOLD = (Output, ProgramNews)
 """What only this page is told."""

@@ -71,6 +71,7 @@ class ProgramNews(Told, tag="program"):
         stack: The functions that go on, the innermost first, while it stands still.
         mistake: Why it ended, if it was an error.
         goals: Which goals of its lab hold so far.
+        states: The state of its machine, and the one before; empty texts without a machine.
     """
 
     state: State
@@ -81,6 +82,7 @@ class ProgramNews(Told, tag="program"):
     stack: list[Called] = []
     mistake: Mistake | None = None
     goals: list[GoalNews] = []
+    states: tuple[str, str] = ("", "")
 
 
 class Program:
@@ -91,6 +93,7 @@ class Program:
         tell: Tells the page something.
         folder: Where the programs lie.
         time: How long the robots of the program have lived, s.
+        states: The state of its machine, and the one before; empty texts without one.
 
     Attributes:
         place: Where it runs.
@@ -100,14 +103,19 @@ class Program:
     """
 
     def __init__(
-        self, nap: Callable[[float], None], tell: Callable[[Told], object], folder: Path, time: Callable[[], float]
+        self,
+        nap: Callable[[float], None],
+        tell: Callable[[Told], object],
+        folder: Path,
+        time: Callable[[], float],
+        states: Callable[[], tuple[str, str]] = lambda: ("", ""),
     ) -> None:
         self.place = Place(nap, self._turned)
         self.debugger = Debugger(self.place, self._say)
         self.state: State = "idle"
         self.goals: Goals = no_goals
         self._is_late: Callable[[], bool] = lambda: False
-        self._tell, self._folder, self._time = tell, folder, time
+        self._tell, self._folder, self._time, self._states = tell, folder, time, states
         self._name = ""
         self._code: int | None = None
         self._said = -math.inf
@@ -226,6 +234,7 @@ class Program:
         if self.state != "idle" and self.place.is_held:
             self.state = "paused"
         news = ProgramNews(self.state, self._name, self.debugger.line, self._time(), mistake=mistake)
+        news.states = self._states()
         news.goals = self.goals(None if self.state != "idle" else self._code)
         if self.state == "paused":
             news.variables, news.stack = self.debugger.variables(), self.debugger.stack()

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from elib.base.timebase import outside
+from elib.behaviours import StateChanged
 from elib.link.transport import parse_url
 from elib.panel.panel import Can, Panel
 from elib.panel.recents import RecentRobots
@@ -78,7 +79,8 @@ class Studio:
         self.labs = Labs(folder)
         self._shown: Simulation | None = None
         simulation.on_begin.append(self._began)
-        self.program = Program(nap, tell, folder, self._time)
+        self.program = Program(nap, tell, folder, self._time, self._states)
+        self._robot: Epuck | None = None
 
     def run(self, text: str, name: str, robot: str, breakpoints: list[int], speed: float, lab: str) -> None:
         """Begin to run a program, in the first variant of a lab if there is one.
@@ -91,7 +93,7 @@ class Studio:
         if robot:
             parse_url(robot)
         file = self.program.take(text, name)
-        self._simulation = None
+        self._simulation = self._robot = None
         self._lab, self.program.goals = lab, no_goals
         self.panel.forget_watched()
         self.program.debugger.breakpoints = set(breakpoints)
@@ -155,9 +157,16 @@ class Studio:
         """Show what a robot tells the program, and let the page know what stops it if it is on its port."""
         if webserial.port is not None and isinstance(robot.session.transport, webserial.WebSerial):
             webserial.port.guard(robot.context.profile.line_end + stop_bytes(robot.session))
+        self._robot = self._robot or robot
         with outside(self._loop):  # its place lives on the loop of the page
             slot = self.panel.watch(robot)
         return [] if slot is None else [Watched(slot)]
 
     def _time(self) -> float:
         return 0.0 if self._simulation is None else self._simulation.time
+
+    def _states(self) -> tuple[str, str]:
+        """Return the state of the first robot's machine, and the one before."""
+        happened = self._robot.events.recent if self._robot is not None else ()
+        entered = ["", "", *(each.state for each in happened if isinstance(each, StateChanged))]
+        return entered[-1], entered[-2]

@@ -191,7 +191,7 @@ def states(
     reconnects: bool = False,
     period: float = PERIOD,
 ) -> StateMachine:
-    """Make a behaviour of states for ``elib.play``, ``elib.run`` and ``elib run``; others await ``machine(robot, run)``.
+    """Make a behaviour of states: ``elib.play`` and ``elib.run`` run it, others await ``machine(robot, run)``.
 
     A state is a function of the robot, or of the robot and the run. It does one step and returns the name of the next
     state, or None to stay; ``"end"`` ends the machine. It is called 20 times a second. ``run.entered`` is true in the

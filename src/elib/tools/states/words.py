@@ -17,7 +17,7 @@ from elib.link.protocol.values import READING_TYPES, Counts, FieldInfo, Reading,
 from elib.robot.actions import Actions
 
 Looks = Mapping[str, str]
-Comparison = Literal["<", ">", "==", "!="]
+Comparison = Literal["<", "<=", ">", ">=", "==", "!="]
 
 READINGS: Final[dict[str, type[Reading]]] = {
     "distances": Distances,
@@ -25,13 +25,14 @@ READINGS: Final[dict[str, type[Reading]]] = {
 }
 """What a condition may compare: the class of each reading by the method that returns it."""
 TIME: Final = "run.time_in_state"
-COMPARED: Final[dict[type[ast.cmpop], str]] = {
-    ast.Lt: "below",
-    ast.LtE: "at most",
-    ast.Gt: "above",
-    ast.GtE: "at least",
-    ast.Eq: "is",
-    ast.NotEq: "is not",
+COMPARISONS: Final = {"<": "below", "<=": "at most", ">": "above", ">=": "at least", "==": "is", "!=": "is not"}
+SIGNS: Final[dict[type[ast.cmpop], Comparison]] = {
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
 }
 UNITS: Final = {"m": (100, "cm"), "rad": (180 / math.pi, "degrees")}
 """In what a person is told a number: how many times as much, and the unit."""
@@ -145,41 +146,47 @@ def words(test: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> str
             return joint.join(words(each, looks, source) for each in values)
         case ast.UnaryOp(op=ast.Not(), operand=operand):
             return f"not {words(operand, looks, source)}"
-        case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in COMPARED:
-            return _comparison(left, op, right, looks, source) or source(test)
-        case ast.Call(
-            func=ast.Attribute(value=ast.Name(id=name), attr="find"), args=[ast.Constant(value=str(colour))]
-        ) if looks.get(name) == "image":
-            return f"{colour} is seen"
-    return source(test)
+        case ast.Call(func=ast.Attribute(value=ast.Name(id=name), attr="find"), args=[ast.Constant(value=str(colour))]):
+            return f"{colour} is seen" if looks.get(name) == "image" else source(test)
+    found = condition_of(test, looks, source)
+    return source(test) if found is None else _said(found)
 
 
-def _comparison(left: ast.expr, op: ast.cmpop, right: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> str:
-    how, value = COMPARED[type(op)], source(right)
-    number = right.value if isinstance(right, ast.Constant) and isinstance(right.value, int | float) else None
-    if source(left) == TIME and isinstance(op, ast.Gt | ast.GtE):
-        return f"after {value} s"
-    found = _read(left, looks, source)
-    if found is None:
-        return ""
-    reading, field = found
-    other = _read(right, looks, source)
-    if other is not None and other[0] == reading:
-        return f"{in_words(reading)} {field.label} {how} {other[1].label}"
-    said = value if number is None else f"{number * field.scale:.6g} {field.unit}".strip()
-    if reading == "distances" and isinstance(op, ast.Lt | ast.Gt):
-        thing = "something" if isinstance(op, ast.Lt) else "nothing"
-        where = "" if field.label == "nearest" else f" {field.label}"
-        return f"{thing} nearer than {said}{where}"
-    return " ".join(filter(None, (in_words(reading), field.label, how, said)))
+def _said(condition: Condition) -> str:
+    """Return a condition that a form can give in words."""
+    if not condition.reading:
+        return f"after {condition.value} s"
+    fields = {each.path: each for each in fields_of(READINGS[condition.reading])}
+    field, other = fields[condition.path], fields.get(condition.value)
+    try:
+        value = f"{float(condition.value) * field.scale:.6g} {field.unit}".strip()
+    except ValueError:
+        value = condition.value if other is None else other.label
+    if condition.reading == "distances" and condition.comparison in ("<", ">") and other is None:
+        thing = "something" if condition.comparison == "<" else "nothing"
+        return f"{thing} nearer than {value}{field.label.join((' ', '')) if field.label != 'nearest' else ''}"
+    parts = (in_words(condition.reading), field.label, COMPARISONS[condition.comparison], value)
+    return " ".join(filter(None, parts))
 
 
-def _read(node: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> tuple[str, Field] | None:
-    """Return the reading and the number of it that an expression takes, if it is one that a form offers."""
+def condition_of(test: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> Condition | None:
+    """Return a condition as a form gives it; None if no form can."""
+    match test:
+        case ast.Compare(left=left, ops=[op], comparators=[right]) if (sign := SIGNS.get(type(op))) is not None:
+            if source(left) == TIME:
+                return Condition("", "", ">", source(right)) if sign == ">" else None
+            found, other = _read(left, looks, source), _read(right, looks, source)
+            if found is not None:
+                is_same = other is not None and other[0] == found[0]
+                return Condition(*found, sign, other[1] if other is not None and is_same else source(right))
+    return None
+
+
+def _read(node: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> tuple[str, str] | None:
+    """Return the reading and the path of the number of it that an expression takes, if a form offers it."""
     owner = node if isinstance(node, ast.Name) else getattr(node, "value", None)
     reading = looks.get(owner.id) if isinstance(owner, ast.Name) else None
-    if reading is None or not isinstance(owner, ast.Name):
+    if reading not in READINGS or not isinstance(owner, ast.Name):
         return None
     path = source(node)[len(owner.id) :]
-    found = next((each for each in fields_of(READINGS[reading]) if each.path == path), None)
-    return None if found is None else (reading, found)
+    return (reading, path) if any(each.path == path for each in fields_of(READINGS[reading])) else None
