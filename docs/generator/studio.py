@@ -34,6 +34,7 @@ def known() -> Entry:
         "elib": [_entry(name, getattr(elib, name)) for name in public],
         "firmwares": list(PROFILES),
         "faults": [[name, faultscript.load(name).description] for name in faultscript.gallery()],
+        "machine": (ROOT / "src/elib/behaviours/samples/states.py").read_text(encoding="utf-8"),
         "samples": [_sample(path) for path in sorted((ROOT / "examples").glob("[0-9]*.py"))],
     }
 

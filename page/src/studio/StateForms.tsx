@@ -1,6 +1,7 @@
 // What a state does, and when an arrow is taken, as forms: each change of a field is an edit of the text.
 import * as icons from "lucide";
 import { signal } from "@preact/signals";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Check, Select } from "../look/fields";
 import { chosen, edit, forms, machine } from "./machine";
@@ -10,23 +11,17 @@ import { shownLine } from "./run";
 const COMPARISONS = Object.entries({ "<": "below", ">": "above", "==": "is", "!=": "is not" });
 const ALWAYS = "always", AFTER = "after", PYTHON = "python"; // prettier-ignore
 
+type FieldProps = { label: string; value: string; rule?: string; change: (to: string) => unknown };
+
 /** A field that makes its edit when it is left, or Enter is pressed. */
-function Field({
-  label,
-  value,
-  rule = "",
-  change,
-}: {
-  label: string;
-  value: string;
-  rule?: string;
-  change: (to: string) => unknown;
-}) {
+function Field({ label, value, rule = "", change }: FieldProps) {
+  const input = useRef<HTMLInputElement>(null);
+  useLayoutEffect(() => void (input.current!.value = value), [value]); // and not while one types
   return (
     <label class="field">
       <span class="hint">{label}</span>
       <input
-        {...{ value, title: rule, placeholder: rule, spellcheck: false }}
+        {...{ ref: input, title: rule, placeholder: rule, spellcheck: false }}
         onChange={({ currentTarget }) => currentTarget.value !== value && change(currentTarget.value.trim())}
       />
     </label>
@@ -112,7 +107,7 @@ export function StateForm({ state }: { state: string }) {
           <Item key={number} {...{ state, item, number }} />
         ))}
       </ul>
-      <NewAction state={state} />
+      <NewAction key={found.items.length} state={state} />
       <ul class="list">
         {arrows.map(({ number, words, target }) => (
           <li key={number}>

@@ -5,6 +5,7 @@ import { Button } from "../look/Button";
 import { undoInText } from "./editor";
 import { ArrowForm, StateForm } from "./StateForms";
 import { chosen, drawnFrom, edit, isOpen, layOut, machine, put, trouble, type Chosen } from "./machine";
+import { beginMachine } from "./programs";
 import { program } from "./run";
 import "./states.css";
 
@@ -81,6 +82,7 @@ function drag(event: PointerEvent, box: HTMLElement) {
 function Picture() {
   const box = useRef<HTMLDivElement>(null),
     { svg } = machine.value!,
+    key = keyOf(chosen.value),
     [now, before] = program.value.states.map((each) => each.split(".")[0]),
     isRunning = program.value.state !== "idle";
   useEffect(() => {
@@ -88,19 +90,19 @@ function Picture() {
       for (const each of box.current!.querySelectorAll(`.${kind}`)) each.classList.remove(kind);
       if (selector) for (const each of box.current!.querySelectorAll(selector)) each.classList.add(kind);
     };
-    mark(keyOf(chosen.value), "chosen");
+    mark(key, "chosen");
     mark(isRunning && now ? `[data-state="${now}"]` : "", "lit");
     mark(isRunning && before ? `[data-source="${before}"][data-target="${now}"]` : "", "taken");
   });
   useEffect(() => {
     if (!document.activeElement || document.activeElement === document.body)
-      box.current!.querySelector<SVGGElement>(keyOf(chosen.value) || "none")?.focus();
+      box.current!.querySelector<SVGGElement>(key || "none")?.focus();
   }, [svg]);
   return (
     <div
       {...{
         ref: box,
-        class: "picture",
+        class: "machine",
         role: "group",
         "aria-label": "states",
         dangerouslySetInnerHTML: { __html: svg },
@@ -134,7 +136,7 @@ export function States() {
         <p class={`hint fill ${trouble.value || found?.problems.length ? "bad" : ""}`} role="status" children={said} />
       </div>
       <div class="row both">
-        {found && <Picture />}
+        {found ? <Picture /> : <Button icon={icons.Workflow} act={beginMachine} children="Begin a machine of states" />}
         {found && it && ("state" in it ? <StateForm key={it.state} {...it} /> : <ArrowForm key={it.arrow} {...it} />)}
       </div>
     </div>

@@ -17,6 +17,7 @@ export const known = signal({
   firmwares: [] as string[],
   faults: [] as [name: string, about: string][],
   samples: [] as Sample[],
+  machine: "", // a program of states to begin with
 });
 
 /** Load the tables: after the page is drawn, for nobody writes as fast as that. */

@@ -1,6 +1,7 @@
 // The programs of this browser: kept under their names, read from files and links, and put into links.
 import { computed, signal } from "@preact/signals";
 import { toast } from "../store";
+import { known } from "./known";
 
 const KEPT = "elib-program:"; // before the name, in the browser's storage
 const LAST = "elib-last-program";
@@ -88,6 +89,7 @@ function show(next: typeof opened.value, from: string) {
 
 export const borrow = (name: string, text: string, from: string) => show({ name, text }, from);
 export const begin = () => borrow(free("program"), FIRST, "New");
+export const beginMachine = () => borrow(free("states"), known.value.machine, "New");
 
 /** Open a program of this browser, or a text that begins it. */
 export function open(name: string, beginning = FIRST, from = "New") {

@@ -6,7 +6,6 @@ import math
 import textwrap
 from collections.abc import Mapping
 from html import escape
-from itertools import groupby
 from typing import NamedTuple
 
 from elib.behaviours._run.states import END
@@ -16,16 +15,17 @@ from elib.tools.states.text import Arrow, Program
 Place = tuple[float, float]
 Places = Mapping[str, Place]
 
-ROW, GAP, MARGIN = 132, 170, 60
-"""Distance of the rows, least distance of two states in one, and what is left around all, pixels."""
-HEIGHT, LETTER = 46, 7.6
-"""Height of a state, and mean width of a letter of its name, pixels."""
+GAP, ROW, LOWER, MARGIN = 190, 130, 40, 44
+"""Distance of two columns and of two states in one, how much lower each second column is, and what is left around all,
+pixels."""
+HEIGHT, LETTER, ROUND = 46, 7.6, 14
+"""Height of a state, mean width of a letter of its name, and radius of the end, pixels."""
 BEND, MORE = 34, 30
 """How far an arrow bends to its left, and each further one between the same states, pixels."""
 WIDEST, MOST_LINES = 22, 3
 """Letters of a line of a condition, and lines of it that are drawn; the whole stands in the title."""
 
-PLACES = (0.5, 0.4, 0.6, 0.3, 0.7)
+PLACES = (0.5, 0.42, 0.58, 0.34, 0.66)
 """Shares of an arrow at which its condition may stand, the best first."""
 
 
@@ -54,41 +54,39 @@ class Box(NamedTuple):
 
 
 def layout(program: Program, places: Places | None = None) -> dict[str, Box]:
-    """Return the states of a program as boxes: in rows, each one arrow further from the start than the row above.
+    """Return the states of a program as boxes: in columns, each one arrow further from the start than the one before.
 
     Args:
         program: The program.
         places: Where a hand has put the middle of a state; the others are placed.
     """
-    rows: dict[str, int] = {program.start: 0}
-    for name in rows_first(program, rows):
-        rows.setdefault(name, max(rows.values()) + 1)
-    ordered = sorted(rows, key=lambda name: rows[name])
-    widths = {name: max(54.0, LETTER * len(name) / 2 + 16) if name != END else 14.0 for name in rows}
-    lines = [list(names) for _, names in groupby(ordered, key=lambda name: rows[name])]
-    total = max(sum(2 * widths[name] + GAP for name in line) - GAP for line in lines)
-    found = {}
-    for number, line in enumerate(lines):
-        x = MARGIN + (total - sum(2 * widths[name] + GAP for name in line) + GAP) / 2
-        # An odd row stands a little aside, so that an arrow past it does not run through its states.
-        x += GAP * 0.6 * (number % 2) * (len(lines) > 2)
-        for name in line:
-            place = (x + widths[name], MARGIN + HEIGHT / 2 + ROW * number)
-            x += 2 * widths[name] + GAP
-            found[name] = Box(*(places or {}).get(name, place), widths[name], HEIGHT / 2 if name != END else 14.0)
+    column = _columns(program)
+    most = max(map(len, column))
+    found, x = {}, MARGIN + 30.0
+    for number, names in enumerate(column):
+        widths = {name: max(54.0, LETTER * len(name) / 2 + 16) if name != END else ROUND for name in names}
+        x += max(widths.values())
+        # An odd column stands a little lower, so that an arrow past it does not run through its states.
+        y = MARGIN + ROW * (most - len(names)) / 2 + HEIGHT / 2 + LOWER * (number % 2) * (len(column) > 2)
+        for place, name in enumerate(names):
+            height = ROUND if name == END else HEIGHT / 2
+            found[name] = Box(*(places or {}).get(name, (x, y + ROW * place)), widths[name], height)
+        x += max(widths.values()) + GAP
     return found
 
 
-def rows_first(program: Program, rows: dict[str, int]) -> list[str]:
-    """Put what arrows lead to into *rows*, breadth first, and return all states and the end if it is led to."""
-    queue = list(rows)
-    while queue:
-        name = queue.pop(0)
-        for arrow in program.arrows:
-            if arrow.source == name and arrow.target not in rows and arrow.target in (*program.states, END):
-                rows[arrow.target] = rows[name] + 1
-                queue.append(arrow.target)
-    return list(program.states)
+def _columns(program: Program) -> list[list[str]]:
+    """Return the states, and the end if an arrow leads to it, breadth first; what no arrow leads to comes last."""
+    found, seen = [[program.start]], {program.start}
+    while True:
+        ways = [(each.source, each.target) for each in program.arrows if each.target in (*program.states, END)]
+        more = dict.fromkeys(target for name in found[-1] for source, target in ways if source == name)
+        names = [name for name in more if name not in seen]
+        if not names:
+            rest = [name for name in program.states if name not in seen]
+            return [*found, rest] if rest else found
+        found.append(names)
+        seen.update(names)
 
 
 def draw(program: Program, places: Places | None = None) -> str:
@@ -101,7 +99,7 @@ def draw(program: Program, places: Places | None = None) -> str:
         places: Where a hand has put the middle of a state; the others are placed.
     """
     boxes = layout(program, places)
-    width = max(box.x + box.width for box in boxes.values()) + MARGIN + 60
+    width = max(box.x + box.width for box in boxes.values()) + MARGIN
     height = max(box.y + box.height for box in boxes.values()) + MARGIN
     tip = element("path", d="M0,0 L9,4 L0,8 Z", fill="context-stroke")
     marker = element(
@@ -131,7 +129,7 @@ def _line() -> dict[str, object]:
 def _state(program: Program, name: str, box: Box) -> str:
     about = {"data_state": name, "class_": "state", "tabindex": 0, "role": "button"}
     if name == END:
-        rings = [(14, "none"), (8, "#55606e")]
+        rings = [(ROUND, "none"), (8, "#55606e")]
         circles = [
             element("circle", cx=f"{box.x:.1f}", cy=f"{box.y:.1f}", r=r, fill=fill, stroke="#55606e", stroke_width=1.6)
             for r, fill in rings
@@ -158,7 +156,7 @@ def _arrow(number: int, arrow: Arrow, boxes: Mapping[str, Box], nth: int, taken:
     else:
         dx, dy = other.x - one.x, other.y - one.y
         length = math.hypot(dx, dy) or 1.0
-        bend = BEND + MORE * nth + 0.12 * max(0.0, length - ROW)
+        bend = BEND + MORE * nth + 0.12 * max(0.0, length - 2 * GAP)
         control = ((one.x + other.x) / 2 + dy / length * bend, (one.y + other.y) / 2 - dx / length * bend)
         curve = (one.edge(control), control, other.edge(control))
     (x0, y0), (x1, y1), (x2, y2) = curve

@@ -143,10 +143,7 @@ def add_arrow(program: Program, source: Text, target: Text, condition: Condition
         raise ArgumentError(f"{source} has an arrow that is always taken", hint="give one of them a condition")
     leave = [f'{program.step}return "{target}"'] if test else [f'return "{target}"']
     lines = [*look, *([f"if {test}:"] if test else []), *leave]
-    indent = program.indent(last)
-    before = isinstance(last, ast.Return)
-    where = last if before else body[-1]
-    return [(_before if before else _after)(program, where, [indent + line for line in lines])]
+    return [_at_end(program, body, [program.indent(last) + line for line in lines])]
 
 
 @edit
@@ -198,8 +195,7 @@ def add_action(
     indent, line = program.indent(body[0]), f"{await_}{_robot(found)}.{command}({_given(arguments)})"
     if not on_entry:
         arrows = [each.node for each in found.items if each.kind == "arrow"]
-        is_before = bool(arrows) or isinstance(body[-1], ast.Return | ast.Pass)
-        return [(_before if is_before else _after)(program, arrows[0] if arrows else body[-1], [indent + line])]
+        return [_before(program, arrows[0], [indent + line]) if arrows else _at_end(program, body, [indent + line])]
     if entered := [each.node for each in found.items if each.on_entry]:
         return [_after(program, entered[-1], [program.indent(entered[-1]) + line])]
     assert node is not None
@@ -387,6 +383,15 @@ def _after(program: Program, node: ast.stmt, lines: list[str]) -> Splice:
     at = program.line((node.end_lineno or 0) + 1)
     begins = "" if program.raw[:at].endswith((b"\n", b"\r")) else program.newline
     return Splice(at, at, begins + "".join(line + program.newline for line in lines))
+
+
+def _at_end(program: Program, body: list[ast.stmt], lines: list[str]) -> Splice:
+    """Put lines at the end of a state, in place of a ``pass``, or before its last return."""
+    if isinstance(body[-1], ast.Return):
+        return _before(program, body[-1], lines)
+    if isinstance(body[-1], ast.Pass):
+        return Splice(*program.span(body[-1]), program.newline.join(lines).lstrip())
+    return _after(program, body[-1], lines)
 
 
 def _without(program: Program, node: ast.stmt) -> Splice:
