@@ -95,6 +95,10 @@ class Hand:
         change = "each.dispatchEvent(new Event('change', { bubbles: true }))"
         await self.tab.run(f"((each) => {{ each.value = '{value}'; {change}; }})({lists}[{nth}])")
 
+    async def form(self, name: str) -> None:
+        """Wait until the form of a state is shown."""
+        await self.tab.until(f"!!document.querySelector('.form[aria-label=\"state {name}\"]')")
+
     async def reads(self, part: str) -> None:
         """Wait until the program has a part."""
         await self.tab.until(f"elib.textNow().includes({json.dumps(part)})")
@@ -122,7 +126,7 @@ async def test_the_avoider_is_drawn_from_nothing_run_and_seen(tab: Tab, way: str
     hand = Hand(tab, is_mouse=way == "mouse")
     await hand.state("stand")
     await hand.field("State", "drive")
-    await hand.reads("def drive(robot, run):  # größer")
+    await hand.form("drive")
     await hand.choose("set_speed", 0)
     await hand.reads("set_speed(0.5, 0.25)")
     await hand.field("left", "0.4")
@@ -130,9 +134,9 @@ async def test_the_avoider_is_drawn_from_nothing_run_and_seen(tab: Tab, way: str
     await hand.field("right", "0.4")
     await hand.reads("set_speed(0.4, 0.4)")
     await hand.button("State")
-    await hand.reads("states(drive, state_2)")
+    await hand.form("state_2")
     await hand.field("State", "turn")
-    await hand.reads("states(drive, turn)")
+    await hand.form("turn")
     await hand.press("document.querySelector('.states li [aria-label=Remove]')")
     await hand.reads("def turn(robot, run):\n    pass")
     await hand.press("document.querySelector('.states input[type=checkbox]')")

@@ -1,6 +1,6 @@
 // What a state does, and when an arrow is taken, as forms: each change of a field is an edit of the text.
 import * as icons from "lucide";
-import { signal } from "@preact/signals";
+import { useSignal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Check, Select } from "../look/fields";
@@ -65,9 +65,8 @@ function Item({ state, item, number }: { state: string; item: ItemNews; number: 
   );
 }
 
-const isFirst = signal(true);
-
 function NewAction({ state }: { state: string }) {
+  const isFirst = useSignal(true);
   const add = (command: string) => {
     const form = forms.value.actions.find(({ name }) => name === command)!,
       given = Object.fromEntries(form.arguments.map(([name, , value]) => [name, value]));
