@@ -40,6 +40,7 @@ COMMANDS = {
     "fit": "Fit wheels, link and sensors of a robot to a recorded drive.",
     "bench": "Measure how long each command takes.",
     "joystick": "Drive and watch robots in the browser.",
+    "states": "Show the state machine of a program, and draw it.",
     "studio": "Write programs in the browser, where they run too.",
     "serve": "Serve robots to programs in any language.",
     "foxglove": "Show robots live in the Foxglove app, and drive from there.",

@@ -116,7 +116,7 @@ class RunContext:
             self.enter(name)
 
     def enter(self, name: str) -> None:
-        """Enter the state *name*, anew if the behaviour is in it already."""
+        """Enter the state *name*, again if the behaviour is in it already."""
         with self._lock:
             self.previous_state, self._current = self._current, name
             self.entered, self._entered_at = True, self._clock()

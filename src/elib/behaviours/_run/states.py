@@ -28,7 +28,7 @@ END: Final = "end"
 log = logging.getLogger("elib")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class StateMachine(Behaviour):
     """A behaviour of several states; :func:`states` makes it.
 
@@ -43,6 +43,8 @@ class StateMachine(Behaviour):
     start: str = ""
     exits: Mapping[str, State] = field(default_factory=dict)
     period: float = PERIOD
+
+    __hash__, __eq__ = object.__hash__, object.__eq__  # a machine is a key of ``exits``
 
     async def __call__(self, robot: Epuck, run: RunContext | None = None) -> None:
         """Drive a robot until a state returns ``end``, or the run is over."""
@@ -96,7 +98,7 @@ class StateMachine(Behaviour):
         return [name for name in self.members if name not in reached]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class BlockingStateMachine(StateMachine):
     """A behaviour of several states in the blocking style."""
 
@@ -162,7 +164,7 @@ class Walk:
         """Take what the step returned; return whether the machine has ended.
 
         Raises:
-            ArgumentError: It is no name of a state.
+            ArgumentError: It is not the name of a state.
         """
         self.run.entered = False
         if answer is None or self.goes(answer):
@@ -276,7 +278,7 @@ def unknown(name: str, target: object, known: Iterable[str], line: int | None = 
         near = [_name(target)]
     place = "" if line is None else f"line {line}: "
     hint = f'did you mean "{near[0]}"?' if near else f"the states are: {', '.join(there)}"
-    return ArgumentError(f"{place}state {name} returns {target!r}, which is the name of no state", hint=hint)
+    return ArgumentError(f"{place}state {name} returns {target!r}, but no state has this name", hint=hint)
 
 
 def targets(function: ast.AST) -> Iterator[tuple[ast.Return, str | None]]:

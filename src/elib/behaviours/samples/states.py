@@ -10,6 +10,7 @@ def drive(robot, run):
     distances = robot.distances()
     if distances.ahead < 0.04:
         return "turn"
+    return None  # stay
 
 
 def turn(robot, run):

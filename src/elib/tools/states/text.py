@@ -174,7 +174,7 @@ class Program:
         reached = {self.start, *(each.target for each in self.arrows if each.source != each.target)}
         leaves = {each.source for each in self.arrows}
         said = [
-            f"{each.source} leads to {each.target}, which is no state (line {each.name.lineno})"
+            f"{each.source} leads to {each.target}, but there is no such state (line {each.name.lineno})"
             for each in self.arrows
             if each.target not in (*self.states, END)
         ]

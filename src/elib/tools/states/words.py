@@ -174,7 +174,7 @@ def condition_of(test: ast.expr, looks: Looks, source: Callable[[ast.AST], str])
     match test:
         case ast.Compare(left=left, ops=[op], comparators=[right]) if (sign := SIGNS.get(type(op))) is not None:
             if source(left) == TIME:
-                return Condition("", "", ">", source(right)) if sign == ">" else None
+                return Condition("", "", sign, source(right)) if sign in (">", ">=") else None
             found, other = _read(left, looks, source), _read(right, looks, source)
             if found is not None:
                 is_same = other is not None and other[0] == found[0]

@@ -1,0 +1,170 @@
+"""What is read in a program with states: conditions in words, problems, the picture, positions for a page."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+from elib.base.errors import ArgumentError
+from elib.cli import main
+from elib.tools.states.drawing import draw, layout
+from elib.tools.states.edits import EDITS
+from elib.tools.states.picture import changes, machine_news
+from elib.tools.states.text import Program
+from elib.tools.states.words import forms
+
+SAMPLE = Path(__file__).parents[2] / "src/elib/behaviours/samples/states.py"
+HEAD = """import elib
+
+async def drive(robot, run):
+    near = await robot.distances()
+    light = await robot.ambient_light()
+    ground = await robot.ground()
+    picture = await robot.image()
+    selector = await robot.selector()
+    sound = await robot.microphones()
+"""
+TAIL = """        return "turn"
+
+async def turn(robot):
+    return "drive"
+
+elib.play(elib.states(drive, turn))
+"""
+
+
+@pytest.mark.parametrize(
+    ("test", "words"),
+    [
+        ("near.ahead < 0.03", "something nearer than 3 cm ahead"),
+        ("near.nearest > 0.055", "nothing nearer than 5.5 cm"),
+        ("near.rear_left <= 0.02", "distances rear left at most 2 cm"),
+        ("run.time_in_state > 2", "after 2 s"),
+        ("run.time_in_state >= WAIT", "after WAIT s"),
+        ("light.left < light.right", "ambient light left below right"),
+        ("ground[1] < 500", "ground centre below 500 counts"),
+        ("selector == 3", "selector is 3"),
+        ("sound[0] > LOUD", "microphones right above LOUD"),
+        ('picture.find("red")', "red is seen"),
+        ('not picture.find("red") and near.ahead < 0.03', "not red is seen and something nearer than 3 cm ahead"),
+        ("near.ahead < 0.03 or selector != 1", "something nearer than 3 cm ahead or selector is not 1"),
+        ("max(near) > 3", "max(near) > 3"),
+        ("0.03 > near.ahead", "0.03 > near.ahead"),
+        ("other.ahead < 0.03", "other.ahead < 0.03"),
+    ],
+)
+def test_a_condition_is_told_in_words_if_a_form_knows_them(test: str, words: str) -> None:
+    program = Program(f"{HEAD}    if {test}:\n{TAIL}")
+    assert [each.words for each in program.arrows] == [words, "always"]
+
+
+def test_what_is_wrong_with_a_machine_is_told() -> None:
+    text = HEAD + "    if near.ahead < 0.03:\n" + TAIL.replace('return "drive"', 'return "driv"')
+    assert Program(text).problems == ["turn leads to driv, but there is no such state (line 14)"]
+    text = HEAD + "    if near.ahead < 0.03:\n" + TAIL.replace('return "drive"', "pass")
+    assert Program(text).problems == ["turn has no way out"]
+    text = (
+        HEAD
+        + "    if near.ahead < 0.03:\n"
+        + TAIL.replace("states(drive", "states(turn, drive").replace(", turn)", ")")
+    )
+    assert Program(text).problems == []
+    text = HEAD + "    if near.ahead < 0.03:\n" + TAIL.replace('        return "turn"', "        pass")
+    assert Program(text).problems == ["drive has no way out", "turn is never reached: no arrow leads to it"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("def a(:\n", "the program is not Python yet: line 1"),
+        ("x = 1\n", "the program has no states"),
+        ("\0", "is not Python"),
+    ],
+)
+def test_a_program_without_a_machine_says_so(text: str, words: str) -> None:
+    with pytest.raises(ArgumentError, match=words):
+        Program(text)
+
+
+def test_every_reading_and_command_of_the_tables_has_a_form() -> None:
+    found = forms()
+    assert {"distances", "proximity", "selector", "ground", "distance"} <= {each.name for each in found.readings}
+    assert {"drive", "turn", "set_speed", "set_led", "play_sound"} <= {each.name for each in found.actions}
+    for each in found.actions:
+        program = Program(SAMPLE.read_text())
+        given = {name: value for name, _, value in each.arguments}
+        changes(SAMPLE.read_text(), EDITS["add_action"](program, "drive", each.name, given, True))
+
+
+def test_methods_of_a_class_and_machines_are_states() -> None:
+    text = '''
+import elib
+
+class Bull:
+    def looking(self, robot):
+        """Look round."""
+        return "charging" if robot.time > 3 else None
+
+    def charging(self, robot):
+        return "looking"
+
+bull = Bull()
+roam = elib.states(bull.looking, bull.charging, name="roam")
+
+def rest(robot):
+    return "roam"
+
+elib.play(elib.states(roam, rest))
+'''
+    program = Program(text)
+    assert list(program.states) == ["roam", "rest"]
+    assert program.states["roam"].node is None
+    inner = Program(text.replace("elib.play(elib.states(roam, rest))", ""))
+    assert [(each.source, each.target) for each in inner.arrows] == [("looking", "charging"), ("charging", "looking")]
+    added = changes(inner.raw.decode(), EDITS["add_state"](inner, "backing"))
+    assert "    def backing(self, robot):" in added[0].text
+    assert added[1].text == ", bull.backing"
+
+
+def test_the_picture_is_xml_with_all_states_and_arrows_apart_from_each_other() -> None:
+    names = [f"state_{i}" for i in range(9)]
+    text = "import elib\n"
+    for i, name in enumerate(names):
+        text += f'def {name}(robot):\n    if robot.name == "<&>":\n        return "{names[(i * 4 + 1) % 9]}"\n'
+        text += f'    return "{names[i - 1]}"\n'
+    program = Program(f"{text}elib.play(elib.states({', '.join(names)}))")
+    root = ElementTree.fromstring(draw(program))
+    assert {each.get("data-state") for each in root.iter() if each.get("data-state")} == set(names)
+    assert len([each for each in root.iter() if each.get("data-arrow")]) == len(program.arrows)
+    boxes = list(layout(program, {"state_3": (900.0, 40.0)}).values())
+    assert any((box.x, box.y) == (900, 40) for box in boxes)
+    boxes = list(layout(program).values())
+    assert not any(one.shared(other) for one in boxes for other in boxes if one is not other)
+
+
+def test_positions_for_a_page_count_as_its_strings_do() -> None:
+    text = '"""🤖 größer"""\n' + SAMPLE.read_text()
+    for each in changes(text, EDITS["rename_state"](Program(text), "drive", "roll")):
+        units = text.encode("utf-16-le")
+        assert units[2 * each.begin : 2 * each.end].decode("utf-16-le").strip('"') == "drive"
+    assert machine_news(text, {}).states[0].about == "Drive straight on."
+
+
+def test_elib_states_shows_a_machine_and_draws_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture = tmp_path / "machine.svg"
+    assert main(["states", str(SAMPLE), "--draw", str(picture)]) == 0
+    assert (
+        "drive  (begins here)\n  something nearer than 4 cm ahead: turn\nturn\n  always: drive\n"
+        in capsys.readouterr().out
+    )
+    assert "<svg" in picture.read_text()
+    wrong = tmp_path / "wrong.py"
+    wrong.write_text(SAMPLE.read_text().replace('"turn"', '"trun"'))
+    with pytest.raises(SystemExit, match="1"):
+        main(["states", str(wrong)])
+    assert "wrong: drive leads to trun, but there is no such state (line 12)" in capsys.readouterr().out
+    wrong.write_bytes(b"\xff\xfe")
+    assert main(["states", str(wrong)]) == 2
+    assert "is not a text in UTF-8" in capsys.readouterr().err
