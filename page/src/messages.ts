@@ -65,6 +65,8 @@ export type Asked = {
   end_behaviour: { robots: string[] };
   /** Ask for the source text of a behaviour. */
   source: { name: string };
+  /** Ask for the picture of a behaviour's states, an SVG document; an empty text if it has none. */
+  states: { name: string };
   /** Ask which logs and recordings the folder has, and for free names of new ones. */
   files: Record<string, never>;
   /** Write a log; if the robot is not connected yet, from the moment it is. */
@@ -192,6 +194,7 @@ export type Answered = {
   resume_behaviour: null;
   end_behaviour: null;
   source: string;
+  states: string;
   files: FileList;
   start_log: null;
   stop_log: null;
@@ -580,6 +583,7 @@ export type Play = {
   phase: "idle" | "running" | "paused" | "ended" | "stopped" | "failed";
   phase_text: string;
   state: string;
+  previous_state: string;
   reason: string;
   error: string;
   time: number;

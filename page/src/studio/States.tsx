@@ -1,7 +1,7 @@
 // The state machine of the program as a picture: what runs is lit, and what a hand does changes the text.
 import * as icons from "lucide";
-import { useEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
+import { Machine } from "../robot/Machine";
 import { undoInText } from "./editor";
 import { ArrowForm, StateForm } from "./StateForms";
 import { chosen, drawnFrom, edit, isOpen, layOut, machine, put, trouble, type Chosen } from "./machine";
@@ -80,36 +80,13 @@ function drag(event: PointerEvent, box: HTMLElement) {
 }
 
 function Picture() {
-  const box = useRef<HTMLDivElement>(null),
-    { svg } = machine.value!,
-    key = keyOf(chosen.value),
-    [now, before] = program.value.states.map((each) => each.split(".")[0]),
-    isRunning = program.value.state !== "idle";
-  useEffect(() => {
-    const mark = (selector: string, kind: string) => {
-      for (const each of box.current!.querySelectorAll(`.${kind}`)) each.classList.remove(kind);
-      if (selector) for (const each of box.current!.querySelectorAll(selector)) each.classList.add(kind);
-    };
-    mark(key, "chosen");
-    mark(isRunning && now ? `[data-state="${now}"]` : "", "lit");
-    mark(isRunning && before ? `[data-source="${before}"][data-target="${now}"]` : "", "taken");
-  });
-  useEffect(() => {
-    if (!document.activeElement || document.activeElement === document.body)
-      box.current!.querySelector<SVGGElement>(key || "none")?.focus();
-  }, [svg]);
+  const { svg } = machine.value!,
+    { states, state } = program.value;
   return (
-    <div
-      {...{
-        ref: box,
-        class: "machine",
-        role: "group",
-        "aria-label": "states",
-        dangerouslySetInnerHTML: { __html: svg },
-      }}
+    <Machine
+      {...{ svg, states: state === "idle" ? ["", ""] : states, chosen: keyOf(chosen.value), onKeyDown: onKey }}
       onClick={(event) => press(named(event.target))}
-      onKeyDown={onKey}
-      onPointerDown={(event) => drag(event, box.current!)}
+      onPointerDown={(event) => drag(event, event.currentTarget)}
     />
   );
 }

@@ -85,6 +85,7 @@ class BehaviourRunner:
         name: The name of the behaviour that runs, or ran last; empty before the first.
         phase: Where it is in its life.
         state: What it is doing in its own words, like ``turning``; empty where it does not say.
+        previous_state: What it did before that.
         error: Why it failed; empty if it did not.
         reason: Why it pauses; empty if it does not.
         lines: What it said: the time since its start, s, and the text.
@@ -93,7 +94,7 @@ class BehaviourRunner:
     """
 
     def __init__(self, slot: Host) -> None:
-        self.name = self.state = self.error = self.reason = ""
+        self.name = self.state = self.previous_state = self.error = self.reason = ""
         self.phase = RunPhase.IDLE
         self.lines: deque[tuple[float, str]] = deque(maxlen=KEPT)
         self.line_count = 0
@@ -145,7 +146,8 @@ class BehaviourRunner:
         self._slot.drive.release()
         interlock = self._interlock = Interlock(robot.session if channel is None else channel, self._slot.drive)
         context = self._context = RunContext(self._loop.time)
-        self.name, self.state, self.error, self.reason = what.name, "", "", ""
+        self.name = what.name
+        self.state = self.previous_state = self.error = self.reason = ""
         self.phase = RunPhase.RUNNING
         self.lines.clear()
         self.line_count = 0
@@ -303,7 +305,7 @@ class BehaviourRunner:
 
     def _heard(self, event: StateChanged | RunMessage) -> None:
         if isinstance(event, StateChanged):
-            self.state = event.state
+            self.previous_state, self.state = self.state, event.state
             self._slot.note(f"{self.name}: {event.state}", kind="state")
         else:
             self.lines.append((event.time, event.text))
@@ -318,6 +320,7 @@ class Play(Struct):
     phase: Annotated[str, Meta(extra_json_schema={"enum": [each.name.lower() for each in RunPhase]})]
     phase_text: str
     state: str
+    previous_state: str
     reason: str
     error: str
     time: float
@@ -333,6 +336,7 @@ def runner_state(runner: BehaviourRunner, seen: int = 0) -> Play:
         phase=runner.phase.name.lower(),
         phase_text=runner.phase.value,
         state=runner.state,
+        previous_state=runner.previous_state,
         reason=runner.reason,
         error=runner.error,
         time=round(runner.time, 3),

@@ -30,6 +30,8 @@ from elib.simulator.physics import Colour
 from elib.simulator.physics.geometry import Painted
 from elib.simulator.worlds.writer import written_scene
 from elib.tools import discovery
+from elib.tools.states.drawing import draw
+from elib.tools.states.text import Program
 
 Key = Annotated[str, Meta(max_length=12)]
 """A robot of the panel, by its key."""
@@ -293,6 +295,15 @@ def end_behaviour(page: Page, robots: Keys) -> None:
 def source(page: Page, name: Name) -> str:
     """Ask for the source text of a behaviour."""
     return source_of(name)
+
+
+@request("program")
+def states(page: Page, name: Name) -> str:
+    """Ask for the picture of a behaviour's states, an SVG document; an empty text if it has none."""
+    try:
+        return draw(Program(source_of(name)))
+    except ArgumentError:
+        return ""
 
 
 # -- files --
