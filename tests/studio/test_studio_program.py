@@ -12,6 +12,7 @@ import pytest
 
 from elib.base.timebase import move_into, outside
 from elib.simulator.emulator import simulation
+from elib.studio import place
 from elib.studio.debugger import HAS_LINES
 from elib.studio.worker import Worker
 
@@ -349,3 +350,34 @@ def test_a_program_that_only_computes_is_stopped(rig: Rig, loop: str) -> None:
     rig.plan = [(lambda: True, lambda: rig.say("stop_program"))]
     rig.run(loop)
     assert "The program was stopped." in rig.output
+
+
+class Clock:
+    """A clock that stands still.
+
+    Attributes:
+        now: What it shows, s.
+        looks: How often somebody looked.
+    """
+
+    def __init__(self) -> None:
+        self.now, self.looks = 1.0, 0
+
+    def perf_counter(self) -> float:
+        self.looks += 1
+        return self.now
+
+
+def test_the_page_is_heard_between_slow_lines_and_quick_ones_seldom_look_at_the_clock(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock, naps = Clock(), list[float]()
+    monkeypatch.setattr(place, "time", clock)
+    here = place.Place(naps.append, lambda: None)
+    for _ in range(1000):
+        here.line()
+    assert clock.looks < 200
+    for _ in range(100):
+        clock.now += 1.0
+        here.line()
+    assert len(naps) > 80

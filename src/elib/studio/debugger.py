@@ -79,7 +79,7 @@ class Debugger:
 
         watch.register_callback(tool, events.PY_START, started)
         watch.register_callback(tool, events.LINE, self._at)
-        watch.register_callback(tool, events.JUMP, lambda *_: self._place.wait(0.0))  # a loop may be one line
+        watch.register_callback(tool, events.JUMP, self._place.line)  # a loop may be one line
         watch.register_callback(tool, events.PY_RETURN, self._returned)
         watch.set_events(tool, events.PY_START)
         watch.restart_events()
@@ -134,7 +134,7 @@ class Debugger:
         if is_step or line in self.breakpoints:
             self.hold()
             self._paused()
-        self._place.wait(0.0)
+        self._place.line()
 
     def _returned(self, *_: object) -> None:
         """Let a step over the last line of a function without a caller in the program end at the next line of all."""
