@@ -224,6 +224,16 @@ def test_what_a_robot_tells_the_program_is_shown_and_no_more_is_asked(rig: Rig) 
     assert rig.output == 2 * quiet, "whoever looks changes nothing"
 
 
+def test_what_a_robot_told_is_still_shown_when_the_program_has_ended(rig: Rig) -> None:
+    rig.run(DRIVE.replace("seed=3", "firmware=epuck2"))
+    rig.say("subscribe", what="robot", of="1", rate=10)
+    rig._nap(0.0)
+    [told] = [each["robot"] for each in rig.told if each["type"] == "update" and "robot" in each][-1:]
+    assert told["scheme"]["firmware"] == "epuck2"
+    assert told["tick"]["phase_text"] == "disconnected"
+    assert told["tick"]["readings"]["proximity"]["values"]
+
+
 def test_a_program_may_open_more_robots_than_a_panel_shows(rig: Rig) -> None:
     rig.run("import elib\nfor k in range(70):\n    elib.connect().close()\nprint('done')\n", speed=0)
     assert rig.output == "done\n"
