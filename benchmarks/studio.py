@@ -1,4 +1,4 @@
-"""How fast a program runs in the studio, in chromium, beside the same program under CPython.
+"""How fast a program runs in the studio, in chromium, beside the same program under this Python.
 
 Each program times itself, so the start of Python counts on neither side, and prints what it found, which is compared.
 In the studio all lines of the program are followed, for its breakpoints and steps; those of elib are not. "slower" is
@@ -13,15 +13,15 @@ import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from textwrap import indent
 
-from harness import ROOT, Table, Tables, in_turns, quick, ratio, run, use_tests
+from harness import ROOT, Tables, in_turns, quick, ratio, run, use_tests
 
 use_tests("panel", "studio")
 
-from browser import Tab, browser  # noqa: E402
+from browser import CHROMIUM, Tab, browser  # noqa: E402
 from studio_rig import Server  # noqa: E402
 
 IDLE = "window.elib?.loading.value === '' && elib.program.value.state === 'idle'"
@@ -80,20 +80,24 @@ print(time.perf_counter() - began)
 """The first time is for what is imported and compiled."""
 
 
-@contextlib.asynccontextmanager
-async def opened() -> AsyncIterator[Tab]:
-    """Build the studio, serve it, and open it in a browser; its robots live as fast as they can."""
+@contextlib.contextmanager
+def served() -> Iterator[str]:
+    """Build the studio and serve it; give its address."""
     with tempfile.TemporaryDirectory() as name:
         subprocess.run([sys.executable, str(ROOT / "release/studio.py"), "--to", name], check=True)
         server = Server(Path(name))
-        try:
-            async with browser() as opener:
-                tab = await opener(server.url)
-                await tab.until(IDLE)
-                await tab.run("elib.speed.value = 0")
-                yield tab
-        finally:
-            server.close()
+        yield server.url
+        server.close()
+
+
+@contextlib.asynccontextmanager
+async def opened(url: str) -> AsyncIterator[Tab]:
+    """Open the studio in a browser; its robots live as fast as they can."""
+    async with browser() as opener:
+        tab = await opener(url)
+        await tab.until(IDLE)
+        await tab.run("elib.speed.value = 0")
+        yield tab
 
 
 async def begin(tab: Tab, text: str) -> None:
@@ -109,13 +113,33 @@ async def printed(tab: Tab) -> str:
     return str(await tab.run(TEXT))
 
 
-def seconds(output: str, known: set[str]) -> float:
-    """Return how long a program took, which it prints last; note what else it printed."""
-    found, _, took = output.strip().rpartition("\n")
-    known.add(found)
-    if len(known) > 1:
-        sys.exit("\n".join(["the studio and CPython print different things:", *known]))
-    return float(took)
+async def ran(tab: Tab, text: str) -> str:
+    """Run a program to its end, and return what it printed."""
+    await begin(tab, text)
+    return await printed(tab)
+
+
+def slower(program: str, rounds: int, tab: Tab, runner: asyncio.Runner) -> float:
+    """Return how many times longer a program takes in the studio than under CPython."""
+    text = TIMED.format(indent(program, 4 * " "))
+    known = set[str]()
+
+    def seconds(output: str) -> float:
+        found, _, took = output.strip().rpartition("\n")
+        known.add(found)
+        if len(known) > 1:
+            sys.exit("\n".join(["the studio and CPython print different things:", *known]))
+        return float(took)
+
+    def in_studio() -> float:
+        return seconds(runner.run(ran(tab, text)))
+
+    def under_cpython() -> float:
+        done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+        return seconds(done.stdout)
+
+    took = in_turns({"studio": in_studio, "CPython": under_cpython}, rounds)
+    return ratio(took["studio"], took["CPython"])
 
 
 @quick(rounds=1)
@@ -125,28 +149,13 @@ def measure(*, rounds: int = 7) -> Tables:
     Args:
         rounds: Of each program, in the studio and under CPython in turns.
     """
-    table: dict[str, Table] = {}
-    with asyncio.Runner() as runner:
-        place = opened()
+    if CHROMIUM is None:
+        raise SystemExit("no chromium: apt-get install chromium")
+    with served() as url, asyncio.Runner() as runner:
+        place = opened(url)
         tab = runner.run(place.__aenter__())
         try:
-            for name, program in PROGRAMS.items():
-                text, known = TIMED.format(indent(program, 4 * " ")), set[str]()
-
-                async def in_page(text: str = text) -> str:
-                    await begin(tab, text)
-                    return await printed(tab)
-
-                def in_studio(known: set[str] = known) -> float:
-                    return seconds(runner.run(in_page()), known)  # noqa: B023  # it is called in this round
-
-                def under_cpython(text: str = text, known: set[str] = known) -> float:
-                    command = [sys.executable, "-c", text]
-                    done = subprocess.run(command, capture_output=True, text=True, check=True)
-                    return seconds(done.stdout, known)
-
-                took = in_turns({"studio": in_studio, "CPython": under_cpython}, rounds)
-                table[name] = {"slower": ratio(took["studio"], took["CPython"])}
+            table = {name: {"slower": slower(text, rounds, tab, runner)} for name, text in PROGRAMS.items()}
         finally:
             runner.run(place.__aexit__(None, None, None))
     yield "a program in the studio beside CPython", table
