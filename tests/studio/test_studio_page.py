@@ -32,6 +32,59 @@ with elib.connect("sim://arena") as robot:
         robot.sleep(0.05)
 """
 
+STYLES = {
+    "blocking": """import elib
+
+with elib.connect("sim://arena?seed=1") as robot:
+    robot.set_speed(0.3, 0.3)
+    for turn in range(3):
+        near = robot.proximity()
+        robot.sleep(0.1)
+    print(robot.encoders(), robot.time)
+""",
+    "async": """import elib
+
+async def main(robot):
+    await robot.set_speed(0.3, 0.3)
+    for turn in range(3):
+        near = await robot.proximity()
+        await robot.sleep(0.1)
+    print(await robot.encoders(), robot.time)
+
+elib.run(main, robot="sim://arena?seed=1")
+""",
+    "callbacks": """import elib
+
+def seen(near, turn):
+    global last
+    if turn < 3:
+        last = near
+        robot.callback(seen, print, turn + 1).proximity()
+
+with elib.connect("sim://arena?seed=1") as robot:
+    robot.set_speed(0.3, 0.3)
+    robot.callback(seen, print, 0).proximity()
+    robot.sleep(0.5)
+    print(robot.encoders(), robot.time)
+""",
+    "swarm": """import elib
+
+async def wander(robot):
+    await robot.set_speed(0.3, 0.3)
+    for turn in range(3):
+        near = await robot.proximity()
+        await robot.sleep(0.1)
+    return await robot.encoders(), robot.time
+
+async def main(robots):
+    print(sorted((await robots.all.run(wander)).values()))
+
+elib.swarm("sim://crowd?robots=3&seed=1").run(main)
+""",
+}
+"""Programs in each way to speak to a robot; line 6 runs several times, and line 7 after it."""
+WORLD_TIME = "elib.worldOf().frame.value.time"
+
 
 class Page:
     """The studio in a tab, and a person at it.
@@ -128,6 +181,27 @@ async def test_a_breakpoint_holds_the_robot_and_shows_the_variables(page: Page) 
     assert await page.tab.run("elib.program.value.time") > time
     await page.tab.key("Escape", "Escape")
     await page.ended()
+
+
+@pytest.mark.parametrize("style", STYLES)
+async def test_a_program_in_each_style_is_stepped_while_the_time_of_its_robots_stands_still(
+    page: Page, style: str
+) -> None:
+    await page.show(f"{style}.py", STYLES[style])
+    await page.run()
+    undisturbed = await page.ended()
+    await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '6')")
+    await page.run()
+    await page.tab.until(f"{STATE} === 'paused' && elib.program.value.line === 6")
+    assert "turn\t0" in str(await page.tab.until("document.querySelector('table')?.innerText"))
+    time = await page.tab.run(WORLD_TIME)
+    for _ in range(20):  # whose answers come after frames of the world
+        await page.tab.run("elib.ask('set_breakpoints', { lines: [] })")
+    assert await page.tab.run(WORLD_TIME) == time
+    await page.click("document.querySelector('.steps > :nth-child(2)')")
+    await page.tab.until(f"{STATE} === 'paused' && elib.program.value.line === 7")
+    await page.run()
+    assert await page.ended() == undisturbed
 
 
 @pytest.mark.parametrize("work", ["while True: pass", "sum(range(10**12))", "while True: print('flood')"])
