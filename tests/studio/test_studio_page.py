@@ -217,6 +217,16 @@ async def test_escape_ends_any_program_and_the_next_one_runs(page: Page, work: s
     assert "it goes on" in await page.ended()
 
 
+async def test_the_page_forgets_the_robots_of_earlier_programs(page: Page) -> None:
+    await page.show("again.py", "import elib\nelib.connect().proximity()\n")
+    for _ in range(3):
+        await page.run()
+        await page.ended()
+        key = await page.tab.until("elib.listed.value[0]?.key")
+        await page.tab.until(f"elib.robots.get({json.dumps(key)})?.tick.value")
+    assert await page.tab.run("elib.robots.size") == 1
+
+
 async def test_a_link_is_read_and_neither_run_nor_put_over_a_program(page: Page) -> None:
     await page.show("mine.py", "print('mine')\n")
     link = str(await page.tab.run("(elib.save(true), elib.link())"))
