@@ -71,10 +71,19 @@ class Rig:
         return (self.answers or [{}])[-1]
 
     def run(
-        self, text: str, *, speed: float = QUICK, robot: str = "", lines: tuple[int, ...] = (), lab: str = ""
+        self,
+        text: str,
+        *,
+        speed: float = QUICK,
+        robot: str = "",
+        lines: tuple[int, ...] = (),
+        lab: str = "",
+        **imported: str,
     ) -> None:
-        """Run a program to its end."""
-        answer = self.say("run_program", text=text, name="mine", robot=robot, speed=speed, breakpoints=lines, lab=lab)
+        """Run a program to its end; *imported* are others that it imports."""
+        others = {f"{name}.py": its for name, its in imported.items()}
+        fields = {"text": text, "name": "mine.py", "robot": robot, "speed": speed, "breakpoints": lines, "lab": lab}
+        answer = self.say("run_program", imported=others, **fields)
         assert answer["ok"], answer
         self.begin()
         assert self.news[-1]["state"] == "idle"
@@ -234,6 +243,22 @@ def test_what_a_robot_told_is_still_shown_when_the_program_has_ended(rig: Rig) -
     assert told["tick"]["readings"]["proximity"]["values"]
 
 
+def test_a_program_imports_others_as_they_stand_when_it_begins(rig: Rig) -> None:
+    text = "import helper, other\nprint(helper.number, other.helper is helper)\n"
+    for number in (1, 2):
+        rig.run(text, helper=f"number = {number}\n", other="import helper\n")
+    assert rig.output == "1 True\n2 True\n"
+    rig.run("import helper\n")
+    assert rig.news[-1]["mistake"]["kind"] == "ModuleNotFoundError"
+
+
+@needs_lines
+def test_a_program_that_computes_in_another_one_is_stopped(rig: Rig) -> None:
+    rig.plan = [(lambda: True, lambda: rig.say("stop_program"))]
+    rig.run("import helper\n", helper="while True: pass\n")
+    assert "The program was stopped." in rig.output
+
+
 def test_a_program_may_open_more_robots_than_a_panel_shows(rig: Rig) -> None:
     rig.run("import elib\nfor k in range(70):\n    elib.connect().close()\nprint('done')\n", speed=0)
     assert rig.output == "done\n"
@@ -245,7 +270,7 @@ def test_a_second_program_waits_until_the_first_has_ended(rig: Rig) -> None:
     answers: list[Told] = []
 
     def again() -> None:
-        answers.append(rig.say("run_program", text="", name="", robot="", speed=1, breakpoints=[]))
+        answers.append(rig.say("run_program", text="", name="", imported={}, robot="", speed=1, breakpoints=[]))
         rig.say("stop_program")
 
     rig.plan = [(rig.is_moving, again)]

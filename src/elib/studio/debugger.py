@@ -6,6 +6,7 @@ import contextlib
 import reprlib
 import sys
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import CodeType, FrameType, FunctionType, ModuleType
 from typing import Any, Literal
 
@@ -64,6 +65,7 @@ class Debugger:
     def following(self, file: str) -> Iterator[None]:
         """Follow the program in *file* while the block lasts."""
         self._file, self.line = file, None
+        folder = Path(file).parent
         self.go("on")
         if not HAS_LINES:
             yield
@@ -75,6 +77,8 @@ class Debugger:
         def started(code: CodeType, _: int) -> object:
             if code.co_filename == file:
                 watch.set_local_events(tool, code, events.LINE | events.JUMP | events.PY_RETURN)
+            elif Path(code.co_filename).parent == folder:
+                watch.set_local_events(tool, code, events.JUMP)  # it can be stopped
             return watch.DISABLE
 
         watch.register_callback(tool, events.PY_START, started)
