@@ -11,6 +11,7 @@ import argparse
 import asyncio
 import contextlib
 import io
+import json
 import os
 import re
 import sys
@@ -181,6 +182,29 @@ REST = f"""(() => {{
   kind.drawWell = function () {{ this.isStill = true; draw.call(this); }};
 }})()"""
 """Draw the world only when a picture is taken, but then as well as with a graphics card: without one it takes long."""
+PROGRAM = """import elib
+
+
+def avoid(near):
+    \"\"\"Return the speeds: what is near slows the other wheel.\"\"\"
+    left = near.front_left + near.diagonal_left
+    right = near.front_right + near.diagonal_right
+    return 0.5 - right / 800, 0.5 - left / 800
+
+
+with elib.connect("sim://arena?seed=1") as robot:
+    robot.calibrate_proximity()  # nothing is near
+    said = ""
+    while robot.time < 60:
+        near = robot.proximity()
+        word = "an obstacle" if max(near) > 150 else "free"
+        if word != said:
+            print(f"{robot.time:5.1f} s: {word}")
+        said = word
+        robot.set_speed(*avoid(near), clip=True)
+        robot.sleep(0.05)
+"""
+"""What runs in the picture of the studio."""
 TICK = "[...elib.robots.values()].at(-1)?.tick.value"
 
 
@@ -237,8 +261,8 @@ async def shot(tab: Tab) -> bytes:
 
 
 async def panel_pictures() -> None:
-    """Take the pictures of the panel, of the live view and of the page of a study."""
-    for pictures in (robot_pictures, overview_picture, start_picture, live_pictures, study_picture):
+    """Take the pictures of the panel, of the live view, of the page of a study and of the studio."""
+    for pictures in (robot_pictures, overview_picture, start_picture, live_pictures, study_picture, studio_picture):
         await pictures()
 
 
@@ -293,6 +317,17 @@ async def study_picture() -> None:
         await rest(tab)
         await asyncio.sleep(25)
         await take(tab, "evolve.png", (1280, 800))
+
+
+async def studio_picture() -> None:
+    """Take the picture of the studio, with a program that runs."""
+    async with page("studio", "--no-browser", "--port", "0") as tab:
+        await tab.run(f"elib.borrow('avoid.py', {json.dumps(PROGRAM)}, 'A sample')")
+        await rest(tab)
+        await tab.run(press("Rays"))
+        await tab.run("elib.run(), 0")
+        await tab.until("elib.program.value.time > 12")
+        await take(tab, "studio.png", (1280, 800))
 
 
 async def rest(tab: Tab) -> None:

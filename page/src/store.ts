@@ -95,6 +95,12 @@ export function robotOf(key: string) {
   return robot;
 }
 
+/** Take the robots that there are; of others nothing is kept. */
+function list(all: Listed[]) {
+  listed.value = all;
+  for (const key of robots.keys()) if (!all.some((each) => each.key === key)) robots.delete(key);
+}
+
 /** The world that is told on a channel: 0 is the one that the place shows. */
 export function worldOf(channel = 0) {
   const world = worlds.get(channel) ?? new World();
@@ -145,7 +151,7 @@ function take(message: Told) {
       break;
     case "update":
       heard = performance.now();
-      if (message.robots) listed.value = message.robots;
+      if (message.robots) list(message.robots);
       if (message.robot) robotOf(message.place).take(message.robot);
       if (message.overview) overview.value = message.overview;
       if (message.worlds) worldsOfRobots.value = message.worlds;

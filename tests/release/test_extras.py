@@ -101,3 +101,8 @@ def test_an_environment_of_uv_has_no_pip(monkeypatch: pytest.MonkeyPatch, as_ins
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", {"uv": "/usr/bin/uv"}.get)
     assert install("plot") == f'install the extra plot: uv pip install --python {sys.executable} "matplotlib>=3.10"'
+
+
+def test_in_a_page_of_a_browser_nothing_is_to_be_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.platform", "emscripten")
+    assert install("record") == "run this program on a computer: the studio has no such packages"

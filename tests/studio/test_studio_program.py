@@ -12,6 +12,7 @@ import pytest
 
 from elib.base.timebase import move_into, outside
 from elib.simulator.emulator import simulation
+from elib.studio import place
 from elib.studio.debugger import HAS_LINES
 from elib.studio.worker import Worker
 
@@ -70,10 +71,19 @@ class Rig:
         return (self.answers or [{}])[-1]
 
     def run(
-        self, text: str, *, speed: float = QUICK, robot: str = "", lines: tuple[int, ...] = (), lab: str = ""
+        self,
+        text: str,
+        *,
+        speed: float = QUICK,
+        robot: str = "",
+        lines: tuple[int, ...] = (),
+        lab: str = "",
+        **imported: str,
     ) -> None:
-        """Run a program to its end."""
-        answer = self.say("run_program", text=text, name="mine", robot=robot, speed=speed, breakpoints=lines, lab=lab)
+        """Run a program to its end; *imported* are others that it imports."""
+        others = {f"{name}.py": its for name, its in imported.items()}
+        fields = {"text": text, "name": "mine.py", "robot": robot, "speed": speed, "breakpoints": lines, "lab": lab}
+        answer = self.say("run_program", imported=others, **fields)
         assert answer["ok"], answer
         self.begin()
         assert self.news[-1]["state"] == "idle"
@@ -223,6 +233,32 @@ def test_what_a_robot_tells_the_program_is_shown_and_no_more_is_asked(rig: Rig) 
     assert rig.output == 2 * quiet, "whoever looks changes nothing"
 
 
+def test_what_a_robot_told_is_still_shown_when_the_program_has_ended(rig: Rig) -> None:
+    rig.run(DRIVE.replace("seed=3", "firmware=epuck2"))
+    rig.say("subscribe", what="robot", of="1", rate=10)
+    rig._nap(0.0)
+    [told] = [each["robot"] for each in rig.told if each["type"] == "update" and "robot" in each][-1:]
+    assert told["scheme"]["firmware"] == "epuck2"
+    assert told["tick"]["phase_text"] == "disconnected"
+    assert told["tick"]["readings"]["proximity"]["values"]
+
+
+def test_a_program_imports_others_as_they_stand_when_it_begins(rig: Rig) -> None:
+    text = "import helper, other\nprint(helper.number, other.helper is helper)\n"
+    for number in (1, 2):
+        rig.run(text, helper=f"number = {number}\n", other="import helper\n")
+    assert rig.output == "1 True\n2 True\n"
+    rig.run("import helper\n")
+    assert rig.news[-1]["mistake"]["kind"] == "ModuleNotFoundError"
+
+
+@needs_lines
+def test_a_program_that_computes_in_another_one_is_stopped(rig: Rig) -> None:
+    rig.plan = [(lambda: True, lambda: rig.say("stop_program"))]
+    rig.run("import helper\n", helper="while True: pass\n")
+    assert "The program was stopped." in rig.output
+
+
 def test_a_program_may_open_more_robots_than_a_panel_shows(rig: Rig) -> None:
     rig.run("import elib\nfor k in range(70):\n    elib.connect().close()\nprint('done')\n", speed=0)
     assert rig.output == "done\n"
@@ -234,7 +270,7 @@ def test_a_second_program_waits_until_the_first_has_ended(rig: Rig) -> None:
     answers: list[Told] = []
 
     def again() -> None:
-        answers.append(rig.say("run_program", text="", name="", robot="", speed=1, breakpoints=[]))
+        answers.append(rig.say("run_program", text="", name="", imported={}, robot="", speed=1, breakpoints=[]))
         rig.say("stop_program")
 
     rig.plan = [(rig.is_moving, again)]
@@ -349,3 +385,34 @@ def test_a_program_that_only_computes_is_stopped(rig: Rig, loop: str) -> None:
     rig.plan = [(lambda: True, lambda: rig.say("stop_program"))]
     rig.run(loop)
     assert "The program was stopped." in rig.output
+
+
+class Clock:
+    """A clock that stands still.
+
+    Attributes:
+        now: What it shows, s.
+        looks: How often somebody looked.
+    """
+
+    def __init__(self) -> None:
+        self.now, self.looks = 1.0, 0
+
+    def perf_counter(self) -> float:
+        self.looks += 1
+        return self.now
+
+
+def test_the_page_is_heard_between_slow_lines_and_quick_ones_seldom_look_at_the_clock(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock, naps = Clock(), list[float]()
+    monkeypatch.setattr(place, "time", clock)
+    here = place.Place(naps.append, lambda: None)
+    for _ in range(1000):
+        here.line()
+    assert clock.looks < 200
+    for _ in range(100):
+        clock.now += 1.0
+        here.line()
+    assert len(naps) > 80

@@ -136,7 +136,7 @@ export function Sensors({ robot }: { robot: Robot }) {
   const { instruments, circumference, firmware } = scheme,
     absent = instruments.filter((each) => each.absent),
     readingOf = (name: string) => tick.readings[name] ?? UNKNOWN,
-    isPlayed = tick.phase === "playing" || tick.phase === "watched", // readings may be missing
+    isPlayed = isOff(robot) || tick.phase === "playing" || tick.phase === "watched", // readings may be missing
     shown = instruments.filter((each) => !each.absent && !(isPlayed && !readingOf(each.name).values)),
     converted: Record<string, Conversion> = {
       "rev/s": [100 * circumference, "cm/s", 1],

@@ -17,7 +17,7 @@ function textOf({ number, text, isError }: Line) {
   const parts: ComponentChild[] = [];
   let at = 0;
   for (const { 0: found, 1: file, 2: line, index } of isError ? text.matchAll(LINE) : []) {
-    if (file?.includes("/")) continue; // not the program
+    if (file && file !== program.value.name) continue; // not the program
     parts.push(text.slice(at, index), <Link line={Number(line)} text={found} />);
     at = index + found.length;
   }

@@ -4,7 +4,15 @@
 /** What the page may ask for: the fields of each request. */
 export type Asked = {
   /** Begin to run a program, on the robot of a URL if there is one, at a speed; 0 is as fast as possible. */
-  run_program: { text: string; name: string; robot: string; speed: number; breakpoints: number[]; lab?: string };
+  run_program: {
+    text: string;
+    name: string;
+    imported: Record<string, string>;
+    robot: string;
+    speed: number;
+    breakpoints: number[];
+    lab?: string;
+  };
   /** End the program, as Ctrl-C does. */
   stop_program: Record<string, never>;
   /** Let the program and its robots stand still. */

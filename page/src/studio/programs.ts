@@ -87,6 +87,23 @@ function show(next: typeof opened.value, from: string) {
   if (!from) save(true);
 }
 
+/** The programs of this browser that this one imports, and those that they import. */
+export function imported() {
+  const found: Record<string, string> = {};
+  const look = (text: string) => {
+    for (const [line] of text.matchAll(/^\s*(from|import)\b.*/gm))
+      for (const [word] of line.matchAll(/\w+/g)) {
+        const file = `${word}.py`,
+          its = stored(file);
+        if (its === null || file in found) continue;
+        found[file] = its;
+        look(its);
+      }
+  };
+  look(text);
+  return found;
+}
+
 export const borrow = (name: string, text: string, from: string) => show({ name, text }, from);
 export const begin = () => borrow(free("program"), FIRST, "New");
 export const beginMachine = () => borrow(free("states"), known.value.machine, "New");

@@ -4,7 +4,7 @@ import { stops } from "../stop";
 import { ask, onTold, tell } from "../store";
 import type { LabNews, ProgramNews } from "./messages";
 import type { Asked, Output } from "./messages";
-import { name, opened, save, textNow } from "./programs";
+import { imported, name, opened, save, textNow } from "./programs";
 import { halt } from "./serial";
 import { loading, restart } from "./wire";
 
@@ -89,6 +89,7 @@ export async function run() {
   const begun = await ask("run_program", {
     text: textNow(),
     name: name.value,
+    imported: lab.value ? {} : imported(), // what is handed in is one file
     robot: robot.value,
     speed: speed.value,
     breakpoints: breakpoints.value,

@@ -53,6 +53,8 @@ def page_folder() -> Path:
 
 def install(extra: str) -> str:
     """Return the hint for an extra whose packages are not installed: a command that can be pasted as it is."""
+    if sys.platform == "emscripten":  # a page of a browser has no pip
+        return "run this program on a computer: the studio has no such packages"
     return f"install the extra {extra}: {_installer()} {_what(extra)}"
 
 

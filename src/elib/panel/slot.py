@@ -101,6 +101,7 @@ class Slot:
         self._robot: Epuck | None = None
         self._playback: Playback | None = None
         self._watched: Epuck | None = None
+        self._left: Context | None = None
         self._tasks = Tasks()
         self._doctor: asyncio.Task[None] | None = None
         self._opening: asyncio.Task[bool] | None = None
@@ -142,10 +143,13 @@ class Slot:
 
     @property
     def context(self) -> Context | None:
-        """Firmware of the robot and what was set on it; None without a robot."""
+        """Firmware of the robot and what was set on it; None without a robot.
+
+        It stays when a program has closed its robot, whose last readings are shown.
+        """
         if self._playback is not None:
             return self._playback.context
-        return None if self._seen is None else self._seen.context
+        return self._left if self._seen is None else self._seen.context
 
     @property
     def statistics(self) -> LinkStats | None:
@@ -264,6 +268,7 @@ class Slot:
 
     def unwatch(self) -> None:
         """Note that the program has closed its robot; what it told last stays."""
+        self._left = self.context
         self._watched, self.phase = None, Phase.DISCONNECTED
         self.edition += 1
 

@@ -6,6 +6,7 @@ import contextlib
 import reprlib
 import sys
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import CodeType, FrameType, FunctionType, ModuleType
 from typing import Any, Literal
 
@@ -64,6 +65,7 @@ class Debugger:
     def following(self, file: str) -> Iterator[None]:
         """Follow the program in *file* while the block lasts."""
         self._file, self.line = file, None
+        folder = Path(file).parent
         self.go("on")
         if not HAS_LINES:
             yield
@@ -75,11 +77,13 @@ class Debugger:
         def started(code: CodeType, _: int) -> object:
             if code.co_filename == file:
                 watch.set_local_events(tool, code, events.LINE | events.JUMP | events.PY_RETURN)
+            elif Path(code.co_filename).parent == folder:
+                watch.set_local_events(tool, code, events.JUMP)  # it can be stopped
             return watch.DISABLE
 
         watch.register_callback(tool, events.PY_START, started)
         watch.register_callback(tool, events.LINE, self._at)
-        watch.register_callback(tool, events.JUMP, lambda *_: self._place.wait(0.0))  # a loop may be one line
+        watch.register_callback(tool, events.JUMP, self._place.line)  # a loop may be one line
         watch.register_callback(tool, events.PY_RETURN, self._returned)
         watch.set_events(tool, events.PY_START)
         watch.restart_events()
@@ -134,7 +138,7 @@ class Debugger:
         if is_step or line in self.breakpoints:
             self.hold()
             self._paused()
-        self._place.wait(0.0)
+        self._place.line()
 
     def _returned(self, *_: object) -> None:
         """Let a step over the last line of a function without a caller in the program end at the next line of all."""

@@ -22,6 +22,7 @@ from elib.tools.states.text import Program
 from elib.tools.states.words import Forms, forms
 
 Text = Annotated[str, Meta(max_length=1_000_000)]
+Programs = Annotated[dict[str, Text], Meta(max_length=100)]
 Zipped = Annotated[bytes, Meta(max_length=20_000_000)]
 Url = Annotated[str, Meta(max_length=500)]
 Lines = Annotated[list[Annotated[int, Meta(ge=1, le=1_000_000)]], Meta(max_length=1000)]
@@ -49,10 +50,17 @@ request = MESSAGES.request
 
 @request()
 def run_program(
-    page: StudioPage, text: Text, name: str, robot: Url, speed: Speed, breakpoints: Lines, lab: str = ""
+    page: StudioPage,
+    text: Text,
+    name: str,
+    imported: Programs,
+    robot: Url,
+    speed: Speed,
+    breakpoints: Lines,
+    lab: str = "",
 ) -> None:
     """Begin to run a program, on the robot of a URL if there is one, at a speed; 0 is as fast as possible."""
-    page.studio.run(text, name, robot, breakpoints, factor(speed), lab)
+    page.studio.run(text, name, imported, robot, breakpoints, factor(speed), lab)
 
 
 @request()

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import io
 import linecache
 import math
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Literal
 
 from msgspec import Struct
@@ -36,6 +38,7 @@ NEWS = 0.1
 SLEEP = time.sleep  # noqa: TID251  # what programs call, which is another one here
 
 State = Literal["idle", "running", "paused"]
+EMPTY: Mapping[str, str] = MappingProxyType({})
 Goals = Callable[[int | None], list[GoalNews]]
 
 
@@ -122,8 +125,8 @@ class Program:
         self._out, self._err = _Printed(), _Printed()
         move_into(self.place)
 
-    def take(self, text: str, name: str) -> Path:
-        """Take a program that is to run next, and return its file.
+    def take(self, text: str, name: str, imported: Mapping[str, str] = EMPTY) -> Path:
+        """Take a program that is to run next, and others that it may import; return its file.
 
         Raises:
             ArgumentError: A program runs already.
@@ -131,14 +134,20 @@ class Program:
         if self.state != "idle":
             raise ArgumentError("a program runs already", hint="stop it first")
         self.state, self._name, self.debugger.line, self._code = "running", name, None, None
-        return self._file(text, name)
+        return self._file(text, name, imported)
 
-    def _file(self, text: str, name: str) -> Path:
-        for old in self._folder.glob("*.py"):  # the next program is not to import it by accident
+    def _file(self, text: str, name: str, imported: Mapping[str, str] = EMPTY) -> Path:
+        # The next program is not to import an earlier one by accident, nor as it was.
+        for old in (*self._folder.glob("*.py"), *self._folder.glob("__pycache__/*")):
             old.unlink()
+        for each, module in [*sys.modules.items()]:
+            if (getattr(module, "__file__", None) or "").startswith(f"{self._folder}/"):
+                del sys.modules[each]
+        importlib.invalidate_caches()
         file = self._folder / (Path(name).name or "program.py")
-        file.write_text(text, encoding="utf-8")
-        linecache.checkcache(str(file))
+        for each, its in {**imported, file.name: text}.items():
+            (self._folder / Path(each).name).write_text(its, encoding="utf-8")
+        linecache.checkcache()
         return file
 
     def run(self, file: Path, robot: str) -> None:

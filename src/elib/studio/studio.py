@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from elib.base.timebase import outside
@@ -82,8 +82,17 @@ class Studio:
         self.program = Program(nap, tell, folder, self._time, self._states)
         self._robot: Epuck | None = None
 
-    def run(self, text: str, name: str, robot: str, breakpoints: list[int], speed: float, lab: str) -> None:
-        """Begin to run a program, in the first variant of a lab if there is one.
+    def run(
+        self,
+        text: str,
+        name: str,
+        imported: Mapping[str, str],
+        robot: str,
+        breakpoints: list[int],
+        speed: float,
+        lab: str,
+    ) -> None:
+        """Begin to run a program, which may import others, in the first variant of a lab if there is one.
 
         Raises:
             ArgumentError: A program runs already, the URL is wrong, or there is no such lab.
@@ -92,7 +101,7 @@ class Studio:
             robot = self.labs.robot(lab)
         if robot:
             parse_url(robot)
-        file = self.program.take(text, name)
+        file = self.program.take(text, name, imported)
         self._simulation = self._robot = None
         self._lab, self.program.goals = lab, no_goals
         self.panel.forget_watched()
