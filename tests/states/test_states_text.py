@@ -10,10 +10,10 @@ import pytest
 from elib.base.errors import ArgumentError
 from elib.cli import main
 from elib.tools.states.drawing import draw, layout
-from elib.tools.states.edits import EDITS
+from elib.tools.states.edits import EDITS, edited
 from elib.tools.states.picture import changes, machine_news
 from elib.tools.states.text import Program
-from elib.tools.states.words import forms
+from elib.tools.states.words import Condition, forms
 
 SAMPLE = Path(__file__).parents[2] / "src/elib/behaviours/samples/states.py"
 HEAD = """import elib
@@ -142,6 +142,13 @@ def test_the_picture_is_xml_with_all_states_and_arrows_apart_from_each_other() -
     assert any((box.x, box.y) == (900, 40) for box in boxes)
     boxes = list(layout(program).values())
     assert not any(one.shared(other) for one in boxes for other in boxes if one is not other)
+
+
+def test_a_condition_on_time_gives_a_state_the_run_that_it_does_not_take() -> None:
+    program = Program(HEAD + "    if near.ahead < 0.03:\n" + TAIL)
+    condition = Condition("", "", ">", "2")
+    after = edited(program, EDITS["set_condition"](program, 1, condition))
+    assert "async def turn(robot, run):\n    if run.time_in_state > 2:\n        return" in after.raw.decode()
 
 
 def test_positions_for_a_page_count_as_its_strings_do() -> None:

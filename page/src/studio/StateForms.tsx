@@ -34,8 +34,7 @@ const Line = ({ line }: { line: number }) => (
 
 function Item({ state, item, number }: { state: string; item: ItemNews; number: number }) {
   const form = forms.value.actions.find(({ name }) => name === item.command),
-    set = (name: string, value: string) =>
-      edit("set_action", { state, item: number, arguments: { ...item.arguments, [name]: value } });
+    set = (name: string, value: string) => edit("set_action", { state, item: number, arguments: { [name]: value } });
   if (item.kind === "arrow") return null;
   return (
     <li class="row wrap">

@@ -9,6 +9,7 @@ import { beginMachine } from "./programs";
 import { program } from "./run";
 import "./states.css";
 
+const AFTER_A_SECOND = { reading: "", path: "", comparison: ">", value: "1" } as const;
 const MOVED = 4; // pixels that a press moves until it drags
 
 const keyOf = (it: Chosen) => (!it ? "" : "state" in it ? `[data-state="${it.state}"]` : `[data-arrow="${it.arrow}"]`);
@@ -26,7 +27,7 @@ async function press(element: SVGGElement | null | undefined) {
     target = element?.dataset.state;
   drawnFrom.value = "";
   if (source && target) {
-    if (await edit("add_arrow", { source, target, condition: "run.time_in_state > 1" }))
+    if (await edit("add_arrow", { source, target, condition: AFTER_A_SECOND }))
       chosen.value = { arrow: machine.value!.arrows.findLastIndex((each) => each.source === source) };
   } else chosen.value = element && target !== "end" ? chosenBy(element) : null;
 }

@@ -38,11 +38,14 @@ async function read() {
     reply = await request("read_states", { text, places: places() });
   if (text !== textNow()) return; // it is read again
   trouble.value = reply?.ok ? "" : reason(reply);
-  if (reply?.ok) machine.value = reply.result as MachineNews;
+  if (reply?.ok) [machine.value, readText] = [reply.result as MachineNews, text];
 }
+
+let readText = ""; // of the picture
 
 /** Make an edit: it changes a few letters of the text, as one step that can be undone. Return whether it was made. */
 export async function edit<Name extends Edits>(act: Name, values: Omit<Asked[Name], "text">) {
+  if (readText !== textNow()) await read();
   const text = textNow(),
     reply = await request(act, { text, ...values } as Parameters<typeof request<Name>>[1]);
   if (!reply?.ok) return (toast(reason(reply)), false);

@@ -15,7 +15,7 @@ from msgspec import Meta, Struct
 
 from elib.base.errors import ArgumentError
 from elib.behaviours._run.states import END
-from elib.tools.states.text import Arrow, Item, Program, State
+from elib.tools.states.text import Arrow, Item, Program, State, arguments_of, parameters_of
 from elib.tools.states.words import TIME, Condition
 
 Text = Annotated[str, Meta(max_length=2000)]
@@ -136,14 +136,14 @@ def add_arrow(program: Program, source: Text, target: Text, condition: Condition
     """Add an arrow behind the other arrows of a state; without a condition it is always taken."""
     state = _state(program, source)
     body = _body(program, state)
-    test, look = _tested(program, state, condition)
+    test, look, more = _tested(program, state, condition)
     last = body[-1]
     is_open = not (isinstance(last, ast.Return) and _leaves(last))
     if not is_open and not test:
         raise ArgumentError(f"{source} has an arrow that is always taken", hint="give one of them a condition")
     leave = [f'{program.step}return "{target}"'] if test else [f'return "{target}"']
     lines = [*look, *([f"if {test}:"] if test else []), *leave]
-    return [_at_end(program, body, [program.indent(last) + line for line in lines])]
+    return [*more, _at_end(program, body, [program.indent(last) + line for line in lines])]
 
 
 @edit
@@ -158,9 +158,10 @@ def set_condition(program: Program, arrow: int, condition: Condition | Text) -> 
     found = _plain(program, arrow)
     state, node = program.states[found.source], found.item.node
     _body(program, state)
-    test, look = _tested(program, state, condition)
+    test, look, before = _tested(program, state, condition)
     indent = program.indent(node)
-    before = [_before(program, node, [indent + line for line in look])] if look else []
+    if look:
+        before.append(_before(program, node, [indent + line for line in look]))
     begin = program.span(node)[0]
     if found.test is not None and test:
         return [*before, Splice(*program.span(found.test), test)]
@@ -199,23 +200,35 @@ def add_action(
     if entered := [each.node for each in found.items if each.on_entry]:
         return [_after(program, entered[-1], [program.indent(entered[-1]) + line])]
     assert node is not None
-    at = program.span(node.args.args[-1])[1]
-    run = _run(found) or "run"
+    run, more = _with_run(program, found)
     lines = [f"{indent}if {run}.entered:", f"{indent}{program.step}{line}"]
     documented = _is_text(body[0])
     is_after = documented and len(body) == 1
     place = (_after if is_after else _before)(program, body[documented and not is_after], lines)
-    return [place] if _run(found) else [Splice(at, at, ", run"), place]
+    return [*more, place]
 
 
 @edit
 def set_action(program: Program, state: Text, item: int, arguments: dict[str, Text]) -> list[Splice]:
-    """Change the arguments of a command of a state. Its statements are counted from 0."""
+    """Change some arguments of a command of a state. Its statements are counted from 0."""
     call = _item(program, state, item).call
     if call is None:
         raise ArgumentError(f"this cannot be changed here: {IN_CODE}", hint="edit the text")
-    begin, end = program.span(call.func)[1], program.span(call)[1]
-    return [Splice(begin, end, f"({_given(arguments)})")]
+    there = arguments_of(call)
+    if unknown := set(arguments) - set(parameters_of(call)):
+        takes = ", ".join(parameters_of(call)) or "nothing"
+        raise ArgumentError(
+            f"{program.source(call.func)}() has no {', '.join(sorted(unknown))}", hint=f"it takes {takes}"
+        )
+    if any(name in there and not value for name, value in arguments.items()):
+        given = {name: program.source(each) for name, each in there.items()} | arguments
+        in_order = {name: given.get(name, "") for name in parameters_of(call)}
+        return [Splice(program.span(call.func)[1], program.span(call)[1], f"({_given(in_order)})")]
+    last = program.span(call)[1] - 1
+    added = [f"{name}={value}" for name, value in arguments.items() if value and name not in there]
+    _given(arguments)
+    more = [Splice(last, last, ", " * bool(there) + ", ".join(added))] if added else []
+    return [Splice(*program.span(there[name]), value) for name, value in arguments.items() if name in there] + more
 
 
 @edit
@@ -334,24 +347,32 @@ def _check_expression(text: str) -> None:
         raise ArgumentError("this must be on one line, without a comment")
 
 
-def _tested(program: Program, state: State, condition: Condition | str) -> tuple[str, list[str]]:
-    """Return the condition in Python, and the line that takes its reading if the state does not take it."""
+def _tested(program: Program, state: State, condition: Condition | str) -> tuple[str, list[str], list[Splice]]:
+    """Return the condition in Python, the line that takes its reading, and the parameter, if they are missing."""
     if isinstance(condition, str):
         test = condition.strip()
         if test:
             _check_expression(test)
-        return test, []
+        return test, [], []
     _check_expression(condition.value)
     if not condition.reading:
-        if not _run(state):
-            raise ArgumentError(f"{state.name} does not take the run", hint=f"def {state.name}(robot, run)")
-        return f"{_run(state)}.{TIME.partition('.')[2]} {condition.comparison} {condition.value}", []
+        run, more = _with_run(program, state)
+        return f"{run}.{TIME.partition('.')[2]} {condition.comparison} {condition.value}", [], more
     kept = next((name for name, reading in state.looks.items() if reading == condition.reading), None)
     name = kept or condition.reading
     value = condition.value if condition.value[:1] not in (".", "[") else name + condition.value
     await_ = "await " * isinstance(state.node, ast.AsyncFunctionDef)
     look = [] if kept else [f"{name} = {await_}{_robot(state)}.{condition.reading}()"]
-    return f"{name}{condition.path} {condition.comparison} {value}", look
+    return f"{name}{condition.path} {condition.comparison} {value}", look, []
+
+
+def _with_run(program: Program, state: State) -> tuple[str, list[Splice]]:
+    """Return the name under which a state takes the run, and what makes it a parameter if it is none."""
+    if run := _run(state):
+        return run, []
+    assert state.node is not None
+    at = program.span(state.node.args.args[-1])[1]
+    return "run", [Splice(at, at, ", run")]
 
 
 def _renamed(program: Program, arrow: Arrow, name: str) -> Splice:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import ast
-import inspect
 from typing import Literal
 
 from msgspec import Struct
 
-from elib.robot.actions import Actions
 from elib.tools.states.drawing import Place, draw
 from elib.tools.states.edits import Splice, edited
-from elib.tools.states.text import Item, Program, State
+from elib.tools.states.text import Item, Program, State, arguments_of
 from elib.tools.states.words import Condition, condition_of
 
 
@@ -106,8 +104,5 @@ def _item(program: Program, item: Item) -> ItemNews:
     command, arguments = "", {}
     if item.call is not None and isinstance(item.call.func, ast.Attribute):
         command = item.call.func.attr
-        given = [each for each in inspect.signature(getattr(Actions, command)).parameters if each != "self"]
-        arguments = dict.fromkeys(given, "")
-        arguments |= {name: program.source(each) for name, each in zip(given, item.call.args, strict=False)}
-        arguments |= {each.arg: program.source(each.value) for each in item.call.keywords if each.arg}
+        arguments = {name: program.source(each) for name, each in arguments_of(item.call).items()}
     return ItemNews(item.kind, program.source(item.node), item.node.lineno, item.on_entry, command, arguments)

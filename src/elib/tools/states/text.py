@@ -6,6 +6,7 @@ Nothing is written here: :mod:`edits` says which bytes of the text an edit chang
 from __future__ import annotations
 
 import ast
+import inspect
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -240,6 +241,18 @@ class Program:
                     test = plain[1] if plain else None
                     said = words(test, state.looks, self.source) if test else "always" if plain else "in code"
                     yield Arrow(state.name, constant, item, test, said)
+
+
+def parameters_of(call: ast.Call) -> list[str]:
+    """Return the names of what a method of the robot takes."""
+    assert isinstance(call.func, ast.Attribute)
+    return [each for each in inspect.signature(getattr(Actions, call.func.attr)).parameters if each != "self"]
+
+
+def arguments_of(call: ast.Call) -> dict[str, ast.expr]:
+    """Return the arguments of a call of a method of the robot by their names."""
+    named = {each.arg: each.value for each in call.keywords if each.arg}
+    return {**dict(zip(parameters_of(call), call.args, strict=False)), **named}
 
 
 def _is_arrow(node: ast.stmt) -> tuple[ast.Return, ast.expr | None] | None:
