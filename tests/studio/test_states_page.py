@@ -57,6 +57,7 @@ class Hand:
 
     async def press(self, element: str) -> None:
         """Press what a JavaScript expression gives."""
+        await self.settled()
         await self.tab.until(f"!!({element}) && !({element}).disabled")
         if self.is_mouse:
             await self.tab.run(f"({element}).scrollIntoView({{block: 'nearest'}})")
@@ -68,6 +69,11 @@ class Hand:
             await self.tab.run(f"({element}).focus()")  # as Tab does, as often as it takes
             is_box = await self.tab.run(f"({element}).type === 'checkbox'")
             await self.tab.key(*((" ", "Space") if is_box else ("Enter", "Enter")))
+
+    async def settled(self) -> None:
+        """Wait until the picture shows the text as it is, and is drawn."""
+        await self.tab.until("document.querySelector('.states')?.ariaBusy === 'false'")
+        await self.tab.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
 
     async def button(self, text: str) -> None:
         await self.press(
@@ -82,6 +88,7 @@ class Hand:
 
     async def field(self, label: str, value: str, nth: int = 0) -> None:
         """Write into the field with a label, and press Enter."""
+        await self.settled()
         fields = f"[...document.querySelectorAll('.states .field')].filter((each) => each.innerText === '{label}')"
         await self.tab.until(f"{fields}.length > {nth}")
         await self.tab.run(f"(({{ lastChild: each }}) => (each.focus(), each.select()))({fields}[{nth}])")
@@ -90,6 +97,7 @@ class Hand:
 
     async def choose(self, value: str, nth: int) -> None:
         """Choose from a list: its own menu is the browser's, so it is told what was chosen."""
+        await self.settled()
         lists = "document.querySelectorAll('.states select')"
         await self.tab.until(f"[...({lists}[{nth}]?.options ?? [])].some((each) => each.value === '{value}')")
         change = "each.dispatchEvent(new Event('change', { bubbles: true }))"

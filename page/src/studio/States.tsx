@@ -4,7 +4,7 @@ import { Button } from "../look/Button";
 import { Machine } from "../robot/Machine";
 import { undoInText } from "./editor";
 import { ArrowForm, StateForm } from "./StateForms";
-import { chosen, drawnFrom, edit, isOpen, layOut, machine, put, trouble, type Chosen } from "./machine";
+import { chosen, drawnFrom, edit, isBehind, isOpen, layOut, machine, put, trouble, type Chosen } from "./machine";
 import { beginMachine } from "./programs";
 import { program } from "./run";
 import "./states.css";
@@ -101,7 +101,7 @@ export function States() {
       : trouble.value || found?.problems[0] || "Click a state or an arrow; drag a state to move it";
   if (!isOpen.value) return null;
   return (
-    <div class="states well" data-writes="">
+    <div class="states well" data-writes="" aria-busy={isBehind.value}>
       <div class="row wrap" role="toolbar" aria-label="states">
         <Button icon={icons.Plus} disabled={!found || !!trouble.value} act={addState} children="State" />
         <Button

@@ -1,5 +1,5 @@
 // The state machine of the program that is open: what Python reads in its text, and edits of it.
-import { effect, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { ask, request, reason, toast } from "../store";
 import { change } from "./editor";
 import type { Asked, Answered, Forms, MachineNews, Splice } from "./messages";
@@ -16,6 +16,8 @@ export type Chosen = { state: string } | { arrow: number } | null;
 
 export const isOpen = signal(false);
 export const machine = signal<MachineNews | null>(null); // that was read last, also while the text is wrong
+const readText = signal("");
+export const isBehind = computed(() => (revision.value, readText.value !== textNow())); // the picture
 export const trouble = signal(""); // why the text has no picture now
 export const chosen = signal<Chosen>(null);
 export const drawnFrom = signal(""); // the state from which an arrow is being drawn
@@ -38,14 +40,13 @@ async function read() {
     reply = await request("read_states", { text, places: places() });
   if (text !== textNow()) return; // it is read again
   trouble.value = reply?.ok ? "" : reason(reply);
-  if (reply?.ok) [machine.value, readText] = [reply.result as MachineNews, text];
+  readText.value = text;
+  if (reply?.ok) machine.value = reply.result as MachineNews;
 }
-
-let readText = ""; // of the picture
 
 /** Make an edit: it changes a few letters of the text, as one step that can be undone. Return whether it was made. */
 export async function edit<Name extends Edits>(act: Name, values: Omit<Asked[Name], "text">) {
-  if (readText !== textNow()) await read();
+  if (isBehind.value) await read();
   const text = textNow(),
     reply = await request(act, { text, ...values } as Parameters<typeof request<Name>>[1]);
   if (!reply?.ok) return (toast(reason(reply)), false);
