@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +15,7 @@ from elib.base.pose import Pose
 from elib.behaviours import RunContext, find, run_behaviour_blocking
 from elib.behaviours._vision import Redness, measure_redness
 from elib.behaviours.avoid import STANDING
-from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, State, aim, charge, wander, way_out
+from elib.behaviours.bull import BLOCKED, CROWDED, STEERING, VIEW, Bull, aim, charge, wander, way_out
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import Proximity, Wheels
 from elib.robot.blocking import BlockingEpuck, connect
@@ -28,6 +29,13 @@ def picture(left: int, right: int) -> Redness:
     pixels = np.full((40, 40, 3), 255, np.uint8)
     pixels[:, left:right, 1:] = 0
     return measure_redness(pixels)
+
+
+def left(state: Callable[[BlockingEpuck, RunContext], str | None], robot: BlockingEpuck, run: RunContext) -> str:
+    """Do steps of a state until one names another; return that name."""
+    while (then := state(robot, run)) is None:
+        pass
+    return then
 
 
 def test_no_red_gives_nothing_to_aim_at() -> None:
@@ -107,11 +115,10 @@ def test_after_an_avoidance_it_wanders_on_and_looks_around_again() -> None:
         transport = transport_of(robot)
         assert transport.simulation.world is not None
         transport.simulation.world.move_robot(0, Pose(0.5, 0.05, -math.pi / 2))  # nose to the wall
-        bull = Bull(robot, run := RunContext(lambda: robot.time), 0.4, 0.04)
-        act: State = bull.wandering
-        while "searching" not in [name for _, name in run.states]:
-            act = act(robot)
-        assert [name for _, name in run.states][:3] == ["wandering", "avoiding", "wandering"]
+        bull, run = Bull(0.4, 0.04), RunContext(lambda: robot.time)
+        assert left(bull.wandering, robot, run) == "avoiding"
+        assert left(bull.avoiding, robot, run) == "wandering"
+        assert left(bull.wandering, robot, run) == "searching"
 
 
 def test_stuck_it_stands_until_there_is_a_way_out() -> None:
@@ -125,31 +132,28 @@ def test_stuck_it_stands_until_there_is_a_way_out() -> None:
         def set_speed(self, left: float, right: float) -> None:
             speeds.append((left, right))
 
-    with connect("sim://square?speed=max") as robot:
-        bull = Bull(robot, run := RunContext(lambda: robot.time), 0.4, 0.04)
-        view: BlockingEpuck = FewReadings()  # type: ignore[assignment]
-        assert bull.stuck(view) == bull.stuck
-        assert bull.stuck(view) == bull.stuck
-        assert bull.stuck(view) == bull.wandering
+        def sleep(self, seconds: float) -> None: ...
+
+    bull, robot = Bull(0.4, 0.04), FewReadings()
+    assert [bull.stuck(robot) for _ in range(3)] == [None, None, "wandering"]  # type: ignore[arg-type]
     assert set(speeds) == {(0.0, 0.0)}
-    assert run.current_state == "stuck"
 
 
 def test_a_charge_that_was_not_answered_takes_no_picture_and_goes_on_from_a_stand() -> None:
     with connect("sim://red-boxes?speed=max&latency=0.02") as robot:
-        bull = Bull(robot, RunContext(lambda: robot.time), 0.4, 0.04)
-        act: State = bull.waking
+        bull, run = Bull(0.4, 0.04), RunContext(lambda: robot.time)
+        run.enter(bull.waking(robot, run))
+        assert left(bull.searching, robot, run) == "charging"
         while robot.speed() == STANDING:
-            act = act(robot)
-        assert act == bull.charging
+            bull.charging(robot, run)
         with pytest.raises(ReplyTimeout):
-            bull.charging(robot.within(0.01))
+            bull.charging(robot.within(0.01, quick_only=True), run)
         answers = robot.statistics.count
         robot.sleep(2)
         assert robot.statistics.count == answers
-        bull.charging(robot)
+        bull.charging(robot, run)
         assert robot.speed() == STANDING
-        bull.charging(robot)
+        bull.charging(robot, run)
         assert robot.speed() != STANDING
 
 

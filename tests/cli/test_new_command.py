@@ -41,7 +41,7 @@ def test_the_copy_of_a_behaviour_takes_its_options_and_shows_its_states_as_the_b
         assert main(["run", words[0], *at, *words[1:]]) == 0
         told.append(capsys.readouterr())
     assert told[0] == told[1]
-    assert "states      searching 1" in told[0].err
+    assert "states      waking 0.5 s, searching 1" in told[0].err
     assert "charging" not in told[0].err
 
 

@@ -8,6 +8,7 @@ from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle, behaviour,
 from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
 from elib.behaviours._run.loop import react, react_blocking
 from elib.behaviours._run.play import RunResult, play, run_behaviour, run_behaviour_blocking
+from elib.behaviours._run.states import states
 from elib.behaviours._vision import Redness, measure_redness
 from elib.link.protocol.distances import OpenAir
 from elib.link.protocol.quantities import Quantity
@@ -31,4 +32,5 @@ __all__ = [
     "react_blocking",
     "run_behaviour",
     "run_behaviour_blocking",
+    "states",
 ]

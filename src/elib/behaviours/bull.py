@@ -11,12 +11,12 @@ single quick request is made by a blocking call, which is a begin and its end in
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Annotated
 
 from elib.base.body import SENSOR_DIRECTIONS, camera_view
 from elib.base.errors import ElibError
-from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react_blocking
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, states
+from elib.behaviours._run.loop import SETUP_TIMEOUT
 from elib.behaviours._vision import Redness, measure_redness
 from elib.behaviours.avoid import STANDING
 from elib.link.protocol.quantities import CameraMode
@@ -112,24 +112,15 @@ def way_out(near: Proximity) -> float | None:
     return max(free, key=lambda angle: abs(math.remainder(angle - nearest, math.tau)))
 
 
-State = Callable[[BlockingEpuck], "State"]
-
-
 class Bull:
-    """A state machine: what the bull remembers, and its states, which each do one step and return the next state.
-
-    A step whose answer is lost is repeated after the robot has stopped.
+    """What the bull remembers, and its states, which each do one step and return the name of the next state.
 
     Args:
-        robot: The robot.
-        run: The run.
         speed: Speed of a charge, rev/s.
         red: Fraction of red pixels that begins a charge.
     """
 
-    def __init__(self, robot: BlockingEpuck, run: RunContext, speed: float, red: float) -> None:
-        self._robot = robot
-        self._run = run
+    def __init__(self, speed: float, red: float) -> None:
         self._speed = speed
         self._red = red
         self._size = SIDE, SIDE
@@ -141,117 +132,106 @@ class Bull:
         self._open_air = OpenAir()
         self._scanned_at = -math.inf
 
-    def waking(self, view: BlockingEpuck) -> State:
+    def waking(self, robot: BlockingEpuck, run: RunContext) -> str:
         """Set the camera."""
-        self._set_camera()
-        first = self._run.wait_for(self._robot.begin.image())
+        self._set_camera(robot)
+        first = run.wait_for(robot.begin.image())
         if first is not None and first.zoom != ZOOM:  # the e-puck2 takes 8 as 4: as wide a strip, of as many pixels
             self._size = SIDE * ZOOM // first.zoom, SIDE * first.zoom // ZOOM
-            self._set_camera()
-        return self._look_around()
+            self._set_camera(robot)
+        return "searching"
 
-    def _look_around(self) -> State:
-        self._pictures_left = SCAN_PICTURES
-        return self.searching
-
-    def searching(self, view: BlockingEpuck) -> State:
+    def searching(self, robot: BlockingEpuck, run: RunContext) -> str | None:
         """Take a picture; charge if it is red, otherwise turn on to the next, or give up after the last."""
-        self._run.state("searching")
+        if run.entered:
+            self._pictures_left = SCAN_PICTURES
         if self._pictures_left == 0:
-            self._scanned_at = self._robot.time
-            return self.wandering
-        seen = self._look(view, STANDING)
+            self._scanned_at = robot.time
+            return "wandering"
+        seen = self._look(robot, run, STANDING)
         if seen is None:
-            return self.searching
+            return None
         turn = aim(seen, red=self._red)
         if turn is not None:
-            self._run.wait_for(self._robot.begin.turn(turn))
-            self._best, self._grew_at = 0.0, self._robot.time
-            return self.charging
-        self._run.wait_for(self._robot.begin.turn(math.tau / SCAN_PICTURES))
+            run.wait_for(robot.begin.turn(turn))
+            self._best, self._grew_at = 0.0, robot.time
+            return "charging"
+        run.wait_for(robot.begin.turn(math.tau / SCAN_PICTURES))
         self._pictures_left -= 1
-        return self.searching
+        return None
 
-    def charging(self, view: BlockingEpuck) -> State:
+    def charging(self, robot: BlockingEpuck, run: RunContext) -> str | None:
         """Drive to the red of the last picture, take another meanwhile, and go on as long as the red grows."""
-        self._run.state("charging")
-        seen = self._look(view, self._take_wheels())
+        seen = self._look(robot, run, self._take_wheels())
         if seen is None:
-            return self.charging
+            return None
         if seen.fraction < HYSTERESIS * self._red:
-            return self._look_around()
+            return "searching"
         if seen.fraction > GROWTH * self._best:
-            self._best, self._grew_at = seen.fraction, self._robot.time
-        if self._robot.time - self._grew_at > CHARGE_TIMEOUT:
-            return self.backing
+            self._best, self._grew_at = seen.fraction, robot.time
+        if robot.time - self._grew_at > CHARGE_TIMEOUT:
+            return "backing"
         self._wheels = charge(seen, speed=self._speed)
-        return self.charging
+        return None
 
-    def backing(self, view: BlockingEpuck) -> State:
+    def backing(self, robot: BlockingEpuck, run: RunContext) -> str:
         """Drive back from what was hit, and choose a random direction away from it."""
-        self._run.state("backing")
-        self._run.wait_for(self._robot.begin.drive(-BACKWARD))
-        self._turn = self._run.random.uniform(math.tau / 4, 3 * math.tau / 4)
-        return self.avoiding
+        run.wait_for(robot.begin.drive(-BACKWARD))
+        self._turn = run.random.uniform(math.tau / 4, 3 * math.tau / 4)
+        return "avoiding"
 
-    def wandering(self, view: BlockingEpuck) -> State:
+    def wandering(self, robot: BlockingEpuck, run: RunContext) -> str | None:
         """Drive at random speeds, and look around again from time to time."""
-        self._run.state("wandering")
         wheels = self._take_wheels()
-        chance = self._run.random
-        if self._robot.time - self._scanned_at > MIN_WANDERING and chance.random() < SCAN_PROBABILITY:
-            return self._look_around()
-        driving = view.begin.set_speed(*wheels)
-        looking = view.begin.proximity()
+        chance = run.random
+        if robot.time - self._scanned_at > MIN_WANDERING and chance.random() < SCAN_PROBABILITY:
+            return "searching"
+        driving = robot.begin.set_speed(*wheels)
+        looking = robot.begin.proximity()
         driving.end()
         near = self._open_air(looking.end())
         onwards = wander(near, chance.random(), chance.random())
         if onwards is not None:
             self._wheels = onwards
-            return self.wandering
+            return None
         turn = way_out(near)
         if turn is None:
-            return self.stuck
+            return "stuck"
         self._turn = turn
-        return self.avoiding
+        return "avoiding"
 
-    def avoiding(self, view: BlockingEpuck) -> State:
+    def avoiding(self, robot: BlockingEpuck, run: RunContext) -> str:
         """Turn away, and wander on."""
-        self._run.state("avoiding")
-        self._run.wait_for(self._robot.begin.turn(self._turn))
-        return self.wandering
+        run.wait_for(robot.begin.turn(self._turn))
+        return "wandering"
 
-    def stuck(self, view: BlockingEpuck) -> State:
+    def stuck(self, robot: BlockingEpuck) -> str | None:
         """Stand until there is a way out."""
-        self._run.state("stuck")
-        view.set_speed(*STANDING)
-        self._robot.sleep(PAUSE)
-        return self.stuck if way_out(self._open_air(view.proximity())) is None else self.wandering
+        robot.set_speed(*STANDING)
+        robot.sleep(PAUSE)
+        return "wandering" if way_out(self._open_air(robot.proximity())) is not None else None
 
-    def _set_camera(self) -> None:
-        self._robot.set_camera(*self._size, ZOOM, CameraMode.COLOUR)
+    def _set_camera(self, robot: BlockingEpuck) -> None:
+        robot.within(SETUP_TIMEOUT).set_camera(*self._size, ZOOM, CameraMode.COLOUR)
 
     def _take_wheels(self) -> Wheels:
         """Return the speeds of the last step, once: after a lost answer the robot stands until the next reading."""
         wheels, self._wheels = self._wheels, STANDING
         return wheels
 
-    def _look(self, view: BlockingEpuck, wheels: Wheels) -> Redness | None:
-        """Drive at these speeds and take a picture meanwhile; return None if the run is over.
-
-        A picture takes longer than the view's timeout allows, so it is asked of the robot itself.
-        """
-        driving = view.begin.set_speed(*wheels)
-        looking = self._robot.begin.image()
+    def _look(self, robot: BlockingEpuck, run: RunContext, wheels: Wheels) -> Redness | None:
+        """Drive at these speeds and take a picture meanwhile; return None if the run is over."""
+        driving = robot.begin.set_speed(*wheels)
+        looking = robot.begin.image()
         try:
             driving.end()
         except ElibError:
             looking.cancel()  # otherwise the command to stop would wait for a picture that is not needed any more
             raise
-        picture = self._run.wait_for(looking)
+        picture = run.wait_for(looking)
         if picture is not None and (picture.width, picture.height, picture.mode) != (*self._size, CameraMode.COLOUR):
-            self._set_camera()  # The robot restarted and lost its settings.
-            picture = self._run.wait_for(self._robot.begin.image())
+            self._set_camera(robot)  # The robot restarted and lost its settings.
+            picture = run.wait_for(robot.begin.image())
         return None if picture is None else measure_redness(picture.pixels, picture.grey)
 
 
@@ -270,11 +250,15 @@ def run_at_red(robot: BlockingEpuck, run: RunContext, *, speed: Speed = 0.4, red
         red: Fraction of red pixels that begins a charge. 0.04 is a box of 8 cm more than a metre away, 0.3 (as in 2011)
             one 40 cm away. Take more if the floor or the furniture is reddish.
     """
-    bull = Bull(robot, run, speed, red)
-    act: State = bull.waking
-
-    def step(view: BlockingEpuck) -> None:
-        nonlocal act
-        act = act(view)
-
-    react_blocking(robot, run, step, period=PERIOD)
+    bull = Bull(speed, red)
+    machine = states(
+        bull.waking,
+        bull.searching,
+        bull.charging,
+        bull.backing,
+        bull.wandering,
+        bull.avoiding,
+        bull.stuck,
+        period=PERIOD,
+    )
+    machine(robot, run)

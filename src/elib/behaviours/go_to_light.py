@@ -17,11 +17,10 @@ by a blocking call, which is a begin and its end in one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Annotated
 
 from elib.base.pose import Pose
-from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, react_blocking
+from elib.behaviours import OpenAir, Quantity, RunContext, behaviour, states
 from elib.behaviours.avoid import BLOCKED, STANDING, avoid
 from elib.link.protocol.styles import Pending
 from elib.link.protocol.values import AmbientLight, Proximity, Wheels
@@ -91,30 +90,18 @@ def is_blocked(near: Proximity) -> bool:
     return max(near.front_left, near.front_right, near.diagonal_left // 2, near.diagonal_right // 2) > BLOCKED
 
 
-State = Callable[[BlockingEpuck], "State"]
-
-
 class Seeker:
-    """A state machine: what the robot remembers, and its states, which each do one step and return the next state.
-
-    A step whose answer is lost is repeated.
+    """What the robot remembers, and its states, which each do one step and return the name of the next state.
 
     Args:
-        robot: The robot.
-        run: The run.
         cruise: Speed of the faster wheel, rev/s.
-
-    Attributes:
-        has_arrived: The robot stands under the lamp.
+        time: When it begins, s on the robot's clock.
     """
 
-    def __init__(self, robot: BlockingEpuck, run: RunContext, cruise: float) -> None:
-        self.has_arrived = False
-        self._robot = robot
-        self._run = run
+    def __init__(self, cruise: float, time: float) -> None:
         self._cruise = cruise
         self._pace = 1.0
-        self._read_at = robot.time
+        self._read_at = time
         self._brightest = 0
         self._brightest_ever = 0
         self._light_ahead = 0
@@ -122,77 +109,88 @@ class Seeker:
         self._wheels = STANDING
         self._open_air = OpenAir()
 
-    def seeking(self, view: BlockingEpuck) -> State:
-        """Drive towards the light, or wander if there is no light."""
-        near, light = self._read(view)
+    def seeking(self, robot: BlockingEpuck) -> str | None:
+        """Drive towards the light until it fails."""
+        near, light = self._read(robot)
         if is_blocked(near):
-            return self._begin_detour(view)
+            self._start = robot.pose()
+            return "avoiding"
         bright = brightness(light)
         ahead = max(bright[0], bright[7])
         if self._brightest > NEAR_LAMP and max(bright) < FAILED * self._brightest:
             self._light_ahead = max(ahead, round(MIN_LIGHT * self._brightest))
-            self._start = view.pose()
-            return self.passing
-        # A light from aside or behind that fails is not a lamp that the robot drives under.
-        self._brightest = max(self._brightest, ahead) if ahead == max(bright) else 0
-        self._brightest_ever = max(self._brightest_ever, *bright)
-        wheels = seek(light, cruise=self._cruise)
-        self._run.state("seeking" if wheels else "wandering")
-        self._begin_driving(view, wheels or avoid(near, cruise=self._cruise)).end()
-        return self.seeking
+            self._start = robot.pose()
+            return "passing"
+        return None if self._drive_on(robot, near, light) else "wandering"
 
-    def passing(self, view: BlockingEpuck) -> State:
+    def wandering(self, robot: BlockingEpuck) -> str | None:
+        """Drive anywhere until there is light."""
+        near, light = self._read(robot)
+        if is_blocked(near):
+            self._start = robot.pose()
+            return "avoiding"
+        return "seeking" if self._drive_on(robot, near, light) else None
+
+    def passing(self, robot: BlockingEpuck, run: RunContext) -> str | None:
         """Drive straight on until the light from behind is as bright as it was ahead; then go half way back."""
-        self._run.state("passing")
-        near, light = self._read(view)
-        way = _distance(self._start, view.pose())
+        near, light = self._read(robot)
+        way = _distance(self._start, robot.pose())
         if is_blocked(near) or way > SHADOW:
             self._brightest = 0
-            return self.seeking
+            return "seeking"
         bright = brightness(light)
         behind = max(bright[3], bright[4])
         if behind >= max(self._light_ahead, bright[0], bright[7]):
-            return self.passing if self._run.wait_for(self._robot.begin.drive(-way / 2)) is None else self.arriving
-        self._begin_driving(view, Wheels(SLOWER * self._cruise, SLOWER * self._cruise)).end()
-        return self.passing
+            return None if run.wait_for(robot.begin.drive(-way / 2)) is None else "arriving"
+        self._begin_driving(robot, Wheels(SLOWER * self._cruise, SLOWER * self._cruise)).end()
+        return None
 
-    def arriving(self, view: BlockingEpuck) -> State:
+    def arriving(self, robot: BlockingEpuck) -> str:
         """Check whether a lamp is overhead; if not, go on seeking."""
-        _, light = self._read(view)
-        self.has_arrived = max(brightness(light)) < UNDER_LAMP * self._brightest_ever
-        if self.has_arrived:
-            self._run.state("arrived")
+        _, light = self._read(robot)
         self._brightest = 0
-        return self.seeking
+        return "arrived" if max(brightness(light)) < UNDER_LAMP * self._brightest_ever else "seeking"
 
-    def avoiding(self, view: BlockingEpuck) -> State:
+    def arrived(self, robot: BlockingEpuck, run: RunContext) -> str:
+        """Say so, and end."""
+        run.say("the light is overhead")
+        return "end"
+
+    def avoiding(self, robot: BlockingEpuck, run: RunContext) -> str | None:
         """Drive past the obstacle."""
-        self._run.state("avoiding")
+        if run.entered:
+            self._brightest, self._wheels = 0, STANDING
         before, self._wheels = self._wheels, STANDING  # after a lost answer the robot stands
-        near, _ = self._read(view)
+        near, _ = self._read(robot)
         wheels = avoid(near, before, cruise=self._cruise)
-        placing = view.begin.pose()
-        driving = self._begin_driving(view, wheels)
+        placing = robot.begin.pose()
+        driving = self._begin_driving(robot, wheels)
         place = placing.end()
         driving.end()
         self._wheels = wheels
-        return self.seeking if _distance(self._start, place) > DETOUR else self.avoiding
+        return "seeking" if _distance(self._start, place) > DETOUR else None
 
-    def _begin_detour(self, view: BlockingEpuck) -> State:
-        self._brightest, self._wheels = 0, STANDING
-        self._start = view.pose()
-        return self.avoiding
-
-    def _read(self, view: BlockingEpuck) -> tuple[Proximity, AmbientLight]:
+    def _read(self, robot: BlockingEpuck) -> tuple[Proximity, AmbientLight]:
         """Read the sensors, and adapt the pace to the time between two readings."""
-        looking, sensing = view.begin.proximity(), view.begin.ambient_light()
+        looking, sensing = robot.begin.proximity(), robot.begin.ambient_light()
         near, light = self._open_air(looking.end()), sensing.end()
         self._pace = min(1.0, QUICK / max(light.time - self._read_at, PERIOD))
         self._read_at = light.time
         return near, light
 
-    def _begin_driving(self, view: BlockingEpuck, wheels: Wheels) -> Pending[None]:
-        return view.begin.set_speed(self._pace * wheels.left, self._pace * wheels.right)
+    def _drive_on(self, robot: BlockingEpuck, near: Proximity, light: AmbientLight) -> bool:
+        """Drive towards the light, or wander if it is the same on all sides; return whether there is light."""
+        bright = brightness(light)
+        ahead = max(bright[0], bright[7])
+        # A light from aside or behind that fails is not a lamp that the robot drives under.
+        self._brightest = max(self._brightest, ahead) if ahead == max(bright) else 0
+        self._brightest_ever = max(self._brightest_ever, *bright)
+        wheels = seek(light, cruise=self._cruise)
+        self._begin_driving(robot, wheels or avoid(near, cruise=self._cruise)).end()
+        return wheels is not None
+
+    def _begin_driving(self, robot: BlockingEpuck, wheels: Wheels) -> Pending[None]:
+        return robot.begin.set_speed(self._pace * wheels.left, self._pace * wheels.right)
 
 
 def _distance(start: Pose, end: Pose) -> float:
@@ -210,14 +208,14 @@ def go_to_light(robot: BlockingEpuck, run: RunContext, *, cruise: Cruise = 0.5) 
         run: The run.
         cruise: Speed of the faster wheel.
     """
-    seeker = Seeker(robot, run, cruise)
-    act: State = seeker.seeking
-
-    def step(view: BlockingEpuck) -> bool:
-        nonlocal act
-        act = act(view)
-        return seeker.has_arrived
-
-    react_blocking(robot, run, step, period=PERIOD)
-    if seeker.has_arrived:
-        run.say("the light is overhead")
+    seeker = Seeker(cruise, robot.time)
+    machine = states(
+        seeker.seeking,
+        seeker.wandering,
+        seeker.passing,
+        seeker.arriving,
+        seeker.arrived,
+        seeker.avoiding,
+        period=PERIOD,
+    )
+    machine(robot, run)

@@ -6,10 +6,10 @@ import ast
 import inspect
 import logging
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Any, Final
+from typing import Any, Final, overload
 
 from elib.base.errors import ArgumentError
 from elib.base.rules import Number
@@ -46,7 +46,11 @@ class StateMachine(Behaviour):
 
     __hash__, __eq__ = object.__hash__, object.__eq__  # a machine is a key of ``exits``
 
-    async def __call__(self, robot: Epuck, run: RunContext | None = None) -> None:
+    @overload
+    def __call__(self, robot: Epuck, run: RunContext | None = None) -> Coroutine[Any, Any, None]: ...
+    @overload
+    def __call__(self, robot: BlockingEpuck, run: RunContext | None = None) -> None: ...  # by BlockingStateMachine
+    async def __call__(self, robot: Any, run: RunContext | None = None) -> None:  # type: ignore[misc]
         """Drive a robot until a state returns ``end``, or the run is over."""
         walk = self._walk(robot, run)
 
@@ -108,6 +112,8 @@ class BlockingStateMachine(StateMachine):
 
         def step(view: BlockingEpuck) -> bool:
             answer = walk.call(view)
+            if answer != END and walk.run.is_over:
+                return False  # no step would be done in the state that it names
             for leave in walk.exits(answer):
                 leave(view)
             return walk.take(answer)

@@ -234,13 +234,16 @@ class Program:
         return None
 
     def _arrows(self, state: State) -> Iterator[Arrow]:
+        rest = "always"
         for item in state.items:
             plain = _is_arrow(item.node) if item.kind == "arrow" else None
             for node in ast.walk(item.node) if plain is None else [plain[0]]:
                 for constant in _constants(node):
                     test = plain[1] if plain else None
-                    said = words(test, state.looks, self.source) if test else "always" if plain else "in code"
+                    said = words(test, state.looks, self.source) if test else rest if plain else "in code"
                     yield Arrow(state.name, constant, item, test, said)
+            if item.kind == "code" and any(isinstance(node, ast.Return) for node in ast.walk(item.node)):
+                rest = "otherwise"
 
 
 def parameters_of(call: ast.Call) -> list[str]:
