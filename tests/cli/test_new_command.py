@@ -17,7 +17,7 @@ from shared import run
 FAST = "sim://arena?speed=max"
 
 
-PROGRAMS = ["avoid", "explore", "square"]
+PROGRAMS = ["avoid", "explore", "square", "states"]
 FROM_BEHAVIOURS = [name for name in behaviours() if name not in PROGRAMS]
 QUICK = ("bull", "wall-following", "go-to-light", "port-turn-around", "aggregation")
 """Behaviours of every style; the others go the same way."""

@@ -20,4 +20,5 @@ def turn(robot, run):
 
 
 if __name__ == "__main__":
-    elib.play(elib.states(drive, turn), seconds=60)
+    result = elib.play(elib.states(drive, turn), seconds=60)
+    print(f"It ended after {result.duration:.0f} s, and entered {len(result.states)} states.")
