@@ -12,15 +12,18 @@ type Props = {
   chosen?: string;
 } & JSX.IntrinsicElements["div"];
 
+const SMALLEST = 0.75; // of its own size, where there is little room; then it scrolls
 const outer = (name: string) => name.split(".")[0];
 
 export function Machine({ svg, states, chosen = "", ...rest }: Props) {
   const box = useRef<HTMLDivElement>(null),
     [now, before] = states.map(outer);
   useLayoutEffect(() => {
-    const drawn = new DOMParser().parseFromString(svg, "image/svg+xml").documentElement,
+    const read = new DOMParser().parseFromString(svg, "image/svg+xml").documentElement,
+      drawn = document.importNode(read, true),
       isLost = box.current!.contains(document.activeElement);
-    box.current!.replaceChildren(document.importNode(drawn, true));
+    drawn.style.minWidth = `${SMALLEST * Number(drawn.getAttribute("width"))}px`;
+    box.current!.replaceChildren(drawn);
     if (isLost && chosen) box.current!.querySelector<SVGGElement>(chosen)?.focus();
   }, [svg]);
   useEffect(() => {
