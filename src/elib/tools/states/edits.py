@@ -233,8 +233,15 @@ def set_action(program: Program, state: Text, item: int, arguments: dict[str, Te
 
 @edit
 def remove_item(program: Program, state: Text, item: int) -> list[Splice]:
-    """Remove a statement of a state. They are counted from 0."""
-    return [_without(program, _item(program, state, item).node)]
+    """Remove a statement of a state, but no reading that another one needs. They are counted from 0."""
+    found = _item(program, state, item)
+    if found.kind == "look":
+        (name,) = found.node.targets  # type: ignore[attr-defined]  # a look is an assignment to one name
+        inside = ast.walk(_state(program, state).node or found.node)
+        named = [each for each in inside if isinstance(each, ast.Name) and each.id == name.id and each is not name]
+        if named:
+            raise ArgumentError(f"line {named[0].lineno} needs {name.id}", hint="change that first")
+    return [_without(program, found.node)]
 
 
 def edited(program: Program, splices: list[Splice]) -> Program:
@@ -354,13 +361,14 @@ def _tested(program: Program, state: State, condition: Condition | str) -> tuple
         if test:
             _check_expression(test)
         return test, [], []
-    _check_expression(condition.value)
+    is_field = condition.value[:1] in (".", "[")
+    _check_expression("it" * is_field + condition.value)
     if not condition.reading:
         run, more = _with_run(program, state)
         return f"{run}.{TIME.partition('.')[2]} {condition.comparison} {condition.value}", [], more
     kept = next((name for name, reading in state.looks.items() if reading == condition.reading), None)
     name = kept or condition.reading
-    value = condition.value if condition.value[:1] not in (".", "[") else name + condition.value
+    value = name * is_field + condition.value
     await_ = "await " * isinstance(state.node, ast.AsyncFunctionDef)
     look = [] if kept else [f"{name} = {await_}{_robot(state)}.{condition.reading}()"]
     return f"{name}{condition.path} {condition.comparison} {value}", look, []
