@@ -25,15 +25,15 @@ def draw_svg(snapshot: Snapshot, **look: Unpack[Look]) -> str:
     return document(drawing.width, drawing.height, shapes, font_family="sans-serif") + "\n"
 
 
-def document(width: int, height: int, elements: Iterable[str], **attributes: object) -> str:
-    """Return an SVG document, an element on each line; the attributes are those of :func:`element`."""
+def document(width: int, height: int, elements: Iterable[str], *, top: int = 0, **attributes: object) -> str:
+    """Return an SVG document, an element on each line; *top* is its least y, the attributes are those of :func:`element`."""
     return element(
         "svg",
         "\n".join(["", *elements, ""]),
         xmlns="http://www.w3.org/2000/svg",
         width=width,
         height=height,
-        viewBox=f"0 0 {width} {height}",
+        viewBox=f"0 {top} {width} {height}",
         **attributes,
         stroke_linecap="round",
         stroke_linejoin="round",

@@ -14,6 +14,8 @@ from elib.tools.states.text import Arrow, Program
 
 Place = tuple[float, float]
 Places = Mapping[str, Place]
+Curve = tuple[Place, Place, Place]
+"""Where an arrow begins, what it bends towards, and where it ends."""
 
 GAP, ROW, LOWER, MARGIN = 190, 130, 40, 44
 """Distance of two columns and of two states in one, how much lower each second column is, and what is left around all,
@@ -22,6 +24,11 @@ HEIGHT, LETTER, ROUND = 46, 7.6, 14
 """Height of a state, mean width of a letter of its name, and radius of the end, pixels."""
 BEND, MORE = 34, 30
 """How far an arrow bends to its left, and each further one between the same states, pixels."""
+NEAR = 8
+"""What an arrow keeps away from the states that it passes, pixels."""
+FARTHER, TRIES, SAMPLES = 30, 12, 24
+"""How much farther an arrow bends that would run through another state, pixels, how often that is tried, and at how many
+places of it that is seen."""
 WIDEST, MOST_LINES = 22, 3
 """Letters of a line of a condition, and lines of it that are drawn; the whole stands in the title."""
 
@@ -51,6 +58,10 @@ class Box(NamedTuple):
         wide = min(self.x + self.width, other.x + other.width) - max(self.x - self.width, other.x - other.width)
         high = min(self.y + self.height, other.y + other.height) - max(self.y - self.height, other.y - other.height)
         return max(0.0, wide) * max(0.0, high)
+
+    def has(self, place: Place) -> bool:
+        """Return whether a place is in it, or very near."""
+        return abs(place[0] - self.x) < self.width + NEAR and abs(place[1] - self.y) < self.height + NEAR
 
 
 def layout(program: Program, places: Places | None = None) -> dict[str, Box]:
@@ -99,27 +110,31 @@ def draw(program: Program, places: Places | None = None) -> str:
         places: Where a hand has put the middle of a state; the others are placed.
     """
     boxes = layout(program, places)
-    width = max(box.x + box.width for box in boxes.values()) + MARGIN
-    height = max(box.y + box.height for box in boxes.values()) + MARGIN
     tip = element("path", d="M0,0 L9,4 L0,8 Z", fill="context-stroke")
     marker = element(
         "marker", tip, id="tip", viewBox="0 0 9 8", refX=8, refY=4, markerWidth=9, markerHeight=8,
         orient="auto-start-reverse", markerUnits="userSpaceOnUse",
     )  # fmt: skip
     seen: dict[tuple[str, str], int] = {}
-    taken = [*boxes.values()]
-    arrows = []
+    curves: dict[int, Curve] = {}
     for number, arrow in enumerate(program.arrows):
         if arrow.target in boxes:
             pair = (arrow.source, arrow.target)
             seen[pair] = seen.get(pair, -1) + 1
-            arrows.append(_arrow(number, arrow, boxes, seen[pair], taken))
+            curves[number] = _curve(arrow, boxes, seen[pair])
+    taken = [*boxes.values()]
+    arrows = [_arrow(number, program.arrows[number], curve, taken) for number, curve in curves.items()]
+    corners = [(box.x + side * box.width, box.y + side * box.height) for box in taken for side in (-1, 1)]
+    ways = [_at(curve, place / SAMPLES) for curve in curves.values() for place in range(SAMPLES + 1)]
+    width = max(x for x, _ in (*corners, *ways)) + MARGIN
+    top = min(0.0, min(y for _, y in (*corners, *ways)) - MARGIN / 2)
+    height = max(y for _, y in (*corners, *ways)) + MARGIN - top
     begin = boxes[program.start]
     start = element("path", d=f"M{begin.x - begin.width - 30:.1f},{begin.y:.1f} h24", **_line(), class_="start")
     dot = element("circle", cx=f"{begin.x - begin.width - 34:.1f}", cy=f"{begin.y:.1f}", r=5, fill="#55606e")
     states = [_state(program, name, box) for name, box in boxes.items()]
     parts = [element("defs", marker), *arrows, dot, start, *states]
-    return document(round(width), round(height), parts, font_family="sans-serif")
+    return document(round(width), round(height), parts, font_family="sans-serif", top=round(top))
 
 
 def _line() -> dict[str, object]:
@@ -148,17 +163,37 @@ def _state(program: Program, name: str, box: Box) -> str:
     return element("g", rect + text, **about, aria_label=f"state {name}")
 
 
-def _arrow(number: int, arrow: Arrow, boxes: Mapping[str, Box], nth: int, taken: list[Box]) -> str:
+def _curve(arrow: Arrow, boxes: Mapping[str, Box], nth: int) -> Curve:
+    """Return the way of an arrow, the *nth* between its states: past other states, if it does not have to bend too far."""
     one, other = boxes[arrow.source], boxes[arrow.target]
     if arrow.source == arrow.target:
         x, y, out = one.x + one.width, one.y, 60 + MORE * nth
-        curve = ((x, y - 10), (x + out, y), (x, y + 10))
-    else:
-        dx, dy = other.x - one.x, other.y - one.y
-        length = math.hypot(dx, dy) or 1.0
-        bend = BEND + MORE * nth + 0.12 * max(0.0, length - 2 * GAP)
-        control = ((one.x + other.x) / 2 + dy / length * bend, (one.y + other.y) / 2 - dx / length * bend)
-        curve = (one.edge(control), control, other.edge(control))
+        return (x, y - 10), (x + out, y), (x, y + 10)
+    dx, dy = other.x - one.x, other.y - one.y
+    length = math.hypot(dx, dy) or 1.0
+    bend = BEND + MORE * nth + 0.12 * max(0.0, length - 2 * GAP)
+
+    def bent(by: float) -> Curve:
+        control = ((one.x + other.x) / 2 + dy / length * by, (one.y + other.y) / 2 - dx / length * by)
+        return one.edge(control), control, other.edge(control)
+
+    others = [box for name, box in boxes.items() if name not in (arrow.source, arrow.target)]
+    tried = [bent(bend + FARTHER * more) for more in range(TRIES)]
+    return next((each for each in tried if not _meets(each, others)), tried[0])
+
+
+def _meets(curve: Curve, boxes: list[Box]) -> bool:
+    return any(box.has(_at(curve, place / SAMPLES)) for place in range(SAMPLES + 1) for box in boxes)
+
+
+def _at(curve: Curve, share: float) -> Place:
+    """Return the place at a share of a curve."""
+    (x0, y0), (x1, y1), (x2, y2) = curve
+    a, b, c = (1 - share) ** 2, 2 * share * (1 - share), share**2
+    return a * x0 + b * x1 + c * x2, a * y0 + b * y1 + c * y2
+
+
+def _arrow(number: int, arrow: Arrow, curve: Curve, taken: list[Box]) -> str:
     (x0, y0), (x1, y1), (x2, y2) = curve
     path = f"M{x0:.1f},{y0:.1f} Q{x1:.1f},{y1:.1f} {x2:.1f},{y2:.1f}"
     about = {"data_arrow": number, "data_source": arrow.source, "data_target": arrow.target, "class_": "arrow"}
@@ -168,19 +203,12 @@ def _arrow(number: int, arrow: Arrow, boxes: Mapping[str, Box], nth: int, taken:
     return element("g", "".join(parts), **about, tabindex=0, role="button", aria_label=f"arrow from {said}")
 
 
-def _label(words: str, curve: tuple[Place, Place, Place], taken: list[Box]) -> str:
+def _label(words: str, curve: Curve, taken: list[Box]) -> str:
     """Draw the condition where it covers least of the boxes in *taken*, and add its own to them."""
     lines = textwrap.wrap(words, WIDEST, max_lines=MOST_LINES, placeholder=" …")
     width, height = max(map(len, lines)) * 3.1 + 3, 7.5 * len(lines)
 
-    def box(share: float) -> Box:
-        x, y = (
-            (1 - share) ** 2 * begin + 2 * share * (1 - share) * control + share**2 * end
-            for begin, control, end in zip(*curve, strict=True)
-        )
-        return Box(x, y, width, height)
-
-    found = min((box(share) for share in PLACES), key=lambda each: sum(map(each.shared, taken)))
+    found = min((Box(*_at(curve, share), width, height) for share in PLACES), key=lambda each: sum(map(each.shared, taken)))
     taken.append(found)
     top = found.y - height + 11.5
     spans = (
