@@ -162,6 +162,24 @@ def test_a_step_whose_answer_is_lost_is_done_again_as_the_first_one(tmp_path: Pa
     assert names(result) == ["wait", "go"]
 
 
+def test_a_state_begins_again_where_a_later_answer_is_lost_because_the_robot_stands_since(tmp_path: Path) -> None:
+    entered: list[bool] = []
+
+    async def go(robot: elib.Epuck, run: RunContext) -> str | None:
+        entered.append(run.entered)
+        if run.entered:
+            await robot.set_speed(0.3, 0.3)
+        speed = await robot.speed()
+        return "end" if run.time > 4 and speed.left > 0.2 else None
+
+    result = done(go, url=with_fault(tmp_path, 'kind = "loss"\nprobability = 1.0\nfrom = 1.5\nuntil = 2.6', SIM))
+    assert result.reason == "done"
+    assert entered[:2] == [True, False]
+    assert any(entered[2:])
+    assert not entered[-1]
+    assert names(result) == ["go"]
+
+
 def test_states_are_events_of_the_robot_with_run_play_and_within_a_behaviour() -> None:
     async def short(robot: elib.Epuck) -> str:
         return "end"
@@ -253,6 +271,8 @@ def test_a_state_that_nothing_leads_to_is_told_in_the_log(caplog: pytest.LogCapt
 def test_wrong_machines_are_refused_with_what_to_do() -> None:
     def end(robot: elib.BlockingEpuck) -> None: ...
 
+    def alone() -> None: ...
+
     for make, words in (
         (lambda: elib.states(), "at least one state"),
         (lambda: elib.states(drive, drive), "'drive' is the name of two states"),
@@ -261,6 +281,7 @@ def test_wrong_machines_are_refused_with_what_to_do() -> None:
         (lambda: elib.states(drive, start=turn), "'turn' is no state of this machine"),
         (lambda: elib.states(drive, exits={turn: turn}), "'turn' is no state of this machine"),
         (lambda: elib.states(lambda robot: None), "is no state"),
+        (lambda: elib.states(alone), "alone does not take a robot"),
         (lambda: elib.states("drive"), "'drive' is no state"),  # type: ignore[arg-type]
         (lambda: elib.states(drive, period=0), "must be a number from 0.001"),
     ):

@@ -57,12 +57,9 @@ def test_the_way_back_of_three_states_does_not_run_through_the_second() -> None:
     assert run_through(machine(ROUND_TRIP)) == []
 
 
-def test_hardly_an_arrow_of_a_drawn_machine_runs_through_a_state() -> None:
+def test_no_arrow_of_drawn_machines_runs_through_a_state() -> None:
     draw = random.Random(1)
-    arrows = met = 0
     for _ in range(200):
         names = [f"state_{number}" for number in range(draw.randint(2, 6))]
-        pairs = list(dict.fromkeys((draw.choice(names), draw.choice(names)) for _ in range(draw.randint(2, 9))))
-        arrows += len(pairs)
-        met += len(run_through(machine(pairs)))
-    assert met < 0.03 * arrows
+        pairs = dict.fromkeys((draw.choice(names), draw.choice(names)) for _ in range(draw.randint(2, 9)))
+        assert run_through(machine(list(pairs))) == []

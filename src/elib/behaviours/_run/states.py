@@ -55,6 +55,7 @@ class StateMachine(Behaviour):
         walk = self._walk(robot, run)
 
         async def step(view: Epuck) -> bool:
+            walk.begin()
             answer: Any = await walk.call(view)  # type: ignore[misc]  # a state of this class is a coroutine function
             for leave in walk.exits(answer):
                 await leave(view)  # type: ignore[misc]
@@ -111,6 +112,7 @@ class BlockingStateMachine(StateMachine):
         walk = self._walk(robot, run)
 
         def step(view: BlockingEpuck) -> bool:
+            walk.begin()
             answer = walk.call(view)
             if answer != END and walk.run.is_over:
                 return False  # no step would be done in the state that it names
@@ -137,6 +139,7 @@ class Walk:
     def __init__(self, machine: StateMachine, run: RunContext, within: str = "") -> None:
         self.run = run
         self.machine, self._within = machine, within
+        self._is_done = True
         self._enter(machine.start)
 
     def _enter(self, name: str) -> None:
@@ -147,6 +150,11 @@ class Walk:
             self._inner = Walk(state, self.run, f"{self._within}{name}.")
         else:
             self.run.enter(self._within + name)
+
+    def begin(self) -> None:
+        """Begin a step; as the first in its state once more if a lost answer cut the one before: the robot stands since."""
+        self.run.entered |= not self._is_done
+        self._is_done = False
 
     def call(self, robot: object) -> object:
         """Do a step of the state; return what it returns, a coroutine in the async style."""
@@ -172,7 +180,7 @@ class Walk:
         Raises:
             ArgumentError: It is not the name of a state.
         """
-        self.run.entered = False
+        self._is_done, self.run.entered = True, False
         if answer is None or self.goes(answer):
             return False
         if answer == END:
@@ -205,7 +213,7 @@ def states(
     state, or None to stay; ``"end"`` ends the machine. It is called 20 times a second. ``run.entered`` is true in the
     first step of a state, and ``run.time_in_state`` tells how long it lasts. All are coroutine functions that take an
     :class:`~elib.Epuck`, or all are plain functions that take a :class:`BlockingEpuck`. After a lost answer the robot
-    stands, and the step is done again.
+    stands, and the step is done again as the first of its state, because the wheels are to be set again.
 
     Args:
         functions: The states. One may be a machine: it is left by a name that it does not have itself.
@@ -238,6 +246,8 @@ def states(
         if called in (*members, END):
             why = "is what a state returns to end the machine" if called == END else "is the name of two states"
             raise ArgumentError(f"{called!r} {why}", hint="rename the function")
+        if not (_takes(each, 1) or _takes(each, 2)):
+            raise ArgumentError(f"{called} does not take a robot", hint=f"def {called}(robot), or {called}(robot, run)")
         members[called] = each
     given = {_name(each): do for each, do in (exits or {}).items()}
     first = next(iter(members)) if start is None else _name(start)
@@ -349,3 +359,12 @@ def _is_async(state: State) -> bool:
 
 def _takes_run(state: State) -> bool:
     return len(inspect.signature(state).parameters) > 1
+
+
+def _takes(state: State, count: int) -> bool:
+    """Return whether a function can be called with so many arguments."""
+    try:
+        inspect.signature(state).bind(*range(count))
+    except TypeError:
+        return False
+    return True
