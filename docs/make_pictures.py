@@ -26,6 +26,8 @@ from PIL import Image
 
 ROOT = Path(__file__).parent.parent
 IMAGES = ROOT / "docs/images"
+SAMPLE = ROOT / "src/elib/behaviours/samples/states.py"
+"""The machine of states that the studio begins with."""
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests/docs"), str(ROOT / "tests/panel")]
 
 from browser import Tab, browser  # noqa: E402
@@ -34,6 +36,8 @@ from pages import programs  # noqa: E402  # the blocks of a page, as the tests r
 import elib.cli  # noqa: E402
 from elib.simulator.drawing import draw  # noqa: E402
 from elib.simulator.physics import Pose, World  # noqa: E402
+from elib.tools.states.drawing import draw as draw_machine  # noqa: E402
+from elib.tools.states.text import Program as Machine  # noqa: E402
 
 STEP = 0.1
 """s from one point of a path to the next."""
@@ -90,6 +94,16 @@ def world_picture(page: str, marker: str) -> str:
     return document
 
 
+def machine_picture(page: str, marker: str) -> str:
+    """Return the picture of the state machine that a program of a page has, with the programs before it."""
+    text = ""
+    for block, _ in programs(ROOT / f"docs/tutorial/{page}.md"):
+        text += block.text + "\n"
+        if marker in block.text:
+            return draw_machine(Machine(text))
+    sys.exit(f"{page} has no program with {marker!r}")
+
+
 def gap_picture() -> str:
     """Return the chart of a drive whose link is cut for three seconds."""
     _, moments = run_page("03-when-things-fail", "robot.drive(0.25)")[-1]
@@ -142,6 +156,9 @@ PICTURES: dict[str, Callable[[], str | Image.Image]] = {
     "tutorial-roam.svg": lambda: world_picture("02-first-behaviour", "result.states[:5]"),
     "tutorial-gap.svg": gap_picture,
     "tutorial-swarm.svg": lambda: world_picture("04-first-swarm", "async def wander"),
+    "tutorial-states-begin.svg": lambda: draw_machine(Machine(SAMPLE.read_text(encoding="utf-8"))),
+    "tutorial-states-back-up.svg": lambda: machine_picture("06-first-states", "result.states"),
+    "tutorial-states-path.svg": lambda: world_picture("06-first-states", "result.states"),
 }
 """The pictures that come out the same each time."""
 

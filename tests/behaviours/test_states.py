@@ -268,6 +268,12 @@ def test_a_state_that_nothing_leads_to_is_told_in_the_log(caplog: pytest.LogCapt
     assert "state stay is never reached: no state returns 'stay'" in caplog.text
 
 
+def test_a_machine_runs_whose_text_is_not_what_its_file_has() -> None:
+    names_of: dict[str, object] = {"__name__": __name__}  # its file is this one, which has other lines there
+    exec(compile("async def go(robot):\n    return 'end'", "go.py", "exec"), names_of)
+    assert done(names_of["go"]).reason == "done"
+
+
 def test_wrong_machines_are_refused_with_what_to_do() -> None:
     def end(robot: elib.BlockingEpuck) -> None: ...
 

@@ -48,6 +48,7 @@ SHOWN = {
     "docs/tutorial/01-first-robot.md": ("mine.py", "python", 1),
     "docs/tutorial/02-first-behaviour.md": ("roam.py", "python", 3),
     "docs/tutorial/05-first-evolution.md": ("hide.py", "python", 1),
+    "docs/guides/states.md": ("machine.py", "python", 1),
 }
 """Pages that show the file which their commands read: its name, the language of its blocks, and how many of the first
 blocks are in it."""

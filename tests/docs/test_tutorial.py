@@ -13,13 +13,14 @@ from pages import ROOT, all_blocks, links, name_of, programs
 PAGES = sorted((ROOT / "docs/tutorial").glob("*.md"))
 
 
-def test_there_are_five_pages() -> None:
+def test_there_are_six_pages() -> None:
     assert [page.stem for page in PAGES] == [
         "01-first-robot",
         "02-first-behaviour",
         "03-when-things-fail",
         "04-first-swarm",
         "05-first-evolution",
+        "06-first-states",
     ]
 
 

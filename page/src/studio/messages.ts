@@ -61,7 +61,7 @@ export type Asked = {
   };
   /** Change the arguments of a command of a state. Its statements are counted from 0. */
   set_action: { text: string; state: string; item: number; arguments: Record<string, string> };
-  /** Remove a statement of a state. They are counted from 0. */
+  /** Remove a statement of a state, but no reading that another one needs. They are counted from 0. */
   remove_item: { text: string; state: string; item: number };
 };
 

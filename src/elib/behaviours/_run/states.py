@@ -338,10 +338,13 @@ def _all_targets(state: State) -> Iterator[tuple[int, str | None]]:
         lines, first = inspect.getsourcelines(state)
         tree = ast.parse(textwrap.dedent("".join(lines)))
     except (OSError, TypeError, SyntaxError):
-        yield 0, None
-        return
-    for node, name in targets(tree.body[0]):
-        yield first + node.lineno - 1, name
+        tree = ast.Module([], [])
+    match tree.body:
+        case [ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) as node] if name == _name(state):
+            for each, target in targets(node):
+                yield first + each.lineno - 1, target
+        case _:  # its text is not there, or has changed since it was read
+            yield 0, None
 
 
 def _name(state: object) -> str:

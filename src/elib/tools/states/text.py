@@ -179,10 +179,14 @@ class Program:
             for each in self.arrows
             if each.target not in (*self.states, END)
         ]
-        for name, state in self.states.items():
-            is_open = state.node is None or any(target is None for _, target in targets(state.node))
-            said += [f"{name} is never reached: no arrow leads to it"] * (name not in reached)
-            said += [f"{name} has no way out"] * (name not in leaves and not is_open and len(self.states) > 1)
+        open_ones = {
+            name
+            for name, state in self.states.items()
+            if state.node is None or any(target is None for _, target in targets(state.node))
+        }
+        for name in self.states:
+            said += [f"{name} is never reached: no arrow leads to it"] * (name not in reached and not open_ones - {name})
+            said += [f"{name} has no way out"] * (name not in leaves | open_ones and len(self.states) > 1)
         return said
 
     def _state(self, argument: ast.expr) -> State | None:
