@@ -110,9 +110,7 @@ def test_all_that_a_hand_drew_is_said_in_words_and_by_forms(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "variant"),
-    [
-        pytest.param(*each, marks=() if each == ("go-to-the-light", "given") else pytest.mark.long) for each in TRIED
-    ],
+    [pytest.param(*each, marks=() if each == ("go-to-the-light", "given") else pytest.mark.long) for each in TRIED],
 )
 def test_what_a_hand_drew_passes_the_lab(name: str, variant: str, tmp_path: Path) -> None:
     result = tried(name, LABS[name].variant(variant), tmp_path)

@@ -1,4 +1,4 @@
-"""Every program of states in the documents and samples has a picture, without a problem, and the tutorial's is drawn."""
+"""Every program of states in documents and samples has a picture without a problem, and the tutorial's is drawn."""
 
 from __future__ import annotations
 
@@ -54,7 +54,8 @@ TEXTS = dict(texts())
 
 def test_there_are_programs_of_states_in_the_tutorial_the_guide_the_cookbook_and_the_samples() -> None:
     found = {name.partition(":")[0] for name in TEXTS}
-    assert {"states.py", "docs/tutorial/06-first-states.md", "docs/guides/states.md", "docs/cookbook/behaviours.md"} <= found
+    pages = {f"docs/{name}.md" for name in ("tutorial/06-first-states", "guides/states", "cookbook/behaviours")}
+    assert {"states.py", *pages} <= found
 
 
 @pytest.mark.parametrize("name", TEXTS)

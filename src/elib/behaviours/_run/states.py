@@ -152,7 +152,7 @@ class Walk:
             self.run.enter(self._within + name)
 
     def begin(self) -> None:
-        """Begin a step; as the first in its state once more if a lost answer cut the one before: the robot stands since."""
+        """Begin a step; as the first of its state again if a lost answer cut the last one, because the robot stands."""
         self.run.entered |= not self._is_done
         self._is_done = False
 
@@ -338,7 +338,7 @@ def _all_targets(state: State) -> Iterator[tuple[int, str | None]]:
         lines, first = inspect.getsourcelines(state)
         tree = ast.parse(textwrap.dedent("".join(lines)))
     except (OSError, TypeError, SyntaxError):
-        tree = ast.Module([], [])
+        tree, first = ast.Module([], []), 0
     match tree.body:
         case [ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) as node] if name == _name(state):
             for each, target in targets(node):

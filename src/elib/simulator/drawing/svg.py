@@ -26,7 +26,7 @@ def draw_svg(snapshot: Snapshot, **look: Unpack[Look]) -> str:
 
 
 def document(width: int, height: int, elements: Iterable[str], *, top: int = 0, **attributes: object) -> str:
-    """Return an SVG document, an element on each line; *top* is its least y, the attributes are those of :func:`element`."""
+    """Return an SVG document, an element on each line, from y = *top* on; attributes are those of :func:`element`."""
     return element(
         "svg",
         "\n".join(["", *elements, ""]),

@@ -27,8 +27,8 @@ BEND, MORE = 34, 30
 NEAR = 8
 """What an arrow keeps away from the states that it passes, pixels."""
 FARTHER, TRIES, SAMPLES = 30, 12, 24
-"""How much farther an arrow bends that would run through another state, pixels, how often that is tried, and at how many
-places of it that is seen."""
+"""How much farther an arrow bends that would run through another state, pixels, how often that is tried, and at how
+many places of it that is seen."""
 WIDEST, MOST_LINES = 22, 3
 """Letters of a line of a condition, and lines of it that are drawn; the whole stands in the title."""
 
@@ -164,7 +164,7 @@ def _state(program: Program, name: str, box: Box) -> str:
 
 
 def _curve(arrow: Arrow, boxes: Mapping[str, Box], nth: int) -> Curve:
-    """Return the way of an arrow, the *nth* between its states: past other states, if it does not have to bend too far."""
+    """Return the way of an arrow, the *nth* between its states: past others, if it does not have to bend too far."""
     one, other = boxes[arrow.source], boxes[arrow.target]
     if arrow.source == arrow.target:
         x, y, out = one.x + one.width, one.y, 60 + MORE * nth
@@ -208,7 +208,8 @@ def _label(words: str, curve: Curve, taken: list[Box]) -> str:
     lines = textwrap.wrap(words, WIDEST, max_lines=MOST_LINES, placeholder=" …")
     width, height = max(map(len, lines)) * 3.1 + 3, 7.5 * len(lines)
 
-    found = min((Box(*_at(curve, share), width, height) for share in PLACES), key=lambda each: sum(map(each.shared, taken)))
+    could = [Box(*_at(curve, share), width, height) for share in PLACES]
+    found = min(could, key=lambda each: sum(map(each.shared, taken)))
     taken.append(found)
     top = found.y - height + 11.5
     spans = (

@@ -185,7 +185,8 @@ class Program:
             if state.node is None or any(target is None for _, target in targets(state.node))
         }
         for name in self.states:
-            said += [f"{name} is never reached: no arrow leads to it"] * (name not in reached and not open_ones - {name})
+            is_lonely = name not in reached and not open_ones - {name}
+            said += [f"{name} is never reached: no arrow leads to it"] * is_lonely
             said += [f"{name} has no way out"] * (name not in leaves | open_ones and len(self.states) > 1)
         return said
 
