@@ -21,7 +21,7 @@ CONDITIONS: tuple[Condition | str, ...] = (
     Condition("microphones", "[1]", ">", "300"),
     Condition("selector", "", "==", "3"),
     Condition("ambient_light", ".left", "<", ".right"),
-    Condition("", "", ">", "2.5"),
+    Condition("", ".time_in_state", ">", "2.5"),
     "run.random.random() < 0.1",
     'robot.name in {"a": "{b}"}',
     "",

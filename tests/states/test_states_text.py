@@ -41,8 +41,9 @@ elib.play(elib.states(drive, turn))
         ("near.ahead < 0.03", "something nearer than 3 cm ahead"),
         ("near.nearest > 0.055", "nothing nearer than 5.5 cm"),
         ("near.rear_left <= 0.02", "distances rear left at most 2 cm"),
-        ("run.time_in_state > 2", "after 2 s"),
-        ("run.time_in_state >= WAIT", "after WAIT s"),
+        ("run.time_in_state > 2", "after 2 s in this state"),
+        ("run.time_in_state >= WAIT", "after WAIT s in this state"),
+        ("run.time > 20", "20 s after the start"),
         ("light.left < light.right", "ambient light left below right"),
         ("ground[1] < 500", "ground centre below 500 counts"),
         ("selector == 3", "selector is 3"),
@@ -94,7 +95,7 @@ def test_every_reading_and_command_of_the_tables_has_a_form() -> None:
     assert {"drive", "turn", "set_speed", "set_led", "play_sound"} <= {each.name for each in found.actions}
     for each in found.actions:
         program = Program(SAMPLE.read_text())
-        given = {name: value for name, _, value in each.arguments}
+        given = {argument.name: argument.value for argument in each.arguments}
         changes(SAMPLE.read_text(), EDITS["add_action"](program, "drive", each.name, given, True))
 
 
@@ -146,7 +147,7 @@ def test_the_picture_is_xml_with_all_states_and_arrows_apart_from_each_other() -
 
 def test_a_condition_on_time_gives_a_state_the_run_that_it_does_not_take() -> None:
     program = Program(HEAD + "    if near.ahead < 0.03:\n" + TAIL)
-    condition = Condition("", "", ">", "2")
+    condition = Condition("", ".time_in_state", ">", "2")
     after = edited(program, EDITS["set_condition"](program, 1, condition))
     assert "async def turn(robot, run):\n    if run.time_in_state > 2:\n        return" in after.raw.decode()
 

@@ -35,7 +35,7 @@ def drive(robot, run):  # größer
 
 
 def turn(robot, run):
-    robot.turn(1.0)
+    robot.turn(1)
     return "drive"
 
 
@@ -67,8 +67,7 @@ class Hand:
                 await self.tab.mouse(kind, x, y)
         else:
             await self.tab.run(f"({element}).focus()")  # as Tab does, as often as it takes
-            is_box = await self.tab.run(f"({element}).type === 'checkbox'")
-            await self.tab.key(*((" ", "Space") if is_box else ("Enter", "Enter")))
+            await self.tab.key("Enter", "Enter")
 
     async def settled(self) -> None:
         """Wait until the picture shows the text as it is, and is drawn."""
@@ -137,9 +136,9 @@ async def test_the_avoider_is_drawn_from_nothing_run_and_seen(tab: Tab, way: str
     await hand.form("drive")
     await hand.choose("set_speed", 0)
     await hand.reads("set_speed(0.5, 0.25)")
-    await hand.field("left", "0.4")
+    await hand.field("left, rev/s", "0.4")
     await hand.reads("set_speed(0.4, 0.25)")
-    await hand.field("right", "0.4")
+    await hand.field("right, rev/s", "0,4")
     await hand.reads("set_speed(0.4, 0.4)")
     await hand.button("State")
     await hand.form("state_2")
@@ -147,17 +146,13 @@ async def test_the_avoider_is_drawn_from_nothing_run_and_seen(tab: Tab, way: str
     await hand.form("turn")
     await hand.press("document.querySelector('.states li [aria-label=Remove]')")
     await hand.reads("def turn(robot, run):\n    pass")
-    await hand.press("document.querySelector('.states input[type=checkbox]')")
-    await tab.until("!document.querySelector('.states input[type=checkbox]').checked")
-    await hand.choose("turn", 0)
+    await hand.choose("turn", 1)
     await hand.reads("    robot.turn(1.57)")
-    await hand.field("angle", "1.0")
-    await hand.reads("    robot.turn(1.0)")
+    await hand.field("angle, degrees", "57.2958")
+    await hand.reads("    robot.turn(1)")
     await hand.button("Arrow")
     await hand.state("drive")
-    await hand.reads('        return "drive"')
-    await hand.choose("always", 1)
-    await hand.reads('    robot.turn(1.0)\n    return "drive"')
+    await hand.reads('    robot.turn(1)\n    return "drive"')
     await hand.state("drive")
     await hand.button("Arrow")
     await hand.state("turn")

@@ -35,6 +35,18 @@ export function Machine({ svg, states, chosen = "", ...rest }: Props) {
     mark(now ? `[data-state="${now}"]` : "", "lit");
     mark(now && before ? `[data-source="${before}"][data-target="${now}"]` : "", "taken");
   });
+  const seen = now ? `[data-state="${now}"]` : chosen;
+  useEffect(() => {
+    const within = box.current!,
+      element = seen && within.querySelector(seen);
+    if (!element) return;
+    const one = element.getBoundingClientRect(),
+      all = within.getBoundingClientRect();
+    if (one.left < all.left || one.right > all.right)
+      within.scrollLeft += (one.left + one.right - all.left - all.right) / 2;
+    if (one.top < all.top || one.bottom > all.bottom)
+      within.scrollTop += (one.top + one.bottom - all.top - all.bottom) / 2;
+  }, [svg, seen]);
   return (
     <div
       {...{

@@ -48,7 +48,7 @@ export function ProgramMenu() {
       />
       <Menu icon={icons.ChevronDown} text="Programs">
         {tool(icons.FilePlus, "New", programs.begin)}
-        {tool(icons.Workflow, "New machine of states", programs.beginMachine)}
+        {tool(icons.Workflow, "New state machine", programs.beginMachine)}
         {list(
           "Open another",
           programs.names.value.map((each) => [each, each]),

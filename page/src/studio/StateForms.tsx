@@ -1,15 +1,16 @@
 // What a state does, and when an arrow is taken, as forms: each change of a field is an edit of the text.
 import * as icons from "lucide";
-import { useSignal } from "@preact/signals";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
-import { Check, Select } from "../look/fields";
+import { Select } from "../look/fields";
 import { chosen, edit, forms, machine } from "./machine";
-import type { Condition, ItemNews } from "./messages";
+import type { ArgumentForm, Condition, ItemNews } from "./messages";
 import { shownLine } from "./run";
 
 const COMPARISONS = Object.entries({ "<": "below", ">": "above", "==": "is", "!=": "is not" });
-const ALWAYS = "always", AFTER = "after", PYTHON = "python"; // prettier-ignore
+const ALWAYS = "always";
+const PYTHON = "python";
+const TIMES = [[".time_in_state", "after a time in this state"], [".time", "after a time from the start"]]; // prettier-ignore
 
 type FieldProps = { label: string; value: string; rule?: string; change: (to: string) => unknown };
 
@@ -18,13 +19,27 @@ function Field({ label, value, rule = "", change }: FieldProps) {
   const input = useRef<HTMLInputElement>(null);
   useLayoutEffect(() => void (input.current!.value = value), [value]); // and not while one types
   return (
-    <label class="field">
+    <label class="field" title={rule}>
       <span class="hint">{label}</span>
       <input
-        {...{ ref: input, title: rule, placeholder: rule, spellcheck: false }}
+        {...{ ref: input, spellcheck: false }}
         onChange={({ currentTarget }) => currentTarget.value !== value && change(currentTarget.value.trim())}
       />
     </label>
+  );
+}
+
+const short = (number: number) => String(Number(number.toPrecision(6)));
+
+/** A number of the program in the unit of a person; what is no number stays Python. */
+function Quantity({ label, value, scale, change, ...rest }: FieldProps & { scale: number }) {
+  const isNumber = value !== "" && !isNaN(Number(value)),
+    back = (text: string) => text.replace(/^(-?\d+),(\d+)$/, "$1.$2");
+  return (
+    <Field
+      {...{ label, ...rest, value: isNumber ? short(Number(value) * scale) : value }}
+      change={(to) => change(to && !isNaN(Number(back(to))) ? short(Number(back(to)) / scale) : to)}
+    />
   );
 }
 
@@ -32,29 +47,37 @@ const Line = ({ line }: { line: number }) => (
   <Button weight="quiet" act={() => (shownLine.value = { line })} class="line" children={`line ${line}`} />
 );
 
+function Argument({ form, value, change }: { form: ArgumentForm; value: string; change: (to: string) => unknown }) {
+  const { name, rule, unit, scale, choices } = form,
+    label = [name.replaceAll("_", " "), unit].filter(Boolean).join(", ");
+  if (!choices.length) return <Quantity {...{ label, value, rule, scale, change }} />;
+  const words = choices.map((each) => [each, each.slice(1, -1)] as const);
+  return (
+    <label class="field">
+      <span class="hint">{label}</span>
+      <Select {...{ value: value.replaceAll('"', "'"), choose: change, choices: words }} />
+    </label>
+  );
+}
+
 function Item({ state, item, number }: { state: string; item: ItemNews; number: number }) {
   const form = forms.value.actions.find(({ name }) => name === item.command),
-    set = (name: string, value: string) => edit("set_action", { state, item: number, arguments: { [name]: value } });
-  if (item.kind === "arrow") return null;
+    set = (name: string, value: string) => edit("set_action", { state, item: number, arguments: { [name]: value } }),
+    isKnown = item.kind === "action" && form;
   return (
     <li class="row wrap">
-      {item.on_entry && <span class="hint">first</span>}
-      {item.kind === "code" ? (
-        <code title={item.text}>{item.text.split("\n")[0]}</code>
-      ) : (
-        <b>{item.command.replaceAll("_", " ")}</b>
-      )}
-      {item.kind === "look" && <span class="hint">is read</span>}
-      {item.kind === "action" &&
-        form?.arguments.map(([name, rule]) => (
-          <Field
-            key={name}
-            label={name}
-            value={item.arguments[name] ?? ""}
-            rule={rule}
-            change={(to) => set(name, to)}
-          />
-        ))}
+      {isKnown ? <b>{item.command.replaceAll("_", " ")}</b> : <code title={item.text}>{item.text.split("\n")[0]}</code>}
+      {isKnown &&
+        form.arguments
+          .filter(({ name, value }) => value || item.arguments[name])
+          .map((each) => (
+            <Argument
+              key={each.name}
+              form={each}
+              value={item.arguments[each.name] ?? ""}
+              change={(to) => set(each.name, to)}
+            />
+          ))}
       {item.kind === "code" ? (
         <Line line={item.line} />
       ) : (
@@ -64,27 +87,30 @@ function Item({ state, item, number }: { state: string; item: ItemNews; number: 
   );
 }
 
-function NewAction({ state }: { state: string }) {
-  const isFirst = useSignal(true);
+/** What a state does when it begins, or all the time. */
+function Items({ state, items, onEntry }: { state: string; items: ItemNews[]; onEntry: boolean }) {
   const add = (command: string) => {
     const form = forms.value.actions.find(({ name }) => name === command)!,
-      given = Object.fromEntries(form.arguments.map(([name, , value]) => [name, value]));
-    return edit("add_action", { state, command, arguments: given, on_entry: isFirst.value });
+      given = Object.fromEntries(form.arguments.map(({ name, value }) => [name, value]));
+    return edit("add_action", { state, command, arguments: given, on_entry: onEntry });
   };
+  const choices = forms.value.actions.map(({ name }) => [name, name.replaceAll("_", " ")] as const);
   return (
-    <div class="row wrap">
+    <section aria-label={onEntry ? "when it begins" : "in each step"}>
+      <h3>{onEntry ? "When it begins" : "In each step, 20 times a second"}</h3>
+      <ul class="list">
+        {items.map((item, number) => {
+          const isHere = item.on_entry === onEntry && (item.kind === "action" || item.kind === "code");
+          return isHere && <Item key={number} {...{ state, item, number }} />;
+        })}
+      </ul>
       <Select
+        key={items.length}
         {...{ "aria-label": "add an action", value: "" }}
-        choices={[
-          ["", "Add an action …"],
-          ...forms.value.actions.map((each) => [each.name, each.name.replaceAll("_", " ")] as const),
-        ]}
+        choices={[["", "Add an action …"], ...choices]}
         choose={(command) => command && add(command)}
       />
-      <Check isOn={isFirst.value} act={(to) => (isFirst.value = to)}>
-        when it begins
-      </Check>
-    </div>
+    </section>
   );
 }
 
@@ -94,23 +120,21 @@ export function StateForm({ state }: { state: string }) {
       .value!.arrows.map((each, number) => ({ ...each, number }))
       .filter(({ source }) => source === state);
   if (!found) return null;
-  const rename = async (name: string) =>
-    (await edit("rename_state", { state, name })) && (chosen.value = { state: name });
+  const rename = async (typed: string) => {
+    const name = typed.replaceAll(/[\s-]+/g, "_");
+    if (await edit("rename_state", { state, name })) chosen.value = { state: name };
+  };
   return (
     <form class="stack form" aria-label={`state ${state}`} onSubmit={(event) => event.preventDefault()}>
       <Field label="State" value={state} change={rename} />
       {found.about && <p class="hint">{found.about}</p>}
-      <ul class="list">
-        {found.items.map((item, number) => (
-          <Item key={number} {...{ state, item, number }} />
-        ))}
-      </ul>
-      <NewAction key={found.items.length} state={state} />
+      <Items {...{ state, items: found.items, onEntry: true }} />
+      <Items {...{ state, items: found.items, onEntry: false }} />
       <ul class="list">
         {arrows.map(({ number, words, target }) => (
           <li key={number}>
             <Button weight="quiet" icon={icons.MoveRight} act={() => (chosen.value = { arrow: number })}>
-              {words}: {target}
+              {target}: {words}
             </Button>
           </li>
         ))}
@@ -130,27 +154,24 @@ export function ArrowForm({ arrow }: { arrow: number }) {
   if (!found) return null;
   const { readings } = forms.value,
     { condition: it, test } = found,
-    kind = !test ? ALWAYS : !it ? PYTHON : it.reading || AFTER,
+    kind = !test ? ALWAYS : !it ? PYTHON : it.reading || it.path,
     reading = readings.find(({ name }) => name === it?.reading),
     field = reading?.fields.find(({ path }) => path === it!.path),
-    isNumber = !!it && !isNaN(Number(it.value)),
-    scale = (isNumber && field?.scale) || 1,
-    shown = it && (isNumber ? String(Number((Number(it.value) * scale).toPrecision(6))) : it.value),
     set = (condition: Condition | string) => edit("set_condition", { arrow, condition }),
     change = (part: Partial<Condition>) => set({ ...it!, ...part });
   const choose = (to: string) => {
     const first = readings.find(({ name }) => name === to)?.fields[0];
     if (to === ALWAYS) return set("");
     if (to === PYTHON) return set(test || "run.time_in_state > 1");
-    if (to === AFTER) return set({ reading: "", path: "", comparison: ">", value: "1" });
+    if (!first) return set({ reading: "", path: to, comparison: ">", value: "1" });
     return set({
       reading: to,
-      path: first!.path,
-      comparison: first!.unit === "cm" ? "<" : ">",
-      value: first!.unit === "cm" ? "0.04" : "1",
+      path: first.path,
+      comparison: first.unit === "cm" ? "<" : ">",
+      value: first.unit === "cm" ? "0.04" : "1",
     });
   };
-  const kinds = [[ALWAYS, "always"], [AFTER, "after a time"], ...readings.map(({ name, title }) => [name, title]), [PYTHON, "in Python"]] as [string, string][]; // prettier-ignore
+  const kinds = [[ALWAYS, "always"], ...TIMES, ...readings.map(({ name, title }) => [name, title]), [PYTHON, "in Python"]] as [string, string][]; // prettier-ignore
   const targets = [...machine.value!.states.map(({ name }) => name), "end"];
   return (
     <form class="stack form" aria-label="arrow" onSubmit={(event) => event.preventDefault()}>
@@ -185,12 +206,9 @@ export function ArrowForm({ arrow }: { arrow: number }) {
             </div>
           )}
           {it && (
-            <Field
+            <Quantity
               label={it.reading ? field?.unit || "value" : "seconds"}
-              value={shown!}
-              change={(to) =>
-                change({ value: to && !isNaN(Number(to)) ? String(Number((Number(to) / scale).toPrecision(6))) : to })
-              }
+              {...{ value: it.value, scale: field?.scale ?? 1, change: (value) => change({ value }) }}
             />
           )}
           {kind === PYTHON && <Field label="Python" value={test} change={set} />}

@@ -9,7 +9,8 @@ import { beginMachine } from "./programs";
 import { program } from "./run";
 import "./states.css";
 
-const AFTER_A_SECOND = { reading: "", path: "", comparison: ">", value: "1" } as const;
+const AFTER_A_SECOND = { reading: "", path: ".time_in_state", comparison: ">", value: "1" } as const;
+const MOTIONS = ["drive", "turn", "go_to"]; // after which a state has done what it is for
 const MOVED = 4; // pixels that a press moves until it drags
 
 const keyOf = (it: Chosen) => (!it ? "" : "state" in it ? `[data-state="${it.state}"]` : `[data-arrow="${it.arrow}"]`);
@@ -27,7 +28,10 @@ async function press(element: SVGGElement | null | undefined) {
     target = element?.dataset.state;
   drawnFrom.value = "";
   if (source && target) {
-    if (await edit("add_arrow", { source, target, condition: AFTER_A_SECOND }))
+    const { states, arrows } = machine.value!,
+      moves = states.find(({ name }) => name === source)!.items.some(({ command }) => MOTIONS.includes(command)),
+      isFirst = arrows.every((each) => each.source !== source);
+    if (await edit("add_arrow", { source, target, condition: moves && isFirst ? "" : AFTER_A_SECOND }))
       chosen.value = { arrow: machine.value!.arrows.findLastIndex((each) => each.source === source) };
   } else chosen.value = element && target !== "end" ? chosenBy(element) : null;
 }
@@ -110,8 +114,8 @@ export function States() {
         />
         <Button icon={icons.Trash2} disabled={!it} act={remove} children="Delete" />
         <Button icon={icons.Undo2} act={undoInText} label="Undo" weight="quiet" />
-        <Button icon={icons.Network} act={layOut} label="Lay out anew" weight="quiet" />
-        <p class={`hint fill ${trouble.value || found?.problems.length ? "bad" : ""}`} role="status" children={said} />
+        <Button icon={icons.Network} act={layOut} label="Tidy up: put the states in their places" weight="quiet" />
+        <p class={`hint fill ${trouble.value && !drawnFrom.value ? "bad" : ""}`} role="status" children={said} />
       </div>
       <div class="row both">
         {found ? <Picture /> : <Button icon={icons.Workflow} act={beginMachine} children="Begin a machine of states" />}

@@ -129,17 +129,17 @@ let shown: view.EditorView;
 
 /** Change the text as one step that can be undone. */
 export const change = (changes: ChangeSpec) => shown.dispatch({ changes, userEvent: "input.states" });
+/** Scroll to a line, and set the cursor there. */
+export function lookAt(line: number) {
+  const anchor = shown.state.doc.line(Math.max(1, Math.min(line, shown.state.doc.lines))).from;
+  shown.dispatch({ selection: { anchor }, effects: view.EditorView.scrollIntoView(anchor, { yMargin: 60 }) });
+}
 export const undoInText = () => undo(shown);
 
 /** Let a person write the program that is open, in a box; it follows how the program stands. */
 export function editIn(box: HTMLElement) {
   const root = box.attachShadow({ mode: "open" }),
     editor = (shown = new view.EditorView({ root, parent: root }));
-  const lookAt = (line: number) => {
-    const at = editor.state.doc.line(Math.max(1, Math.min(line, editor.state.doc.lines))).from;
-    editor.dispatch({ effects: view.EditorView.scrollIntoView(at, { yMargin: 60 }) });
-    return at;
-  };
   // What was undone and where it pauses belong to the program that was open before.
   effect(() => {
     editor.setState(EditorState.create({ doc: opened.value.text, extensions }));
@@ -152,7 +152,7 @@ export function editIn(box: HTMLElement) {
   });
   effect(() => {
     if (!shownLine.value) return;
-    editor.dispatch({ selection: { anchor: lookAt(shownLine.value.line) } });
+    lookAt(shownLine.value.line);
     editor.focus();
   });
 }

@@ -1,9 +1,10 @@
 // The state machine of the program that is open: what Python reads in its text, and edits of it.
 import { computed, effect, signal } from "@preact/signals";
 import { ask, request, reason, toast } from "../store";
-import { change } from "./editor";
+import { change, lookAt } from "./editor";
 import type { Asked, Answered, Forms, MachineNews, Splice } from "./messages";
 import { name, opened, revision, textNow } from "./programs";
+import { isIdle } from "./run";
 import { loading } from "./wire";
 
 const PAUSE = 30; // ms of typing after which the text is read
@@ -61,6 +62,15 @@ effect(() => {
   revision.value; // each change of the text
   clearTimeout(timer);
   if (isOpen.value && !loading.value) timer = setTimeout(read, PAUSE);
+});
+effect(() => {
+  const it = chosen.value,
+    { states, arrows } = machine.peek() ?? { states: [], arrows: [] },
+    found = it && ("state" in it ? states.find(({ name }) => name === it.state) : arrows[it.arrow]);
+  if (found) lookAt(found.line);
+});
+effect(() => {
+  if (!isIdle()) chosen.value = null; // the whole picture, to watch it
 });
 effect(() => {
   machine.value = chosen.value = null;

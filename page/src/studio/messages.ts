@@ -59,7 +59,7 @@ export type Asked = {
     arguments: Record<string, string>;
     on_entry: boolean;
   };
-  /** Change the arguments of a command of a state. Its statements are counted from 0. */
+  /** Change some arguments of a command of a state. Its statements are counted from 0. */
   set_action: { text: string; state: string; item: number; arguments: Record<string, string> };
   /** Remove a statement of a state, but no reading that another one needs. They are counted from 0. */
   remove_item: { text: string; state: string; item: number };
@@ -208,11 +208,11 @@ export type ReadingForm = {
   fields: Field[];
 };
 
-/** A command that a state may give: its method, a sentence, and name, rule and first value of each argument. */
+/** A command that a state may give: its method, a sentence, and its arguments. */
 export type ActionForm = {
   name: string;
   about: string;
-  arguments: [string, string, string][];
+  arguments: ArgumentForm[];
 };
 
 /** A variable of the program: its value as text, and its type. */
@@ -258,6 +258,16 @@ export type ItemNews = {
 export type Field = {
   label: string;
   path: string;
+  unit: string;
+  scale: number;
+};
+
+/** An argument of a command: what it may be, its value in the example, and what it can be chosen from if anything. */
+export type ArgumentForm = {
+  name: string;
+  rule: string;
+  value: string;
+  choices: string[];
   unit: string;
   scale: number;
 };

@@ -21,4 +21,4 @@ def turn(robot, run):
 
 if __name__ == "__main__":
     result = elib.play(elib.states(drive, turn), seconds=60)
-    print(f"It ended after {result.duration:.0f} s, and entered {len(result.states)} states.")
+    print(f"It ended after {result.duration:.0f} s, and changed its state {len(result.states) - 1} times.")

@@ -215,7 +215,8 @@ def _label(words: str, curve: Curve, taken: list[Box]) -> str:
     spans = (
         element("tspan", escape(each), x=f"{found.x:.1f}", y=f"{top + 15 * i:.1f}") for i, each in enumerate(lines)
     )
-    return element(
-        "text", "".join(spans), text_anchor="middle", font_size=12, fill="#39424e", stroke="#ffffff", stroke_width=4,
-        paint_order="stroke",
+    behind = element(
+        "rect", x=f"{found.x - width:.1f}", y=f"{found.y - height:.1f}", width=f"{2 * width:.1f}",
+        height=f"{2 * height:.1f}", rx=4, fill="#ffffff", fill_opacity=0.85,
     )  # fmt: skip
+    return behind + element("text", "".join(spans), text_anchor="middle", font_size=12, fill="#39424e")

@@ -16,7 +16,7 @@ from msgspec import Meta, Struct
 from elib.base.errors import ArgumentError
 from elib.behaviours._run.states import END
 from elib.tools.states.text import Arrow, Item, Program, State, arguments_of, parameters_of
-from elib.tools.states.words import TIME, Condition
+from elib.tools.states.words import Condition
 
 Text = Annotated[str, Meta(max_length=2000)]
 Edit = TypeVar("Edit", bound=Callable[..., list["Splice"]])
@@ -365,7 +365,7 @@ def _tested(program: Program, state: State, condition: Condition | str) -> tuple
     _check_expression("it" * is_field + condition.value)
     if not condition.reading:
         run, more = _with_run(program, state)
-        return f"{run}.{TIME.partition('.')[2]} {condition.comparison} {condition.value}", [], more
+        return f"{run}{condition.path} {condition.comparison} {condition.value}", [], more
     kept = next((name for name, reading in state.looks.items() if reading == condition.reading), None)
     name = kept or condition.reading
     value = name * is_field + condition.value

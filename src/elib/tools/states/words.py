@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import math
+import re
 from collections.abc import Callable, Mapping
 from typing import Final, Literal
 
@@ -21,10 +22,15 @@ Comparison = Literal["<", "<=", ">", ">=", "==", "!="]
 
 READINGS: Final[dict[str, type[Reading]]] = {
     "distances": Distances,
+    **{name: READING_TYPES[name] for name in ("ground", "ambient_light", "microphones", "selector")},
     **{name: READING_TYPES[name] for name in SPECS if name in READING_TYPES},
 }
-"""What a condition may compare: the class of each reading by the method that returns it."""
-TIME: Final = "run.time_in_state"
+"""What a condition may compare, the usual first: the class of each reading by the method that returns it."""
+ACTIONS: Final = ("set_speed", "drive", "turn", "stop", "set_led", "set_body_led", "set_front_led", "set_rgb_led")
+ACTIONS_TOO: Final = ("play_sound", "set_velocity", "go_to")
+"""Commands that a form offers; others are for the text."""
+TIMES: Final = {".time_in_state": "after {} s in this state", ".time": "{} s after the start"}
+"""What a condition may compare of the run, and its words."""
 COMPARISONS: Final = {"<": "below", "<=": "at most", ">": "above", ">=": "at least", "==": "is", "!=": "is not"}
 SIGNS: Final[dict[type[ast.cmpop], Comparison]] = {
     ast.Lt: "<",
@@ -34,9 +40,9 @@ SIGNS: Final[dict[type[ast.cmpop], Comparison]] = {
     ast.Eq: "==",
     ast.NotEq: "!=",
 }
-UNITS: Final = {"m": (100, "cm"), "rad": (180 / math.pi, "degrees")}
+DEGREES: Final = 180 / math.pi
+UNITS: Final = {"m": (100, "cm"), "rad": (DEGREES, "degrees"), "m/s": (100, "cm/s"), "rad/s": (DEGREES, "degrees/s")}
 """In what a person is told a number: how many times as much, and the unit."""
-MOTIONS: Final = ("drive", "turn", "go_to", "set_velocity")
 
 
 class Field(Struct):
@@ -60,12 +66,28 @@ class ReadingForm(Struct):
     fields: list[Field]
 
 
+class ArgumentForm(Struct):
+    """An argument of a command: what it may be, its value in the example, and what it can be chosen from if anything.
+
+    Attributes:
+        unit: Its unit as a person is told it.
+        scale: How many of this unit are one of the program's.
+    """
+
+    name: str
+    rule: str
+    value: str
+    choices: list[str]
+    unit: str
+    scale: float
+
+
 class ActionForm(Struct):
-    """A command that a state may give: its method, a sentence, and name, rule and first value of each argument."""
+    """A command that a state may give: its method, a sentence, and its arguments."""
 
     name: str
     about: str
-    arguments: list[tuple[str, str, str]]
+    arguments: list[ArgumentForm]
 
 
 class Forms(Struct):
@@ -79,7 +101,7 @@ class Condition(Struct):
     """A condition as a form gives it.
 
     Attributes:
-        reading: The method that returns what is compared; empty for the time in the state.
+        reading: The method that returns what is compared; empty for a time of the run.
         path: How Python reads the number from the reading, like ``.ahead`` or ``[0]``.
         comparison: How it is compared.
         value: With what, in Python: a number in the program's unit, or the path of another number of the reading.
@@ -112,22 +134,28 @@ def _field(info: FieldInfo, path: str, label: str | None = None) -> Field:
 def forms() -> Forms:
     """Return what the forms of a picture offer."""
     readings = [ReadingForm(name, in_words(name), fields_of(kind)) for name, kind in READINGS.items()]
-    names = [*MOTIONS, *(name for name, spec in SPECS.items() if not spec.is_reading)]
-    return Forms([each for each in readings if each.fields], [_action(name) for name in names])
+    return Forms([each for each in readings if each.fields], [_action(name) for name in (*ACTIONS, *ACTIONS_TOO)])
 
 
 def _action(name: str) -> ActionForm:
     """Return the form of a command; the first values are those of its example."""
-    spec, motion = SPECS.get(name), getattr(Actions, name)
+    spec, method = SPECS.get(name), getattr(Actions, name)
     rules = {each.name: rule(each.quantity) for each in spec.parameters} if spec else {}
-    rules = rules or {each: motion.rule(each) for each in motion.__signature__.parameters}
-    example = spec.example if spec else example_of(motion.__doc__)
+    rules = rules or {each: method.rule(each) for each in method.__signature__.parameters}
+    example = spec.example if spec else example_of(method.__doc__)
     code = "\n".join(line[4:] for line in example.splitlines() if line.startswith((">>> ", "... ")))
     calls = [each for each in ast.walk(ast.parse(code)) if isinstance(each, ast.Call)]
     call = next((each for each in calls if isinstance(each.func, ast.Attribute) and each.func.attr == name), None)
     values = [*map(_number, call.args if call else ()), *("" for _ in rules)]
-    about = motion.__doc__.partition("\n")[0]
-    return ActionForm(name, about, list(zip(rules, rules.values(), values, strict=False)))
+    about = method.__doc__.partition("\n")[0]
+    return ActionForm(name, about, [_argument(*each) for each in zip(rules, rules.values(), values, strict=False)])
+
+
+def _argument(name: str, said: str, value: str) -> ArgumentForm:
+    choices = [repr(each.lower()) for each in said.removeprefix("one of ").split(", ")]
+    unit = re.sub(r",.*", "", said) if ", a" in said else said.rpartition(" ")[2]
+    scale, unit = UNITS.get(unit, (1.0, unit if "/" in unit else ""))
+    return ArgumentForm(name, said, value, choices if said.startswith("one of ") else [], unit, scale)
 
 
 def _number(value: ast.expr) -> str:
@@ -155,7 +183,7 @@ def words(test: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> str
 def _said(condition: Condition) -> str:
     """Return a condition that a form can give in words."""
     if not condition.reading:
-        return f"after {condition.value} s"
+        return TIMES[condition.path].format(condition.value)
     fields = {each.path: each for each in fields_of(READINGS[condition.reading])}
     field, other = fields[condition.path], fields.get(condition.value)
     try:
@@ -173,8 +201,9 @@ def condition_of(test: ast.expr, looks: Looks, source: Callable[[ast.AST], str])
     """Return a condition as a form gives it; None if no form can."""
     match test:
         case ast.Compare(left=left, ops=[op], comparators=[right]) if (sign := SIGNS.get(type(op))) is not None:
-            if source(left) == TIME:
-                return Condition("", "", sign, source(right)) if sign in (">", ">=") else None
+            run, _, path = source(left).rpartition(".")
+            if run == "run" and f".{path}" in TIMES and sign in (">", ">="):
+                return Condition("", f".{path}", sign, source(right))
             found, other = _read(left, looks, source), _read(right, looks, source)
             if found is not None:
                 is_same = other is not None and other[0] == found[0]
