@@ -7,12 +7,11 @@ import functools
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from elib.base.errors import Unsupported, about
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import Context
-from elib.link.protocol.distances import Distances, distances
 from elib.link.protocol.profiles import FIRMWARES
 from elib.link.protocol.quantities import Quantity, Seconds
 from elib.link.protocol.raw import text_request
@@ -22,6 +21,9 @@ from elib.link.protocol.values import Neighbour, Sensors
 from elib.link.session import Robot, check_timeout
 from elib.robot.motion import Motions
 from elib.robot.polling import sensor_polls
+
+if TYPE_CHECKING:
+    from elib.link.protocol.distances import Distances
 
 ASKING_TIME = 0.002
 """s that a question about neighbours takes, like a short command on the line. Without it, simulated time would stand
@@ -84,8 +86,12 @@ class Actions(Motions):
             >>> robot.distances().nearest
             inf
         """
+        from elib.link.protocol.distances import OpenAir, distances  # here: most programs read counts
+
         request = Actions.proximity.spec.request(self.context)
-        return distances(self.context.open_air(await self.execute(request, request.timeout)))
+        near = await self.execute(request, request.timeout)
+        self.context.open_air = self.context.open_air or OpenAir()
+        return distances(self.context.open_air(near))
 
     @action
     async def neighbours(self: Robot) -> tuple[Neighbour, ...]:

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Generic, Literal, NamedTuple, Protocol, TypedDict, TypeVar
 
 from elib.link.protocol.camera import PO8030, CameraDriver
-from elib.link.protocol.distances import OpenAir
 from elib.link.protocol.image import Mounting
 from elib.link.protocol.quantities import Quantity
 from elib.link.protocol.values import CameraSettings
 
 if TYPE_CHECKING:
     from elib.link.protocol.colours import Grey
+    from elib.link.protocol.distances import OpenAir
 
 T_co = TypeVar("T_co", covariant=True)
 Codec = Literal["serial", "wifi"]
@@ -253,7 +253,7 @@ class Context:
             confirmed, the robot takes it before the next one.
         streams_images: Whether the robot is to send pictures all the time, over Wi-Fi.
         grey: What its pictures told of how its camera shows grey.
-        open_air: What its infrared sensors read in the open, as far as ``distances()`` has seen.
+        open_air: What its infrared sensors read in the open, as far as ``distances()`` has seen; None before.
         requests: Requests without arguments, kept by what makes them: rows by their names, polls by their readings.
     """
 
@@ -264,12 +264,12 @@ class Context:
     sent: bytes = STANDING
     streams_images: bool = False
     grey: Grey = field(default_factory=_new_grey, repr=False)
-    open_air: OpenAir = field(default_factory=OpenAir, repr=False)
+    open_air: OpenAir | None = field(default=None, repr=False)
     requests: dict[object, object] = field(default_factory=dict, repr=False)
 
     def forget(self) -> None:
         """Forget what was set: the robot has restarted."""
-        self.last_set, self.open_air = LastSet(), OpenAir()
+        self.last_set, self.open_air = LastSet(), None
 
     @property
     def stamp(self) -> Stamp:
