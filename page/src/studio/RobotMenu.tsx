@@ -7,7 +7,8 @@ import { Menu } from "../look/Menu";
 import { title } from "../look/text";
 import { hello } from "../store";
 import { known } from "./known";
-import { lab, robot } from "./run";
+import { lab } from "./programs";
+import { robot } from "./run";
 import { choose, hasPort } from "./serial";
 
 const wish = signal<Record<string, string>>({});
