@@ -121,7 +121,7 @@ class Studio:
             ArgumentError: A program runs already, or there is no such lab.
         """
         self.labs.lab(lab)
-        self.program.take(text, lab)
+        self.program.take(text, f"{lab}.py")
         ended: asyncio.Future[Report] = self._loop.create_future()
 
         def check() -> None:
