@@ -7,17 +7,20 @@ import { Icon } from "../look/Icon";
 import { Markdown } from "../look/Markdown";
 import { number, save } from "../look/text";
 import { ask, toast } from "../store";
-import type { Judged, LabNews, Report } from "./messages";
+import type { Judged, LabNews } from "./messages";
 import * as programs from "./programs";
 import { lab } from "./programs";
 import { clear, isIdle, program, report } from "./run";
 import { loading } from "./wire";
 
 const ELSEWHERE = /^## Begin\n[^]*?(?=^## )/m; // what to type where elib is installed
-const POINTS = "elib-points:"; // of the last check of a lab, in this browser's storage
+const POINTS = "elib-points:"; // of the best check of a lab, in this browser's storage
 
 export const hasLabs = signal(false);
 const labs = signal<LabNews[]>([]);
+
+const bestOf = ({ name }: LabNews) => Number(localStorage.getItem(POINTS + name));
+const mostOf = ({ goals }: LabNews) => goals.reduce((sum, { points }) => sum + points, 0);
 
 const choose = (chosen: LabNews) => programs.open(`${chosen.name}.py`, chosen.start, "Where the lab begins", chosen);
 
@@ -55,11 +58,16 @@ function Choice() {
       <h2>Labs</h2>
       {!isReady && <p class="hint">They come when Python is loaded.</p>}
       <ul class="list">
-        {labs.value.map((each) => (
+        {labs.value.map((each, k) => (
           <li key={each.name}>
-            <Button weight="quiet" act={() => choose(each)} children={each.title} />
-            <p class="hint">{each.summary}</p>
-            <p class="hint">{localStorage.getItem(POINTS + each.name)}</p>
+            <Button
+              weight="quiet"
+              disabled={!!each.missing}
+              act={() => choose(each)}
+              children={`${k + 1}. ${each.title}`}
+            />
+            <p class="hint">{each.missing || each.summary}</p>
+            {bestOf(each) > 0 && <p class="good">Best check: {pointsOf(bestOf(each), mostOf(each))}</p>}
           </li>
         ))}
       </ul>
@@ -78,22 +86,25 @@ const Mark = ({ is, no = icons.Circle }: { is: boolean; no?: icons.IconNode }) =
   <Icon of={is ? icons.Check : no} size={16} />
 );
 
-const pointsOf = ({ points, most }: Report) => `${number(points)} of ${number(most)} points`;
+const pointsOf = (points: number, most: number) => `${number(points)} of ${number(most)} points`;
+
+const NUMBERS = /[−-]?\d+(\.\d+)?/g;
 
 /** What went wrong in a variant. */
 const wrongIn = ({ why, goals }: Judged) => [why, ...goals.flatMap(({ holds, text }) => (holds ? [] : text))];
 
-/** One variant, and what went wrong there if that is not what went wrong in the variant before it. */
+/** One variant, and what went wrong there if not only its numbers differ from the variant before it. */
 function Variant({ of, before }: { of: Judged; before?: Judged }) {
   const { name, passed, time } = of,
     texts = wrongIn(of),
-    isSame = !passed && before && String(texts) === String(wrongIn(before));
+    unnumbered = (texts: string[]) => texts.join().replace(NUMBERS, ""),
+    isSame = !passed && before && unnumbered(texts) === unnumbered(wrongIn(before));
   return (
     <li>
       <p class={`row ${passed ? "good" : "bad"}`}>
         <Mark is={passed} no={icons.X} />
         <b class="fill">{name === "given" ? "as in the task" : name}</b>
-        <span class="small">{`${passed ? "reached all" : isSame ? "the same" : "missed"}, ${number(time, 1)} s`}</span>
+        <span class="small">{`${passed ? "reached all" : isSame ? "missed the same" : "missed"}, ${number(time, 1)} s`}</span>
       </p>
       {!isSame && texts.map((text) => text && <p>{text}</p>)}
     </li>
@@ -108,7 +119,7 @@ function Chosen({ chosen }: { chosen: LabNews }) {
     [task, ...more] = chosen.text
       .replace(ELSEWHERE, "")
       .replaceAll("`start.py`", "the program")
-      .split(/^(?=## )/m),
+      .split(/^(?=Why: |## )/m),
     resultName = programs.name.value.replace(/(\.py)?$/, "-result.json");
   const check = async () => {
     programs.save(true);
@@ -116,7 +127,7 @@ function Chosen({ chosen }: { chosen: LabNews }) {
     const found = await ask("check_lab", { lab: chosen.name, text: programs.textNow() });
     if (!found || lab.value !== chosen) return;
     report.value = found;
-    localStorage.setItem(POINTS + chosen.name, pointsOf(found));
+    localStorage.setItem(POINTS + chosen.name, `${Math.max(found.points, bestOf(chosen))}`);
   };
   return (
     <div class="stack">
@@ -142,7 +153,7 @@ function Chosen({ chosen }: { chosen: LabNews }) {
         <Button weight="primary" icon={icons.ClipboardCheck} disabled={!isIdle() || loading.value !== ""} act={check}>
           Check
         </Button>
-        {report.value && <b role="status">{pointsOf(report.value)}</b>}
+        {report.value && <b role="status">{pointsOf(report.value.points, report.value.most)}</b>}
         {report.value && (
           <Button icon={icons.Download} act={() => save(new Blob([file]), resultName)} children="Save result file" />
         )}
