@@ -24,6 +24,8 @@ from generator.markdown import inline
 ROOT = Path(__file__).parents[2]
 
 Entry = dict[str, object]
+NEEDY = ("04_camera", "17_record", "18_replay", "19_learn")
+"""Examples that need packages which the studio does not have."""
 
 
 def known() -> Entry:
@@ -35,7 +37,7 @@ def known() -> Entry:
         "firmwares": list(PROFILES),
         "faults": [[name, faultscript.load(name).description] for name in faultscript.gallery()],
         "machine": (ROOT / "src/elib/behaviours/samples/states.py").read_text(encoding="utf-8"),
-        "samples": [_sample(path) for path in sorted((ROOT / "examples").glob("[0-9]*.py"))],
+        "samples": [_sample(path) for path in sorted((ROOT / "examples").glob("[0-9]*.py")) if path.stem not in NEEDY],
     }
 
 

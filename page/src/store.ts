@@ -33,7 +33,7 @@ export const overview = signal<Record<string, Summary>>({});
 export const worldsOfRobots = signal<[robot: string, name: string][]>([]);
 export const study = signal<StudyNews | null>(null);
 export const isSilent = signal(false);
-export const toasts = signal<{ id: number; text: string }[]>([]);
+export const toasts = signal<{ id: number; text: string; isGood: boolean }[]>([]);
 
 /** One robot of the panel. */
 export class Robot {
@@ -216,9 +216,9 @@ export async function ask<Name extends keyof Asked>(name: Name, values: Asked[Na
   return undefined;
 }
 
-export function toast(text: string) {
+export function toast(text: string, isGood = false) {
   const id = ++number;
-  toasts.value = [...toasts.value, { id, text }];
+  toasts.value = [...toasts.value, { id, text, isGood }];
   setTimeout(() => closeToast(id), TOAST_TIME);
 }
 

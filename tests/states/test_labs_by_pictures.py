@@ -16,7 +16,7 @@ from elib.tools.states.words import Condition
 Edit = tuple[object, ...]
 
 SAMPLE = (Path(__file__).parents[2] / "src/elib/behaviours/samples/states.py").read_text(encoding="utf-8")
-"""What "New machine of states" opens: two states, which drive, and turn away from what is near."""
+"""What "New state machine" opens: two states, which drive, and turn away from what is near."""
 
 
 def begun(state: str, left: float, right: float) -> list[Edit]:

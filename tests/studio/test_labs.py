@@ -24,6 +24,7 @@ from elib.lab.running import PlainProgram
 from elib.simulator.emulator import simulation
 from elib.simulator.emulator.simulation import Simulation
 from elib.studio import inplace
+from elib.studio import labs as module
 from elib.studio.inplace import InPlace
 from elib.studio.labs import Labs, Watch
 
@@ -212,6 +213,11 @@ def test_the_page_is_told_of_every_lab(tmp_path: Path) -> None:
     assert [(goal.name, goal.points) for goal in told[0].goals] == [("go-10-cm", 3.0), ("stop", 1.0), ("end", 1.0)]
     with pytest.raises(ArgumentError, match="no lab 'go-11-cm'"):
         Labs(tmp_path).lab("go-11-cm")
+
+
+def test_a_lab_that_cannot_run_says_what_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "find_spec", lambda name: None)
+    assert [each.name for each in Labs(tmp_path).all() if "NumPy" in each.missing] == ["find-the-red-box"]
 
 
 def test_a_report_names_hidden_variants_and_has_the_file_to_hand_in(tmp_path: Path, run: Run) -> None:

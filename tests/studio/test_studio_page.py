@@ -271,3 +271,74 @@ async def test_a_reload_brings_the_program_back(page: Page) -> None:
     assert await until(lambda: page.tab.run("window.elib?.textNow()")) == "print(3)\n"
     await page.tab.until(READY)
     assert page.tab.complaints == []
+
+
+LABS = "[...document.querySelectorAll('header button')].find((each) => each.innerText === 'Labs')"
+LAB = "[...document.querySelectorAll('.labs button')].find((each) => each.innerText.endsWith('{}'))"
+REACHED = "document.querySelectorAll('.goals .good').length"
+
+
+async def test_chosen_brackets_are_not_doubled_and_a_reading_has_its_fields(page: Page) -> None:
+    await page.show("brackets.py", "import elib\n\nwith elib.connect() as robot:\n    near = robot.proximity()\n    \n")
+    await page.click(f"{ROOT}.querySelectorAll('.cm-line')[4]")
+    await page.tab.key("End", "End")
+    for letter in "robot.":
+        await page.tab.type(letter)
+    assert await page.tab.until(f"{ROOT}.querySelector('[aria-selected=true]')?.innerText") == "drive"
+    await page.tab.run("new Promise((done) => setTimeout(done, 100))")  # as long as the editor takes no Enter
+    await page.tab.key("Enter", "Enter")
+    await page.tab.until("elib.textNow().includes('robot.drive()')")
+    await page.tab.type("(")
+    await page.tab.type("near.")
+    await page.tab.until(f"{ROOT}.querySelector('.cm-tooltip-autocomplete')?.innerText.includes('front_left')")
+    assert "robot.drive(near.)\n" in str(await page.tab.run("elib.textNow()"))
+
+
+async def test_the_world_follows_the_text(page: Page) -> None:
+    await page.show("world.py", "import elib\n\nelib.connect('sim://arena')\n")
+    scene = "document.querySelector('section.world')?.ariaLabel"
+    await page.tab.until(f"{scene} === 'world arena'")
+    await page.tab.run("elib.change({ from: 33, to: 38, insert: 'maze' })")
+    await page.tab.until(f"{scene} === 'world maze'")
+
+
+async def test_a_check_shows_what_is_reached_and_an_error_at_its_line(page: Page) -> None:
+    await page.click(LABS)
+    await page.click(LAB.format("Go 10 cm"))
+    await page.tab.until("elib.lab.value?.name === 'go-10-cm'")
+    text = "import elib\nwith elib.connect() as robot:\n    robot.drive(0.1)\n"
+    await page.tab.run(f"elib.change({{ from: 0, to: elib.textNow().length, insert: {json.dumps(text)} }})")
+    await page.click(LAB.format("Check"))
+    await page.tab.until("elib.report.value?.points === elib.report.value?.most && elib.report.value")
+    await page.tab.until(f"{REACHED} === 3")
+    await page.tab.run("elib.change({ from: elib.textNow().indexOf('drive'), insert: 'x' })")
+    await page.click(LAB.format("Check"))
+    await page.tab.until(f"{ROOT}.querySelector('.cm-wrong')?.dataset.note.includes('xdrive')")
+    await page.tab.until(f"{REACHED} === 0")
+
+
+async def test_another_program_is_in_no_lab_and_has_no_output_of_the_one_before(page: Page) -> None:
+    await page.tab.run("localStorage['elib-program:own.py'] = 'print(7)\\n', 0")
+    assert "xdrive" in await page.ended()
+    await page.tab.run("elib.open('own.py')")
+    await page.tab.until(f"elib.lab.value === null && {OUTPUT} === ''")
+    await page.tab.until("document.querySelector('.labs')?.innerText.includes('Best check')")
+    await page.click(LABS)
+
+
+async def test_what_is_not_kept_cannot_delete_a_program_of_its_name(page: Page) -> None:
+    await page.tab.run("localStorage['elib-program:square.py'] = '# mine\\n', 0")
+    await page.show("square.py", "# borrowed\n")
+    button = "[...document.querySelectorAll('[popover] button')].find((each) => each.innerText === 'Delete')"
+    assert await page.tab.run(f"{button}.disabled")
+    await page.tab.run("elib.forget()")
+    assert await page.tab.run("localStorage['elib-program:square.py']") == "# mine\n"
+
+
+async def test_a_program_that_is_stopped_while_it_is_paused_ends_by_itself(page: Page) -> None:
+    await page.show("paused.py", STEPS)
+    await page.click(f"[...{ROOT}.querySelectorAll('.cm-lineNumbers > *')].find((line) => line.innerText === '6')")
+    await page.run()
+    await page.tab.until(f"{STATE} === 'paused'")
+    await page.tab.key("Escape", "Escape")
+    assert "The program was stopped." in await page.ended()

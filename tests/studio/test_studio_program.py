@@ -12,7 +12,7 @@ import pytest
 
 from elib.base.timebase import move_into, outside
 from elib.simulator.emulator import simulation
-from elib.studio import place
+from elib.studio import place, program
 from elib.studio.debugger import HAS_LINES
 from elib.studio.worker import Worker
 
@@ -339,6 +339,44 @@ def test_a_check_tells_of_all_variants_and_gives_a_file_to_hand_in(rig: Rig, tex
     assert {each["is_hidden"] for each in report["variants"]} == {False, True}
     assert json.loads(report["file"])
     assert rig.output == "", "what it prints in a check is not shown"
+
+
+def test_a_check_shows_the_error_that_ends_the_program_as_a_run_does(rig: Rig) -> None:
+    rig.say("check_lab", lab="go-10-cm", text=GO.replace("drive", "drvie"))
+    rig.begin()
+    mistake = rig.news[-1]["mistake"]
+    assert (mistake["kind"], mistake["line"]) == ("AttributeError", 3)
+    assert rig.output.count("Did you mean: 'drive'?") == 1, "once, and not for each variant"
+    rig.say("check_lab", lab="go-10-cm", text=GO)
+    rig.begin()
+    assert rig.news[-1]["mistake"] is None
+
+
+@needs_lines
+def test_a_check_that_is_stopped_ends_with_the_variant_that_runs(rig: Rig) -> None:
+    rig.plan = [(rig.is_moving, lambda: rig.say("stop_program"))]
+    rig.say("check_lab", lab="go-10-cm", text=GO + "    robot.set_speed(0.1, 0.1)\n    while True: pass\n")
+    rig.begin()
+    assert rig.answers[-1]["error"]["message"] == "the check was stopped"
+
+
+@needs_lines
+def test_a_loop_that_waits_for_nothing_is_told_why_its_robot_stands(rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(program, "PATIENCE", 0.0)
+    rig.plan = [(lambda: "stands still" in rig.output, lambda: rig.say("stop_program"))]
+    rig.run("import elib\nwith elib.connect() as robot:\n    robot.set_speed(0.2, 0.2)\n    while True: n = 1\n")
+    assert rig.output.count("waits for nothing (line 4)") == 1
+    rig.run("import elib\nwith elib.connect() as robot:\n    robot.sleep(1)\nfor k in range(100_000): n = k\n")
+    assert rig.output.count("waits for nothing") == 1, "no robot is open"
+
+
+@needs_lines
+def test_a_program_that_is_stopped_while_it_is_paused_leaves_its_robot_standing(rig: Rig) -> None:
+    go_on = (rig.is_paused, lambda: rig.say("go_on", how="on"))
+    rig.plan = [go_on, (rig.is_moving, lambda: None), (rig.is_paused, lambda: rig.say("stop_program"))]
+    rig.run(DRIVE, lines=(2, 5), speed=1.0)  # on its way out, line 2 is run again
+    assert "The program was stopped." in rig.output
+    assert rig.stands
 
 
 @needs_lines

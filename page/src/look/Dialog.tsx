@@ -15,7 +15,7 @@ export const confirmed = (title: string, yes: string, body: ComponentChildren) =
   });
 
 /** The dialog of `confirmed`. STOP stands in it, because the one of the header cannot be reached while it is open. */
-export function Dialog({ stop }: { stop: () => void }) {
+export function Dialog({ stop }: { stop: (() => void) | undefined }) {
   const asked = question.value;
   const box = useRef<HTMLDialogElement>(null);
   useEffect(() => {
@@ -39,9 +39,11 @@ export function Dialog({ stop }: { stop: () => void }) {
             Cancel
           </button>
           <span class="fill" />
-          <Button weight="stop" act={stop}>
-            STOP
-          </Button>
+          {stop && (
+            <Button weight="stop" act={stop}>
+              STOP
+            </Button>
+          )}
         </div>
       </form>
     </dialog>

@@ -6,6 +6,9 @@ import "./Menu.css";
 
 type Props = { icon: IconNode; text: string; title?: string; disabled?: boolean; children: ComponentChildren };
 
+/** Close what is open over the page. */
+export const closeMenu = () => document.querySelector<HTMLElement>(":popover-open")?.hidePopover();
+
 /** What opens below a button, over the page; Escape, and a click elsewhere, close it. */
 export function Menu({ icon, text, children, ...rest }: Props) {
   const id = useId();

@@ -14,7 +14,7 @@ const MOST = 6;
 
 const chartOf = (name: string) => ({ name: signal(name), hidden: signal<number[]>([]), isFitted: signal(false) });
 const stateOf = kept(() => ({
-  charts: signal([chartOf("proximity"), chartOf("speed")]),
+  charts: signal([chartOf("proximity"), chartOf(WHEELS.name)]),
   span: signal(20),
   paused: signal<Moment[] | null>(null),
 }));

@@ -111,10 +111,10 @@ function Tile({ about, reading, converted }: Props) {
                 physical_unit,
                 converted[units[k]],
               );
-              // A value of a sensor around the robot is named as in the drawing of it.
+              // A value of a sensor around the robot is named as in the drawing of it, and as in programs.
               return (
-                <p key={k} title={isRing ? label : ""}>
-                  <i>{isRing ? `IR${k}` : label}</i>
+                <p key={k}>
+                  <i>{isRing ? `IR${k} ${label}` : label}</i>
                   <b>{text}</b>
                   {!isRing && <u>{unit}</u>}
                   {raw && <span>{raw}</span>}

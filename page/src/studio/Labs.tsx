@@ -7,22 +7,22 @@ import { Icon } from "../look/Icon";
 import { Markdown } from "../look/Markdown";
 import { number, save } from "../look/text";
 import { ask, toast } from "../store";
-import type { Judged, LabNews, Report } from "./messages";
+import type { Judged, LabNews } from "./messages";
 import * as programs from "./programs";
-import { isIdle, lab, program } from "./run";
+import { lab } from "./programs";
+import { clear, isIdle, program, report } from "./run";
 import { loading } from "./wire";
 
 const ELSEWHERE = /^## Begin\n[^]*?(?=^## )/m; // what to type where elib is installed
+const POINTS = "elib-points:"; // of the best check of a lab, in this browser's storage
 
 export const hasLabs = signal(false);
 const labs = signal<LabNews[]>([]);
-const report = signal<Report | null>(null);
 
-function choose(chosen: LabNews) {
-  lab.value = chosen;
-  report.value = null;
-  programs.open(`${chosen.name}.py`, chosen.start, "Where the lab begins");
-}
+const bestOf = ({ name }: LabNews) => Number(localStorage.getItem(POINTS + name));
+const mostOf = ({ goals }: LabNews) => goals.reduce((sum, { points }) => sum + points, 0);
+
+const choose = (chosen: LabNews) => programs.open(`${chosen.name}.py`, chosen.start, "Where the lab begins", chosen);
 
 async function openFolder(file: Blob) {
   const found = await ask("open_lab_folder", { zip: new Uint8Array(await file.arrayBuffer()).toBase64() });
@@ -58,10 +58,16 @@ function Choice() {
       <h2>Labs</h2>
       {!isReady && <p class="hint">They come when Python is loaded.</p>}
       <ul class="list">
-        {labs.value.map((each) => (
+        {labs.value.map((each, k) => (
           <li key={each.name}>
-            <Button weight="quiet" act={() => choose(each)} children={each.title} />
-            <p class="hint">{each.summary}</p>
+            <Button
+              weight="quiet"
+              disabled={!!each.missing}
+              act={() => choose(each)}
+              children={`${k + 1}. ${each.title}`}
+            />
+            <p class="hint">{each.missing || each.summary}</p>
+            {bestOf(each) > 0 && <p class="good">Best check: {pointsOf(bestOf(each), mostOf(each))}</p>}
           </li>
         ))}
       </ul>
@@ -80,26 +86,48 @@ const Mark = ({ is, no = icons.Circle }: { is: boolean; no?: icons.IconNode }) =
   <Icon of={is ? icons.Check : no} size={16} />
 );
 
-/** One variant: of a hidden one, no goals are named. */
-const Variant = ({ name, passed, goals, ending, why, time }: Judged) => (
-  <li>
-    <p class={`row ${passed ? "good" : "bad"}`}>
-      <Mark is={passed} no={icons.X} />
-      <b class="fill">{name}</b>
-      <span class="small">{`${passed ? "passes" : "does not pass"}; ${ending} after ${number(time, 1)} s`}</span>
-    </p>
-    {[why, ...goals.flatMap(({ holds, text }) => (holds ? [] : text))].map((text) => text && <p>{text}</p>)}
-  </li>
-);
+const pointsOf = (points: number, most: number) => `${number(points)} of ${number(most)} points`;
+
+const NUMBERS = /[−-]?\d+(\.\d+)?/g;
+
+/** What went wrong in a variant. */
+const wrongIn = ({ why, goals }: Judged) => [why, ...goals.flatMap(({ holds, text }) => (holds ? [] : text))];
+
+/** One variant, and what went wrong there if not only its numbers differ from the variant before it. */
+function Variant({ of, before }: { of: Judged; before?: Judged }) {
+  const { name, passed, time } = of,
+    texts = wrongIn(of),
+    unnumbered = (texts: string[]) => texts.join().replace(NUMBERS, ""),
+    isSame = !passed && before && unnumbered(texts) === unnumbered(wrongIn(before));
+  return (
+    <li>
+      <p class={`row ${passed ? "good" : "bad"}`}>
+        <Mark is={passed} no={icons.X} />
+        <b class="fill">{name === "given" ? "as in the task" : name}</b>
+        <span class="small">{`${passed ? "reached all" : isSame ? "missed the same" : "missed"}, ${number(time, 1)} s`}</span>
+      </p>
+      {!isSame && texts.map((text) => text && <p>{text}</p>)}
+    </li>
+  );
+}
 
 function Chosen({ chosen }: { chosen: LabNews }) {
-  const reached = (program.value.goals ?? []).filter(({ holds }) => holds).map(({ name }) => name),
-    { variants, points, most, file } = report.value ?? { variants: [], points: 0, most: 0, file: "" },
+  const { variants, file } = report.value ?? { variants: [], file: "" },
+    runs = variants.length ? variants : [program.value],
+    hasReached = (wanted: string) =>
+      runs.every(({ goals }) => goals.some(({ name, holds }) => name === wanted && holds)),
+    [task, ...more] = chosen.text
+      .replace(ELSEWHERE, "")
+      .replaceAll("`start.py`", "the program")
+      .split(/^(?=Why: |## )/m),
     resultName = programs.name.value.replace(/(\.py)?$/, "-result.json");
   const check = async () => {
     programs.save(true);
-    report.value = null;
-    report.value = (await ask("check_lab", { lab: chosen.name, text: programs.textNow() })) ?? null;
+    clear();
+    const found = await ask("check_lab", { lab: chosen.name, text: programs.textNow() });
+    if (!found || lab.value !== chosen) return;
+    report.value = found;
+    localStorage.setItem(POINTS + chosen.name, `${Math.max(found.points, bestOf(chosen))}`);
   };
   return (
     <div class="stack">
@@ -108,15 +136,16 @@ function Chosen({ chosen }: { chosen: LabNews }) {
         <h2 class="fill">{chosen.title}</h2>
         <Button
           {...({ weight: "quiet", icon: icons.RotateCcw, label: "Begin again; your program is kept" } as const)}
-          act={() => programs.borrow(`${chosen.name}.py`, chosen.start, "Where the lab begins")}
+          act={() => programs.borrow(`${chosen.name}.py`, chosen.start, "Where the lab begins", chosen)}
         />
       </div>
+      <Markdown text={task} />
       <ul class="goals list" aria-label="goals">
         {chosen.goals.map(({ name, sentence }) => (
-          <li key={name} class={`row ${reached.includes(name) ? "good" : ""}`}>
-            <Mark is={reached.includes(name)} />
+          <li key={name} class={`row ${hasReached(name) ? "good" : ""}`}>
+            <Mark is={hasReached(name)} />
             <span class="fill">{sentence}</span>
-            {reached.includes(name) && <span class="small">reached</span>}
+            {hasReached(name) && <span class="small">reached</span>}
           </li>
         ))}
       </ul>
@@ -124,23 +153,23 @@ function Chosen({ chosen }: { chosen: LabNews }) {
         <Button weight="primary" icon={icons.ClipboardCheck} disabled={!isIdle() || loading.value !== ""} act={check}>
           Check
         </Button>
-        {report.value && <b role="status">{`${number(points)} of ${number(most)} points`}</b>}
+        {report.value && <b role="status">{pointsOf(report.value.points, report.value.most)}</b>}
         {report.value && (
           <Button icon={icons.Download} act={() => save(new Blob([file]), resultName)} children="Save result file" />
         )}
       </div>
       <ul class="list">
-        {variants.map((each) => (
-          <Variant key={each.name} {...each} />
+        {variants.map((each, k) => (
+          <Variant key={each.name} of={each} before={variants[k - 1]} />
         ))}
       </ul>
-      <Markdown text={chosen.text.replace(ELSEWHERE, "")} />
+      <Markdown text={more.join("")} />
     </div>
   );
 }
 
 export const Labs = () => (
-  <aside class="labs card" aria-label="labs">
+  <aside class="labs card" key={lab.value?.name} aria-label="labs">
     {lab.value ? <Chosen key={lab.value.name} chosen={lab.value} /> : <Choice />}
   </aside>
 );

@@ -4,7 +4,7 @@ import { useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { confirmed } from "../look/Dialog";
 import { Select } from "../look/fields";
-import { Menu } from "../look/Menu";
+import { closeMenu, Menu } from "../look/Menu";
 import { save } from "../look/text";
 import { toast } from "../store";
 import { known } from "./known";
@@ -14,7 +14,7 @@ async function copyLink() {
   const link = await programs.link();
   if (link.length > programs.LONGEST_LINK) return toast("The program is too long for a link: save it as a file.");
   await navigator.clipboard.writeText(link);
-  toast("The link is copied. Whoever opens it sees the program, and may run it.");
+  toast("The link is copied. Whoever opens it sees the program, and may run it.", true);
 }
 
 async function forget() {
@@ -26,14 +26,14 @@ export function ProgramMenu() {
   const file = useRef<HTMLInputElement>(null),
     name = programs.name.value,
     { samples } = known.value;
-  const tool = (icon: icons.IconNode, text: string, act: () => unknown) => (
-    <Button weight="quiet" {...{ icon, act }} children={text} />
+  const tool = (icon: icons.IconNode, text: string, act: () => unknown, disabled = false) => (
+    <Button weight="quiet" {...{ icon, disabled }} act={() => (closeMenu(), act())} children={text} />
   );
   const list = (first: string, choices: [name: string, text: string][], choose: (name: string) => unknown) => (
     <Select
       {...{ "aria-label": first, value: "", disabled: !choices.length }}
       choices={[["", `${first} …`], ...choices]}
-      choose={(chosen) => chosen && choose(chosen)}
+      choose={(chosen) => chosen && (closeMenu(), choose(chosen))}
     />
   );
   const borrow = (chosen: string) => {
@@ -62,7 +62,7 @@ export function ProgramMenu() {
         {tool(icons.FolderOpen, "Open a file", () => file.current!.click())}
         {tool(icons.Download, "Save as a file", () => save(new Blob([programs.textNow()]), name))}
         {tool(icons.Link, "Copy a link to it", copyLink)}
-        {tool(icons.Trash2, "Delete", forget)}
+        {tool(icons.Trash2, "Delete", forget, !programs.isOwn.value)}
       </Menu>
       <input
         {...({ ref: file, type: "file", hidden: true, accept: ".py" } as const)}

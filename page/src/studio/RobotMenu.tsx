@@ -7,7 +7,8 @@ import { Menu } from "../look/Menu";
 import { title } from "../look/text";
 import { hello } from "../store";
 import { known } from "./known";
-import { lab, robot } from "./run";
+import { lab } from "./programs";
+import { robot } from "./run";
 import { choose, hasPort } from "./serial";
 
 const wish = signal<Record<string, string>>({});
@@ -40,11 +41,15 @@ export function RobotMenu() {
   const worlds = hello.value?.worlds.map(({ name }) => name) ?? [],
     [, about] = faults.find(([name]) => name === wish.value.fault) ?? [];
   return (
-    <Menu icon={Bot} text={isReal ? "The real robot" : robot.value || "Robot: as the program says"}>
+    <Menu
+      icon={Bot}
+      text={isReal ? "The real robot" : `Robot: ${wish.value.world ? title(wish.value.world) : "as the program says"}`}
+    >
       <Button act={choose} disabled={isReal} title="Chrome and Edge reach a robot by a cable or by Bluetooth">
         Real robot …
       </Button>
       {list("World", "world", "as the program says", worlds, { disabled: isReal })}
+      {disabled && !isReal && <p class="hint">Choose a world to choose what follows, too.</p>}
       {list("Firmware of the robot", "firmware", "the world's own", firmwares, { disabled })}
       {list(
         "What goes wrong on its link",

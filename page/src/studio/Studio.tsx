@@ -18,6 +18,7 @@ import { isSilent, listed, robotOf, subscribe } from "../store";
 import { useWorld } from "../world/live";
 import { World } from "../world/World";
 import { editIn } from "./editor";
+import { Help } from "./Help";
 import { hasLabs, Labs } from "./Labs";
 import { Output } from "./Output";
 import { ProgramMenu } from "./ProgramMenu";
@@ -39,13 +40,14 @@ function Code() {
 
 /** What Python does, and where the program is. */
 function State() {
-  const { state, line } = run.program.value,
+  const { state, line, name, mistake } = run.program.value,
+    atRest = !name ? ["", "ready"] : mistake ? ["failed", "ended by an error"] : ["", "ended"],
     isLost = state === "running" && isSilent.value;
   const [colour, words] = loading.value
     ? ["connecting", loading.value]
     : isLost
       ? ["connecting", "runs without a pause"]
-      : { idle: ["", "ready"], running: ["connected", "runs"], paused: ["gap", `paused at line ${line}`] }[state];
+      : { idle: atRest, running: ["connected", "runs"], paused: ["gap", `paused at line ${line}`] }[state];
   return (
     <p class="chip" role="status" data-phase={colour}>
       {words}
@@ -83,6 +85,7 @@ function Header() {
       <Button icon={icons.Workflow} aria-pressed={hasStates.value} act={() => (hasStates.value = !hasStates.value)}>
         States
       </Button>
+      <Help />
       <Button weight="quiet" icon={isDark() ? icons.Sun : icons.Moon} label="light or dark" act={toggleTheme} />
       <Button
         {...({ id: "run", weight: "primary", icon: icons.Play, act: run.run } as const)}
@@ -108,7 +111,7 @@ function Part() {
     Kind = part.value === "World" ? null : PARTS[part.value];
   useEffect(() => (key ? subscribe({ what: "robot", of: key, rate: 10 }) : undefined), [key]);
   if (!world.scene.value) return <p class="hint">The world comes when Python is loaded.</p>;
-  if (!Kind) return <World world={world} of="program" own={0} />;
+  if (!Kind) return <World world={world} of="program" own={0} isOfProgram />;
   return (
     <div class="stack part">
       {key ? <Kind key={key} robot={robotOf(key)} /> : <p class="hint">What the robot of the program tells it.</p>}
@@ -166,7 +169,7 @@ export function Studio() {
         </section>
       </main>
       <Toasts />
-      <Dialog stop={stop} />
+      <Dialog stop={run.isIdle() ? undefined : stop} />
     </>
   );
 }

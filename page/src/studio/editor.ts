@@ -121,8 +121,8 @@ const extensions = [
   python(),
   help,
   syntaxHighlighting(colours),
+  lookToWriteIn, // before the other one, which it changes
   look,
-  lookToWriteIn,
 ];
 
 let shown: view.EditorView;

@@ -20,6 +20,9 @@ export const known = signal({
   machine: "", // a program of states to begin with
 });
 
+/** What a beginner needs of a robot before all else. */
+export const BASICS = ["drive", "turn", "set_speed", "stop", "sleep", "proximity"];
+
 /** Load the tables: after the page is drawn, for nobody writes as fast as that. */
 export async function load() {
   known.value = await (await fetch("known.json")).json();

@@ -103,7 +103,7 @@ export type Condition = {
   value: string;
 };
 
-/** A lab: its instructions are Markdown. */
+/** A lab: its instructions are Markdown; *missing* says why its program cannot run here, if it cannot. */
 export type LabNews = {
   name: string;
   title: string;
@@ -111,6 +111,7 @@ export type LabNews = {
   text: string;
   start: string;
   goals: LabGoal[];
+  missing: string;
 };
 
 /** What became of a check, and the text of the file to hand in. */

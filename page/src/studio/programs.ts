@@ -1,7 +1,8 @@
 // The programs of this browser: kept under their names, read from files and links, and put into links.
-import { computed, signal } from "@preact/signals";
+import { batch, computed, signal } from "@preact/signals";
 import { toast } from "../store";
 import { known } from "./known";
+import type { LabNews } from "./messages";
 
 const KEPT = "elib-program:"; // before the name, in the browser's storage
 const LAST = "elib-last-program";
@@ -17,6 +18,11 @@ with elib.connect("sim://arena") as robot:
         robot.sleep(0.05)
     robot.stop()
     print("There is something near me.")
+`;
+const NEW = `import elib
+
+with elib.connect("sim://arena") as robot:
+    robot.drive(0.1)  # m
 `;
 
 const stored = (name: string) => localStorage.getItem(KEPT + name);
@@ -34,8 +40,11 @@ function free(wanted: string) {
 export const opened = signal({ name: "program.py", text: FIRST });
 export const name = signal(opened.value.name);
 export const names = signal(listed());
+/** The lab that it is for. */
+export const lab = signal<LabNews | null>(null);
 /** Where the program is from if it is not one's own: it is kept only when it is changed or run, under a free name. */
 const borrowed = signal("A first program");
+export const isOwn = computed(() => !borrowed.value);
 /** Why the program cannot be kept. */
 export const unsaved = signal("");
 export const note = computed(() => unsaved.value || borrowed.value || "Saved in this browser");
@@ -77,13 +86,16 @@ export function save(even = false) {
 }
 
 /** Show a program in place of the one before, which is saved: *from* says where it is from if it is not one's own. */
-function show(next: typeof opened.value, from: string) {
+function show(next: typeof opened.value, from: string, of: LabNews | null) {
   if (!save()) return toast(FULL);
   text = next.text;
-  name.value = next.name;
-  borrowed.value = from;
-  opened.value = next;
-  revision.value++;
+  batch(() => {
+    name.value = next.name;
+    borrowed.value = from;
+    lab.value = of;
+    opened.value = next;
+    revision.value++;
+  });
   if (!from) save(true);
 }
 
@@ -104,14 +116,15 @@ export function imported() {
   return found;
 }
 
-export const borrow = (name: string, text: string, from: string) => show({ name, text }, from);
-export const begin = () => borrow(free("program"), FIRST, "New");
+export const borrow = (name: string, text: string, from: string, of: LabNews | null = null) =>
+  show({ name, text }, from, of);
+export const begin = () => borrow(free("program"), NEW, "New: it is kept when you change or run it");
 export const beginMachine = () => borrow(free("states"), known.value.machine, "New");
 
 /** Open a program of this browser, or a text that begins it. */
-export function open(name: string, beginning = FIRST, from = "New") {
+export function open(name: string, beginning = FIRST, from = "New", of: LabNews | null = null) {
   const found = stored(name);
-  show({ name, text: found ?? beginning }, found === null ? from : "");
+  show({ name, text: found ?? beginning }, found === null ? from : "", of);
 }
 
 export function rename(wanted: string) {
@@ -126,7 +139,7 @@ export function rename(wanted: string) {
 export function forget() {
   clearTimeout(timer);
   isChanged = false;
-  localStorage.removeItem(KEPT + name.value);
+  if (isOwn.value) localStorage.removeItem(KEPT + name.value); // of what is not kept, another may have the name
   names.value = listed();
   open(names.value[0] ?? "program.py");
 }

@@ -1,10 +1,9 @@
 // The program that runs: how it stands, what it printed, and what Run, Stop and Pause ask of Python.
-import { effect, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { stops } from "../stop";
 import { ask, onTold, tell } from "../store";
-import type { LabNews, ProgramNews } from "./messages";
-import type { Asked, Output } from "./messages";
-import { imported, name, opened, save, textNow } from "./programs";
+import type { Asked, Output, ProgramNews, Report } from "./messages";
+import { imported, lab, name, opened, revision, save, textNow } from "./programs";
 import { halt } from "./serial";
 import { loading, restart } from "./wire";
 
@@ -31,7 +30,7 @@ export const isIdle = () => program.value.state === "idle";
 export const isWaiting = signal(false); // Run was pressed while Python is loaded
 export const speed = signal(1);
 export const robot = signal(""); // the URL that takes the place of the program's own
-export const lab = signal<LabNews | null>(null);
+export const report = signal<Report | null>(null); // of the check that was the last run
 export const breakpoints = signal<number[]>([]);
 export const shownLine = signal<{ line: number } | null>(null); // that the editor scrolls to
 
@@ -43,7 +42,7 @@ let printed: Output[] = []; // since the last picture
 let count = 0; // lines that were printed, and more where some were left out
 
 export function clear() {
-  [printed, lines.value, count] = [[], [], 0];
+  [printed, lines.value, count, report.value] = [[], [], 0, null];
 }
 
 /** Take what was printed; it is drawn with the next picture, however often something is printed until then. */
@@ -134,9 +133,16 @@ effect(() => {
   const now = { speed: speed.value };
   if (program.peek().state !== "idle") tell("set_pace", now);
 });
+// What another program printed, and how it ended, says nothing of the one that is open now.
+effect(() => {
+  if (!opened.value || program.peek().state !== "idle") return;
+  clear();
+  program.value = IDLE;
+});
+const named = computed(() => NAMED.exec((revision.value, textNow()))?.[1] ?? "sim://");
 // Before a run, the world that the program names stands there, with nobody driving.
 effect(() => {
-  const wanted = { lab: lab.value?.name, robot: robot.value || (NAMED.exec(opened.value.text)?.[1] ?? "sim://") };
+  const wanted = { lab: lab.value?.name, robot: robot.value || named.value };
   if (loading.value) return;
   if (isWaiting.peek()) run();
   else if (program.peek().state === "idle") tell("show_world", wanted);

@@ -12,19 +12,20 @@ const HINT = "All robots of this page are stopped, and behaviours end; then robo
 const WENT_BACK =
   "Robots and things are back, and your robots stand. Not put back: wheel counters, LEDs, batteries, and what programs remember.";
 
-type Props = { world: World; orders: Orders };
+/** Where *isOfProgram*, the time is that of a program: no hand pauses it, and it does not go back. */
+type Props = { world: World; orders: Orders; isOfProgram: boolean };
 
 const agoOf = ({ past, span }: World) => (past.value === null ? 0 : Math.max(STEP, span.value[1] - past.value));
 
 /** The time of the world, and why it goes otherwise than a person expects. */
-function timeOf({ frame, clock, ratio, isLive }: World) {
+function timeOf({ frame, clock, ratio, isLive }: World, isOfProgram: boolean) {
   const { paused, speed } = clock.value,
     isSlow = ratio !== null && !paused && ratio < 0.85 * speed,
-    note = paused ? ", paused" : isSlow ? `, slower: × ${ratio.toFixed(1)}` : "";
+    note = isOfProgram ? "" : paused ? ", paused" : isSlow ? `, slower: × ${ratio.toFixed(1)}` : "";
   return isLive.value ? `${(frame.value?.time ?? 0).toFixed(1)} s${note}` : "disconnected";
 }
 
-export function TimeLine({ world }: Pick<Props, "world">) {
+export function TimeLine({ world, isOfProgram }: Omit<Props, "orders">) {
   const [first, last] = world.span.value,
     ago = agoOf(world),
     steps = Math.floor((last - first) / STEP);
@@ -37,13 +38,13 @@ export function TimeLine({ world }: Pick<Props, "world">) {
         aria-valuetext={ago ? `${ago.toFixed(1)} s ago` : "now"}
         onInput={({ currentTarget: { valueAsNumber: at } }) => world.lookAt(at < -STEP / 2 ? last + at : null)}
       />
-      <output class="time">{ago ? `−${ago.toFixed(1)} s` : timeOf(world)}</output>
+      <output class="time">{ago ? `−${ago.toFixed(1)} s` : timeOf(world, isOfProgram)}</output>
     </label>
   );
 }
 
 /** Says over the picture that it shows the past, and leads out of it. */
-export function Past({ world, orders }: Props) {
+export function Past({ world, orders, isOfProgram }: Props) {
   const time = world.past.value;
   if (time === null) return null;
   const goBack = async () => {
@@ -55,7 +56,7 @@ export function Past({ world, orders }: Props) {
   return (
     <div class="world-past card">
       <strong>The world {agoOf(world).toFixed(1)} s ago</strong>
-      {can().edit && !hello.value?.study && (
+      {can().edit && !isOfProgram && !hello.value?.study && (
         <Button weight="primary" title={HINT} disabled={!world.isLive.value} act={goBack} children="Go on from here" />
       )}
       <Button act={() => world.lookAt(null)}>Back to now</Button>

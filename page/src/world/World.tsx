@@ -80,13 +80,18 @@ const tool = (icon: icons.IconNode, label: string, act: () => unknown, disabled 
 export const stageOf = async (canvas: HTMLCanvasElement, world: Model) =>
   (await import("./View")).stageOf(canvas, world);
 
+type Props = { world: Model; of: string; own?: number | null; isOfProgram?: boolean };
+
 /** A world: *of* is its key, *own* the robot that the place is about, which is selected at first. */
-export function World({ world, of, own = null }: { world: Model; of: string; own?: number | null }) {
+export function World({ world, of, own = null, isOfProgram = false }: Props) {
   const canvas = useRef<HTMLCanvasElement>(null),
     stage = useSignal<Stage | null>(null),
     hand = useSignal<Hand | null>(null),
     orders = useRef<Orders>(null);
-  orders.current ??= new Orders(world);
+  orders.current ??= new Orders(
+    world,
+    isOfProgram ? "The next run begins without it: a world begins as its file says." : "",
+  );
   const openRobot = (index: number) => {
     const found = listed.value.find((each) => each.world === of && each.index === index);
     if (found) go(address(found.key));
@@ -138,7 +143,7 @@ export function World({ world, of, own = null }: { world: Model; of: string; own
           <Button weight="quiet" icon={icons.Minus} label="zoom out" act={() => stage.value?.zoomBy(0.7)} />
           <Button weight="quiet" icon={icons.Maximize} label="Fit" act={() => stage.value?.showAll()} />
         </div>
-        <Past world={world} orders={orders.current} />
+        <Past world={world} orders={orders.current} isOfProgram={isOfProgram} />
         <p class="world-said" role="status">
           {orders.current.said.value}
         </p>
@@ -150,7 +155,7 @@ export function World({ world, of, own = null }: { world: Model; of: string; own
           </aside>
         )}
       </div>
-      <TimeLine world={world} />
+      <TimeLine world={world} isOfProgram={isOfProgram} />
     </section>
   );
 }
@@ -237,5 +242,5 @@ async function keep(world: Model) {
   );
   if (!(await confirmed("Save this world", "Save", body))) return;
   const saved = await ask("save_world", { name });
-  if (saved) toast(`Saved as ${saved.name}. Open it again as ${saved.url}`);
+  if (saved) toast(`Saved as ${saved.name}. Open it again as ${saved.url}`, true);
 }

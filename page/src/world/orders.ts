@@ -15,7 +15,10 @@ export class Orders {
   private waiting = new Map<string, Order | null>();
   private timer = 0;
 
-  constructor(private readonly world: World) {}
+  constructor(
+    private readonly world: World,
+    private readonly whenAdded = "",
+  ) {}
 
   get mayEdit() {
     return can().edit && this.world.isLive.value && this.world.past.value === null;
@@ -62,7 +65,7 @@ export class Orders {
       if (!reply || reply.ok || !reply.error.message.includes("no room")) break;
     }
     if (reply?.ok) this.world.selectAdded(`${kind}:${reply.result}`);
-    else this.say(reason(reply));
+    this.say(reply?.ok ? this.whenAdded : reason(reply));
   }
 
   remove() {

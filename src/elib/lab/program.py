@@ -34,7 +34,7 @@ def main(number: int, file: str) -> None:
             if link.is_over and isinstance(error, LinkError):
                 sys.exit(1)  # the marker says why
             print(own_traceback(error), file=sys.stderr)
-            sys.exit(1)
+            raise SystemExit(1) from error
 
 
 if __name__ == "__main__":

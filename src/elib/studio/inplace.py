@@ -23,10 +23,11 @@ GRACE = 0.5
 """s of the wall clock in which a program may end after its time was over."""
 
 T = TypeVar("T")
-Run = Callable[[str, Callable[[Path], object], Callable[[], bool]], str]
+Run = Callable[[str, Callable[[Path], BaseException | None], Callable[[], bool]], str]
 """Writes a program into a file, calls the function with it where programs run, and returns what was printed meanwhile.
 
-While the other function returns True it ends what runs, as Ctrl-C does.
+The function returns the error that ended the program. While the other one returns True, what runs is ended, as Ctrl-C
+ends it.
 """
 
 
@@ -61,10 +62,11 @@ class InPlace:
         log, codes = logging.getLogger("elib"), [0]
         level = log.level
 
-        def work(file: Path) -> None:
+        def work(file: Path) -> BaseException | None:
             with linked(self) as number:
                 link_of(number).on_jump = self._end_late
-                codes[0] = _exit_code(number, file)
+                codes[0], error = _ended(number, file)
+            return error
 
         try:
             output = run(text, work, self._is_late)
@@ -117,14 +119,14 @@ class InPlace:
             return self._loop.run_until_complete(work)
 
 
-def _exit_code(number: int, file: Path) -> int:
-    """Run a program on the robots of a link, and return the exit code that its process would have."""
+def _ended(number: int, file: Path) -> tuple[int, BaseException | None]:
+    """Run a program on the robots of a link; return the exit code that its process would have, and its error."""
     try:
         main(number, str(file))
     except SystemExit as ending:
-        return code_of(ending)
+        return code_of(ending), ending.__cause__
     except KeyboardInterrupt:
-        return -signal.SIGINT
+        return -signal.SIGINT, None
     finally:
         SIGNALS.close_all()
-    return 0
+    return 0, None

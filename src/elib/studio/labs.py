@@ -9,6 +9,7 @@ import zlib
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict
+from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 from tempfile import mkdtemp
 
@@ -42,7 +43,7 @@ class LabGoal(Struct):
 
 
 class LabNews(Struct):
-    """A lab: its instructions are Markdown."""
+    """A lab: its instructions are Markdown; *missing* says why its program cannot run here, if it cannot."""
 
     name: str
     title: str
@@ -50,6 +51,7 @@ class LabNews(Struct):
     text: str
     start: str
     goals: list[LabGoal]
+    missing: str = ""
 
 
 class GoalNews(Struct):
@@ -190,8 +192,11 @@ def _news(lab: Lab) -> LabNews:
         file = lab.folder / name
         return file.read_text("utf-8", "replace") if file.is_file() else ""
 
+    start = text("start.py")
     goals = [LabGoal(goal.name, goal.points, goal.sentence) for goal in lab.goals]
-    return LabNews(lab.name, lab.title, lab.summary, text("README.md"), text("start.py"), goals)
+    needs_numpy = "image()" in start and find_spec("numpy") is None
+    missing = "Not here: the camera needs NumPy, which this studio was built without." if needs_numpy else ""
+    return LabNews(lab.name, lab.title, lab.summary, text("README.md"), start, goals, missing)
 
 
 def _goals(found: Iterable[GoalResult]) -> list[GoalNews]:

@@ -34,6 +34,8 @@ MAX_AT_ONCE = 20_000
 """Characters that a program may print between two looks at the page; the rest is left out, and said."""
 NEWS = 0.1
 """s between two words about a program that runs."""
+PATIENCE = 2.0
+"""s that a program may compute while its robots' time stands still, until it is told why they do."""
 
 SLEEP = time.sleep  # noqa: TID251  # what programs call, which is another one here
 
@@ -97,6 +99,7 @@ class Program:
         folder: Where the programs lie.
         time: How long the robots of the program have lived, s.
         states: The state of its machine, and the one before; empty texts without one.
+        has_robot: Whether it has a virtual robot open.
 
     Attributes:
         place: Where it runs.
@@ -112,13 +115,17 @@ class Program:
         folder: Path,
         time: Callable[[], float],
         states: Callable[[], tuple[str, str]] = lambda: ("", ""),
+        has_robot: Callable[[], bool] = lambda: False,
     ) -> None:
         self.place = Place(nap, self._turned)
         self.debugger = Debugger(self.place, self._say)
         self.state: State = "idle"
         self.goals: Goals = no_goals
         self._is_late: Callable[[], bool] = lambda: False
-        self._tell, self._folder, self._time, self._states = tell, folder, time, states
+        self._tell, self._folder, self._time, self._states, self._has_robot = tell, folder, time, states, has_robot
+        self._mistake: Mistake | None = None
+        self._was_stopped = False
+        self._stood = 0.0, 0.0
         self._name = ""
         self._code: int | None = None
         self._said = -math.inf
@@ -134,6 +141,8 @@ class Program:
         if self.state != "idle":
             raise ArgumentError("a program runs already", hint="stop it first")
         self.state, self._name, self.debugger.line, self._code = "running", name, None, None
+        self._mistake, self._was_stopped = None, False
+        self._stood = 0.0, math.inf
         return self._file(text, name, imported)
 
     def _file(self, text: str, name: str, imported: Mapping[str, str] = EMPTY) -> Path:
@@ -153,28 +162,30 @@ class Program:
     def run(self, file: Path, robot: str) -> None:
         """Run the program to its end, on another robot than it names if *robot* is a URL."""
         self._say()
-        mistake = None
         try:
             with (
                 contextlib.redirect_stdout(self._out),
                 contextlib.redirect_stderr(self._err),
                 self._around(file, robot),
             ):
-                mistake = self._ended(lambda: run_file(file, has_driven=lambda: self._time() > 0), file)
+                self._end(lambda: run_file(file, has_driven=lambda: self._time() > 0), file)
         finally:
-            self.leave(mistake)
+            self.leave()
 
-    def leave(self, mistake: Mistake | None = None) -> None:
-        """Note that what ran has ended, and with which mistake."""
+    def leave(self) -> None:
+        """Note that what ran has ended."""
         self.place.is_ending = False
         self.state = "idle"
         self._flush()
-        self._say(mistake)
+        self._say()
 
-    def printed_by(self, text: str, work: Callable[[Path], object], is_late: Callable[[], bool]) -> str:
-        """Do *work* with a program as one that runs, and return what was printed meanwhile; it is not shown.
+    def printed_by(self, text: str, work: Callable[[Path], BaseException | None], is_late: Callable[[], bool]) -> str:
+        """Do *work* with a program as one that runs, and return what was printed meanwhile; only an error is shown.
 
         While *is_late* returns True, what runs is ended as Ctrl-C does.
+
+        Raises:
+            ArgumentError: A person has stopped it.
         """
         file = self._file(text, self._name)
         printed = _Printed(MAX_OUTPUT)
@@ -185,16 +196,22 @@ class Program:
                 contextlib.redirect_stderr(io.StringIO()),
                 self._around(file, ""),
             ):
-                work(file)
+                error = work(file)
         finally:
             self._is_late = lambda: False
             self.place.is_ending = False
+        if self._was_stopped:
+            raise ArgumentError("the check was stopped")
+        if error is not None and self._mistake is None:
+            self._show(error, file)
         return printed.take()
 
     def stop(self) -> None:
         """End the program as Ctrl-C would."""
         if self.state != "idle":
-            self.place.is_ending = True
+            self.debugger.breakpoints = set()  # on its way out it stands still no more
+            self.debugger.go("on")
+            self.place.is_ending = self._was_stopped = True
 
     def pause(self) -> None:
         """Let the program and its robots stand still."""
@@ -211,8 +228,8 @@ class Program:
             stay.enter_context(self.debugger.following(str(file)))
             yield
 
-    def _ended(self, work: Callable[[], object], file: Path) -> Mistake | None:
-        """Do *work*, and return what was wrong in the end."""
+    def _end(self, work: Callable[[], object], file: Path) -> None:
+        """Do *work*, and note what was wrong in the end."""
         self._code = FAILED
         try:
             work()
@@ -222,27 +239,44 @@ class Program:
         except SystemExit as error:
             self._code = code_of(error)
             if self._code:
-                return Mistake("SystemExit", f"the program ended with exit code {self._code}", "", None, "")
+                self._mistake = Mistake("SystemExit", f"the program ended with exit code {self._code}", "", None, "")
         except BaseException as error:
-            trace = own_traceback(error).replace(f"{self._folder}/", "")
-            print(plain(trace), file=sys.stderr)
-            return mistake_of(error, trace, str(file))
-        return None
+            self._show(error, file)
+
+    def _show(self, error: BaseException, file: Path) -> None:
+        """Print an error, and note it as what ended the program in *file*."""
+        trace = own_traceback(error).replace(f"{self._folder}/", "")
+        self._err.write(f"{trace}\n")
+        self._mistake = mistake_of(error, trace, str(file))
 
     def _turned(self) -> None:
         """Tell the page what there is to tell, if it has not been told for a while."""
         self.place.is_ending |= self._is_late()
+        self._look_at_time()
         self._flush()
         state: State = "paused" if self.place.is_held else "running"
         if self.state not in ("idle", state) or (self.state == "running" and time.perf_counter() - self._said > NEWS):
             self.state = state
             self._say()
 
-    def _say(self, mistake: Mistake | None = None) -> None:
+    def _look_at_time(self) -> None:
+        """Say once why the robots stand still, if the program only computes."""
+        (before, since), now = self._stood, time.perf_counter()
+        if self._time() != before or self.place.is_held or not self._has_robot():
+            self._stood = self._time(), now
+        elif now - since > PATIENCE:
+            self._stood = before, math.inf
+            self._err.write(
+                f"The robot stands still, because the program waits for nothing (line {self.debugger.line}).\n"
+                "What to try: put robot.sleep(0.05) into the loop.\n"
+            )
+
+    def _say(self) -> None:
         self._said = time.perf_counter()
         if self.state != "idle" and self.place.is_held:
             self.state = "paused"
-        news = ProgramNews(self.state, self._name, self.debugger.line, self._time(), mistake=mistake)
+        news = ProgramNews(self.state, self._name, self.debugger.line, self._time())
+        news.mistake = self._mistake if self.state == "idle" else None
         news.states = self._states()
         news.goals = self.goals(None if self.state != "idle" else self._code)
         if self.state == "paused":

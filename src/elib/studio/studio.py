@@ -79,7 +79,7 @@ class Studio:
         self.labs = Labs(folder)
         self._shown: Simulation | None = None
         simulation.on_begin.append(self._began)
-        self.program = Program(nap, tell, folder, self._time, self._states)
+        self.program = Program(nap, tell, folder, self._time, self._states, self._has_robot)
         self._robot: Epuck | None = None
 
     def run(
@@ -121,7 +121,7 @@ class Studio:
             ArgumentError: A program runs already, or there is no such lab.
         """
         self.labs.lab(lab)
-        self.program.take(text, lab)
+        self.program.take(text, f"{lab}.py")
         ended: asyncio.Future[Report] = self._loop.create_future()
 
         def check() -> None:
@@ -132,6 +132,7 @@ class Studio:
             finally:
                 self.program.leave()
 
+        self._simulation = self._robot = None
         self._lab, self.program.goals = "", no_goals
         self.program.place.speed, self.program.debugger.breakpoints = math.inf, set()
         self._begin(check)
@@ -173,6 +174,10 @@ class Studio:
 
     def _time(self) -> float:
         return 0.0 if self._simulation is None else self._simulation.time
+
+    def _has_robot(self) -> bool:
+        robots = {} if self._simulation is None else self._simulation.robots
+        return any(each.link.is_connected for each in robots.values())
 
     def _states(self) -> tuple[str, str]:
         """Return the state of the first robot's machine, and the one before."""

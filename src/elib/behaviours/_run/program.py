@@ -11,7 +11,6 @@ import re
 import runpy
 import signal
 import sys
-import sysconfig
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -28,7 +27,7 @@ from elib.robot import runner
 from elib.robot.emergency import stop_at_once
 from elib.robot.signals import SHUTDOWN_TIME, interrupt_main_thread
 
-_LIBRARY = sysconfig.get_path("stdlib") + os.sep
+_LIBRARY = str(Path(asyncio.__file__).parents[1]) + os.sep  # in a browser, sysconfig has another
 OURS = (
     str(PACKAGE) + os.sep,
     "<frozen ",
