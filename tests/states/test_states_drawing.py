@@ -6,7 +6,7 @@ import random
 import re
 from xml.etree import ElementTree
 
-from elib.tools.states.drawing import SAMPLES, Box, draw, layout
+from elib.tools.states.drawing import SAMPLES, draw, layout
 from elib.tools.states.text import Program
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -35,10 +35,6 @@ def places(path: str) -> list[tuple[float, float]]:
     ]
 
 
-def _is_in(box: Box, x: float, y: float) -> bool:
-    return abs(x - box.x) < box.width and abs(y - box.y) < box.height
-
-
 def run_through(program: Program) -> list[tuple[str, str, str]]:
     """Return the arrows that run through a state which they neither leave nor lead to, and that state."""
     root, boxes = ElementTree.fromstring(draw(program)), layout(program)
@@ -50,7 +46,7 @@ def run_through(program: Program) -> list[tuple[str, str, str]]:
             points = places(arrow.findall(f"{SVG}path")[0].attrib["d"])
             assert all(x <= at[0] <= x + width and y <= at[1] <= y + height for at in points), "out of the picture"
             others = [(name, box) for name, box in boxes.items() if name not in ends]
-            met = [name for name, box in others if any(_is_in(box, *each) for each in points)]
+            met = [name for name, box in others if any(box.meets(each) for each in points)]
             found += [(*ends, name) for name in met]
     return found
 

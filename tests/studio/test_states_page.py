@@ -208,6 +208,6 @@ async def test_a_state_that_is_dragged_stays_where_it_is_put(tab: Tab) -> None:
     x, y = await tab.run(where)
     for kind, dx in (("mouseMoved", 0), ("mousePressed", 0), ("mouseMoved", -30), ("mouseReleased", -30)):
         await tab.mouse(kind, x + dx, y - 2 * dx)
-    await tab.until(f"{where}[1] > {y} + 20")
+    await tab.until(f"{where}[1] > {where.replace('turn', 'drive')}[1] + 20")
     await tab.run("elib.borrow('other.py', 'import elib', 'a test')")
     assert "turn" in str(await tab.run("localStorage['elib-places:drawn.py']"))

@@ -24,6 +24,8 @@ HEIGHT, LETTER, ROUND = 46, 7.6, 14
 """Height of a state, mean width of a letter of its name, and radius of the end, pixels."""
 BEND, MORE = 34, 30
 """How far an arrow bends to its left, and each further one between the same states, pixels."""
+LOOP = 16
+"""Half the width of an arrow to its own state, pixels."""
 NEAR = 8
 """What an arrow keeps away from the states that it passes, pixels."""
 FARTHER, TRIES, SAMPLES = 30, 12, 24
@@ -33,7 +35,9 @@ WIDEST, MOST_LINES = 22, 3
 """Letters of a line of a condition, and lines of it that are drawn; the whole stands in the title."""
 
 PLACES = (0.5, 0.42, 0.58, 0.34, 0.66)
-"""Shares of an arrow at which its condition may stand, the best first."""
+"""Shares of an arrow beside which its condition may stand, the best first."""
+APART, COVERS = 4, 40
+"""Between an arrow and its condition, pixels, and how bad it is to cover a place of an arrow, as so many pixels."""
 
 
 class Box(NamedTuple):
@@ -59,9 +63,9 @@ class Box(NamedTuple):
         high = min(self.y + self.height, other.y + other.height) - max(self.y - self.height, other.y - other.height)
         return max(0.0, wide) * max(0.0, high)
 
-    def has(self, place: Place) -> bool:
-        """Return whether a place is in it, or very near."""
-        return abs(place[0] - self.x) < self.width + NEAR and abs(place[1] - self.y) < self.height + NEAR
+    def meets(self, place: Place, near: float = 0) -> bool:
+        """Return whether a place is in it, or nearer than *near* to it."""
+        return abs(place[0] - self.x) < self.width + near and abs(place[1] - self.y) < self.height + near
 
 
 def layout(program: Program, places: Places | None = None) -> dict[str, Box]:
@@ -87,15 +91,19 @@ def layout(program: Program, places: Places | None = None) -> dict[str, Box]:
 
 
 def _columns(program: Program) -> list[list[str]]:
-    """Return the states, and the end if an arrow leads to it, breadth first; what no arrow leads to comes last."""
+    """Return the states, and the end if an arrow leads to it, breadth first; what no arrow leads to stands below them.
+
+    So a new state is seen at once where the picture is wider than its place.
+    """
     found, seen = [[program.start]], {program.start}
     while True:
         ways = [(each.source, each.target) for each in program.arrows if each.target in (*program.states, END)]
         more = dict.fromkeys(target for name in found[-1] for source, target in ways if source == name)
         names = [name for name in more if name not in seen]
         if not names:
-            rest = [name for name in program.states if name not in seen]
-            return [*found, rest] if rest else found
+            for number, name in enumerate(name for name in program.states if name not in seen):
+                found[number % len(found)].append(name)
+            return found
         found.append(names)
         seen.update(names)
 
@@ -123,9 +131,9 @@ def draw(program: Program, places: Places | None = None) -> str:
             seen[pair] = seen.get(pair, -1) + 1
             curves[number] = _curve(arrow, boxes, seen[pair])
     taken = [*boxes.values()]
-    arrows = [_arrow(number, program.arrows[number], curve, taken) for number, curve in curves.items()]
-    corners = [(box.x + side * box.width, box.y + side * box.height) for box in taken for side in (-1, 1)]
     ways = [_at(curve, place / SAMPLES) for curve in curves.values() for place in range(SAMPLES + 1)]
+    arrows = [_arrow(number, program.arrows[number], curve, taken, ways) for number, curve in curves.items()]
+    corners = [(box.x + side * box.width, box.y + side * box.height) for box in taken for side in (-1, 1)]
     width = max(x for x, _ in (*corners, *ways)) + MARGIN
     top = min(0.0, min(y for _, y in (*corners, *ways)) - MARGIN / 2)
     height = max(y for _, y in (*corners, *ways)) + MARGIN - top
@@ -167,8 +175,8 @@ def _curve(arrow: Arrow, boxes: Mapping[str, Box], nth: int) -> Curve:
     """Return the way of an arrow, the *nth* between its states: past others, if it does not have to bend too far."""
     one, other = boxes[arrow.source], boxes[arrow.target]
     if arrow.source == arrow.target:
-        x, y, out = one.x + one.width, one.y, 60 + MORE * nth
-        return (x, y - 10), (x + out, y), (x, y + 10)
+        x, y = one.x, one.y - one.height
+        return (x - LOOP, y), (x, y - 4 * LOOP - MORE * nth), (x + LOOP, y)
     dx, dy = other.x - one.x, other.y - one.y
     length = math.hypot(dx, dy) or 1.0
     bend = BEND + MORE * nth + 0.12 * max(0.0, length - 2 * GAP)
@@ -183,7 +191,7 @@ def _curve(arrow: Arrow, boxes: Mapping[str, Box], nth: int) -> Curve:
 
 
 def _meets(curve: Curve, boxes: list[Box]) -> bool:
-    return any(box.has(_at(curve, place / SAMPLES)) for place in range(SAMPLES + 1) for box in boxes)
+    return any(box.meets(_at(curve, place / SAMPLES), NEAR) for place in range(SAMPLES + 1) for box in boxes)
 
 
 def _at(curve: Curve, share: float) -> Place:
@@ -193,23 +201,36 @@ def _at(curve: Curve, share: float) -> Place:
     return a * x0 + b * x1 + c * x2, a * y0 + b * y1 + c * y2
 
 
-def _arrow(number: int, arrow: Arrow, curve: Curve, taken: list[Box]) -> str:
+def _arrow(number: int, arrow: Arrow, curve: Curve, taken: list[Box], ways: list[Place]) -> str:
     (x0, y0), (x1, y1), (x2, y2) = curve
     path = f"M{x0:.1f},{y0:.1f} Q{x1:.1f},{y1:.1f} {x2:.1f},{y2:.1f}"
     about = {"data_arrow": number, "data_source": arrow.source, "data_target": arrow.target, "class_": "arrow"}
     said = escape(f"{arrow.source} to {arrow.target}: {arrow.words}")
     wide = element("path", d=path, fill="none", stroke="#000000", stroke_opacity=0, stroke_width=16)
-    parts = (element("title", said), wide, element("path", d=path, **_line()), _label(arrow.words, curve, taken))
+    parts = (element("title", said), wide, element("path", d=path, **_line()), _label(arrow.words, curve, taken, ways))
     return element("g", "".join(parts), **about, tabindex=0, role="button", aria_label=f"arrow from {said}")
 
 
-def _label(words: str, curve: Curve, taken: list[Box]) -> str:
-    """Draw the condition where it covers least of the boxes in *taken*, and add its own to them."""
+def _label(words: str, curve: Curve, taken: list[Box], ways: list[Place]) -> str:
+    """Draw the condition beside its arrow, best outside the bend, where it covers least of *taken* and of all arrows.
+
+    Its own box is added to *taken*.
+    """
     lines = textwrap.wrap(words, WIDEST, max_lines=MOST_LINES, placeholder=" …")
     width, height = max(map(len, lines)) * 3.1 + 3, 7.5 * len(lines)
+    (x0, y0), control, (x2, y2) = curve
+    out = math.atan2(control[1] - (y0 + y2) / 2, control[0] - (x0 + x2) / 2)
+    apart = abs(math.cos(out)) * width + abs(math.sin(out)) * height + APART
 
-    could = [Box(*_at(curve, share), width, height) for share in PLACES]
-    found = min(could, key=lambda each: sum(map(each.shared, taken)))
+    def covered(box: Box) -> float:
+        return sum(map(box.shared, taken)) + COVERS * sum(box.meets(way) for way in ways) + 1e6 * (box.x < box.width)
+
+    could = [
+        Box(x + side * math.cos(out) * apart, y + side * math.sin(out) * apart, width, height)
+        for side in (1, -1)
+        for x, y in (_at(curve, share) for share in PLACES)
+    ]
+    found = min(could, key=covered)
     taken.append(found)
     top = found.y - height + 11.5
     spans = (
