@@ -141,6 +141,28 @@ def test_a_machine_is_a_state_of_another_and_is_left_by_a_name_that_it_does_not_
     assert left == ["look", "look", "roam", "look", "roam"]
 
 
+def test_a_machine_within_two_others_leaves_only_what_it_leaves() -> None:
+    left: list[str] = []
+
+    async def one(robot: elib.Epuck) -> str:
+        return "two"
+
+    async def two(robot: elib.Epuck) -> str:
+        return "end"
+
+    def leaving(name: str) -> object:
+        async def leave(robot: elib.Epuck) -> None:
+            left.append(name)
+
+        return leave
+
+    inner = elib.states(one, two, name="inner", exits={one: leaving("one")})  # type: ignore[dict-item]
+    middle = elib.states(inner, name="middle", exits={inner: leaving("inner")})  # type: ignore[dict-item]
+    result = done(middle, exits={middle: leaving("middle")})
+    assert names(result) == ["middle.inner.one", "middle.inner.two"]
+    assert left == ["one", "inner", "middle"]
+
+
 def test_a_step_whose_answer_is_lost_is_done_again_as_the_first_one(tmp_path: Path) -> None:
     entered: list[bool] = []
 

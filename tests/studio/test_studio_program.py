@@ -212,6 +212,35 @@ def test_an_error_is_told_with_its_line_and_what_to_try(rig: Rig) -> None:
     assert rig.news[-1]["mistake"]["line"] == 2
     assert "File" in rig.output
     assert "elib/" not in rig.output, "frames of elib are left out"
+    rig.run("name = input('who? ')\n")
+    assert (rig.news[-1]["mistake"]["kind"], rig.news[-1]["mistake"]["line"]) == ("Unsupported", 1)
+
+
+def test_the_state_of_a_machine_and_the_one_before_are_told(rig: Rig) -> None:
+    state = "def {}(robot, run):\n    return '{}' if run.time_in_state > 1 else None\n\n"
+    machine = state.format("one", "two") + state.format("two", "end")
+    rig.run(f"import elib\n\n{machine}elib.play(elib.states(one, two))\n")
+    assert rig.news[-1]["states"] == ["two", "one"]
+    assert rig.news[0]["states"] == ["", ""]
+
+
+def test_the_page_asks_for_the_picture_of_a_machine_and_edits_it(rig: Rig) -> None:
+    text = "import elib\n\n\ndef one(robot):\n    pass\n\n\nelib.play(elib.states(one))\n"
+    rig.say("read_states", text=text, places={"one": [200, 100]})
+    rig.say("state_forms")
+    rig.say(
+        "add_arrow",
+        text=text,
+        source="one",
+        target="end",
+        condition={"reading": "selector", "path": "", "comparison": "==", "value": "3"},
+    )
+    rig.say("add_arrow", text=text, source="nowhere", target="end", condition="")
+    read, forms, added, wrong = rig.answers[-4:]
+    assert [each["name"] for each in read["result"]["states"]] == ["one"]
+    assert {"distances", "selector"} <= {each["name"] for each in forms["result"]["readings"]}
+    assert added["result"][0]["text"].splitlines()[1:] == ["    if selector == 3:", '        return "end"']
+    assert wrong["error"]["message"] == "there is no state 'nowhere'"
 
 
 def test_a_flood_of_output_is_cut(rig: Rig) -> None:

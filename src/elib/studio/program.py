@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import contextlib
 import importlib
 import io
@@ -13,11 +14,11 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 from msgspec import Struct
 
-from elib.base.errors import ArgumentError, ElibError
+from elib.base.errors import ArgumentError, ElibError, Unsupported
 from elib.base.exits import DONE, FAILED
 from elib.base.plaintext import plain
 from elib.base.timebase import move_into
@@ -36,8 +37,6 @@ NEWS = 0.1
 """s between two words about a program that runs."""
 PATIENCE = 2.0
 """s that a program may compute while its robots' time stands still, until it is told why they do."""
-
-SLEEP = time.sleep  # noqa: TID251  # what programs call, which is another one here
 
 State = Literal["idle", "running", "paused"]
 EMPTY: Mapping[str, str] = MappingProxyType({})
@@ -220,7 +219,8 @@ class Program:
     @contextlib.contextmanager
     def _around(self, file: Path, robot: str) -> Iterator[None]:
         with contextlib.ExitStack() as stay:
-            stay.enter_context(_sleeping_by(self.place.sleep))
+            stay.enter_context(_replaced(vars(time), "sleep", self.place.sleep))
+            stay.enter_context(_replaced(vars(builtins), "input", _no_input))
             stay.enter_context(loops_at("real"))
             if robot:
                 stay.enter_context(substituted([robot], source="the page"))
@@ -290,13 +290,20 @@ class Program:
 
 
 @contextlib.contextmanager
-def _sleeping_by(sleep: Callable[[float], None]) -> Iterator[None]:
-    """Let ``time.sleep`` be another function while the block lasts."""
-    vars(time)["sleep"] = sleep
+def _replaced(names: dict[str, Any], name: str, value: object) -> Iterator[None]:
+    """Give a name of a module another value while the block lasts."""
+    before, names[name] = names[name], value
     try:
         yield
     finally:
-        vars(time)["sleep"] = SLEEP
+        names[name] = before
+
+
+def _no_input(prompt: object = "") -> str:
+    raise Unsupported(
+        "input() does not exist in the studio: nobody can answer a program there",
+        hint="write the value into the program",
+    )
 
 
 class _Printed(io.TextIOBase):

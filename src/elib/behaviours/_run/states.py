@@ -169,10 +169,14 @@ class Walk:
             return
         if self._inner is not None:
             yield from self._inner.exits(answer)
-            if answer in self._inner.machine.members:
+            if self._inner.knows(answer):
                 return
         if self._name in self.machine.exits:
             yield self.machine.exits[self._name]
+
+    def knows(self, answer: object) -> bool:
+        """Return whether it is the name of a state of this machine, or of the one that is its state now."""
+        return answer in self.machine.members or (self._inner is not None and self._inner.knows(answer))
 
     def take(self, answer: object) -> bool:
         """Take what the step returned; return whether the machine has ended.
