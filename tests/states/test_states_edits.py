@@ -194,6 +194,7 @@ def check(seed: int, edits: int) -> int:
         assert name in ("rename_state", "add_state", "remove_state") or list(after.states) == list(program.states), told
         if name not in ("remove_state", "remove_arrow", "remove_item"):
             assert comments(program) <= comments(after), told
+        assert all(each.node is not None for each in after.states.values()), told
         assert name != "set_start" or after.start == given[0], told
         assert len(after.arrows) - len(program.arrows) == (name == "add_arrow") or name.startswith("remove"), told
         assert after.raw.count(b"\r\n") == after.raw.count(b"\n") or b"\r" not in first, told

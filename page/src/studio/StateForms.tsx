@@ -29,7 +29,7 @@ function Field({ label, value, rule = "", change }: FieldProps) {
   );
 }
 
-const short = (number: number) => String(Number(number.toPrecision(6)));
+const short = (number: number) => String(Number(number.toPrecision(4)));
 
 /** A number of the program in the unit of a person; what is no number stays Python. */
 function Quantity({ label, value, scale, change, ...rest }: FieldProps & { scale: number }) {
@@ -158,7 +158,9 @@ export function ArrowForm({ arrow }: { arrow: number }) {
     reading = readings.find(({ name }) => name === it?.reading),
     field = reading?.fields.find(({ path }) => path === it!.path),
     set = (condition: Condition | string) => edit("set_condition", { arrow, condition }),
-    change = (part: Partial<Condition>) => set({ ...it!, ...part });
+    change = (part: Partial<Condition>) => set({ ...it!, ...part }),
+    others = reading?.fields.filter(({ path }) => path !== it!.path) ?? [],
+    isOther = others.some(({ path }) => path === it!.value);
   const choose = (to: string) => {
     const first = readings.find(({ name }) => name === to)?.fields[0];
     if (to === ALWAYS) return set("");
@@ -205,7 +207,14 @@ export function ArrowForm({ arrow }: { arrow: number }) {
               />
             </div>
           )}
-          {it && (
+          {others.length > 0 && (
+            <Select
+              {...{ "aria-label": "compared with", value: isOther ? it!.value : "" }}
+              choices={[["", "a number"], ...others.map(({ path, label }) => [path, label] as const)]}
+              choose={(value) => change({ value: value || "1" })}
+            />
+          )}
+          {it && !isOther && (
             <Quantity
               label={it.reading ? field?.unit || "value" : "seconds"}
               {...{ value: it.value, scale: field?.scale ?? 1, change: (value) => change({ value }) }}

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import keyword
 import re
+import unicodedata
 from collections.abc import Callable
 from typing import Annotated, TypeVar
 
@@ -47,14 +48,14 @@ def edit(act: Edit) -> Edit:
 @edit
 def add_state(program: Program, name: Text) -> list[Splice]:
     """Add a state that stops the robot when it is entered."""
-    _check_new(program, name)
+    name = _new(program, name)
     made = [each for each in program.states.values() if each.node is not None]
     if not made:
         raise ArgumentError("the functions of the states are in another file", hint="add the state there")
     model = next((each for each in made if len(_parameters(each)) > 1), made[0])
     assert model.node is not None
     indent, step = program.indent(model.node), program.step
-    head = re.sub(rb"(def\s+)\w+", rb"\1" + name.encode(), _head(program, model), count=1).decode()
+    head = re.sub(r"(def\s+)\w+", rf"\g<1>{name}", _head(program, model), count=1)
     await_, robot = "await " * isinstance(model.node, ast.AsyncFunctionDef), _robot(model)
     body = [f"{step}{await_}{robot}.stop()"]
     if run := _run(model):
@@ -74,13 +75,15 @@ def rename_state(program: Program, state: Text, name: Text) -> list[Splice]:
     found = _state(program, state)
     if name == state:
         return []
-    _check_new(program, name)
+    name = _new(program, name)
     if found.node is None:
         raise ArgumentError(f"{state} is made elsewhere", hint="rename it in the text")
     begin = program.span(found.node)[0]
-    definition = re.match(rb"(?:async\s+)?def\s+", program.raw[begin:])
+    definition = re.match(r"(?:async\s+)?def\s+(\w+)", program.raw[begin:].decode())
     assert definition is not None
-    spans = [(begin + definition.end(), begin + definition.end() + len(state.encode()))]
+    before, written = definition[0].removesuffix(definition[1]), definition[1]  # Python reads letters of a kind as one
+    at = begin + len(before.encode())
+    spans = [(at, at + len(written.encode()))]
     if isinstance(found.argument, ast.Name):
         named = _named(program, state)
         if any(isinstance(each, ast.arg) or isinstance(each.ctx, ast.Store) for each in named):
@@ -88,7 +91,7 @@ def rename_state(program: Program, state: Text, name: Text) -> list[Splice]:
         spans += map(program.span, named)
     if isinstance(found.argument, ast.Attribute):
         end = program.span(found.argument)[1]
-        spans.append((end - len(state.encode()), end))
+        spans.append((end - len(program.source(found.argument).rpartition(".")[2].encode()), end))
     renamed = [Splice(*span, name) for span in spans]
     arrows = [_renamed(program, each, name) for each in program.arrows if each.target == state]
     return renamed + arrows
@@ -162,6 +165,7 @@ def set_condition(program: Program, arrow: int, condition: Condition | Text) -> 
     indent = program.indent(node)
     if look:
         before.append(_before(program, node, [indent + line for line in look]))
+    before += _unneeded(program, found, test)
     begin = program.span(node)[0]
     if found.test is not None and test:
         return [*before, Splice(*program.span(found.test), test)]
@@ -171,18 +175,19 @@ def set_condition(program: Program, arrow: int, condition: Condition | Text) -> 
     if isinstance(node, ast.Return):
         if not isinstance(node.value, ast.IfExp):
             return []
-        return [Splice(program.span(node.value.body)[1], program.span(node)[1], "")]
+        return [*before, Splice(program.span(node.value.body)[1], program.span(node)[1], "")]
     assert isinstance(node, ast.If)
     end = program.span(node.body[0])[0]
     if b"#" in program.raw[begin:end] or _follows(program, found):
         raise ArgumentError("what follows would never be done", hint="edit the text, or make it the last arrow")
-    return [Splice(begin, end, "")]
+    return [*before, Splice(begin, end, "")]
 
 
 @edit
 def remove_arrow(program: Program, arrow: int) -> list[Splice]:
-    """Remove an arrow."""
-    return [_without(program, _plain(program, arrow).item.node)]
+    """Remove an arrow, and the reading that only it needs."""
+    found = _plain(program, arrow)
+    return [*_unneeded(program, found, ""), _without(program, found.item.node)]
 
 
 @edit
@@ -285,13 +290,16 @@ def _item(program: Program, state: str, number: int) -> Item:
     return items[number]
 
 
-def _check_new(program: Program, name: str) -> None:
+def _new(program: Program, name: str) -> str:
+    """Return a name for a state as Python reads it."""
+    name = unicodedata.normalize("NFKC", name)
     if not name.isidentifier() or keyword.iskeyword(name):
         raise ArgumentError(f"{name!r} is no name of a function", hint="use letters, digits and _, as in look_around")
     named = {each.id for each in ast.walk(program.tree) if isinstance(each, ast.Name)}
     named |= {each.name for each in ast.walk(program.tree) if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)}
     if name in named or name in program.states or name in (END, "elib"):
         raise ArgumentError(f"{name!r} is the name of something else", hint="choose another")
+    return name
 
 
 def _named(program: Program, name: str) -> list[ast.Name | ast.arg]:
@@ -324,14 +332,14 @@ def _run(state: State) -> str:
     return next(iter(_parameters(state)[1:]), "")
 
 
-def _head(program: Program, state: State) -> bytes:
+def _head(program: Program, state: State) -> str:
     """Return a function from its ``def`` to the colon before its body, on one line."""
     assert state.node is not None
     begin, end = program.span(state.node)[0], program.span(state.node.body[0])[0]
     head = program.raw[begin:end]
     signature = state.node.returns or (state.node.args.args[-1] if state.node.args.args else None)
     after = program.span(signature)[1] - begin if signature is not None else 0
-    return re.sub(rb"\s+", b" ", head[: head.index(b":", after) + 1])
+    return re.sub(r"\s+", " ", head[: head.index(b":", after) + 1].decode())
 
 
 def _given(arguments: dict[str, str]) -> str:
@@ -381,6 +389,22 @@ def _with_run(program: Program, state: State) -> tuple[str, list[Splice]]:
     assert state.node is not None
     at = program.span(state.node.args.args[-1])[1]
     return "run", [Splice(at, at, ", run")]
+
+
+def _unneeded(program: Program, arrow: Arrow, test: str) -> list[Splice]:
+    """Return what takes away the readings that only the condition of an arrow needs, if *test* does not need them."""
+    state = program.states[arrow.source]
+    here = [each for each in ast.walk(arrow.test) if isinstance(each, ast.Name)] if arrow.test else []
+    splices = []
+    for item in state.items if state.node else ():
+        name = item.node.targets[0].id if item.kind == "look" else ""  # type: ignore[attr-defined]
+        if name not in [each.id for each in here] or re.search(rf"\b{name}\b", test):
+            continue
+        named = [each for each in ast.walk(state.node) if isinstance(each, ast.Name) and each.id == name]  # type: ignore[arg-type]
+        rest = program.raw[program.span(item.node)[1] : program.line((item.node.end_lineno or 0) + 1)]
+        if len(named) == 1 + sum(each.id == name for each in here) and not rest.strip():
+            splices.append(_without(program, item.node))
+    return splices if state.node and len(splices) + 1 < len(state.node.body) else []
 
 
 def _renamed(program: Program, arrow: Arrow, name: str) -> Splice:
