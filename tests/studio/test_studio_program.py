@@ -208,6 +208,8 @@ def test_an_error_is_told_with_its_line_and_what_to_try(rig: Rig) -> None:
     assert mistake["hint"]
     rig.run("print(1\n")
     assert rig.news[-1]["mistake"]["line"] == 1
+    rig.run("if True:\n    print(1)\n  print(2)\n")
+    assert "as many spaces" in rig.news[-1]["mistake"]["hint"]
     rig.run("def f():\n    return 1 / 0\n\nf()\n")
     assert rig.news[-1]["mistake"]["line"] == 2
     assert "File" in rig.output

@@ -30,6 +30,7 @@ const lookToWriteIn = view.EditorView.theme({
   ".cm-wrong::after": { ...NOTE, content: "attr(data-note)", whiteSpace: "pre-wrap" },
   ".cm-tooltip": { border: "1px solid var(--line)", background: "var(--card)", boxShadow: "var(--lifted)" },
   ".cm-tooltip, .cm-panels": { background: "var(--card)", color: "var(--ink)" },
+  "&:not(.cm-focused) .cm-tooltip.known": { display: "none" }, // of the call in which nobody writes any more
   ".cm-tooltip.known, .cm-tooltip .known": {
     padding: "6px 10px",
     maxWidth: "min(440px, 90vw)",

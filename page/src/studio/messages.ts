@@ -49,7 +49,7 @@ export type Asked = {
   retarget: { text: string; arrow: number; target: string };
   /** Give an arrow another condition. */
   set_condition: { text: string; arrow: number; condition: Condition | string };
-  /** Remove an arrow. */
+  /** Remove an arrow, and the reading that only it needs. */
   remove_arrow: { text: string; arrow: number };
   /** Add a command to what a state does: in each step, or only when it is entered. */
   add_action: {

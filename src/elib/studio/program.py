@@ -38,6 +38,9 @@ NEWS = 0.1
 PATIENCE = 2.0
 """s that a program may compute while its robots' time stands still, until it is told why they do."""
 
+INDENT = "begin each line of a block with as many spaces as its first line"
+"""What to try where Python only says that lines do not fit together."""
+
 State = Literal["idle", "running", "paused"]
 EMPTY: Mapping[str, str] = MappingProxyType({})
 Goals = Callable[[int | None], list[GoalNews]]
@@ -339,5 +342,5 @@ def mistake_of(error: BaseException, trace: str, file: str) -> Mistake:
     lines = [number for frame, number in traceback.walk_tb(error.__traceback__) if frame.f_code.co_filename == file]
     line = lines[-1] if lines else getattr(error, "lineno", None)
     message = error.message if isinstance(error, ElibError) else trace.rpartition("\n")[2].partition(": ")[2]
-    hint = error.hint if isinstance(error, ElibError) else ""
+    hint = error.hint if isinstance(error, ElibError) else INDENT if isinstance(error, IndentationError) else ""
     return Mistake(type(error).__name__, plain(message), plain(hint), line, plain(trace))
