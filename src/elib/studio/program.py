@@ -304,7 +304,7 @@ def _replaced(names: dict[str, Any], name: str, value: object) -> Iterator[None]
 
 def _no_input(prompt: object = "") -> str:
     raise Unsupported(
-        "input() does not exist in the studio: nobody can answer a program there",
+        "input() does not exist in the studio: a page has no line to answer in",
         hint="write the value into the program",
     )
 
