@@ -6,7 +6,7 @@ import ast
 import inspect
 import logging
 import textwrap
-from collections.abc import Callable, Coroutine, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Coroutine, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, Final, overload
@@ -93,14 +93,9 @@ class StateMachine(Behaviour):
                     raise unknown(name, target, known, line)
 
     def lonely(self) -> list[str]:
-        """Return the states that no other state names; none if a state returns what only the run tells."""
-        reached = {self.start}
-        for name, state in self.members.items():
-            for _, target in _all_targets(state):
-                if target is None:
-                    return []
-                reached |= {target} - {name}
-        return [name for name in self.members if name not in reached]
+        """Return the states that no other state names, as far as that can be told."""
+        ways = [(name, target) for name, state in self.members.items() for _, target in _all_targets(state)]
+        return unreached(self.start, self.members, ways)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,6 +140,7 @@ class Walk:
     def _enter(self, name: str) -> None:
         self._name = name
         state = self.machine.members[name]
+        self._takes_run = _takes_run(state)
         self._inner: Walk | None = None
         if isinstance(state, StateMachine):
             self._inner = Walk(state, self.run, f"{self._within}{name}.")
@@ -161,7 +157,7 @@ class Walk:
         if self._inner is not None:
             return self._inner.call(robot)
         state = self.machine.members[self._name]
-        return state(robot, self.run) if _takes_run(state) else state(robot)
+        return state(robot, self.run) if self._takes_run else state(robot)
 
     def exits(self, answer: object) -> Iterator[State]:
         """Yield what is to be done before the states are left that *answer* leaves, the innermost first."""
@@ -301,31 +297,41 @@ def unknown(name: str, target: object, known: Iterable[str], line: int | None = 
     return ArgumentError(f"{place}state {name} returns {target!r}, but no state has this name", hint=hint)
 
 
-def targets(function: ast.AST) -> Iterator[tuple[ast.Return, str | None]]:
-    """Yield each return of a function that leaves a state, with the target; None where only the run tells it."""
-    for node in _own(function):
-        if isinstance(node, ast.Return) and node.value is not None:
-            yield from ((node, target) for target in _names(node.value))
+def targets(nodes: Iterable[ast.AST]) -> Iterator[tuple[ast.Return, ast.Constant | None]]:
+    """Yield each return that leaves a state, with the string that names its target; None where only the run tells it.
+
+    Functions within do not count: they return to the state.
+    """
+    for node in nodes:
+        if isinstance(node, ast.Return):
+            yield from ((node, name) for name in _names(node.value))
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda | ast.ClassDef):
+            yield from targets(ast.iter_child_nodes(node))
 
 
-def _own(function: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes of a function, in order, without those of functions within it."""
-    for node in ast.iter_child_nodes(function):
-        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda | ast.ClassDef):
-            yield node
-            yield from _own(node)
-
-
-def _names(value: ast.expr) -> Iterator[str | None]:
+def _names(value: ast.expr | None) -> Iterator[ast.Constant | None]:
     match value:
-        case ast.Constant(value=None):
+        case None | ast.Constant(value=None):
             pass
-        case ast.Constant(value=str(text)):
-            yield text
+        case ast.Constant(value=str()):
+            yield value
         case ast.IfExp(body=one, orelse=other):
             yield from (*_names(one), *_names(other))
         case _:
             yield None
+
+
+def unreached(start: str, names: Iterable[str], ways: Collection[tuple[str, str | None]]) -> list[str]:
+    """Return the states that no other one leads to; none of them if another one leads where only the run tells.
+
+    Args:
+        start: The state that the machine begins in.
+        names: All states.
+        ways: Source and target of each arrow; a target that only the run tells is None.
+    """
+    reached = {start, *(target for source, target in ways if target != source)}
+    open_ones = {source for source, target in ways if target is None}
+    return [name for name in names if name not in reached and not open_ones - {name}]
 
 
 def targets_of(state: State) -> Iterator[tuple[int, str]]:
@@ -345,8 +351,8 @@ def _all_targets(state: State) -> Iterator[tuple[int, str | None]]:
         tree, first = ast.Module([], []), 0
     match tree.body:
         case [ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) as node] if name == _name(state):
-            for each, target in targets(node):
-                yield first + each.lineno - 1, target
+            for each, target in targets(node.body):
+                yield first + each.lineno - 1, None if target is None else str(target.value)
         case _:  # its text is not there, or has changed since it was read
             yield 0, None
 

@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Literal
 
 from elib.base.errors import ArgumentError
-from elib.behaviours._run.states import END, targets
+from elib.behaviours._run.states import END, targets, unreached
 from elib.link.protocol.commands import SPECS
 from elib.robot.actions import Actions
 from elib.tools.states.words import READINGS, Looks, words
@@ -108,8 +108,9 @@ class Program:
         except (SyntaxError, ValueError) as error:
             line = f"line {error.lineno}: {error.msg}" if isinstance(error, SyntaxError) else str(error)
             raise ArgumentError(f"the program is not Python yet: {line}", hint="mend it in the text") from None
-        calls = [each for each in ast.walk(self.tree) if isinstance(each, ast.Call) and _called(each) == "states"]
-        if not calls or not calls[-1].args:
+        calls = [each for each in ast.walk(self.tree) if isinstance(each, ast.Call) and each.args]
+        calls = [each for each in calls if _name(each.func) == "states"]
+        if not calls:
             raise ArgumentError("the program has no states", hint="elib.play(elib.states(drive, turn))")
         self.call = max(calls, key=lambda each: self.span(each))
 
@@ -172,7 +173,6 @@ class Program:
     @property
     def problems(self) -> list[str]:
         """What is wrong with the machine, in sentences."""
-        reached = {self.start, *(each.target for each in self.arrows if each.source != each.target)}
         leaves = {each.source for each in self.arrows}
         said = [
             f"{each.source} leads to {each.target}, but there is no such state (line {each.name.lineno})"
@@ -182,11 +182,12 @@ class Program:
         open_ones = {
             name
             for name, state in self.states.items()
-            if state.node is None or any(target is None for _, target in targets(state.node))
+            if state.node is None or any(target is None for _, target in targets(state.node.body))
         }
+        ways = [*((each.source, each.target) for each in self.arrows), *((name, None) for name in open_ones)]
+        lonely = unreached(self.start, self.states, ways)
         for name in self.states:
-            is_lonely = name not in reached and not open_ones - {name}
-            said += [f"{name} is never reached: no arrow leads to it"] * is_lonely
+            said += [f"{name} is never reached: no arrow leads to it"] * (name in lonely)
             said += [f"{name} has no way out"] * (name not in leaves | open_ones and len(self.states) > 1)
         return said
 
@@ -242,11 +243,11 @@ class Program:
         rest = "always"
         for item in state.items:
             plain = _is_arrow(item.node) if item.kind == "arrow" else None
-            for node in ast.walk(item.node) if plain is None else [plain[0]]:
-                for constant in _constants(node):
+            for _, name in targets([item.node]):
+                if name is not None:
                     test = plain[1] if plain else None
                     said = words(test, state.looks, self.source) if test else rest if plain else "in code"
-                    yield Arrow(state.name, constant, item, test, said)
+                    yield Arrow(state.name, name, item, test, said)
             if item.kind == "code" and any(isinstance(node, ast.Return) for node in ast.walk(item.node)):
                 rest = "otherwise"
 
@@ -275,25 +276,9 @@ def _is_arrow(node: ast.stmt) -> tuple[ast.Return, ast.expr | None] | None:
     return None
 
 
-def _constants(node: ast.AST) -> Iterator[ast.Constant]:
-    """Yield the strings that a return names, the only ones in text."""
-    if isinstance(node, ast.Return) and node.value is not None:
-        parts: list[ast.expr] = [node.value]
-        while parts:
-            match parts.pop(0):
-                case ast.Constant(value=str()) as found:
-                    yield found
-                case ast.IfExp(body=one, orelse=other):
-                    parts += [one, other]
-
-
 def _reads(call: ast.Call) -> bool:
     name = call.func.attr if isinstance(call.func, ast.Attribute) else ""
     return name in READINGS or (name in SPECS and SPECS[name].is_reading)
-
-
-def _called(call: ast.Call) -> str:
-    return _name(call.func)
 
 
 def _name(node: ast.expr) -> str:
