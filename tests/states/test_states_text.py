@@ -96,7 +96,7 @@ def test_every_reading_and_command_of_the_tables_has_a_form() -> None:
     for each in found.actions:
         program = Program(SAMPLE.read_text())
         given = {argument.name: argument.value for argument in each.arguments}
-        changes(SAMPLE.read_text(), EDITS["add_action"](program, "drive", each.name, given, True))
+        changes(program, EDITS["add_action"](program, "drive", each.name, given, True))
 
 
 def test_methods_of_a_class_and_machines_are_states() -> None:
@@ -124,7 +124,7 @@ elib.play(elib.states(roam, rest))
     assert program.states["roam"].node is None
     inner = Program(text.replace("elib.play(elib.states(roam, rest))", ""))
     assert [(each.source, each.target) for each in inner.arrows] == [("looking", "charging"), ("charging", "looking")]
-    added = changes(inner.raw.decode(), EDITS["add_state"](inner, "backing"))
+    added = changes(inner, EDITS["add_state"](inner, "backing"))
     assert "    def backing(self, robot):" in added[0].text
     assert added[1].text == ", bull.backing"
 
@@ -154,7 +154,8 @@ def test_a_condition_on_time_gives_a_state_the_run_that_it_does_not_take() -> No
 
 def test_positions_for_a_page_count_as_its_strings_do() -> None:
     text = '"""🤖 größer"""\n' + SAMPLE.read_text()
-    for each in changes(text, EDITS["rename_state"](Program(text), "drive", "roll")):
+    program = Program(text)
+    for each in changes(program, EDITS["rename_state"](program, "drive", "roll")):
         units = text.encode("utf-16-le")
         assert units[2 * each.begin : 2 * each.end].decode("utf-16-le").strip('"') == "drive"
     assert machine_news(text, {}).states[0].about == "Drive straight on."

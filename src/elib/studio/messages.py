@@ -133,7 +133,8 @@ def _edit(act: Callable[..., list[Splice]]) -> type[Message]:
     """Return the message of an edit of states: it holds the program, and is answered with what changes in its text."""
 
     def edit(page: StudioPage, text: str, **given: object) -> list[Splice]:
-        return changes(text, act(Program(text), **given))
+        program = Program(text)
+        return changes(program, act(program, **given))
 
     hints = get_type_hints(act, include_extras=True)
     _, *parameters = inspect.signature(act).parameters.values()

@@ -380,13 +380,18 @@ class Action(Bindable[P, T]):
 
     def check(self, args: tuple[object, ...], kwargs: Mapping[str, object]) -> None:
         """Raise ArgumentError unless a call has the arguments that the method takes; their values are not checked."""
-        bind(self.name, self.__signature__, args, kwargs, self.rule)
+        bind(self.name, self.__signature__, args, kwargs, self._rule)
 
-    def rule(self, argument: str) -> str:
+    def _rule(self, argument: str) -> str:
         """Return what an argument may be; an empty text if it has no rule."""
+        found = self.quantity(argument)
+        return "" if found is None else found.rule
+
+    def quantity(self, argument: str) -> Quantity | None:
+        """Return unit and range of an argument; None if it has none."""
         hint = typing.get_type_hints(self.function, include_extras=True)[argument]
         notes = (note for each in (hint, *typing.get_args(hint)) for note in getattr(each, "__metadata__", ()))
-        return next((note.rule for note in notes if isinstance(note, Quantity)), "")
+        return next((note for note in notes if isinstance(note, Quantity)), None)
 
 
 def action(function: Callable[Concatenate[Any, P], Coroutine[Any, Any, T]]) -> Action[P, T]:

@@ -78,13 +78,12 @@ def machine_news(text: str, places: dict[str, Place]) -> MachineNews:
     return MachineNews(draw(program, places), program.start, states, arrows, program.problems)
 
 
-def changes(text: str, splices: list[Splice]) -> list[Splice]:
+def changes(program: Program, splices: list[Splice]) -> list[Splice]:
     """Return splices of bytes as changes of a text whose positions a page counts, in units of UTF-16.
 
     Raises:
         ArgumentError: The program would not be Python after them.
     """
-    program = Program(text)
     edited(program, splices)
 
     def place(at: int) -> int:

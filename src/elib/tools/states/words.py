@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import math
-import re
 from collections.abc import Callable, Mapping
 from typing import Final, Literal
 
@@ -13,6 +12,7 @@ from msgspec import Struct
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.distances import Distances
 from elib.link.protocol.profiles import rule
+from elib.link.protocol.quantities import Quantity
 from elib.link.protocol.table import example_of
 from elib.link.protocol.values import READING_TYPES, Counts, FieldInfo, Reading, Role, Single, describe, in_words
 from elib.robot.actions import Actions
@@ -26,8 +26,11 @@ READINGS: Final[dict[str, type[Reading]]] = {
     **{name: READING_TYPES[name] for name in SPECS if name in READING_TYPES},
 }
 """What a condition may compare, the usual first: the class of each reading by the method that returns it."""
-ACTIONS: Final = ("set_speed", "drive", "turn", "stop", "set_led", "set_body_led", "set_front_led", "set_rgb_led")
-ACTIONS_TOO: Final = ("play_sound", "set_velocity", "go_to")
+ACTIONS: Final = (
+    *("set_speed", "drive", "turn", "stop"),
+    *("set_led", "set_body_led", "set_front_led", "set_rgb_led", "play_sound"),
+    *("set_velocity", "go_to"),
+)
 """Commands that a form offers; others are for the text."""
 TIMES: Final = {".time_in_state": "after {} s in this state", ".time": "{} s after the start"}
 """What a condition may compare of the run, and its words."""
@@ -40,7 +43,7 @@ SIGNS: Final[dict[type[ast.cmpop], Comparison]] = {
     ast.Eq: "==",
     ast.NotEq: "!=",
 }
-DEGREES: Final = 180 / math.pi
+DEGREES: Final = math.degrees(1)
 UNITS: Final = {"m": (100, "cm"), "rad": (DEGREES, "degrees"), "m/s": (100, "cm/s"), "rad/s": (DEGREES, "degrees/s")}
 """In what a person is told a number: how many times as much, and the unit."""
 
@@ -134,28 +137,28 @@ def _field(info: FieldInfo, path: str, label: str | None = None) -> Field:
 def forms() -> Forms:
     """Return what the forms of a picture offer."""
     readings = [ReadingForm(name, in_words(name), fields_of(kind)) for name, kind in READINGS.items()]
-    return Forms([each for each in readings if each.fields], [_action(name) for name in (*ACTIONS, *ACTIONS_TOO)])
+    return Forms([each for each in readings if each.fields], [_action(name) for name in ACTIONS])
 
 
 def _action(name: str) -> ActionForm:
     """Return the form of a command; the first values are those of its example."""
     spec, method = SPECS.get(name), getattr(Actions, name)
-    rules = {each.name: rule(each.quantity) for each in spec.parameters} if spec else {}
-    rules = rules or {each: method.rule(each) for each in method.__signature__.parameters}
+    quantities = {each.name: each.quantity for each in spec.parameters} if spec else {}
+    quantities = quantities or {each: method.quantity(each) for each in method.__signature__.parameters}
     example = spec.example if spec else example_of(method.__doc__)
     code = "\n".join(line[4:] for line in example.splitlines() if line.startswith((">>> ", "... ")))
     calls = [each for each in ast.walk(ast.parse(code)) if isinstance(each, ast.Call)]
     call = next((each for each in calls if isinstance(each.func, ast.Attribute) and each.func.attr == name), None)
-    values = [*map(_number, call.args if call else ()), *("" for _ in rules)]
+    values = [*map(_number, call.args if call else ()), *("" for _ in quantities)]
     about = method.__doc__.partition("\n")[0]
-    return ActionForm(name, about, [_argument(*each) for each in zip(rules, rules.values(), values, strict=False)])
+    arguments = [_argument(each, quantities[each], value) for each, value in zip(quantities, values, strict=False)]
+    return ActionForm(name, about, arguments)
 
 
-def _argument(name: str, said: str, value: str) -> ArgumentForm:
-    choices = [repr(each.lower()) for each in said.removeprefix("one of ").split(", ")]
-    unit = re.sub(r",.*", "", said) if ", a" in said else said.rpartition(" ")[2]
-    scale, unit = UNITS.get(unit, (1.0, unit if "/" in unit else ""))
-    return ArgumentForm(name, said, value, choices if said.startswith("one of ") else [], unit, scale)
+def _argument(name: str, quantity: Quantity, value: str) -> ArgumentForm:
+    scale, unit = UNITS.get(quantity.unit, (1.0, quantity.unit))
+    choices = [repr(each.lower()) for each in quantity.names.__members__] if quantity.names else []
+    return ArgumentForm(name, rule(quantity), value, choices, unit, scale)
 
 
 def _number(value: ast.expr) -> str:
