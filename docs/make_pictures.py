@@ -37,7 +37,7 @@ import elib.cli  # noqa: E402
 from elib.simulator.drawing import draw  # noqa: E402
 from elib.simulator.physics import Pose, World  # noqa: E402
 from elib.tools.states.drawing import draw as draw_machine  # noqa: E402
-from elib.tools.states.text import Program as Machine  # noqa: E402
+from elib.tools.states.text import MachineText as Machine  # noqa: E402
 
 STEP = 0.1
 """s from one point of a path to the next."""

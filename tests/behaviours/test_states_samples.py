@@ -9,7 +9,7 @@ import pytest
 
 from elib.behaviours import RunContext, behaviour, find, play, states
 from elib.robot.blocking import BlockingEpuck
-from elib.tools.states.text import Program
+from elib.tools.states.text import MachineText
 
 ARROWS = {
     "bull": {
@@ -32,8 +32,8 @@ ARROWS = {
 }
 
 
-def read(sample: str) -> Program:
-    return Program((files("elib.behaviours") / f"{sample}.py").read_text(encoding="utf-8"))
+def read(sample: str) -> MachineText:
+    return MachineText((files("elib.behaviours") / f"{sample}.py").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("sample", ARROWS)

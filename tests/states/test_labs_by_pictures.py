@@ -10,7 +10,7 @@ import pytest
 from elib.lab import Variant, VariantResult, load_lab, run_variant
 from elib.lab.running import PlainProgram
 from elib.tools.states.edits import EDITS, edited
-from elib.tools.states.text import Program
+from elib.tools.states.text import MachineText
 from elib.tools.states.words import Condition
 
 Edit = tuple[object, ...]
@@ -81,8 +81,8 @@ LABS = {name: load_lab(name, hidden=True) for name in BY_PICTURE}
 TRIED = [(name, variant.name) for name, lab in LABS.items() for variant in lab.variants]
 
 
-def drawn(name: str) -> Program:
-    program = Program(SAMPLE)
+def drawn(name: str) -> MachineText:
+    program = MachineText(SAMPLE)
     for act, *given in BY_PICTURE[name]:
         program = edited(program, EDITS[str(act)](program, *given))
     return program

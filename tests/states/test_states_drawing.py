@@ -7,13 +7,13 @@ import re
 from xml.etree import ElementTree
 
 from elib.tools.states.drawing import SAMPLES, draw, layout
-from elib.tools.states.text import Program
+from elib.tools.states.text import MachineText
 
 SVG = "{http://www.w3.org/2000/svg}"
 ROUND_TRIP = [("drive", "back_up"), ("back_up", "turn"), ("turn", "drive")]
 
 
-def machine(arrows: list[tuple[str, str]]) -> Program:
+def machine(arrows: list[tuple[str, str]]) -> MachineText:
     names = list(dict.fromkeys(name for pair in arrows for name in pair))
     lines = ["import elib"]
     for name in names:
@@ -22,7 +22,7 @@ def machine(arrows: list[tuple[str, str]]) -> Program:
         for number, other in enumerate(ways):
             lines += [f"    if run.time_in_state > {number}:", f"        return '{other}'"]
         lines += ["    pass"]
-    return Program("\n".join([*lines, f"elib.states({', '.join(names)})"]))
+    return MachineText("\n".join([*lines, f"elib.states({', '.join(names)})"]))
 
 
 def places(path: str) -> list[tuple[float, float]]:
@@ -35,7 +35,7 @@ def places(path: str) -> list[tuple[float, float]]:
     ]
 
 
-def run_through(program: Program) -> list[tuple[str, str, str]]:
+def run_through(program: MachineText) -> list[tuple[str, str, str]]:
     """Return the arrows that run through a state which they neither leave nor lead to, and that state."""
     root, boxes = ElementTree.fromstring(draw(program)), layout(program)
     x, y, width, height = map(float, root.attrib["viewBox"].split())

@@ -11,7 +11,7 @@ import pytest
 
 from elib.base.errors import ArgumentError
 from elib.tools.states.edits import EDITS, Splice, edited
-from elib.tools.states.text import Program
+from elib.tools.states.text import MachineText
 from elib.tools.states.words import Condition
 
 NAMES = ("drive", "turn", "flee", "größer", "look_around", "stehen", "état", "z9", "μ", "back_up")
@@ -106,17 +106,17 @@ class Writer:
 Model = tuple[list[str], list[tuple[str, str, str]]]
 
 
-def model(program: Program) -> Model:
+def model(program: MachineText) -> Model:
     """The states, and source, target and condition of each arrow."""
     return list(program.states), [(each.source, each.target, each.words) for each in program.arrows]
 
 
-def comments(program: Program) -> set[str]:
+def comments(program: MachineText) -> set[str]:
     read = io.StringIO(program.raw.decode(), newline="").readline
     return {each.string for each in tokenize.generate_tokens(read) if each.type == tokenize.COMMENT}
 
 
-def drawn_edit(draw: random.Random, program: Program) -> tuple[str, tuple[object, ...]]:
+def drawn_edit(draw: random.Random, program: MachineText) -> tuple[str, tuple[object, ...]]:
     states = list(program.states)
     state, other, arrow = draw.choice(states), draw.choice([*states, "end"]), draw.randrange(len(program.arrows) or 1)
     command, arguments = draw.choice(COMMANDS)
@@ -138,7 +138,7 @@ def drawn_edit(draw: random.Random, program: Program) -> tuple[str, tuple[object
     return chosen, given[chosen]
 
 
-def expected(before: Program, name: str, given: tuple[object, ...]) -> Model | None:
+def expected(before: MachineText, name: str, given: tuple[object, ...]) -> Model | None:
     """What the picture shows after an edit; None where the edit is about more than one of these."""
     states, arrows = model(before)
     match name, given:
@@ -174,7 +174,7 @@ def taken_back(after: bytes, before: bytes, splices: list[Splice]) -> bytes:
 def check(seed: int, edits: int) -> int:
     """Edit a drawn program so many times; return how many edits were made."""
     draw = random.Random(seed)
-    program = Program(Writer(seed).program())
+    program = MachineText(Writer(seed).program())
     first, history = program.raw, []
     for _ in range(edits):
         name, given = drawn_edit(draw, program)
@@ -201,7 +201,7 @@ def check(seed: int, edits: int) -> int:
         history.append((program.raw, splices))
         program = after
     for before, splices in reversed(history):
-        program = Program(taken_back(program.raw, before, splices).decode())
+        program = MachineText(taken_back(program.raw, before, splices).decode())
         assert program.raw == before
     assert program.raw == first
     return len(history)

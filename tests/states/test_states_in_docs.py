@@ -11,7 +11,7 @@ from test_labs_by_pictures import SAMPLE
 
 from elib.tools.states.drawing import draw
 from elib.tools.states.edits import EDITS, edited
-from elib.tools.states.text import Program
+from elib.tools.states.text import MachineText
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests/docs"))
@@ -60,13 +60,13 @@ def test_there_are_programs_of_states_in_the_tutorial_the_guide_the_cookbook_and
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_a_program_of_states_has_a_picture_without_a_problem(name: str) -> None:
-    program = Program(TEXTS[name])
+    program = MachineText(TEXTS[name])
     assert program.problems == []
     assert draw(program).startswith("<svg")
 
 
 def test_the_program_of_the_tutorial_is_what_the_picture_makes() -> None:
-    program = Program(SAMPLE)
+    program = MachineText(SAMPLE)
     for act, *given in DRAWN:
         program = edited(program, EDITS[act](program, *given))
     written = next(block.text for block, _ in programs(ROOT / "docs/tutorial/06-first-states.md"))

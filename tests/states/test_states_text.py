@@ -12,7 +12,7 @@ from elib.cli import main
 from elib.tools.states.drawing import draw, layout
 from elib.tools.states.edits import EDITS, edited
 from elib.tools.states.picture import changes, machine_news
-from elib.tools.states.text import Program
+from elib.tools.states.text import MachineText
 from elib.tools.states.words import Condition, forms
 
 SAMPLE = Path(__file__).parents[2] / "src/elib/behaviours/samples/states.py"
@@ -57,23 +57,23 @@ elib.play(elib.states(drive, turn))
     ],
 )
 def test_a_condition_is_told_in_words_if_a_form_knows_them(test: str, words: str) -> None:
-    program = Program(f"{HEAD}    if {test}:\n{TAIL}")
+    program = MachineText(f"{HEAD}    if {test}:\n{TAIL}")
     assert [each.words for each in program.arrows] == [words, "always"]
 
 
 def test_what_is_wrong_with_a_machine_is_told() -> None:
     text = HEAD + "    if near.ahead < 0.03:\n" + TAIL.replace('return "drive"', 'return "driv"')
-    assert Program(text).problems == ["turn leads to driv, but there is no such state (line 14)"]
+    assert MachineText(text).problems == ["turn leads to driv, but there is no such state (line 14)"]
     text = HEAD + "    if near.ahead < 0.03:\n" + TAIL.replace('return "drive"', "pass")
-    assert Program(text).problems == ["turn has no way out"]
+    assert MachineText(text).problems == ["turn has no way out"]
     text = (
         HEAD
         + "    if near.ahead < 0.03:\n"
         + TAIL.replace("states(drive", "states(turn, drive").replace(", turn)", ")")
     )
-    assert Program(text).problems == []
+    assert MachineText(text).problems == []
     text = HEAD + "    if near.ahead < 0.03:\n" + TAIL.replace('        return "turn"', "        pass")
-    assert Program(text).problems == ["drive has no way out", "turn is never reached: no arrow leads to it"]
+    assert MachineText(text).problems == ["drive has no way out", "turn is never reached: no arrow leads to it"]
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_what_is_wrong_with_a_machine_is_told() -> None:
 )
 def test_a_program_without_a_machine_says_so(text: str, words: str) -> None:
     with pytest.raises(ArgumentError, match=words):
-        Program(text)
+        MachineText(text)
 
 
 def test_every_reading_and_command_of_the_tables_has_a_form() -> None:
@@ -94,7 +94,7 @@ def test_every_reading_and_command_of_the_tables_has_a_form() -> None:
     assert {"distances", "proximity", "selector", "ground", "distance"} <= {each.name for each in found.readings}
     assert {"drive", "turn", "set_speed", "set_led", "play_sound"} <= {each.name for each in found.actions}
     for each in found.actions:
-        program = Program(SAMPLE.read_text())
+        program = MachineText(SAMPLE.read_text())
         given = {argument.name: argument.value for argument in each.arguments}
         changes(program, EDITS["add_action"](program, "drive", each.name, given, True))
 
@@ -119,10 +119,10 @@ def rest(robot):
 
 elib.play(elib.states(roam, rest))
 '''
-    program = Program(text)
+    program = MachineText(text)
     assert list(program.states) == ["roam", "rest"]
     assert program.states["roam"].node is None
-    inner = Program(text.replace("elib.play(elib.states(roam, rest))", ""))
+    inner = MachineText(text.replace("elib.play(elib.states(roam, rest))", ""))
     assert [(each.source, each.target) for each in inner.arrows] == [("looking", "charging"), ("charging", "looking")]
     added = changes(inner, EDITS["add_state"](inner, "backing"))
     assert "    def backing(self, robot):" in added[0].text
@@ -135,7 +135,7 @@ def test_the_picture_is_xml_with_all_states_and_arrows_apart_from_each_other() -
     for i, name in enumerate(names):
         text += f'def {name}(robot):\n    if robot.name == "<&>":\n        return "{names[(i * 4 + 1) % 9]}"\n'
         text += f'    return "{names[i - 1]}"\n'
-    program = Program(f"{text}elib.play(elib.states({', '.join(names)}))")
+    program = MachineText(f"{text}elib.play(elib.states({', '.join(names)}))")
     root = ElementTree.fromstring(draw(program))
     assert {each.get("data-state") for each in root.iter() if each.get("data-state")} == set(names)
     assert len([each for each in root.iter() if each.get("data-arrow")]) == len(program.arrows)
@@ -146,7 +146,7 @@ def test_the_picture_is_xml_with_all_states_and_arrows_apart_from_each_other() -
 
 
 def test_a_condition_on_time_gives_a_state_the_run_that_it_does_not_take() -> None:
-    program = Program(HEAD + "    if near.ahead < 0.03:\n" + TAIL)
+    program = MachineText(HEAD + "    if near.ahead < 0.03:\n" + TAIL)
     condition = Condition("", ".time_in_state", ">", "2")
     after = edited(program, EDITS["set_condition"](program, 1, condition))
     assert "async def turn(robot, run):\n    if run.time_in_state > 2:\n        return" in after.raw.decode()
@@ -154,7 +154,7 @@ def test_a_condition_on_time_gives_a_state_the_run_that_it_does_not_take() -> No
 
 def test_positions_for_a_page_count_as_its_strings_do() -> None:
     text = '"""🤖 größer"""\n' + SAMPLE.read_text()
-    program = Program(text)
+    program = MachineText(text)
     for each in changes(program, EDITS["rename_state"](program, "drive", "roll")):
         units = text.encode("utf-16-le")
         assert units[2 * each.begin : 2 * each.end].decode("utf-16-le").strip('"') == "drive"

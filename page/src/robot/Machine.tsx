@@ -47,15 +47,5 @@ export function Machine({ svg, states, chosen = "", ...rest }: Props) {
     if (one.top < all.top || one.bottom > all.bottom)
       within.scrollTop += (one.top + one.bottom - all.top - all.bottom) / 2;
   }, [svg, seen]);
-  return (
-    <div
-      {...{
-        ref: box,
-        class: "machine",
-        role: "group",
-        "aria-label": "states",
-      }}
-      {...rest}
-    />
-  );
+  return <div ref={box} class="machine" role="group" aria-label="states" {...rest} />;
 }

@@ -13,7 +13,7 @@ from elib.base.files import read_file, write_file
 from elib.base.plaintext import plain
 from elib.cli.arguments import option
 from elib.tools.states.drawing import draw
-from elib.tools.states.text import Program
+from elib.tools.states.text import MachineText
 
 MAX_SIZE = 1_000_000
 """Bytes of a program that is read."""
@@ -33,7 +33,7 @@ def states(
         elib states my_robot.py --draw machine.svg
     """
     try:
-        program = Program(read_file(file, "the program", largest=MAX_SIZE).decode("utf-8-sig"))
+        program = MachineText(read_file(file, "the program", largest=MAX_SIZE).decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise ArgumentError(f"{file} is not a text in UTF-8", hint="save it as UTF-8") from None
     for name in program.states:

@@ -18,7 +18,7 @@ from elib.studio.program import Output, ProgramNews
 from elib.studio.studio import Studio
 from elib.tools.states.edits import EDITS, Splice
 from elib.tools.states.picture import MachineNews, changes, machine_news
-from elib.tools.states.text import Program
+from elib.tools.states.text import MachineText
 from elib.tools.states.words import Forms, forms
 
 Text = Annotated[str, Meta(max_length=1_000_000)]
@@ -133,7 +133,7 @@ def _edit(act: Callable[..., list[Splice]]) -> type[Message]:
     """Return the message of an edit of states: it holds the program, and is answered with what changes in its text."""
 
     def edit(page: StudioPage, text: str, **given: object) -> list[Splice]:
-        program = Program(text)
+        program = MachineText(text)
         return changes(program, act(program, **given))
 
     hints = get_type_hints(act, include_extras=True)

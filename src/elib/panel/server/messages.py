@@ -31,7 +31,7 @@ from elib.simulator.physics.geometry import Painted
 from elib.simulator.worlds.writer import written_scene
 from elib.tools import discovery
 from elib.tools.states.drawing import draw
-from elib.tools.states.text import Program
+from elib.tools.states.text import MachineText
 
 Key = Annotated[str, Meta(max_length=12)]
 """A robot of the panel, by its key."""
@@ -301,7 +301,7 @@ def source(page: Page, name: Name) -> str:
 def states(page: Page, name: Name) -> str:
     """Ask for the picture of a behaviour's states, an SVG document; an empty text if it has none."""
     try:
-        return draw(Program(source_of(name)))
+        return draw(MachineText(source_of(name)))
     except ArgumentError:
         return ""
 

@@ -9,12 +9,12 @@ from html import escape
 from typing import NamedTuple
 
 from elib.behaviours._run.states import END
+from elib.simulator.drawing.shapes import Point
 from elib.simulator.drawing.svg import document, element
-from elib.tools.states.text import Arrow, Program
+from elib.tools.states.text import Arrow, MachineText
 
-Place = tuple[float, float]
-Places = Mapping[str, Place]
-Curve = tuple[Place, Place, Place]
+Places = Mapping[str, Point]
+Curve = tuple[Point, Point, Point]
 """Where an arrow begins, what it bends towards, and where it ends."""
 
 GAP, ROW, LOWER, MARGIN = 190, 130, 40, 44
@@ -22,6 +22,8 @@ GAP, ROW, LOWER, MARGIN = 190, 130, 40, 44
 pixels."""
 HEIGHT, LETTER, ROUND = 46, 7.6, 14
 """Height of a state, mean width of a letter of its name, and radius of the end, pixels."""
+INK = "#55606e"
+"""Colour of arrows and of the end."""
 BEND, MORE = 34, 30
 """How far an arrow bends to its left, and each further one between the same states, pixels."""
 LOOP = 16
@@ -40,7 +42,7 @@ APART, COVERS = 4, 40
 """Between an arrow and its condition, pixels, and how bad it is to cover a place of an arrow, as so many pixels."""
 
 
-class Box(NamedTuple):
+class Rectangle(NamedTuple):
     """A state in the picture: its middle, and half its width and height, pixels."""
 
     x: float
@@ -48,7 +50,7 @@ class Box(NamedTuple):
     width: float
     height: float
 
-    def edge(self, towards: Place) -> Place:
+    def edge(self, towards: Point) -> Point:
         """Return where a line from its middle leaves it."""
         dx, dy = towards[0] - self.x, towards[1] - self.y
         share = min(
@@ -57,18 +59,18 @@ class Box(NamedTuple):
         )
         return (self.x + dx * share, self.y + dy * share) if math.isfinite(share) else (self.x, self.y)
 
-    def shared(self, other: Box) -> float:
+    def shared(self, other: Rectangle) -> float:
         """Return the area that it shares with another."""
         wide = min(self.x + self.width, other.x + other.width) - max(self.x - self.width, other.x - other.width)
         high = min(self.y + self.height, other.y + other.height) - max(self.y - self.height, other.y - other.height)
         return max(0.0, wide) * max(0.0, high)
 
-    def meets(self, place: Place, near: float = 0) -> bool:
+    def meets(self, place: Point, near: float = 0) -> bool:
         """Return whether a place is in it, or nearer than *near* to it."""
         return abs(place[0] - self.x) < self.width + near and abs(place[1] - self.y) < self.height + near
 
 
-def layout(program: Program, places: Places | None = None) -> dict[str, Box]:
+def layout(program: MachineText, places: Places | None = None) -> dict[str, Rectangle]:
     """Return the states of a program as boxes: in columns, each one arrow further from the start than the one before.
 
     Args:
@@ -85,12 +87,12 @@ def layout(program: Program, places: Places | None = None) -> dict[str, Box]:
         y = MARGIN + ROW * (most - len(names)) / 2 + HEIGHT / 2 + LOWER * (number % 2) * (len(column) > 2)
         for place, name in enumerate(names):
             height = ROUND if name == END else HEIGHT / 2
-            found[name] = Box(*(places or {}).get(name, (x, y + ROW * place)), widths[name], height)
+            found[name] = Rectangle(*(places or {}).get(name, (x, y + ROW * place)), widths[name], height)
         x += max(widths.values()) + GAP
     return found
 
 
-def _columns(program: Program) -> list[list[str]]:
+def _columns(program: MachineText) -> list[list[str]]:
     """Return the states, and the end if an arrow leads to it, breadth first; what no arrow leads to stands below them.
 
     So a new state is seen at once where the picture is wider than its place.
@@ -108,7 +110,7 @@ def _columns(program: Program) -> list[list[str]]:
         seen.update(names)
 
 
-def draw(program: Program, places: Places | None = None) -> str:
+def draw(program: MachineText, places: Places | None = None) -> str:
     """Return the picture of a program's machine as an SVG document.
 
     The elements carry what they show as ``data-state`` and ``data-arrow``, and classes, so that a page can light them.
@@ -139,22 +141,22 @@ def draw(program: Program, places: Places | None = None) -> str:
     height = max(y for _, y in (*corners, *ways)) + MARGIN - top
     begin = boxes[program.start]
     start = element("path", d=f"M{begin.x - begin.width - 30:.1f},{begin.y:.1f} h24", **_line(), class_="start")
-    dot = element("circle", cx=f"{begin.x - begin.width - 34:.1f}", cy=f"{begin.y:.1f}", r=5, fill="#55606e")
+    dot = element("circle", cx=f"{begin.x - begin.width - 34:.1f}", cy=f"{begin.y:.1f}", r=5, fill=INK)
     states = [_state(program, name, box) for name, box in boxes.items()]
     parts = [element("defs", marker), *arrows, dot, start, *states]
     return document(round(width), round(height), parts, font_family="sans-serif", top=round(top))
 
 
 def _line() -> dict[str, object]:
-    return {"fill": "none", "stroke": "#55606e", "stroke_width": 1.6, "marker_end": "url(#tip)"}
+    return {"fill": "none", "stroke": INK, "stroke_width": 1.6, "marker_end": "url(#tip)"}
 
 
-def _state(program: Program, name: str, box: Box) -> str:
+def _state(program: MachineText, name: str, box: Rectangle) -> str:
     about = {"data_state": name, "class_": "state", "tabindex": 0, "role": "button"}
     if name == END:
-        rings = [(ROUND, "none"), (8, "#55606e")]
+        rings = [(ROUND, "none"), (8, INK)]
         circles = [
-            element("circle", cx=f"{box.x:.1f}", cy=f"{box.y:.1f}", r=r, fill=fill, stroke="#55606e", stroke_width=1.6)
+            element("circle", cx=f"{box.x:.1f}", cy=f"{box.y:.1f}", r=r, fill=fill, stroke=INK, stroke_width=1.6)
             for r, fill in rings
         ]
         return element("g", "".join([element("title", "the end"), *circles]), **about, aria_label="the end")
@@ -171,7 +173,7 @@ def _state(program: Program, name: str, box: Box) -> str:
     return element("g", rect + text, **about, aria_label=f"state {name}")
 
 
-def _curve(arrow: Arrow, boxes: Mapping[str, Box], nth: int) -> Curve:
+def _curve(arrow: Arrow, boxes: Mapping[str, Rectangle], nth: int) -> Curve:
     """Return the way of an arrow, the *nth* between its states: past others, if it does not have to bend too far."""
     one, other = boxes[arrow.source], boxes[arrow.target]
     if arrow.source == arrow.target:
@@ -190,18 +192,18 @@ def _curve(arrow: Arrow, boxes: Mapping[str, Box], nth: int) -> Curve:
     return next((each for each in tried if not _meets(each, others)), tried[0])
 
 
-def _meets(curve: Curve, boxes: list[Box]) -> bool:
+def _meets(curve: Curve, boxes: list[Rectangle]) -> bool:
     return any(box.meets(_at(curve, place / SAMPLES), NEAR) for place in range(SAMPLES + 1) for box in boxes)
 
 
-def _at(curve: Curve, share: float) -> Place:
+def _at(curve: Curve, share: float) -> Point:
     """Return the place at a share of a curve."""
     (x0, y0), (x1, y1), (x2, y2) = curve
     a, b, c = (1 - share) ** 2, 2 * share * (1 - share), share**2
     return a * x0 + b * x1 + c * x2, a * y0 + b * y1 + c * y2
 
 
-def _arrow(number: int, arrow: Arrow, curve: Curve, taken: list[Box], ways: list[Place]) -> str:
+def _arrow(number: int, arrow: Arrow, curve: Curve, taken: list[Rectangle], ways: list[Point]) -> str:
     (x0, y0), (x1, y1), (x2, y2) = curve
     path = f"M{x0:.1f},{y0:.1f} Q{x1:.1f},{y1:.1f} {x2:.1f},{y2:.1f}"
     about = {"data_arrow": number, "data_source": arrow.source, "data_target": arrow.target, "class_": "arrow"}
@@ -211,7 +213,7 @@ def _arrow(number: int, arrow: Arrow, curve: Curve, taken: list[Box], ways: list
     return element("g", "".join(parts), **about, tabindex=0, role="button", aria_label=f"arrow from {said}")
 
 
-def _label(words: str, curve: Curve, taken: list[Box], ways: list[Place]) -> str:
+def _label(words: str, curve: Curve, taken: list[Rectangle], ways: list[Point]) -> str:
     """Draw the condition beside its arrow, best outside the bend, where it covers least of *taken* and of all arrows.
 
     Its own box is added to *taken*.
@@ -222,11 +224,11 @@ def _label(words: str, curve: Curve, taken: list[Box], ways: list[Place]) -> str
     out = math.atan2(control[1] - (y0 + y2) / 2, control[0] - (x0 + x2) / 2)
     apart = abs(math.cos(out)) * width + abs(math.sin(out)) * height + APART
 
-    def covered(box: Box) -> float:
+    def covered(box: Rectangle) -> float:
         return sum(map(box.shared, taken)) + COVERS * sum(box.meets(way) for way in ways) + 1e6 * (box.x < box.width)
 
     could = [
-        Box(x + side * math.cos(out) * apart, y + side * math.sin(out) * apart, width, height)
+        Rectangle(x + side * math.cos(out) * apart, y + side * math.sin(out) * apart, width, height)
         for side in (1, -1)
         for x, y in (_at(curve, share) for share in PLACES)
     ]

@@ -16,7 +16,7 @@ from msgspec import Meta, Struct
 
 from elib.base.errors import ArgumentError
 from elib.behaviours._run.states import END
-from elib.tools.states.text import Arrow, Item, Program, State, arguments_of, parameters_of
+from elib.tools.states.text import Arrow, Item, MachineText, StateText, arguments_of, parameters_of
 from elib.tools.states.words import Condition
 
 Text = Annotated[str, Meta(max_length=2000)]
@@ -46,7 +46,7 @@ def edit(act: Edit) -> Edit:
 
 
 @edit
-def add_state(program: Program, name: Text) -> list[Splice]:
+def add_state(program: MachineText, name: Text) -> list[Splice]:
     """Add a state that stops the robot when it is entered."""
     name = _new(program, name)
     made = [each for each in program.states.values() if each.node is not None]
@@ -70,7 +70,7 @@ def add_state(program: Program, name: Text) -> list[Splice]:
 
 
 @edit
-def rename_state(program: Program, state: Text, name: Text) -> list[Splice]:
+def rename_state(program: MachineText, state: Text, name: Text) -> list[Splice]:
     """Give a state another name, in its function and wherever the machine names it."""
     found = _state(program, state)
     if name == state:
@@ -98,7 +98,7 @@ def rename_state(program: Program, state: Text, name: Text) -> list[Splice]:
 
 
 @edit
-def remove_state(program: Program, state: Text) -> list[Splice]:
+def remove_state(program: MachineText, state: Text) -> list[Splice]:
     """Remove a state with its function, and the arrows that lead to it."""
     found = _state(program, state)
     if len(program.states) == 1:
@@ -124,7 +124,7 @@ def remove_state(program: Program, state: Text) -> list[Splice]:
 
 
 @edit
-def set_start(program: Program, state: Text) -> list[Splice]:
+def set_start(program: MachineText, state: Text) -> list[Splice]:
     """Let the machine begin in another state."""
     argument = program.source(_state(program, state).argument)
     given = next((each for each in program.call.keywords if each.arg == "start"), None)
@@ -135,7 +135,7 @@ def set_start(program: Program, state: Text) -> list[Splice]:
 
 
 @edit
-def add_arrow(program: Program, source: Text, target: Text, condition: Condition | Text) -> list[Splice]:
+def add_arrow(program: MachineText, source: Text, target: Text, condition: Condition | Text) -> list[Splice]:
     """Add an arrow behind the other arrows of a state; without a condition it is always taken."""
     state = _state(program, source)
     body = _body(program, state)
@@ -150,13 +150,13 @@ def add_arrow(program: Program, source: Text, target: Text, condition: Condition
 
 
 @edit
-def retarget(program: Program, arrow: int, target: Text) -> list[Splice]:
+def retarget(program: MachineText, arrow: int, target: Text) -> list[Splice]:
     """Let an arrow lead to another state. Arrows are counted from 0, in the order of states and text."""
     return [_renamed(program, _arrow(program, arrow), target)]
 
 
 @edit
-def set_condition(program: Program, arrow: int, condition: Condition | Text) -> list[Splice]:
+def set_condition(program: MachineText, arrow: int, condition: Condition | Text) -> list[Splice]:
     """Give an arrow another condition."""
     found = _plain(program, arrow)
     state, node = program.states[found.source], found.item.node
@@ -184,7 +184,7 @@ def set_condition(program: Program, arrow: int, condition: Condition | Text) -> 
 
 
 @edit
-def remove_arrow(program: Program, arrow: int) -> list[Splice]:
+def remove_arrow(program: MachineText, arrow: int) -> list[Splice]:
     """Remove an arrow, and the reading that only it needs."""
     found = _plain(program, arrow)
     return [*_unneeded(program, found, ""), _without(program, found.item.node)]
@@ -192,7 +192,7 @@ def remove_arrow(program: Program, arrow: int) -> list[Splice]:
 
 @edit
 def add_action(
-    program: Program, state: Text, command: Text, arguments: dict[str, Text], on_entry: bool
+    program: MachineText, state: Text, command: Text, arguments: dict[str, Text], on_entry: bool
 ) -> list[Splice]:
     """Add a command to what a state does: in each step, or only when it is entered."""
     found = _state(program, state)
@@ -214,7 +214,7 @@ def add_action(
 
 
 @edit
-def set_action(program: Program, state: Text, item: int, arguments: dict[str, Text]) -> list[Splice]:
+def set_action(program: MachineText, state: Text, item: int, arguments: dict[str, Text]) -> list[Splice]:
     """Change some arguments of a command of a state. Its statements are counted from 0."""
     call = _item(program, state, item).call
     if call is None:
@@ -237,7 +237,7 @@ def set_action(program: Program, state: Text, item: int, arguments: dict[str, Te
 
 
 @edit
-def remove_item(program: Program, state: Text, item: int) -> list[Splice]:
+def remove_item(program: MachineText, state: Text, item: int) -> list[Splice]:
     """Remove a statement of a state, but no reading that another one needs. They are counted from 0."""
     found = _item(program, state, item)
     if found.kind == "look":
@@ -249,7 +249,7 @@ def remove_item(program: Program, state: Text, item: int) -> list[Splice]:
     return [_without(program, found.node)]
 
 
-def edited(program: Program, splices: list[Splice]) -> Program:
+def edited(program: MachineText, splices: list[Splice]) -> MachineText:
     """Return the program after an edit.
 
     Raises:
@@ -258,39 +258,39 @@ def edited(program: Program, splices: list[Splice]) -> Program:
     raw = program.raw
     for each in sorted(splices, key=lambda each: (each.begin, each.end), reverse=True):
         raw = raw[: each.begin] + each.text.encode() + raw[each.end :]
-    return Program(raw.decode())
+    return MachineText(raw.decode())
 
 
 # -- what edits share --
 
 
-def _state(program: Program, name: str) -> State:
+def _state(program: MachineText, name: str) -> StateText:
     if name not in program.states:
         raise ArgumentError(f"there is no state {name!r}", hint=f"there are: {', '.join(program.states)}")
     return program.states[name]
 
 
-def _arrow(program: Program, number: int) -> Arrow:
+def _arrow(program: MachineText, number: int) -> Arrow:
     if not 0 <= number < len(program.arrows):
         raise ArgumentError(f"there is no arrow {number}", hint=f"there are {len(program.arrows)}")
     return program.arrows[number]
 
 
-def _plain(program: Program, number: int) -> Arrow:
+def _plain(program: MachineText, number: int) -> Arrow:
     found = _arrow(program, number)
     if found.item.kind != "arrow":
         raise ArgumentError(f"this arrow cannot be changed here: {IN_CODE}", hint="edit the text")
     return found
 
 
-def _item(program: Program, state: str, number: int) -> Item:
+def _item(program: MachineText, state: str, number: int) -> Item:
     items = _state(program, state).items
     if not 0 <= number < len(items):
         raise ArgumentError(f"{state} has no statement {number}", hint=f"it has {len(items)}")
     return items[number]
 
 
-def _new(program: Program, name: str) -> str:
+def _new(program: MachineText, name: str) -> str:
     """Return a name for a state as Python reads it."""
     name = unicodedata.normalize("NFKC", name)
     if not name.isidentifier() or keyword.iskeyword(name):
@@ -302,7 +302,7 @@ def _new(program: Program, name: str) -> str:
     return name
 
 
-def _named(program: Program, name: str) -> list[ast.Name | ast.arg]:
+def _named(program: MachineText, name: str) -> list[ast.Name | ast.arg]:
     """Return each place that names something so, but for definitions of functions."""
     return [
         each
@@ -311,7 +311,7 @@ def _named(program: Program, name: str) -> list[ast.Name | ast.arg]:
     ]
 
 
-def _body(program: Program, state: State) -> list[ast.stmt]:
+def _body(program: MachineText, state: StateText) -> list[ast.stmt]:
     if state.node is None:
         raise ArgumentError(f"{state.name} is made elsewhere", hint="edit it there")
     if state.node.body[0].lineno == state.node.lineno:
@@ -319,20 +319,20 @@ def _body(program: Program, state: State) -> list[ast.stmt]:
     return state.node.body
 
 
-def _parameters(state: State) -> list[str]:
+def _parameters(state: StateText) -> list[str]:
     names = [each.arg for each in state.node.args.args] if state.node else []
     return names[1:] if isinstance(state.argument, ast.Attribute) else names
 
 
-def _robot(state: State) -> str:
+def _robot(state: StateText) -> str:
     return next(iter(_parameters(state)), "robot")
 
 
-def _run(state: State) -> str:
+def _run(state: StateText) -> str:
     return next(iter(_parameters(state)[1:]), "")
 
 
-def _head(program: Program, state: State) -> str:
+def _head(program: MachineText, state: StateText) -> str:
     """Return a function from its ``def`` to the colon before its body, on one line."""
     assert state.node is not None
     begin, end = program.span(state.node)[0], program.span(state.node.body[0])[0]
@@ -362,7 +362,7 @@ def _check_expression(text: str) -> None:
         raise ArgumentError("this must be on one line, without a comment")
 
 
-def _tested(program: Program, state: State, condition: Condition | str) -> tuple[str, list[str], list[Splice]]:
+def _tested(program: MachineText, state: StateText, condition: Condition | str) -> tuple[str, list[str], list[Splice]]:
     """Return the condition in Python, the line that takes its reading, and the parameter, if they are missing."""
     if isinstance(condition, str):
         test = condition.strip()
@@ -382,7 +382,7 @@ def _tested(program: Program, state: State, condition: Condition | str) -> tuple
     return f"{name}{condition.path} {condition.comparison} {value}", look, []
 
 
-def _with_run(program: Program, state: State) -> tuple[str, list[Splice]]:
+def _with_run(program: MachineText, state: StateText) -> tuple[str, list[Splice]]:
     """Return the name under which a state takes the run, and what makes it a parameter if it is none."""
     if run := _run(state):
         return run, []
@@ -391,7 +391,7 @@ def _with_run(program: Program, state: State) -> tuple[str, list[Splice]]:
     return "run", [Splice(at, at, ", run")]
 
 
-def _unneeded(program: Program, arrow: Arrow, test: str) -> list[Splice]:
+def _unneeded(program: MachineText, arrow: Arrow, test: str) -> list[Splice]:
     """Return what takes away the readings that only the condition of an arrow needs, if *test* does not need them."""
     state = program.states[arrow.source]
     here = [each for each in ast.walk(arrow.test) if isinstance(each, ast.Name)] if arrow.test else []
@@ -407,7 +407,7 @@ def _unneeded(program: Program, arrow: Arrow, test: str) -> list[Splice]:
     return splices if state.node and len(splices) + 1 < len(state.node.body) else []
 
 
-def _renamed(program: Program, arrow: Arrow, name: str) -> Splice:
+def _renamed(program: MachineText, arrow: Arrow, name: str) -> Splice:
     begin, end = program.span(arrow.name)
     quote = program.raw[begin : begin + 1].decode()
     quote = quote if quote in "'\"" and program.raw[begin : begin + 3] != quote.encode() * 3 else '"'
@@ -418,7 +418,7 @@ def _leaves(node: ast.Return) -> bool:
     return isinstance(node.value, ast.Constant) and node.value.value is not None
 
 
-def _follows(program: Program, arrow: Arrow) -> bool:
+def _follows(program: MachineText, arrow: Arrow) -> bool:
     node = program.states[arrow.source].node
     return node is not None and arrow.item.node is not node.body[-1] and not isinstance(node.body[-1], ast.Return)
 
@@ -427,18 +427,18 @@ def _is_text(node: ast.stmt) -> bool:
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
 
 
-def _before(program: Program, node: ast.stmt, lines: list[str]) -> Splice:
+def _before(program: MachineText, node: ast.stmt, lines: list[str]) -> Splice:
     at = program.line(node.lineno)
     return Splice(at, at, "".join(line + program.newline for line in lines))
 
 
-def _after(program: Program, node: ast.stmt, lines: list[str]) -> Splice:
+def _after(program: MachineText, node: ast.stmt, lines: list[str]) -> Splice:
     at = program.line((node.end_lineno or 0) + 1)
     begins = "" if program.raw[:at].endswith((b"\n", b"\r")) else program.newline
     return Splice(at, at, begins + "".join(line + program.newline for line in lines))
 
 
-def _at_end(program: Program, body: list[ast.stmt], lines: list[str]) -> Splice:
+def _at_end(program: MachineText, body: list[ast.stmt], lines: list[str]) -> Splice:
     """Put lines at the end of a state, in place of a ``pass``, or before its last return."""
     if isinstance(body[-1], ast.Return):
         return _before(program, body[-1], lines)
@@ -447,7 +447,7 @@ def _at_end(program: Program, body: list[ast.stmt], lines: list[str]) -> Splice:
     return _after(program, body[-1], lines)
 
 
-def _without(program: Program, node: ast.stmt) -> Splice:
+def _without(program: MachineText, node: ast.stmt) -> Splice:
     """Return the splice that takes a statement away, with its lines; what may not be empty gets ``pass``."""
     begin, end = program.span(node)
     first, last = program.line(node.lineno), program.line((node.end_lineno or 0) + 1)

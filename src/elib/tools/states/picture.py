@@ -7,9 +7,10 @@ from typing import Literal
 
 from msgspec import Struct
 
-from elib.tools.states.drawing import Place, draw
+from elib.simulator.drawing.shapes import Point
+from elib.tools.states.drawing import draw
 from elib.tools.states.edits import Splice, edited
-from elib.tools.states.text import Item, Program, State, arguments_of
+from elib.tools.states.text import Item, MachineText, StateText, arguments_of
 from elib.tools.states.words import Condition, condition_of
 
 
@@ -55,13 +56,13 @@ class MachineNews(Struct):
     problems: list[str]
 
 
-def machine_news(text: str, places: dict[str, Place]) -> MachineNews:
+def machine_news(text: str, places: dict[str, Point]) -> MachineNews:
     """Return what a page shows of a program's machine.
 
     Raises:
         ArgumentError: The program is not Python, or has no states.
     """
-    program = Program(text)
+    program = MachineText(text)
     arrows = [
         ArrowNews(
             each.source,
@@ -78,7 +79,7 @@ def machine_news(text: str, places: dict[str, Place]) -> MachineNews:
     return MachineNews(draw(program, places), program.start, states, arrows, program.problems)
 
 
-def changes(program: Program, splices: list[Splice]) -> list[Splice]:
+def changes(program: MachineText, splices: list[Splice]) -> list[Splice]:
     """Return splices of bytes as changes of a text whose positions a page counts, in units of UTF-16.
 
     Raises:
@@ -93,13 +94,13 @@ def changes(program: Program, splices: list[Splice]) -> list[Splice]:
     return [Splice(place(each.begin), place(each.end), each.text) for each in ordered]
 
 
-def _state(program: Program, state: State) -> StateNews:
+def _state(program: MachineText, state: StateText) -> StateNews:
     about = (ast.get_docstring(state.node) or "").partition("\n")[0] if state.node else "made elsewhere"
     line = (state.node or state.argument).lineno
     return StateNews(state.name, about, line, [_item(program, each) for each in state.items])
 
 
-def _item(program: Program, item: Item) -> ItemNews:
+def _item(program: MachineText, item: Item) -> ItemNews:
     command, arguments = "", {}
     if item.call is not None and isinstance(item.call.func, ast.Attribute):
         command = item.call.func.attr

@@ -67,7 +67,7 @@ class Arrow:
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class StateText:
     """A state of the machine.
 
     Attributes:
@@ -85,7 +85,7 @@ class State:
     looks: Looks = field(default_factory=dict)
 
 
-class Program:
+class MachineText:
     """A program with a state machine: the last call of ``elib.states`` in it.
 
     Args:
@@ -154,7 +154,7 @@ class Program:
     # -- the machine --
 
     @cached_property
-    def states(self) -> dict[str, State]:
+    def states(self) -> dict[str, StateText]:
         """The states by name, in the order of the call."""
         found = (self._state(each) for each in self.call.args)
         return {each.name: each for each in found if each}
@@ -191,17 +191,17 @@ class Program:
             said += [f"{name} has no way out"] * (name not in leaves | open_ones and len(self.states) > 1)
         return said
 
-    def _state(self, argument: ast.expr) -> State | None:
+    def _state(self, argument: ast.expr) -> StateText | None:
         name = _name(argument)
         if not name:
             return None
         is_method = isinstance(argument, ast.Attribute)
         node = next((each for each in self._functions(is_method) if each.name == name), None)
         if node is None:
-            return State(name, argument, None)
+            return StateText(name, argument, None)
         items = tuple(self._items(node, node.body))
         looks = {item.node.targets[0].id: item.call.func.attr for item in items if item.kind == "look"}  # type: ignore[attr-defined, union-attr]
-        return State(name, argument, node, items, looks)
+        return StateText(name, argument, node, items, looks)
 
     def _functions(self, is_method: bool) -> Iterator[Function]:
         classes = [each for each in ast.walk(self.tree) if isinstance(each, ast.ClassDef)]
@@ -239,7 +239,7 @@ class Program:
                 return call if owner in [each.arg for each in function.args.args[:2]] else None
         return None
 
-    def _arrows(self, state: State) -> Iterator[Arrow]:
+    def _arrows(self, state: StateText) -> Iterator[Arrow]:
         rest = "always"
         for item in state.items:
             plain = _is_arrow(item.node) if item.kind == "arrow" else None
