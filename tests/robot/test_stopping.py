@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import math
 import os
 import random
 from collections.abc import Callable, Coroutine
@@ -295,6 +296,22 @@ async def test_a_lost_answer_of_several_readings_or_of_a_part_of_them_is_asked_f
             virtual(robot).link.lose_next_reply()
             answer = await robot.within(6, tries=3).execute(poll.request, 1.0)
             assert poll.readings(answer).keys() >= {*poll.names}
+
+
+@pytest.mark.parametrize("firmware", [*FIRMWARES, "epuck2-wifi"])
+@simulated
+async def test_a_view_for_quick_commands_gives_them_its_time_and_motions_their_own_on_every_link(firmware: str) -> None:
+    async with elib.open(f"sim://square?speed=max&firmware={firmware}&latency=0.01") as robot:
+        view = robot.within(0.3, quick_only=True)
+        before = await robot.pose()
+        after = await view.drive(0.05)
+        assert math.dist((before.x, before.y), (after.x, after.y)) == pytest.approx(0.05, abs=0.002)
+        virtual(robot).link.silence()
+        for ask in (view.proximity, view.distances, view.encoders):
+            began = robot.time
+            with pytest.raises(ReplyTimeout, match=r"within 0\.3 s"):
+                await ask()
+            assert robot.time - began == pytest.approx(0.3)
 
 
 @inside(elib.open, url("btcom-2.0"))

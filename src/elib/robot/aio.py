@@ -17,7 +17,7 @@ from elib.base.rules import Whole
 from elib.link.protocol.context import Context
 from elib.link.protocol.image import Mounting
 from elib.link.protocol.styles import Action, AsyncStyle
-from elib.link.protocol.table import QUICK, Command, Request
+from elib.link.protocol.table import Command, Request
 from elib.link.session import Channel, Ended, check_timeout
 from elib.robot.actions import Actions
 from elib.robot.events import Events
@@ -177,7 +177,7 @@ class Epuck(Linked, Actions, AsyncStyle):
             tries: How often a call that only reads is asked at most, 1 to 100: again when its share of the time is over
                 without an answer. A call that acts on the robot is sent once: whether it was done is unknown. Only
                 ``stop()`` is always sent again, until it is confirmed or its time is over.
-            quick_only: Whether motions, pictures and other calls whose own time is longer than 1 s keep that.
+            quick_only: Whether motions, pictures and other slow commands keep their own time, on every link.
 
         Raises:
             ArgumentError: *seconds* is not a number from 0 to 3600, or *tries* is out of its range.
@@ -187,9 +187,10 @@ class Epuck(Linked, Actions, AsyncStyle):
         view._is_for_quick = quick_only
         return view
 
-    def _time_for(self, usual: float) -> float:
-        is_own = self._timeout is None or (self._is_for_quick and usual > QUICK)
-        return usual if is_own else self._timeout  # type: ignore[return-value]  # it is not None there
+    def _time_for(self, request: Request[Any], usual: float) -> float:
+        if self._timeout is None or (self._is_for_quick and not request.is_quick):
+            return usual
+        return self._timeout
 
     def _call(
         self, operation: Command[Any, Any] | Action[Any, Any], args: tuple[Any, ...], kwargs: dict[str, Any]
@@ -205,7 +206,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         else:
             spec = operation.spec
             request = spec.request(self._link.channel.context, *args, **kwargs)
-            call = self._ask(request, self._time_for(request.timeout))
+            call = self._ask(request, self._time_for(request, request.timeout))
         call.__qualname__ = f"Epuck.{operation.name}"  # Python names it so if the await was forgotten
         return call
 
@@ -231,7 +232,7 @@ class Epuck(Linked, Actions, AsyncStyle):
         """Send *request* and return its answer, within *default* seconds unless :meth:`within` said otherwise."""
         if self._deadline is not None:
             return await self._ask(request, self._deadline.left())
-        return await self._ask(request, self._time_for(default))
+        return await self._ask(request, self._time_for(request, default))
 
     @property
     def time_given(self) -> float:

@@ -197,6 +197,11 @@ class Request(Generic[T]):
         return self.spec is not None and self.spec.name == "image"
 
     @property
+    def is_quick(self) -> bool:
+        """Whether the robot answers it at once; a slow link makes :attr:`timeout` longer, and not the command slow."""
+        return self.spec is None or self.spec.timeout <= QUICK
+
+    @property
     def is_urgent(self) -> bool:
         """Whether it goes first among the waiting calls: it stops the robot."""
         return self.spec is not None and self.spec.urgent
