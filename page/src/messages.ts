@@ -65,8 +65,8 @@ export type Asked = {
   end_behaviour: { robots: string[] };
   /** Ask for the source text of a behaviour. */
   source: { name: string };
-  /** Ask for the picture of a behaviour's states, an SVG document; an empty text if it has none. */
-  states: { name: string };
+  /** Ask for the picture of the states of a robot, an SVG document; an empty text without a machine of states. */
+  states: { robot: string };
   /** Ask which logs and recordings the folder has, and for free names of new ones. */
   files: Record<string, never>;
   /** Write a log; if the robot is not connected yet, from the moment it is. */
@@ -574,6 +574,7 @@ export type Tick = {
   log: string | null;
   recorder: RecorderState | null;
   playback: Playing | null;
+  machine: MachineState | null;
   live: number | null;
 };
 
@@ -583,7 +584,6 @@ export type Play = {
   phase: "idle" | "running" | "paused" | "ended" | "stopped" | "failed";
   phase_text: string;
   state: string;
-  previous_state: string;
   reason: string;
   error: string;
   time: number;
@@ -711,6 +711,13 @@ export type Playing = {
   at: number;
   length: number;
   paused: boolean;
+};
+
+/** A machine of states: how many have begun, the state that it is in, and the one before; empty if it has ended. */
+export type MachineState = {
+  count: number;
+  state: string;
+  previous_state: string;
 };
 
 /** One reading, as a person sees it. */

@@ -106,7 +106,11 @@ def test_a_folder_where_no_file_can_be_written_is_an_error_with_a_hint() -> None
 def test_the_log_has_both_tours_and_a_comment_before_each(folder: Path) -> None:
     outcome = play(find("logging-example"), SIM)
     lines = (folder / "elib.log").read_text().splitlines()
-    assert [text for text in lines if text.startswith("#")] == [
+    comments = [text for text in lines if text.startswith("#")]
+    assert [text.rpartition("state: ")[2] for text in comments if "state: " in text][:2] == [
+        logged_name(step.command).replace("_", "-") for step in STEPS[:2]
+    ]
+    assert [text for text in comments if "state: " not in text] == [
         "# elib log 1, names: python",
         "#every answer may take 1 s",
         "#every answer may take 0.5 s",
@@ -123,7 +127,7 @@ def test_another_run_has_another_log(folder: Path) -> None:
     for _ in range(2):
         play(find("logging-example"), SIM)
     assert {path.name for path in folder.iterdir()} == {"elib.log", "elib1.log"}
-    assert len((folder / "elib.log").read_text().splitlines()) == 2 * 2 * len(STEPS) + 3
+    assert len((folder / "elib.log").read_text().splitlines()) == 2 * 3 * len(STEPS) + 3
 
 
 @pytest.mark.parametrize("keys", ["loss=0.05&seed=3", "latency=0.2"])

@@ -15,7 +15,9 @@ from hostile import HONEST, HOSTILE, runs
 from labs_for_tests import WORLD
 
 from elib.base.errors import ArgumentError
+from elib.lab import load_lab
 from elib.lab.marking import Mark, mark, mark_all
+from elib.lab.marksheet import to_html
 from elib.lab.sandbox import LIMITS, Limits, family
 from elib.lab.submissions import find_submissions
 from shared import PATIENCE, run, wait_until
@@ -263,6 +265,34 @@ def test_the_command_writes_a_table_a_spreadsheet_and_a_page(lab: Path, school: 
     marks = json.loads(run(command(*words[:3], "--json")).stdout)
     assert [each["points"] for each in marks["marks"]] == [0, 4, 4]
     assert marks["variants"] == ["given", "hidden"]
+
+
+MACHINE = """import elib
+
+
+def ahead(robot, run):
+    if run.entered:
+        robot.set_speed(0.2, 0.2)
+    if run.time_in_state > 4:
+        return "end"  # </svg><script>
+
+
+elib.play(elib.states(ahead))
+"""
+
+
+@isolated
+@pytest.mark.parametrize(("text", "drawn"), [(MACHINE, "ahead"), ("x = " + "-" * 50_000 + "1", "")])
+def test_the_page_of_marks_shows_the_states_of_a_program_that_has_some(
+    lab: Path, school: Path, text: str, drawn: str
+) -> None:
+    (school / "honest.py").write_text(text)
+    (submission,) = find_submissions(school)
+    marked = mark(lab, submission)
+    assert re.findall('class="state" data-state="(.*?)"', marked.machine) == ([drawn] if drawn else [])
+    page = to_html(load_lab(lab, hidden=True), [marked])
+    assert ("its states" in page) == bool(drawn)
+    assert "<script" not in page
 
 
 @isolated

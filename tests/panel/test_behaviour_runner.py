@@ -63,7 +63,7 @@ async def test_a_behaviour_drives_and_tells_its_state(slot: Slot) -> None:
     assert (slot.runner.phase, slot.runner.state) == (RunPhase.RUNNING, "roaming")
     assert slot.drive.may_move
     assert slot.watcher.age("proximity") < 0.3
-    assert [line.text for line in lines_of(slot.log.lines, ["state"])] == ["avoid begins", "avoid: roaming"]
+    assert [line.text for line in lines_of(slot.log.lines, ["state"])] == ["avoid begins", "roaming"]
     await slot.runner.stop()
     assert slot.runner.phase is RunPhase.STOPPED
 

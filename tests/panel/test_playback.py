@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import math
+import runpy
 from pathlib import Path
 
 import pytest
 
+import elib
 from elib.base.errors import ArgumentError
 from elib.base.timebase import SimulatedLoop
+from elib.behaviours import run_behaviour_blocking
+from elib.panel.server.instruments import tick
 from elib.panel.slot import Phase, Slot
+from elib.records.reader import Recording
+from elib.records.timeline import timeline
 
 # clock: simulated
 LOOP = SimulatedLoop
@@ -106,3 +112,79 @@ async def test_a_recording_that_is_held_can_be_moved_to_another_moment(tmp_path:
     assert slot.playback.at == pytest.approx(1.5, abs=0.2)
     assert led(slot) == 1
     await slot.disconnect()
+
+
+# -- the states of a program --
+
+
+def machine_of_a_file(folder: Path) -> tuple[elib.Behaviour, str]:
+    text = (
+        "import elib\n\n\n"
+        "def drive(robot, run):\n"
+        "    if run.entered:\n"
+        "        robot.set_speed(0.3, 0.3)\n"
+        "    if run.time_in_state > 1:\n"
+        '        return "turn"\n\n\n'
+        "def turn(robot):\n"
+        "    robot.turn(1.6)\n"
+        '    return "drive"\n\n\n'
+        'machine = elib.states(drive, turn, name="walk")\n'
+    )
+    (folder / "walk.py").write_text(text)
+    return runpy.run_path(str(folder / "walk.py"))["machine"], text
+
+
+def recorded_machine(folder: Path) -> tuple[Path, str]:
+    """Let a machine drive for eight seconds, in a program that records and logs its robot itself."""
+    machine, text = machine_of_a_file(folder)
+    with elib.connect(SIM) as robot:
+        robot.record(folder / "walk.mcap")
+        robot.log(str(folder / "walk.log"))
+        run_behaviour_blocking(machine, robot, seconds=8)
+    return folder / "walk.mcap", text
+
+
+def test_a_recorded_machine_leaves_its_states_and_its_program_in_recording_and_log(tmp_path: Path) -> None:
+    path, text = recorded_machine(tmp_path)
+    states = [moment.text for moment in timeline(Recording(path), ["state"])]
+    assert states[:3] == ["drive", "turn", "drive"]
+    assert [entry.data["program"] for entry in Recording(path).entries("/program")] == [text]
+    lines = (tmp_path / "walk.log").read_text().splitlines()
+    assert [line.rpartition("state: ")[2] for line in lines if "state: " in line][:3] == states[:3]
+
+
+async def test_a_recording_that_is_played_shows_its_machine_and_the_state_of_each_moment(tmp_path: Path) -> None:
+    path, text = await asyncio.to_thread(recorded_machine, tmp_path)
+    slot = await playing(path)
+    seen = []
+    while slot.is_playing:
+        found = tick(slot).machine
+        if found is not None and (not seen or seen[-1] != (found.state, found.previous_state)):
+            seen.append((found.state, found.previous_state))
+        await asyncio.sleep(0.01)
+    assert slot.machine.program == text
+    assert [pair for pair in seen if pair[0]][:3] == [("drive", ""), ("turn", "drive"), ("drive", "turn")]
+    over = tick(slot).machine
+    assert over is not None
+    assert over.state == "", "nothing is lit when it is over"
+    await slot.disconnect()
+
+
+async def test_the_panel_shows_a_behaviour_of_states_and_forgets_it_for_one_without(tmp_path: Path) -> None:
+    slot = Slot("sim://red-boxes?speed=max")
+    await slot.connect()
+    slot.records.recording.start(str(tmp_path / "run.mcap"))
+    slot.runner.start("bull")
+    await asyncio.sleep(5)
+    found = tick(slot).machine
+    assert found is not None
+    assert found.state == slot.runner.state != ""
+    assert "def charging" in slot.machine.program
+    slot.runner.halt()
+    await asyncio.sleep(3)
+    slot.runner.start("avoid")
+    await asyncio.sleep(3)
+    assert tick(slot).machine is None
+    await slot.disconnect()
+    kinds = [moment.text for moment in timeline(Recording(tmp_path / "run.mcap"), ["state"])]
+    assert "searching" in kinds, "the panel's own recording keeps the states, too"

@@ -13,6 +13,7 @@ import {
   Radio,
   Sparkles,
   Terminal,
+  Workflow,
   type IconNode,
 } from "lucide";
 import { Icon } from "../look/Icon";
@@ -31,6 +32,7 @@ import { Link } from "../robot/Link";
 import { Pad } from "../robot/Pad";
 import { Sensors } from "../robot/Sensors";
 import { Stage } from "../robot/Stage";
+import { States } from "../robot/States";
 import { isOff, Status } from "../robot/Status";
 import { Trouble } from "../robot/Trouble";
 import "../robot/robot.css";
@@ -44,6 +46,7 @@ const INSTRUMENTS: Instrument[] = [
   { name: "sensors", title: "Sensors", icon: Gauge, Kind: Sensors },
   { name: "charts", title: "Charts", icon: ChartLine, Kind: Charts },
   { name: "behaviours", title: "Behaviours", icon: Sparkles, Kind: Behaviours, needs: "program" },
+  { name: "states", title: "States", icon: Workflow, Kind: States },
   { name: "lights", title: "Lights and sounds", icon: Lightbulb, Kind: Lights, needs: "drive" },
   { name: "console", title: "Console", icon: Terminal, Kind: Console, needs: "drive" },
   { name: "events", title: "Events", icon: List, Kind: Events },
@@ -61,7 +64,8 @@ export function Robot({ id }: { id: string }) {
   useEffect(() => {
     rail.current?.querySelector("[aria-selected=true]")?.scrollIntoView({ block: "nearest", inline: "center" });
   }, [place.value.part]);
-  const instruments = INSTRUMENTS.filter(({ needs }) => !needs || can()[needs]),
+  const hasStates = Boolean(robot.tick.value?.machine),
+    instruments = INSTRUMENTS.filter(({ name, needs }) => (!needs || can()[needs]) && (name !== "states" || hasStates)),
     tabs = isPhone() ? [...VIEWS, ...instruments] : instruments,
     chosen = tabs.find(({ name }) => name === place.value.part) ?? tabs[0],
     open = instruments.find((each) => each === chosen),

@@ -9,7 +9,7 @@ import type { BehaviourAbout, Play as State } from "../messages";
 import { ask, can, hello, listed, type Robot } from "../store";
 import { kept } from "./kept";
 import { Lines } from "./Lines";
-import { Machine } from "./Machine";
+import { States } from "./States";
 
 const COLOURS: Partial<Record<State["phase"], string>> = { running: "connected", paused: "gap", failed: "failed" };
 
@@ -20,18 +20,13 @@ const stateOf = kept(() => ({
 }));
 
 /** How the behaviour stands, and what it said. */
-function Doing({ play, isSource }: { play: State; isSource: boolean }) {
-  const { name, phase, phase_text, state, previous_state, reason, error, time, lines } = play,
-    svg = useSignal(""),
+function Doing({ robot, play, isSource }: { robot: Robot; play: State; isSource: boolean }) {
+  const { name, phase, phase_text, state, reason, error, time, lines } = play,
     isActive = phase === "running" || phase === "paused",
     passed = `${number(time, 1)} s`;
   const doing = isActive
     ? [state && `state: ${state}`, reason, passed]
     : [name && `ran ${passed}`, state && `last state: ${state}`];
-  useEffect(() => {
-    svg.value = "";
-    if (name) ask("states", { name }).then((found) => (svg.value = found ?? ""));
-  }, [name]);
   return (
     <>
       <div class="row wrap play">
@@ -43,7 +38,7 @@ function Doing({ play, isSource }: { play: State; isSource: boolean }) {
       <p class="alarm" role="alert" hidden={!error}>
         {error}
       </p>
-      {!isSource && svg.value && <Machine svg={svg.value} states={isActive ? [state, previous_state] : ["", ""]} />}
+      {!isSource && <States robot={robot} />}
       {!isSource && lines.length > 0 && (
         <Lines label="what the behaviour says" news={lines}>
           {lines.map(([seconds, text]) => (
@@ -180,7 +175,7 @@ export function Behaviours({ robot }: { robot: Robot }) {
           )}
         </div>
       )}
-      <Doing play={play} isSource={isSource.value} />
+      <Doing robot={robot} play={play} isSource={isSource.value} />
     </div>
   );
 }

@@ -5,7 +5,7 @@ decorated with :func:`behaviour` is a sample; ``elib run`` finds it by itself. `
 """
 
 from elib.behaviours._run.behaviour import Behaviour, BehaviourStyle, behaviour, behaviours, find
-from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
+from elib.behaviours._run.context import MachineStarted, RunContext, RunEvent, RunMessage, StateChanged
 from elib.behaviours._run.loop import react, react_blocking
 from elib.behaviours._run.play import RunResult, play, run_behaviour, run_behaviour_blocking
 from elib.behaviours._run.states import states
@@ -16,10 +16,12 @@ from elib.link.protocol.quantities import Quantity
 __all__ = [
     "Behaviour",
     "BehaviourStyle",
+    "MachineStarted",
     "OpenAir",
     "Quantity",
     "Redness",
     "RunContext",
+    "RunEvent",
     "RunMessage",
     "RunResult",
     "StateChanged",

@@ -19,7 +19,7 @@ from elib.base.timebase import LoopMaker, LoopSpeed, Paced
 from elib.cli.terminal import BLOCKS, BOLD, CYAN, DIM, GREEN, RED, YELLOW, LiveLine, say
 
 if TYPE_CHECKING:
-    from elib.behaviours._run.context import RunContext, RunMessage, StateChanged
+    from elib.behaviours._run.context import RunContext, RunEvent
     from elib.studies.drive import RobotReport
 
 FRAME = 0.1
@@ -121,7 +121,7 @@ class RunDisplay:
         with self._drawing:
             self._line.clear()
 
-    def _print_said(self, event: StateChanged | RunMessage) -> None:
+    def _print_said(self, event: RunEvent) -> None:
         from elib.behaviours._run.context import RunMessage  # elib watch starts without the behaviours
 
         if isinstance(event, RunMessage):

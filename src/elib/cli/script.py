@@ -22,7 +22,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE
 from elib.base.extras import check_web
-from elib.behaviours import Behaviour, BehaviourStyle, RunContext, RunMessage, StateChanged, behaviours, play
+from elib.behaviours import Behaviour, BehaviourStyle, RunContext, behaviours, play
 from elib.behaviours._run.context import DEFAULT_SEED
 from elib.behaviours._run.program import TimeLimit, code_of, interruptible, is_own, loops_at, own_traceback, run_file
 from elib.cli.behaviouroptions import given_in, options_of
@@ -322,7 +322,6 @@ class ProgramRun:
 
         def begin(context: RunContext, robots: tuple[Epuck, ...]) -> None:
             self._context, self._context_began = context, self.time
-            context.listeners.append(self._note)
             display.begin(context, self.robots)
 
         try:
@@ -413,16 +412,6 @@ class ProgramRun:
                 self._say("hint: switch the robot on, charge it, bring it nearer; Ctrl-C ends the run")
             case Reconnected(gap=gap):
                 self._say(f"the link of {name} is back after {gap:.1f} s")
-
-    def _note(self, event: StateChanged | RunMessage) -> None:
-        """Write a state or a line into every recording, in the thread where it happens."""
-        with contextlib.suppress(ElibError):  # closed, or its disk is full: the behaviour goes on
-            for each in self._files:
-                if isinstance(each, Recorder):
-                    if isinstance(event, StateChanged):
-                        each.note(event.state, kind="state")
-                    else:
-                        each.note(event.text)
 
 
 def _told(recorder: Recorder) -> str:

@@ -21,6 +21,7 @@ from elib.lab import GoalResult, Lab, VariantResult, load_lab, run_variant
 from elib.lab.goal import points
 from elib.lab.sandbox import LIMITS, Child, Limits, start
 from elib.lab.submissions import Submission
+from elib.tools.states.drawing import picture_of
 
 PICTURE_SIZE = 300
 """Pixels of the longer side of a path's picture."""
@@ -60,6 +61,7 @@ class Mark:
         remarks: What the teacher should know, in words.
         broke: How it broke the rules of the link to its robot, or an empty string; it has no points then.
         output: The end of what it printed in the last run.
+        machine: The picture of its states, an SVG document; empty if it has none.
         alike: Other submissions that are much alike, with the share in percent.
     """
 
@@ -71,6 +73,7 @@ class Mark:
     remarks: list[str] = field(default_factory=list)
     broke: str = ""
     output: str = ""
+    machine: str = ""
     alike: dict[str, int] = field(default_factory=dict)
 
 
@@ -129,6 +132,7 @@ def mark(folder: Path, submission: Submission, safe: bool = True, limits: Limits
     if submission.problem:
         result.remarks.append(submission.problem)
         return result
+    result.machine = picture_of(submission.files[submission.main].decode(errors="replace"))
     for variant in lab.variants:
         children: list[Child] = []
 

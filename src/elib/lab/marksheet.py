@@ -141,11 +141,15 @@ def _row(row: list[str], mark: Mark, goals: slice) -> str:
 
 def _details(index: int, mark: Mark) -> str:
     name = plain(mark.name)
-    output = f"<details><summary>what it printed</summary><pre>{escape(mark.output)}</pre></details>"
+    more = ""
+    if mark.output:
+        more += f"<details><summary>what it printed</summary><pre>{escape(mark.output)}</pre></details>"
+    if mark.machine:
+        more += f'<details><summary>its states</summary><figure class="machine">{mark.machine}</figure></details>'
     return (
         f'<section id="{escape(_anchor(name))}"><h2>{escape(name)}: {_number(mark.points)} of {_number(mark.most)}</h2>'
         f"{''.join(f'<p>{escape(remark)}</p>' for remark in mark.remarks)}"
-        f'<div class="runs">{"".join(_figure(run) for run in mark.runs)}</div>{output if mark.output else ""}</section>'
+        f'<div class="runs">{"".join(_figure(run) for run in mark.runs)}</div>{more}</section>'
     )
 
 
@@ -184,8 +188,10 @@ a {{ color: inherit; }}
 .cheat td:last-child {{ color: var(--none); font-weight: 600; }}
 section {{ border-top: 1px solid var(--line); margin-top: 2rem; }}
 .runs {{ display: flex; flex-wrap: wrap; gap: 1.5rem; }}
-figure {{ margin: 0; width: 20rem; }} figcaption {{ font-weight: 600; margin-bottom: .3rem; }}
+figure {{ margin: 0; width: 20rem; }}
+figure.machine {{ width: auto; }} figcaption {{ font-weight: 600; margin-bottom: .3rem; }}
 figure svg {{ width: 100%; height: auto; border-radius: .4rem; border: 1px solid var(--line); }}
+.machine svg {{ width: auto; max-width: 100%; background: #fff; }}
 ul {{ padding-left: 1.1rem; }} li {{ overflow-wrap: anywhere; }}
 pre {{ overflow-x: auto; padding: .7rem; border: 1px solid var(--line); border-radius: .4rem; }}
 </style></head><body>

@@ -24,6 +24,7 @@ from elib.behaviours import (
     Behaviour,
     BehaviourStyle,
     RunContext,
+    RunEvent,
     RunMessage,
     RunResult,
     StateChanged,
@@ -35,6 +36,7 @@ from elib.behaviours import (
 from elib.link.session import Channel
 from elib.panel.drivelock import DriveLock
 from elib.panel.interlock import Bridge, Interlock, ProxiedRobot
+from elib.panel.machine import RunningMachine
 from elib.robot.aio import Epuck
 from elib.robot.blocking import BlockingEpuck
 
@@ -59,6 +61,10 @@ class Host(Protocol):
     @property
     def robot(self) -> Epuck:
         """The robot."""
+
+    @property
+    def machine(self) -> RunningMachine:
+        """What a page shows of the states of the behaviour."""
 
     def note(self, text: str, *, kind: str = "note", is_bad: bool = False) -> None:
         """Add a line to the event log."""
@@ -85,7 +91,6 @@ class BehaviourRunner:
         name: The name of the behaviour that runs, or ran last; empty before the first.
         phase: Where it is in its life.
         state: What it is doing in its own words, like ``turning``; empty where it does not say.
-        previous_state: What it did before that.
         error: Why it failed; empty if it did not.
         reason: Why it pauses; empty if it does not.
         lines: What it said: the time since its start, s, and the text.
@@ -94,7 +99,7 @@ class BehaviourRunner:
     """
 
     def __init__(self, slot: Host) -> None:
-        self.name = self.state = self.previous_state = self.error = self.reason = ""
+        self.name = self.state = self.error = self.reason = ""
         self.phase = RunPhase.IDLE
         self.lines: deque[tuple[float, str]] = deque(maxlen=KEPT)
         self.line_count = 0
@@ -147,7 +152,8 @@ class BehaviourRunner:
         interlock = self._interlock = Interlock(robot.session if channel is None else channel, self._slot.drive)
         context = self._context = RunContext(self._loop.time)
         self.name = what.name
-        self.state = self.previous_state = self.error = self.reason = ""
+        self.state = self.error = self.reason = ""
+        self._slot.machine.forget()
         self.phase = RunPhase.RUNNING
         self.lines.clear()
         self.line_count = 0
@@ -229,7 +235,7 @@ class BehaviourRunner:
         context: RunContext,
         options: Mapping[str, object],
     ) -> None:
-        context.listeners.append(lambda event: self._loop.call_soon_threadsafe(self._heard, event))
+        context.listeners.append(lambda event: self._loop.call_soon_threadsafe(self._heard, event, context.began))
         failure: BaseException | None = None
         try:
             await self._slot.drive.wait_until_stopped()
@@ -303,14 +309,12 @@ class BehaviourRunner:
         finally:
             self._going_on = None
 
-    def _heard(self, event: StateChanged | RunMessage) -> None:
+    def _heard(self, event: RunEvent, began: float) -> None:
         if isinstance(event, StateChanged):
-            self.previous_state, self.state = self.state, event.state
-            self._slot.note(f"{self.name}: {event.state}", kind="state")
-        else:
-            self.lines.append((event.time, event.text))
+            self.state = event.state
+        elif isinstance(event, RunMessage):
+            self.lines.append((event.time - began, event.text))
             self.line_count += 1
-            self._slot.note(event.text)
 
 
 class Play(Struct):
@@ -320,7 +324,6 @@ class Play(Struct):
     phase: Annotated[str, Meta(extra_json_schema={"enum": [each.name.lower() for each in RunPhase]})]
     phase_text: str
     state: str
-    previous_state: str
     reason: str
     error: str
     time: float
@@ -336,7 +339,6 @@ def runner_state(runner: BehaviourRunner, seen: int = 0) -> Play:
         phase=runner.phase.name.lower(),
         phase_text=runner.phase.value,
         state=runner.state,
-        previous_state=runner.previous_state,
         reason=runner.reason,
         error=runner.error,
         time=round(runner.time, 3),

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from elib.link.session import Disconnected, Ended, Greeted, Reconnected, ResetNoticed, Resynced, TraceEvent
+from elib.link.session import Disconnected, Ended, Greeted, Noted, Reconnected, ResetNoticed, Resynced, TraceEvent
 
 KINDS = {
     "call": "Commands",
@@ -74,6 +74,8 @@ class EventLog:
                 self.note("link", f"the link is back after {gap:.1f} s")
             case ResetNoticed() | Greeted():
                 self.note("robot", "the robot has restarted", is_bad=True)
+            case Noted(text=text, kind=kind):
+                self.note(kind, text)
             case Resynced(dropped=dropped):
                 self.note("link", f"the line was out of sync; {dropped} bytes were dropped")
             case _:

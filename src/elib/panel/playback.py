@@ -20,6 +20,7 @@ from elib.link.protocol.context import Context
 from elib.link.protocol.image import Image
 from elib.link.protocol.profiles import profile_named
 from elib.link.protocol.quantities import CameraMode
+from elib.link.session import MachineBegan, Noted
 from elib.link.transport.url import Url, speed_of
 from elib.records.reader import Entry, Recording
 from elib.records.timeline import KINDS
@@ -31,6 +32,7 @@ from elib.records.topics import (
     ODOMETRY,
     OUTCOMES,
     PICTURES,
+    PROGRAM,
     READINGS,
     SCENE,
     WORLD,
@@ -38,7 +40,7 @@ from elib.records.topics import (
 from elib.robot.snapshot import IMAGE
 
 ORIGIN = "replay"
-TOPICS = (READINGS, PICTURES, MEASURED, ODOMETRY, CALLS, OUTCOMES, LINK, WORLD, SCENE, NOTES)
+TOPICS = (READINGS, PICTURES, MEASURED, ODOMETRY, CALLS, OUTCOMES, LINK, WORLD, SCENE, PROGRAM, NOTES)
 AT_ONCE = 500
 """Messages that are shown at once before other tasks may run."""
 
@@ -58,6 +60,7 @@ class Playback:
         on_reading: Called with the name and the value of each reading and picture, on the clock of the event loop.
         on_pose: Called with each pose of the robot.
         on_line: Called with kind, text and whether it is bad, for each line of the event log.
+        on_program: Called with each line and each machine of states that began, as a link tells of them.
         on_entry: Called with each message as it was recorded, and its time on the clock of the event loop.
 
     Raises:
@@ -73,6 +76,7 @@ class Playback:
         self.on_reading: Callable[[str, v.Reading | Image], object] = lambda name, value: None
         self.on_pose: Callable[[Pose], object] = lambda pose: None
         self.on_line: Callable[[str, str, bool], object] = lambda kind, text, is_bad: None
+        self.on_program: Callable[[Noted | MachineBegan], object] = lambda event: None
         self.on_entry: Callable[[Entry, float], object] = lambda entry, now: None
         self._calls: dict[int, tuple[str, tuple[int, ...]]] = {}
         self._is_measured = False
@@ -150,8 +154,11 @@ class Playback:
             self._calls[data["call"]] = str(data["text"]), tuple(map(int, data["arguments"]))
         elif entry.topic == OUTCOMES.name:
             self._ended(entry)
+        elif entry.topic == PROGRAM.name:
+            self.on_program(MachineBegan(str(data["program"])))
         elif entry.topic == NOTES.name:
             kind = str(data["name"])
+            self.on_program(Noted(str(data["message"]), kind))
             self.on_line(kind if kind in KINDS else "note", str(data["message"]), data["level"] > 2)
 
     def _ended(self, entry: Entry) -> None:

@@ -27,6 +27,7 @@ from elib.panel import lifecycle
 from elib.panel.behaviours import BehaviourRunner
 from elib.panel.drivelock import DriveLock
 from elib.panel.events import EventLog
+from elib.panel.machine import RunningMachine
 from elib.panel.playback import Playback
 from elib.panel.records import Records
 from elib.panel.watching import ReadingsWatcher, place_of, virtual
@@ -92,6 +93,7 @@ class Slot:
         self.edition = 0
         self._loop = asyncio.get_running_loop()
         self.log = EventLog()
+        self.machine = RunningMachine()
         self.records = Records(lambda: self._robot, lambda text, is_bad: self.note(text, kind="panel", is_bad=is_bad))
         self.watcher = ReadingsWatcher(lambda text: self.log.note("link", text, is_bad=True), self._lost)
         self._parting: asyncio.Task[None] | None = None
@@ -239,7 +241,9 @@ class Slot:
         playback.on_reading = self.watcher.note
         playback.on_pose = self.watcher.put
         playback.on_line = lambda kind, text, is_bad: self.log.note(kind, text, is_bad=is_bad)
+        playback.on_program = self.machine.see
         self._playback = playback
+        self.machine.forget()
         self.watcher.forget()
         self.phase = Phase.PLAYING
         self.edition += 1
@@ -262,6 +266,7 @@ class Slot:
     def watch(self, robot: Epuck) -> None:
         """Show what a robot tells the program that has opened it, and send nothing to it, until :meth:`unwatch`."""
         self._watched, self.phase = robot, Phase.WATCHED
+        self.machine.forget()
         self.edition += 1
         self.watcher.forget()
         robot.trace(self._overhear)
@@ -274,6 +279,7 @@ class Slot:
 
     def _overhear(self, time: float, event: TraceEvent) -> None:
         self.log.see(time, event)
+        self.machine.see(event)
         if isinstance(event, Ended) and self._watched is not None:
             for name, reading in readings_in(event.request.name, event.value):
                 # The program may have a clock of its own.
@@ -490,6 +496,7 @@ class Slot:
 
     def _see(self, time: float, event: TraceEvent) -> None:
         self.log.see(time, event)
+        self.machine.see(event)
         match event:
             case Disconnected():
                 self.phase = Phase.GAP

@@ -16,7 +16,18 @@ from urllib.parse import quote
 
 from elib.base.errors import ElibError
 from elib.base.rules import Choice
-from elib.link.session import Called, Disconnected, Ended, Ending, Greeted, Reconnected, ResetNoticed, Robot, TraceEvent
+from elib.link.session import (
+    Called,
+    Disconnected,
+    Ended,
+    Ending,
+    Greeted,
+    Noted,
+    Reconnected,
+    ResetNoticed,
+    Robot,
+    TraceEvent,
+)
 from elib.records.lognames import name_of_2011
 from elib.records.writer import LineWriter, Target
 
@@ -193,5 +204,7 @@ def _remark_on(event: TraceEvent) -> str:
             return f"the link is back after {gap:.3f} s"
         case Greeted() | ResetNoticed(sign="encoders"):  # the other sign is a greeting, which has its own event
             return "the robot has restarted unasked"
+        case Noted(text=text, kind="state"):
+            return f"state: {text}"
         case _:
             return ""

@@ -17,8 +17,9 @@ from pathlib import Path
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
+from elib.link.session import Noted
 from elib.records.mcapwriter import McapWriter
-from elib.records.messages import WARNING, Event, Message, Noted, Translator, channel_of, json_of
+from elib.records.messages import WARNING, Event, Message, Translator, channel_of, json_of
 from elib.records.topics import ABOUT, WORLD_FILE
 
 

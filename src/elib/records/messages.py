@@ -23,6 +23,8 @@ from elib.link.session import (
     Ended,
     Ending,
     Greeted,
+    MachineBegan,
+    Noted,
     Pushed,
     Received,
     Reconnected,
@@ -46,6 +48,7 @@ from elib.records.topics import (
     ODOMETRY,
     OUTCOMES,
     PICTURES,
+    PROGRAM,
     READINGS,
     SCENE,
     TRANSFORM,
@@ -59,6 +62,7 @@ from elib.records.topics import (
     OutcomeData,
     Placement,
     PoseData,
+    ProgramData,
     Quaternion,
     SceneData,
     Schema,
@@ -72,21 +76,6 @@ from elib.records.topics import (
 _JSON = msgspec.json.Encoder()
 INFORMATION, WARNING, ERROR = 2, 3, 4
 """Levels of ``foxglove.Log``."""
-
-
-@dataclass(frozen=True, slots=True)
-class Noted:
-    """A line that a person or a program wrote into the recording.
-
-    Attributes:
-        text: The line.
-        kind: ``note``, ``state``, ``link``, ``robot`` or ``recorder``.
-        level: 2 information, 3 warning, 4 error.
-    """
-
-    text: str
-    kind: str = "note"
-    level: int = INFORMATION
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +106,7 @@ class Observed:
     scene: str = ""
 
 
-Event = TraceEvent | Noted | Located | LinkStats | Observed
+Event = TraceEvent | Located | LinkStats | Observed
 """Everything that is recorded."""
 
 
@@ -196,6 +185,7 @@ class Translator:
             Received: lambda time, event: (_transfer(time, event.data, to_robot=False),),
             Pushed: lambda time, event: reading_messages(time, "image", event.value),
             SessionOpened: self._opened,
+            MachineBegan: lambda time, event: (Message(time, PROGRAM, ProgramData(time=time, program=event.program)),),
             Noted: lambda time, event: (_note(time, event.text, event.kind, level=event.level),),
             Located: self._located,
             LinkStats: self._checked,

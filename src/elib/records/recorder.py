@@ -15,10 +15,10 @@ from typing import Protocol, Self, runtime_checkable
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.pose import Pose
 from elib.base.rules import Number, Whole
-from elib.link.session import Ended, Ending, Pushed, Reconnected, Robot, SessionOpened, TraceEvent
+from elib.link.session import Ended, Ending, Noted, Pushed, Reconnected, Robot, SessionOpened, TraceEvent
 from elib.records.background import CLOSING_TIME, Background
 from elib.records.mcapfile import Parts, check_mcap, exists, versions
-from elib.records.messages import Event, Located, Noted, Observed
+from elib.records.messages import Event, Located, Observed
 from elib.records.topics import FORMAT
 
 ROBOT_CLOSING_TIME = 0.2

@@ -197,6 +197,12 @@ class SceneData(Data, kw_only=True):
     scene: Annotated[str, Meta(description="a world file")]
 
 
+class ProgramData(Data, kw_only=True):
+    """A program whose states drive the robot from now on."""
+
+    program: Annotated[str, Meta(description="the text of the program, in Python")]
+
+
 class NoteData(FoxgloveData, kw_only=True):
     """A line about something that happened."""
 
@@ -282,6 +288,9 @@ SCENE: Final = Topic(
     "the simulated world, after a hand has added, moved or removed a box or a wall",
     SceneData,
 )
+PROGRAM: Final = Topic(
+    "/program", "elib.Program", "the program of a machine of states, when it begins to drive the robot", ProgramData
+)
 NOTES: Final = Topic(
     "/notes",
     "foxglove.Log",
@@ -303,6 +312,7 @@ TOPICS: Final = (
     LINK,
     WORLD,
     SCENE,
+    PROGRAM,
     NOTES,
 )
 _FORMS: Mapping[str, type[Data]] = {

@@ -15,6 +15,8 @@ from elib.link.session import (
     Ended,
     Ending,
     Greeted,
+    MachineBegan,
+    Noted,
     Received,
     Resynced,
     TraceEvent,
@@ -37,6 +39,10 @@ class RobotEvent:
     """
 
     time: float
+
+    def traced(self) -> Noted | MachineBegan | None:
+        """Return what logs and recordings keep of it; None if they see by themselves what happens on the link."""
+        return None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,6 +165,8 @@ class Events:
         self._kept.append(event)
         self._count += 1
         self._wake()
+        if self._channel is not None and (traced := event.traced()) is not None:
+            self._channel.note(event.time, traced)
 
     def close(self) -> None:
         """End every iteration after the events that it has not read yet."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from elib.link.protocol.styles import Pending
+from elib.link.session import MachineBegan, Noted
 from elib.robot.events import RobotEvent
 
 T = TypeVar("T")
@@ -30,6 +31,25 @@ class StateChanged(RobotEvent):
 
     state: str
 
+    def traced(self) -> Noted:
+        """Return the line that logs and recordings keep of it."""
+        return Noted(self.state, "state")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MachineStarted(RobotEvent):
+    """A machine of states began.
+
+    Attributes:
+        program: The text of the program that holds its states.
+    """
+
+    program: str
+
+    def traced(self) -> MachineBegan:
+        """Return what recordings keep of it."""
+        return MachineBegan(self.program)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunMessage(RobotEvent):
@@ -40,6 +60,13 @@ class RunMessage(RobotEvent):
     """
 
     text: str
+
+    def traced(self) -> Noted:
+        """Return the line that logs and recordings keep of it."""
+        return Noted(self.text)
+
+
+RunEvent = StateChanged | MachineStarted | RunMessage
 
 
 class RunContext:
@@ -54,7 +81,8 @@ class RunContext:
         began: When the run began, s on the robot's clock.
         random: Random numbers; the same seed gives the same run.
         reason: Why the run ended: ``time``, ``enter`` or another word given to :meth:`finish`; empty before.
-        listeners: Functions that are called with every StateChanged and RunMessage, in the thread where it happens.
+        listeners: Functions that are called with every StateChanged, MachineStarted and RunMessage, in the thread where
+            it happens.
         entered: Whether this is the first step in the state of an ``elib.states`` machine.
         previous_state: The state that the behaviour was in before; empty in the first.
     """
@@ -62,7 +90,7 @@ class RunContext:
     def __init__(self, clock: Callable[[], float], *, seconds: float | None = None, seed: int = DEFAULT_SEED) -> None:
         self.random = random.Random(seed)
         self.reason = ""
-        self.listeners: list[Callable[[StateChanged | RunMessage], object]] = []
+        self.listeners: list[Callable[[RunEvent], object]] = []
         self._clock = clock
         self.began = clock()
         self._end = None if seconds is None else self.began + seconds
@@ -96,7 +124,9 @@ class RunContext:
     @property
     def states(self) -> tuple[tuple[float, str], ...]:
         """When each state was entered, s since the run began, and its name, in order."""
-        return tuple((event.time, event.state) for event in self._events if isinstance(event, StateChanged))
+        return tuple(
+            (event.time - self.began, event.state) for event in self._events if isinstance(event, StateChanged)
+        )
 
     @property
     def messages(self) -> tuple[str, ...]:
@@ -120,15 +150,19 @@ class RunContext:
         with self._lock:
             self.previous_state, self._current = self._current, name
             self.entered, self._entered_at = True, self._clock()
-            event = StateChanged(time=self.time, state=name)
+            event = StateChanged(time=self._clock(), state=name)
             self._events.append(event)
         self._emit(event)
 
     def say(self, text: str) -> None:
         """Tell the user a line of text."""
-        event = RunMessage(time=self.time, text=text)
+        event = RunMessage(time=self._clock(), text=text)
         self._events.append(event)
         self._emit(event)
+
+    def begin_machine(self, program: str) -> None:
+        """Tell logs and recordings of the *program*, its text, whose machine of states begins."""
+        self._emit(MachineStarted(time=self._clock(), program=program))
 
     def wait_for(self, pending: Pending[T]) -> T | None:
         """Wait for the result of a call that was begun, in the blocking style.
@@ -164,6 +198,6 @@ class RunContext:
         if is_late:
             function()
 
-    def _emit(self, event: StateChanged | RunMessage) -> None:
+    def _emit(self, event: RunEvent) -> None:
         for listener in tuple(self.listeners):
             listener(event)

@@ -70,6 +70,8 @@ class StateMachine(Behaviour):
         self.check({})
         for name in self.lonely():
             log.warning("state %s is never reached: no state returns %r", name, name)
+        if program := self.program():
+            run.begin_machine(program)
         return Walk(self, run)
 
     def check(self, options: Mapping[str, object]) -> dict[str, object]:
@@ -96,6 +98,16 @@ class StateMachine(Behaviour):
         """Return the states that no other state names, as far as that can be told."""
         ways = [(name, target) for name, state in self.members.items() for _, target in _all_targets(state)]
         return unreached(self.start, self.members, ways)
+
+    def program(self) -> str:
+        """Return the text of the file that holds the first state; empty where it is not to be had."""
+        first = next(iter(self.members.values()))
+        if isinstance(first, StateMachine):
+            return first.program()
+        try:
+            return "".join(inspect.findsource(first)[0])
+        except (OSError, TypeError):
+            return ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

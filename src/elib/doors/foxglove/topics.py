@@ -14,6 +14,7 @@ from foxglove import Channel, Context, Schema
 from elib.base.pose import Pose
 from elib.link.protocol.image import Image
 from elib.link.protocol.values import Reading
+from elib.link.session import Noted
 from elib.panel.playback import Playback
 from elib.panel.slot import Slot
 from elib.records.messages import (
@@ -22,7 +23,6 @@ from elib.records.messages import (
     Event,
     Located,
     Message,
-    Noted,
     Translator,
     channel_of,
     json_of,
@@ -78,7 +78,7 @@ class Topics:
             self._robot = robot
             if robot is not None:
                 self._translator = Translator()
-                self._tap = Tap(robot, self._put, robot.time, self.leave)
+                self._tap = Tap(robot, self._hear, robot.time, self.leave)
         playback = slot.playback if slot.is_playing else None
         if playback is not self._playback:
             self._playback = playback
@@ -91,6 +91,10 @@ class Topics:
         if self._tap is not None:
             self._tap.leave()
             self._tap = None
+
+    def _hear(self, item: tuple[float, Event]) -> None:
+        if not isinstance(item[1], Noted):  # the event log has that line, too
+            self._put(item)
 
     def _put(self, item: tuple[float, Event]) -> None:
         for message in self._translator.messages(*item):

@@ -17,6 +17,8 @@ from elib.link.session.trace import Ended as Ended
 from elib.link.session.trace import Ending as Ending
 from elib.link.session.trace import Greeted as Greeted
 from elib.link.session.trace import Hooks as Hooks
+from elib.link.session.trace import MachineBegan as MachineBegan
+from elib.link.session.trace import Noted as Noted
 from elib.link.session.trace import Pushed as Pushed
 from elib.link.session.trace import Received as Received
 from elib.link.session.trace import Reconnected as Reconnected

@@ -12,7 +12,7 @@ from elib.link.protocol.table import Request
 from elib.link.protocol.values import Steps, Version
 from elib.link.protocol.wifi_connection import Wanted
 from elib.link.session.statistics import LinkStats
-from elib.link.session.trace import Hooks, Transcript
+from elib.link.session.trace import Hooks, MachineBegan, Noted, Transcript
 from elib.link.transport.base import Transport
 
 T = TypeVar("T")
@@ -92,6 +92,9 @@ class Channel(Protocol):
     def forget_speed(self) -> None:
         """Do not restore the wheel speeds when the link is back: the motion that set them has ended."""
 
+    def note(self, time: float, event: Noted | MachineBegan) -> None:
+        """Tell the trace hooks of the link what a program did at *time*, s on the loop's clock."""
+
     async def close(self) -> None:
         """End the channel and free the port. Safe to repeat."""
 
@@ -126,6 +129,10 @@ class ForwardingChannel:
     def stream(self, *, sensors: Wanted | None, images: bool) -> None:
         """Have a robot that streams send what is watched."""
         self._session.stream(sensors=sensors, images=images)
+
+    def note(self, time: float, event: Noted | MachineBegan) -> None:
+        """Tell the trace hooks of the link what a program did."""
+        self._session.note(time, event)
 
 
 class Robot(Protocol):

@@ -51,6 +51,8 @@ from elib.link.session.trace import (
     Ending,
     Greeted,
     Hooks,
+    MachineBegan,
+    Noted,
     Pushed,
     Received,
     Resynced,
@@ -605,6 +607,10 @@ class Session:
 
     def forget_speed(self) -> None:
         """Do nothing: a session restores nothing."""
+
+    def note(self, time: float, event: Noted | MachineBegan) -> None:
+        """Tell the trace hooks what a program did at *time*, s on the loop's clock."""
+        self.hooks.call(time, event)
 
 
 def _opening_trip(opening: Transcript, answered: float) -> float:

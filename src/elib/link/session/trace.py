@@ -142,6 +142,32 @@ class SessionOpened:
     counters: Steps | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Noted:
+    """A line that a person or a program wrote beside what the link did.
+
+    Attributes:
+        text: The line.
+        kind: ``note``, ``state``, ``link``, ``robot`` or ``recorder``.
+        level: 2 information, 3 warning, 4 error.
+    """
+
+    text: str
+    kind: str = "note"
+    level: int = 2
+
+
+@dataclass(frozen=True, slots=True)
+class MachineBegan:
+    """A machine of states began to drive the robot.
+
+    Attributes:
+        program: The text of the program that holds its states.
+    """
+
+    program: str
+
+
 TraceEvent = (
     Called
     | Ended
@@ -155,6 +181,8 @@ TraceEvent = (
     | Disconnected
     | Reconnected
     | SessionOpened
+    | Noted
+    | MachineBegan
 )
 TraceHook = Callable[[float, TraceEvent], None]
 """Called as ``hook(time, event)`` in the event loop; the time is in s on its clock."""

@@ -180,6 +180,14 @@ class Playing(Struct):
     paused: bool
 
 
+class MachineState(Struct):
+    """A machine of states: how many have begun, the state that it is in, and the one before; empty if it has ended."""
+
+    count: int
+    state: str
+    previous_state: str
+
+
 class RecorderState(Struct):
     """The recording that is written."""
 
@@ -209,6 +217,7 @@ class Tick(Struct):
     log: str | None
     recorder: RecorderState | None
     playback: Playing | None
+    machine: MachineState | None
     live: float | None
 
 
@@ -289,6 +298,7 @@ def tick(slot: Slot, cursor: Cursor | None = None) -> Tick:
         log=_log(slot),
         recorder=_recorder(slot),
         playback=_playback(slot),
+        machine=_machine(slot),
         live=slot.watcher.pictures,
     )
 
@@ -436,6 +446,15 @@ def _playback(slot: Slot) -> Playing | None:
     if not slot.is_playing:
         return None
     return Playing(round(slot.playback.at, 2), round(slot.playback.length, 2), slot.playback.is_paused)
+
+
+def _machine(slot: Slot) -> MachineState | None:
+    machine = slot.machine
+    if not machine.program:
+        return None
+    is_running = slot.runner.is_active or slot.phase in (Phase.PLAYING, Phase.WATCHED)
+    now = (machine.state, machine.previous_state) if is_running else ("", "")
+    return MachineState(machine.count, *now)
 
 
 def _log(slot: Slot) -> str | None:

@@ -30,8 +30,7 @@ from elib.simulator.physics import Colour
 from elib.simulator.physics.geometry import Painted
 from elib.simulator.worlds.writer import written_scene
 from elib.tools import discovery
-from elib.tools.states.drawing import draw
-from elib.tools.states.text import MachineText
+from elib.tools.states.drawing import picture_of
 
 Key = Annotated[str, Meta(max_length=12)]
 """A robot of the panel, by its key."""
@@ -297,13 +296,10 @@ def source(page: Page, name: Name) -> str:
     return source_of(name)
 
 
-@request("program")
-def states(page: Page, name: Name) -> str:
-    """Ask for the picture of a behaviour's states, an SVG document; an empty text if it has none."""
-    try:
-        return draw(MachineText(source_of(name)))
-    except ArgumentError:
-        return ""
+@request()
+def states(page: Page, robot: Key) -> str:
+    """Ask for the picture of the states of a robot, an SVG document; an empty text without a machine of states."""
+    return picture_of(page.panel.slot(robot).machine.program)
 
 
 # -- files --

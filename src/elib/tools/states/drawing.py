@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import NamedTuple
 
+from elib.base.errors import ArgumentError
 from elib.behaviours._run.states import END
 from elib.simulator.drawing.shapes import Point
 from elib.simulator.drawing.svg import document, element
@@ -22,6 +23,8 @@ GAP, ROW, LOWER, MARGIN = 190, 130, 40, 44
 pixels."""
 HEIGHT, LETTER, ROUND = 46, 7.6, 14
 """Height of a state, mean width of a letter of its name, and radius of the end, pixels."""
+MAX_TEXT, MAX_ARROWS = 100_000, 150
+"""Characters and arrows of a stranger's program that is drawn: that takes a second at most."""
 INK = "#55606e"
 """Colour of arrows and of the end."""
 BEND, MORE = 34, 30
@@ -145,6 +148,15 @@ def draw(program: MachineText, places: Places | None = None) -> str:
     states = [_state(program, name, box) for name, box in boxes.items()]
     parts = [element("defs", marker), *arrows, dot, start, *states]
     return document(round(width), round(height), parts, font_family="sans-serif", top=round(top))
+
+
+def picture_of(text: str) -> str:
+    """Return the picture of a program that may be anything; empty without states, or with too many for a picture."""
+    try:
+        program = MachineText(text[: MAX_TEXT + 1])
+    except ArgumentError:
+        return ""
+    return draw(program) if len(text) <= MAX_TEXT and len(program.arrows) <= MAX_ARROWS else ""
 
 
 def _line() -> dict[str, object]:

@@ -105,6 +105,10 @@ class MachineText:
         self.newline = next(iter(re.findall(r"\r\n|\n|\r", text)), "\n")
         try:
             self.tree = ast.parse(self.raw)
+        except (RecursionError, MemoryError):
+            raise ArgumentError(
+                "the program is nested too deeply to be read", hint="write it in shorter steps"
+            ) from None
         except (SyntaxError, ValueError) as error:
             line = f"line {error.lineno}: {error.msg}" if isinstance(error, SyntaxError) else str(error)
             raise ArgumentError(f"the program is not Python yet: {line}", hint="mend it in the text") from None

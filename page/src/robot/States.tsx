@@ -1,0 +1,15 @@
+// The machine of states that drives a robot: a behaviour of the panel, a program that is watched, or a recording.
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { ask, type Robot } from "../store";
+import { Machine } from "./Machine";
+
+export function States({ robot }: { robot: Robot }) {
+  const { count = 0, state = "", previous_state = "" } = robot.tick.value?.machine ?? {},
+    svg = useSignal("");
+  useEffect(() => {
+    svg.value = "";
+    if (count) ask("states", { robot: robot.key }).then((found) => (svg.value = found ?? ""));
+  }, [count]);
+  return svg.value ? <Machine svg={svg.value} states={[state, previous_state]} /> : null;
+}
