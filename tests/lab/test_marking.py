@@ -289,7 +289,7 @@ def test_the_page_of_marks_shows_the_states_of_a_program_that_has_some(
     (school / "honest.py").write_text(text)
     (submission,) = find_submissions(school)
     marked = mark(lab, submission)
-    assert re.findall('class="state" data-state="(.*?)"', marked.machine) == ([drawn] if drawn else [])
+    assert (f'data-state="{drawn}"' in marked.machine) == bool(drawn)
     page = to_html(load_lab(lab, hidden=True), [marked])
     assert ("its states" in page) == bool(drawn)
     assert "<script" not in page
