@@ -23,6 +23,9 @@ CONDITIONS: tuple[Condition | str, ...] = (
     Condition("ambient_light", ".left", "<", ".right"),
     Condition("", ".time_in_state", ">", "2.5"),
     "run.random.random() < 0.1",
+    "robot.time > 3 or robot.name",
+    "(robot.time > 2) and  ((robot.name))",
+    "1 if robot.name else robot.time",
     'robot.name in {"a": "{b}"}',
     "",
 )
@@ -128,7 +131,7 @@ def drawn_edit(draw: random.Random, program: MachineText) -> tuple[str, tuple[ob
         "set_start": (state,),
         "add_arrow": (state, other, condition),
         "retarget": (arrow, other),
-        "set_condition": (arrow, condition),
+        "set_condition": (arrow, condition, draw.choice((0, 0, 1, 2, 3))),
         "remove_arrow": (arrow,),
         "add_action": (state, command, arguments, draw.random() < 0.5),
         "set_action": (state, draw.randrange(4), {"left": "0.1", "right": "-0.1"}),
@@ -157,6 +160,15 @@ def expected(before: MachineText, name: str, given: tuple[object, ...]) -> Model
         case (("add_action" | "set_action" | "set_start"), _):
             return states, arrows
     return None
+
+
+def conditions(program: MachineText, arrow: int) -> list[str]:
+    return [program.raw[begin:end].decode() for _, (begin, end) in program.parts(program.arrows[arrow].test)]
+
+
+def expected_conditions(before: list[str], part: int, condition: object) -> list[str | None]:
+    """The conditions of an arrow after an edit of one of them, each as it is written; None for the new one."""
+    return [*before[:part], *[None] * bool(condition), *before[part + 1 :]]
 
 
 def taken_back(after: bytes, before: bytes, splices: list[Splice]) -> bytes:
@@ -195,6 +207,17 @@ def check(seed: int, edits: int) -> int:
         if name not in ("remove_state", "remove_arrow", "remove_item"):
             assert comments(program) <= comments(after), told
         assert all(each.node is not None for each in after.states.values()), told
+        if name == "set_condition" and isinstance(given[1], Condition | str) and " and " not in str(given[1]):
+            number, condition, part = given
+            assert isinstance(number, int)
+            assert isinstance(part, int)
+            found, wanted_ones = (
+                conditions(after, number),
+                expected_conditions(conditions(program, number), part, condition),
+            )
+            assert len(found) == len(wanted_ones), told
+            pairs = zip(wanted_ones, found, strict=True)  # what stands alone needs no parentheses
+            assert all(one is None or one.strip("()") == other.strip("()") for one, other in pairs), told
         assert name != "set_start" or after.start == given[0], told
         assert len(after.arrows) - len(program.arrows) == (name == "add_arrow") or name.startswith("remove"), told
         assert after.raw.count(b"\r\n") == after.raw.count(b"\n") or b"\r" not in first, told

@@ -187,6 +187,23 @@ async def test_the_picture_follows_the_typing_and_one_history_takes_back_both(ta
     await tab.until("document.querySelector('[data-arrow=\"0\"]').textContent.includes('4 cm')")
 
 
+@pytest.mark.parametrize("way", ["mouse", "keyboard"])
+async def test_an_arrow_takes_several_conditions_that_must_all_hold(tab: Tab, way: str) -> None:
+    await show(tab, AVOIDER)
+    hand = Hand(tab, is_mouse=way == "mouse")
+    await hand.arrow(0)
+    await hand.button("And …")
+    await hand.reads("if distances.ahead < 0.04 and run.time_in_state > 1:")
+    await hand.field("seconds", "2.5")
+    await hand.reads("if distances.ahead < 0.04 and run.time_in_state > 2.5:")
+    await hand.choose("ground", 5)
+    await hand.reads("ground = robot.ground()")
+    await hand.reads("and ground[0] > 1:")
+    await hand.choose("always", 1)
+    await hand.reads("    if ground[0] > 1:")
+    assert "distances" not in await tab.run("elib.textNow()")
+
+
 async def test_a_text_that_is_wrong_keeps_the_last_picture_and_says_why(tab: Tab) -> None:
     await show(tab, AVOIDER)
     await show_text(tab, AVOIDER.replace('return "turn"', 'return "turn'))

@@ -4,7 +4,7 @@ import { useLayoutEffect, useRef } from "preact/hooks";
 import { Button } from "../look/Button";
 import { Select } from "../look/fields";
 import { chosen, edit, forms, machine } from "./machine";
-import type { ArgumentForm, Condition, ItemNews } from "./messages";
+import type { ArgumentForm, Condition, ItemNews, PartNews } from "./messages";
 import { shownLine } from "./run";
 
 const COMPARISONS = Object.entries({ "<": "below", ">": "above", "==": "is", "!=": "is not" });
@@ -149,16 +149,15 @@ export function StateForm({ state }: { state: string }) {
   );
 }
 
-export function ArrowForm({ arrow }: { arrow: number }) {
-  const found = machine.value!.arrows[arrow];
-  if (!found) return null;
+/** One of the conditions that must all hold for an arrow, as a form. */
+function Part({ arrow, part, parts }: { arrow: number; part: number; parts: PartNews[] }) {
   const { readings } = forms.value,
-    { condition: it, test } = found,
+    { condition: it, test } = parts[part] ?? { condition: null, test: "" },
     kind = !test ? ALWAYS : !it ? PYTHON : it.reading || it.path,
     reading = readings.find(({ name }) => name === it?.reading),
     field = reading?.fields.find(({ path }) => path === it!.path),
-    set = (condition: Condition | string) => edit("set_condition", { arrow, condition }),
-    change = (part: Partial<Condition>) => set({ ...it!, ...part }),
+    set = (condition: Condition | string) => edit("set_condition", { arrow, condition, part }),
+    change = (changed: Partial<Condition>) => set({ ...it!, ...changed }),
     others = reading?.fields.filter(({ path }) => path !== it!.path) ?? [],
     isOther = others.some(({ path }) => path === it!.value);
   const choose = (to: string) => {
@@ -173,8 +172,54 @@ export function ArrowForm({ arrow }: { arrow: number }) {
       value: first.unit === "cm" ? "0.04" : "1",
     });
   };
-  const kinds = [[ALWAYS, "always"], ...TIMES, ...readings.map(({ name, title }) => [name, title]), [PYTHON, "in Python"]] as [string, string][]; // prettier-ignore
-  const targets = [...machine.value!.states.map(({ name }) => name), "end"];
+  const none = parts.length > 1 ? "(take this away)" : ALWAYS,
+    kinds = [[ALWAYS, none], ...TIMES, ...readings.map(({ name, title }) => [name, title]), [PYTHON, "in Python"]] as [string, string][]; // prettier-ignore
+  return (
+    <section class="stack" aria-label={`condition ${part + 1}`}>
+      <label class="field">
+        <span class="hint">{part ? "and" : "When"}</span>
+        <Select value={kind} choices={kinds} choose={choose} />
+      </label>
+      {it && field && (
+        <div class="row wrap">
+          {reading!.fields.length > 1 && (
+            <Select
+              {...{ "aria-label": "which", value: it.path }}
+              choices={reading!.fields.map(({ path, label }) => [path, label] as const)}
+              choose={(path) => change({ path })}
+            />
+          )}
+          <Select
+            {...{ "aria-label": "comparison", value: it.comparison }}
+            choices={COMPARISONS}
+            choose={(comparison) => change({ comparison: comparison as Condition["comparison"] })}
+          />
+        </div>
+      )}
+      {others.length > 0 && (
+        <Select
+          {...{ "aria-label": "compared with", value: isOther ? it!.value : "" }}
+          choices={[["", "a number"], ...others.map(({ path, label }) => [path, label] as const)]}
+          choose={(value) => change({ value: value || "1" })}
+        />
+      )}
+      {it && !isOther && (
+        <Quantity
+          label={it.reading ? field?.unit || "value" : "seconds"}
+          {...{ value: it.value, scale: field?.scale ?? 1, change: (value) => change({ value }) }}
+        />
+      )}
+      {kind === PYTHON && <Field label="Python" value={test} change={set} />}
+    </section>
+  );
+}
+
+export function ArrowForm({ arrow }: { arrow: number }) {
+  const found = machine.value!.arrows[arrow];
+  if (!found) return null;
+  const { parts } = found,
+    targets = [...machine.value!.states.map(({ name }) => name), "end"],
+    more: Condition = { reading: "", path: TIMES[0][0], comparison: ">", value: "1" };
   return (
     <form class="stack form" aria-label="arrow" onSubmit={(event) => event.preventDefault()}>
       <label class="field">
@@ -187,40 +232,17 @@ export function ArrowForm({ arrow }: { arrow: number }) {
       </label>
       {found.is_plain ? (
         <>
-          <label class="field">
-            <span class="hint">When</span>
-            <Select value={kind} choices={kinds} choose={choose} />
-          </label>
-          {it && field && (
-            <div class="row wrap">
-              {reading!.fields.length > 1 && (
-                <Select
-                  {...{ "aria-label": "which", value: it.path }}
-                  choices={reading!.fields.map(({ path, label }) => [path, label] as const)}
-                  choose={(path) => change({ path })}
-                />
-              )}
-              <Select
-                {...{ "aria-label": "comparison", value: it.comparison }}
-                choices={COMPARISONS}
-                choose={(comparison) => change({ comparison: comparison as Condition["comparison"] })}
-              />
-            </div>
-          )}
-          {others.length > 0 && (
-            <Select
-              {...{ "aria-label": "compared with", value: isOther ? it!.value : "" }}
-              choices={[["", "a number"], ...others.map(({ path, label }) => [path, label] as const)]}
-              choose={(value) => change({ value: value || "1" })}
+          {(parts.length ? parts : [null]).map((_, part) => (
+            <Part key={part} {...{ arrow, part, parts }} />
+          ))}
+          {parts.length > 0 && (
+            <Button
+              weight="quiet"
+              icon={icons.Plus}
+              act={() => edit("set_condition", { arrow, condition: more, part: parts.length })}
+              children="And …"
             />
           )}
-          {it && !isOther && (
-            <Quantity
-              label={it.reading ? field?.unit || "value" : "seconds"}
-              {...{ value: it.value, scale: field?.scale ?? 1, change: (value) => change({ value }) }}
-            />
-          )}
-          {kind === PYTHON && <Field label="Python" value={test} change={set} />}
         </>
       ) : (
         <p class="hint">This way stands in code that a form cannot say.</p>

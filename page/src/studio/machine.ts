@@ -27,7 +27,11 @@ export const forms = signal<Forms>({ readings: [], actions: [] });
 const places = (): Record<string, Place> => JSON.parse(localStorage.getItem(PLACES + name.value) ?? "{}");
 
 export function put(state: string, place: Place) {
-  localStorage.setItem(PLACES + name.value, JSON.stringify({ ...places(), [state]: place }));
+  try {
+    localStorage.setItem(PLACES + name.value, JSON.stringify({ ...places(), [state]: place }));
+  } catch {
+    toast("This browser has no room left to keep where a state stands.");
+  }
   return read();
 }
 

@@ -47,8 +47,8 @@ export type Asked = {
   add_arrow: { text: string; source: string; target: string; condition: Condition | string };
   /** Let an arrow lead to another state. Arrows are counted from 0, in the order of states and text. */
   retarget: { text: string; arrow: number; target: string };
-  /** Give an arrow another condition. */
-  set_condition: { text: string; arrow: number; condition: Condition | string };
+  /** Give an arrow another condition, or one of those that must all hold; one more if it does not have that *part*. */
+  set_condition: { text: string; arrow: number; condition: Condition | string; part?: number };
   /** Remove an arrow, and the reading that only it needs. */
   remove_arrow: { text: string; arrow: number };
   /** Add a command to what a state does: in each step, or only when it is entered. */
@@ -191,13 +191,12 @@ export type StateNews = {
   items: ItemNews[];
 };
 
-/** An arrow: its condition in words, in Python and as a form gives it, and whether the picture can change it. */
+/** An arrow: in words when it is taken, the conditions that must all hold, and whether the picture can change it. */
 export type ArrowNews = {
   source: string;
   target: string;
   words: string;
-  test: string;
-  condition: Condition | null;
+  parts: PartNews[];
   is_plain: boolean;
   line: number;
 };
@@ -206,7 +205,7 @@ export type ArrowNews = {
 export type ReadingForm = {
   name: string;
   title: string;
-  fields: Field[];
+  fields: ReadingField[];
 };
 
 /** A command that a state may give: its method, a sentence, and its arguments. */
@@ -255,8 +254,14 @@ export type ItemNews = {
   arguments: Record<string, string>;
 };
 
+/** A condition of an arrow: in Python, and as a form gives it if one can. */
+export type PartNews = {
+  test: string;
+  condition: Condition | null;
+};
+
 /** A number of a reading: its words, how Python reads it from the reading, and its unit as a person is told it. */
-export type Field = {
+export type ReadingField = {
   label: string;
   path: string;
   unit: string;

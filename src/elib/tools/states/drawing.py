@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Mapping
 from html import escape
@@ -230,6 +231,7 @@ def _label(words: str, curve: Curve, taken: list[Rectangle], ways: list[Point]) 
 
     Its own box is added to *taken*.
     """
+    words = re.sub(r"(?<=\d) (?=\w)", "\N{NO-BREAK SPACE}", words)  # a number and its unit stand on one line
     lines = textwrap.wrap(words, WIDEST, max_lines=MOST_LINES, placeholder=" …")
     width, height = max(map(len, lines)) * 3.1 + 3, 7.5 * len(lines)
     (x0, y0), control, (x2, y2) = curve

@@ -16,7 +16,7 @@ from msgspec import Meta, Struct
 
 from elib.base.errors import ArgumentError
 from elib.behaviours._run.states import END
-from elib.tools.states.text import Arrow, Item, MachineText, StateText, arguments_of, parameters_of
+from elib.tools.states.text import Arrow, Item, MachineText, Span, StateText, arguments_of, parameters_of
 from elib.tools.states.words import Condition
 
 Text = Annotated[str, Meta(max_length=2000)]
@@ -156,8 +156,11 @@ def retarget(program: MachineText, arrow: int, target: Text) -> list[Splice]:
 
 
 @edit
-def set_condition(program: MachineText, arrow: int, condition: Condition | Text) -> list[Splice]:
-    """Give an arrow another condition."""
+def set_condition(program: MachineText, arrow: int, condition: Condition | Text, part: int = 0) -> list[Splice]:
+    """Give an arrow another condition, or one of those that must all hold; one more if it does not have that *part*.
+
+    Parts are counted from 0. An empty condition takes the part away.
+    """
     found = _plain(program, arrow)
     state, node = program.states[found.source], found.item.node
     _body(program, state)
@@ -165,6 +168,10 @@ def set_condition(program: MachineText, arrow: int, condition: Condition | Text)
     indent = program.indent(node)
     if look:
         before.append(_before(program, node, [indent + line for line in look]))
+    parts = program.parts(found.test)
+    if parts and (part or len(parts) > 1):
+        rest = " ".join(program.source(each) for k, (each, _) in enumerate(parts) if k != part)
+        return [*before, *_unneeded(program, found, f"{rest} {test}"), *_part(program, parts, part, test)]
     before += _unneeded(program, found, test)
     begin = program.span(node)[0]
     if found.test is not None and test:
@@ -380,6 +387,33 @@ def _tested(program: MachineText, state: StateText, condition: Condition | str) 
     await_ = "await " * isinstance(state.node, ast.AsyncFunctionDef)
     look = [] if kept else [f"{name} = {await_}{_robot(state)}.{condition.reading}()"]
     return f"{name}{condition.path} {condition.comparison} {value}", look, []
+
+
+def _part(program: MachineText, parts: list[tuple[ast.expr, Span]], part: int, test: str) -> list[Splice]:
+    """Return what changes one of the conditions that must all hold, adds one behind them, or takes one away."""
+    spans = [span for _, span in parts]
+    test = _as_part(test)
+    if part >= len(parts):
+        begin, end = spans[-1]
+        added = f" and {test}" * bool(test)
+        if len(parts) > 1 or _as_part(program.source(parts[0][0])) == program.source(parts[0][0]):
+            return [Splice(end, end, added)]
+        return [Splice(begin, begin, "("), Splice(end, end, f"){added}")]
+    if test:
+        return [Splice(*spans[part], test)]
+    begin, end = (spans[0][0], spans[1][0]) if part == 0 else (spans[part - 1][1], spans[part][1])
+    if b"#" in program.raw[begin:end]:
+        raise ArgumentError("there is a comment within the condition", hint="edit the text")
+    return [Splice(begin, end, "")]
+
+
+def _as_part(test: str) -> str:
+    """Return a condition as it stands beside others that must hold, too."""
+    node = ast.parse(test, mode="eval").body if test else None
+    is_loose = isinstance(node, ast.IfExp | ast.Lambda) or (
+        isinstance(node, ast.BoolOp) and isinstance(node.op, ast.Or)
+    )
+    return f"({test})" if is_loose else test
 
 
 def _with_run(program: MachineText, state: StateText) -> tuple[str, list[Splice]]:

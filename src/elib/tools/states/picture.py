@@ -34,14 +34,20 @@ class StateNews(Struct):
     items: list[ItemNews]
 
 
+class PartNews(Struct):
+    """A condition of an arrow: in Python, and as a form gives it if one can."""
+
+    test: str
+    condition: Condition | None
+
+
 class ArrowNews(Struct):
-    """An arrow: its condition in words, in Python and as a form gives it, and whether the picture can change it."""
+    """An arrow: in words when it is taken, the conditions that must all hold, and whether the picture can change it."""
 
     source: str
     target: str
     words: str
-    test: str
-    condition: Condition | None
+    parts: list[PartNews]
     is_plain: bool
     line: int
 
@@ -68,8 +74,10 @@ def machine_news(text: str, places: dict[str, Point]) -> MachineNews:
             each.source,
             each.target,
             each.words,
-            "" if each.test is None else program.source(each.test),
-            None if each.test is None else condition_of(each.test, program.states[each.source].looks, program.source),
+            [
+                PartNews(program.source(part), condition_of(part, program.states[each.source].looks, program.source))
+                for part, _ in program.parts(each.test)
+            ],
             each.item.kind == "arrow",
             each.name.lineno,
         )

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Literal
 
 from elib.base.errors import ArgumentError
@@ -139,6 +140,23 @@ class MachineText:
         """Return the text of a node."""
         begin, end = self.span(node)
         return self.raw[begin:end].decode()
+
+    def parts(self, test: ast.expr | None) -> list[tuple[ast.expr, Span]]:
+        """Return the conditions that must all hold, each with where it and its parentheses begin and end."""
+        if test is None:
+            return []
+        begin, end = self.span(test)
+        if not (isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And)):
+            return [(test, (begin, end))]
+        found = []
+        for left, right in pairwise(test.values):
+            after, before = self.span(left)[1], self.span(right)[0]
+            gap = re.sub(rb"#[^\r\n]*", lambda comment: b" " * len(comment[0]), self.raw[after:before])
+            word = re.search(rb"\band\b", gap)
+            assert word is not None
+            found.append((left, (begin, after + len(gap[: word.start()].rstrip(b" \t\r\n\\")))))
+            begin = before - len(gap[word.end() :].lstrip(b" \t\r\n\\"))
+        return [*found, (test.values[-1], (begin, end))]
 
     def indent(self, node: ast.AST) -> str:
         """Return what stands before a node on its line, if that is nothing but space; else as many spaces."""

@@ -48,7 +48,7 @@ UNITS: Final = {"m": (100, "cm"), "rad": (DEGREES, "degrees"), "m/s": (100, "cm/
 """In what a person is told a number: how many times as much, and the unit."""
 
 
-class Field(Struct):
+class ReadingField(Struct):
     """A number of a reading: its words, how Python reads it from the reading, and its unit as a person is told it.
 
     Attributes:
@@ -66,7 +66,7 @@ class ReadingForm(Struct):
 
     name: str
     title: str
-    fields: list[Field]
+    fields: list[ReadingField]
 
 
 class ArgumentForm(Struct):
@@ -116,7 +116,7 @@ class Condition(Struct):
     value: str
 
 
-def fields_of(kind: type[Reading]) -> list[Field]:
+def fields_of(kind: type[Reading]) -> list[ReadingField]:
     """Return the numbers of a reading that a condition may compare."""
     found = [_field(info, f".{info.name}") for info in describe(kind, Role.NUMBER)]
     if issubclass(kind, Single):
@@ -129,9 +129,9 @@ def fields_of(kind: type[Reading]) -> list[Field]:
     return found
 
 
-def _field(info: FieldInfo, path: str, label: str | None = None) -> Field:
+def _field(info: FieldInfo, path: str, label: str | None = None) -> ReadingField:
     scale, unit = UNITS.get(info.unit, (1.0, info.unit))
-    return Field(info.words if label is None else label, path, unit, scale)
+    return ReadingField(info.words if label is None else label, path, unit, scale)
 
 
 def forms() -> Forms:
@@ -174,7 +174,8 @@ def words(test: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> str
     match test:
         case ast.BoolOp(op=op, values=values):
             joint = " and " if isinstance(op, ast.And) else " or "
-            return joint.join(words(each, looks, source) for each in values)
+            said = [(each, words(each, looks, source)) for each in values]
+            return joint.join(f"({text})" if isinstance(each, ast.BoolOp) else text for each, text in said)
         case ast.UnaryOp(op=ast.Not(), operand=operand):
             return f"not {words(operand, looks, source)}"
         case ast.Call(func=ast.Attribute(value=ast.Name(id=name), attr="find"), args=[ast.Constant(value=str(colour))]):
