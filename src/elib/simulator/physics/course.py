@@ -9,7 +9,7 @@ from elib.simulator.physics.motion import rim_speed
 from elib.simulator.physics.neighbours import list_near
 from elib.simulator.physics.noise import bits, numbered_key, uniform
 from elib.simulator.physics.packing import restore, world_at
-from elib.simulator.physics.records import Episode, Records, SensorView, Shown
+from elib.simulator.physics.records import Episode, Records, Shown
 from elib.simulator.physics.sensors import sense
 from elib.simulator.physics.simulation import Law, advance
 from elib.simulator.physics.spawning import spawn
@@ -102,22 +102,17 @@ def shown(world: Records) -> Shown:
 
 
 @kernel
-def run_period(law: Law, judge: Judge, course: Course, world: Records, w: int, rows: Any) -> None:
-    """Let all robots of world *w* decide once, and run until the next decision or the end of the episode.
+def run_period(judge: Judge, course: Course, world: Records, w: int) -> None:
+    """Let all robots of world *w* do what their views say, until the next decision or the end of the episode.
 
     Args:
-        law: The control function.
         judge: What the robots earn, and whether the episode is over (:func:`judge_of`).
         course: All worlds.
         world: Those of world *w*.
         w: Its number.
-        rows: The parameters of each robot, or one row for all.
     """
     episode = course.episodes[w]
-    for i in range(len(world.robots)):
-        world.views[i].left = 0.0
-        world.views[i].right = 0.0
-    call(law, (world.views, 0, len(world.robots), rows, course.memory[w]))
+    seen, earned = shown(world), course.earned[w]
     for tick in range(course.period + 1):
         if tick == episode.delay:
             for i in range(len(world.robots)):
@@ -129,21 +124,27 @@ def run_period(law: Law, judge: Judge, course: Course, world: Records, w: int, r
         episode.tick += 1
         for i in range(len(world.robots)):
             sense(world, i, course.reward_sensors)
-        call(judge, (shown(world), course.earned[w], episode))
+        call(judge, (seen, earned, episode))
         if episode.is_over:
             return
 
 
 @kernel
-def step_worlds(law: Law, judge: Judge, course: Course, first: int, end: int, actions: Any, begins_again: int) -> None:
-    """Let worlds first..end - 1 pass a period with these actions; begin those again that had ended, if asked to."""
+def step_worlds(judge: Judge, course: Course, first: int, end: int, actions: Any, begins_again: int) -> None:
+    """Let worlds first..end - 1 pass a period with these actions; begin those again that had ended, if asked to.
+
+    An action is how the wheels of each robot of each world turn, steps/s: (worlds, robots, 2).
+    """
     for w in range(first, end):
         episode = course.episodes[w]
         world = world_at(course.worlds, w)
         for i in range(len(world.robots)):
             course.earned[w][i] = 0.0
         if episode.is_over == 0 and episode.tick < course.ticks:
-            run_period(law, judge, course, world, w, actions[w])
+            for i in range(len(world.robots)):
+                world.views[i].left = actions[w][i][0]
+                world.views[i].right = actions[w][i][1]
+            run_period(judge, course, world, w)
         elif begins_again:
             begin_next(course, w)
             world = world_at(course.worlds, w)
@@ -188,7 +189,11 @@ def play_episodes(
                 course.earned[w][i] = 0.0
             while course.episodes[w].is_over == 0 and course.episodes[w].tick < course.ticks:
                 sense_robots(world, course.sensors)
-                run_period(law, judge, course, world, w, rows[p : p + 1])
+                for i in range(count):
+                    world.views[i].left = 0.0
+                    world.views[i].right = 0.0
+                call(law, (world.views, 0, count, rows[p : p + 1], course.memory[w]))
+                run_period(judge, course, world, w)
             fitness[p][n] = 0.0
             steps[p][n][0] = 0.0
             steps[p][n][1] = 0.0
@@ -215,10 +220,3 @@ def judge_of(engine: Engine, task: Task, world: Shown) -> Judge:
 def goes_on(world: Shown) -> bool:
     """Return False: only time ends an episode."""
     return False
-
-
-@kernel
-def obey(robot: SensorView, parameters: Any, memory: Any) -> None:
-    """Turn the wheels as the action says, steps/s: the controller of a world that is steered from outside."""
-    robot.left = parameters[0]
-    robot.right = parameters[1]

@@ -19,7 +19,7 @@ from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError, SimulationError
 from elib.base.rules import Whole
 from elib.simulator.physics.controller import Controller
-from elib.simulator.physics.course import Course, Judge, begin_worlds, judge_of, obey, play_episodes, shown, step_worlds
+from elib.simulator.physics.course import Course, Judge, begin_worlds, judge_of, play_episodes, shown, step_worlds
 from elib.simulator.physics.engine import INTERPRETED, EngineName, not_compiled
 from elib.simulator.physics.geometry import unit
 from elib.simulator.physics.noise import seed_key
@@ -28,7 +28,7 @@ from elib.simulator.physics.placement import places
 from elib.simulator.physics.records import SENSORS, Episode, Records, SensorView
 from elib.simulator.physics.scene import Scene, check_seed
 from elib.simulator.physics.sensors import chosen
-from elib.simulator.physics.simulation import Law, law_of
+from elib.simulator.physics.simulation import law_of
 from elib.simulator.physics.task import Task
 from elib.simulator.physics.usage import fields_read
 from elib.simulator.physics.world import World
@@ -171,7 +171,7 @@ class Episodes:
         table = self._engine.table(wanted)
         cut = self._cuts(self.count, self.count * task.robots * task.ticks_a_period)
         jobs = [
-            partial(self._run, step_worlds, self._obey, self._judge, self._steered, first, end, table, int(begin_again))
+            partial(self._run, step_worlds, self._judge, self._steered, first, end, table, int(begin_again))
             for first, end in cut
         ]
         self._all(jobs)
@@ -308,11 +308,6 @@ class Episodes:
         with self._compiling():
             return judge_of(self._engine, self.task, shown(self._models[0].records))
 
-    @cached_property
-    def _obey(self) -> Law:
-        """The control function of worlds that are steered from outside."""
-        return law_of(self._engine, obey)
-
     @contextmanager
     def _compiling(self) -> Iterator[None]:
         """Explain why a function cannot be compiled.
@@ -387,7 +382,7 @@ class Episodes:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        return {key: value for key, value in vars(self).items() if key not in ("_judge", "_obey")} | {"_pool": None}
+        return {key: value for key, value in vars(self).items() if key != "_judge"} | {"_pool": None}
 
 
 def _episode_key(seed: int) -> int:

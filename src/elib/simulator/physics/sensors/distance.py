@@ -11,7 +11,7 @@ from typing import Final
 
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.elementary import interpolated
-from elib.simulator.physics.engine import kernel
+from elib.simulator.physics.engine import phase
 from elib.simulator.physics.noise import DISTANCE, DISTANCE_OFFSET, NO_ECHO, gauss, tick_key, uniform
 from elib.simulator.physics.raycast import cast, see_all
 from elib.simulator.physics.records import Records
@@ -66,7 +66,7 @@ def biased(distance: float) -> float:
     return interpolated([(true, reading) for true, reading, _ in CALIBRATION], distance)
 
 
-@kernel
+@phase
 def read(world: Records, i: int) -> None:
     """Read the time-of-flight sensor of robot *i*, m, before its own bias; 2 where it sees nothing.
 
