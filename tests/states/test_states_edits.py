@@ -22,6 +22,7 @@ CONDITIONS: tuple[Condition | str, ...] = (
     Condition("selector", "", "==", "3"),
     Condition("ambient_light", ".left", "<", ".right"),
     Condition("", ".time_in_state", ">", "2.5"),
+    Condition("image", '.find("red")', "not seen", ""),
     "run.random.random() < 0.1",
     "robot.time > 3 or robot.name",
     "(robot.time > 2) and  ((robot.name))",

@@ -49,7 +49,7 @@ elib.play(elib.states(drive, turn))
         ("selector == 3", "selector is 3"),
         ("sound[0] > LOUD", "microphones right above LOUD"),
         ('picture.find("red")', "red is seen"),
-        ('not picture.find("red") and near.ahead < 0.03', "not red is seen and something nearer than 3 cm ahead"),
+        ('not picture.find("red") and near.ahead < 0.03', "red is not seen and something nearer than 3 cm ahead"),
         ("near.ahead < 0.03 or selector != 1", "something nearer than 3 cm ahead or selector is not 1"),
         ("max(near) > 3", "max(near) > 3"),
         ("0.03 > near.ahead", "0.03 > near.ahead"),

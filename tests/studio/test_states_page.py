@@ -201,6 +201,10 @@ async def test_an_arrow_takes_several_conditions_that_must_all_hold(tab: Tab, wa
     await hand.reads("and ground[0] > 1:")
     await hand.choose("always", 1)
     await hand.reads("    if ground[0] > 1:")
+    await hand.choose("image", 1)
+    await hand.reads('    image = robot.image()\n    if image.find("red"):')
+    await hand.choose("not seen", 3)
+    await hand.reads('    if not image.find("red"):')
     assert "distances" not in await tab.run("elib.textNow()")
 
 

@@ -8,6 +8,8 @@ import type { ArgumentForm, Condition, ItemNews, PartNews } from "./messages";
 import { shownLine } from "./run";
 
 const COMPARISONS = Object.entries({ "<": "below", ">": "above", "==": "is", "!=": "is not" });
+const SEEN = Object.entries({ seen: "is seen", "not seen": "is not seen" });
+const PICTURE = "image"; // the reading of a camera: a form looks for a colour in it
 const ALWAYS = "always";
 const PYTHON = "python";
 const TIMES = [[".time_in_state", "after a time in this state"], [".time", "after a time from the start"]]; // prettier-ignore
@@ -158,13 +160,15 @@ function Part({ arrow, part, parts }: { arrow: number; part: number; parts: Part
     field = reading?.fields.find(({ path }) => path === it!.path),
     set = (condition: Condition | string) => edit("set_condition", { arrow, condition, part }),
     change = (changed: Partial<Condition>) => set({ ...it!, ...changed }),
-    others = reading?.fields.filter(({ path }) => path !== it!.path) ?? [],
+    isColour = it?.reading === PICTURE,
+    others = (!isColour && reading?.fields.filter(({ path }) => path !== it!.path)) || [],
     isOther = others.some(({ path }) => path === it!.value);
   const choose = (to: string) => {
     const first = readings.find(({ name }) => name === to)?.fields[0];
     if (to === ALWAYS) return set("");
     if (to === PYTHON) return set(test || "run.time_in_state > 1");
     if (!first) return set({ reading: "", path: to, comparison: ">", value: "1" });
+    if (to === PICTURE) return set({ reading: to, path: first.path, comparison: "seen", value: "" });
     return set({
       reading: to,
       path: first.path,
@@ -191,7 +195,7 @@ function Part({ arrow, part, parts }: { arrow: number; part: number; parts: Part
           )}
           <Select
             {...{ "aria-label": "comparison", value: it.comparison }}
-            choices={COMPARISONS}
+            choices={isColour ? SEEN : COMPARISONS}
             choose={(comparison) => change({ comparison: comparison as Condition["comparison"] })}
           />
         </div>
@@ -203,7 +207,7 @@ function Part({ arrow, part, parts }: { arrow: number; part: number; parts: Part
           choose={(value) => change({ value: value || "1" })}
         />
       )}
-      {it && !isOther && (
+      {it && !isOther && !isColour && (
         <Quantity
           label={it.reading ? field?.unit || "value" : "seconds"}
           {...{ value: it.value, scale: field?.scale ?? 1, change: (value) => change({ value }) }}

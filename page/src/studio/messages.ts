@@ -99,7 +99,7 @@ export type Told = Output | ProgramNews;
 export type Condition = {
   reading: string;
   path: string;
-  comparison: "!=" | "<" | "<=" | "==" | ">" | ">=";
+  comparison: "!=" | "<" | "<=" | "==" | ">" | ">=" | "not seen" | "seen";
   value: string;
 };
 

@@ -17,7 +17,7 @@ from msgspec import Meta, Struct
 from elib.base.errors import ArgumentError
 from elib.behaviours._run.states import END
 from elib.tools.states.text import Arrow, Item, MachineText, Span, StateText, arguments_of, parameters_of
-from elib.tools.states.words import Condition
+from elib.tools.states.words import SEEN, Condition
 
 Text = Annotated[str, Meta(max_length=2000)]
 Edit = TypeVar("Edit", bound=Callable[..., list["Splice"]])
@@ -376,8 +376,9 @@ def _tested(program: MachineText, state: StateText, condition: Condition | str) 
         if test:
             _check_expression(test)
         return test, [], []
-    is_field = condition.value[:1] in (".", "[")
-    _check_expression("it" * is_field + condition.value)
+    is_field, is_colour = condition.value[:1] in (".", "["), condition.comparison in SEEN
+    if not is_colour:
+        _check_expression("it" * is_field + condition.value)
     if not condition.reading:
         run, more = _with_run(program, state)
         return f"{run}{condition.path} {condition.comparison} {condition.value}", [], more
@@ -386,6 +387,8 @@ def _tested(program: MachineText, state: StateText, condition: Condition | str) 
     value = name * is_field + condition.value
     await_ = "await " * isinstance(state.node, ast.AsyncFunctionDef)
     look = [] if kept else [f"{name} = {await_}{_robot(state)}.{condition.reading}()"]
+    if is_colour:
+        return f"{'not ' * (condition.comparison == 'not seen')}{name}{condition.path}", look, []
     return f"{name}{condition.path} {condition.comparison} {value}", look, []
 
 

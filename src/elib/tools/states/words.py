@@ -9,6 +9,7 @@ from typing import Final, Literal
 
 from msgspec import Struct
 
+from elib.link.protocol.colours import Hue
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.distances import Distances
 from elib.link.protocol.profiles import rule
@@ -18,7 +19,8 @@ from elib.link.protocol.values import READING_TYPES, Counts, FieldInfo, Reading,
 from elib.robot.actions import Actions
 
 Looks = Mapping[str, str]
-Comparison = Literal["<", "<=", ">", ">=", "==", "!="]
+Comparison = Literal["<", "<=", ">", ">=", "==", "!=", "seen", "not seen"]
+"""How a condition compares a number, or whether a colour is in a picture."""
 
 READINGS: Final[dict[str, type[Reading]]] = {
     "distances": Distances,
@@ -26,6 +28,8 @@ READINGS: Final[dict[str, type[Reading]]] = {
     **{name: READING_TYPES[name] for name in SPECS if name in READING_TYPES},
 }
 """What a condition may compare, the usual first: the class of each reading by the method that returns it."""
+PICTURE: Final = "image"
+"""The method that returns a picture, in which a condition may look for a colour."""
 ACTIONS: Final = (
     *("set_speed", "drive", "turn", "stop"),
     *("set_led", "set_body_led", "set_front_led", "set_rgb_led", "play_sound"),
@@ -35,6 +39,7 @@ ACTIONS: Final = (
 TIMES: Final = {".time_in_state": "after {} s in this state", ".time": "{} s after the start"}
 """What a condition may compare of the run, and its words."""
 COMPARISONS: Final = {"<": "below", "<=": "at most", ">": "above", ">=": "at least", "==": "is", "!=": "is not"}
+SEEN: Final = {"seen": "is seen", "not seen": "is not seen"}
 SIGNS: Final[dict[type[ast.cmpop], Comparison]] = {
     ast.Lt: "<",
     ast.LtE: "<=",
@@ -107,7 +112,8 @@ class Condition(Struct):
         reading: The method that returns what is compared; empty for a time of the run.
         path: How Python reads the number from the reading, like ``.ahead`` or ``[0]``.
         comparison: How it is compared.
-        value: With what, in Python: a number in the program's unit, or the path of another number of the reading.
+        value: With what, in Python: a number in the program's unit, or the path of another number of the reading;
+            empty for a colour.
     """
 
     reading: str
@@ -116,8 +122,11 @@ class Condition(Struct):
     value: str
 
 
-def fields_of(kind: type[Reading]) -> list[ReadingField]:
-    """Return the numbers of a reading that a condition may compare."""
+def fields_of(reading: str) -> list[ReadingField]:
+    """Return the numbers of a reading that a condition may compare, or the colours that it may look for."""
+    if reading == PICTURE:
+        return [ReadingField(hue.lower(), f'.find("{hue.lower()}")', "", 1.0) for hue in Hue.__members__]
+    kind = READINGS[reading]
     found = [_field(info, f".{info.name}") for info in describe(kind, Role.NUMBER)]
     if issubclass(kind, Single):
         return [_field(describe(kind, Role.NUMBER)[0], "", "")]
@@ -136,7 +145,8 @@ def _field(info: FieldInfo, path: str, label: str | None = None) -> ReadingField
 
 def forms() -> Forms:
     """Return what the forms of a picture offer."""
-    readings = [ReadingForm(name, in_words(name), fields_of(kind)) for name, kind in READINGS.items()]
+    readings = [ReadingForm(name, in_words(name), fields_of(name)) for name in READINGS]
+    readings.append(ReadingForm(PICTURE, "camera", fields_of(PICTURE)))
     return Forms([each for each in readings if each.fields], [_action(name) for name in ACTIONS])
 
 
@@ -176,19 +186,21 @@ def words(test: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> str
             joint = " and " if isinstance(op, ast.And) else " or "
             said = [(each, words(each, looks, source)) for each in values]
             return joint.join(f"({text})" if isinstance(each, ast.BoolOp) else text for each, text in said)
-        case ast.UnaryOp(op=ast.Not(), operand=operand):
-            return f"not {words(operand, looks, source)}"
-        case ast.Call(func=ast.Attribute(value=ast.Name(id=name), attr="find"), args=[ast.Constant(value=str(colour))]):
-            return f"{colour} is seen" if looks.get(name) == "image" else source(test)
     found = condition_of(test, looks, source)
-    return source(test) if found is None else _said(found)
+    if found is not None:
+        return _said(found)
+    if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
+        return f"not {words(test.operand, looks, source)}"
+    return source(test)
 
 
 def _said(condition: Condition) -> str:
     """Return a condition that a form can give in words."""
     if not condition.reading:
         return TIMES[condition.path].format(condition.value)
-    fields = {each.path: each for each in fields_of(READINGS[condition.reading])}
+    fields = {each.path: each for each in fields_of(condition.reading)}
+    if condition.comparison in SEEN:
+        return f"{fields[condition.path].label} {SEEN[condition.comparison]}"
     field, other = fields[condition.path], fields.get(condition.value)
     try:
         value = f"{float(condition.value) * field.scale:.6g} {field.unit}".strip()
@@ -204,6 +216,10 @@ def _said(condition: Condition) -> str:
 def condition_of(test: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> Condition | None:
     """Return a condition as a form gives it; None if no form can."""
     match test:
+        case ast.UnaryOp(op=ast.Not(), operand=ast.Call() as call) if (seen := _seen(call, looks)) is not None:
+            return Condition(PICTURE, seen, "not seen", "")
+        case ast.Call() if (seen := _seen(test, looks)) is not None:
+            return Condition(PICTURE, seen, "seen", "")
         case ast.Compare(left=left, ops=[op], comparators=[right]) if (sign := SIGNS.get(type(op))) is not None:
             run, _, path = source(left).rpartition(".")
             if run == "run" and f".{path}" in TIMES and sign in (">", ">="):
@@ -215,6 +231,16 @@ def condition_of(test: ast.expr, looks: Looks, source: Callable[[ast.AST], str])
     return None
 
 
+def _seen(call: ast.Call, looks: Looks) -> str | None:
+    """Return the path of the colour that a call looks for in a picture, if a form offers it."""
+    match call:
+        case ast.Call(func=ast.Attribute(value=ast.Name(id=name), attr="find"), args=[ast.Constant(value=str(colour))]):
+            path = f'.find("{colour}")'
+            if looks.get(name) == PICTURE and any(each.path == path for each in fields_of(PICTURE)):
+                return path
+    return None
+
+
 def _read(node: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> tuple[str, str] | None:
     """Return the reading and the path of the number of it that an expression takes, if a form offers it."""
     owner = node if isinstance(node, ast.Name) else getattr(node, "value", None)
@@ -222,4 +248,4 @@ def _read(node: ast.expr, looks: Looks, source: Callable[[ast.AST], str]) -> tup
     if reading not in READINGS or not isinstance(owner, ast.Name):
         return None
     path = source(node)[len(owner.id) :]
-    return (reading, path) if any(each.path == path for each in fields_of(READINGS[reading])) else None
+    return (reading, path) if any(each.path == path for each in fields_of(reading)) else None
