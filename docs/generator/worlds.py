@@ -6,7 +6,7 @@ import re
 
 from elib.base.rules import Flag, Number, rule_of
 from elib.base.tables import MAX_FILE, Key, Table
-from elib.simulator.physics.fittings import MAX_POINTS
+from elib.simulator.physics.geometry import MAX_POINTS
 from elib.simulator.physics.scene import MAX_THINGS
 from elib.simulator.worlds import files as worldfile
 from elib.simulator.worlds.tables import PAINT, TABLES, THINGS, TOP

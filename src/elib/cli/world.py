@@ -124,6 +124,7 @@ def check(file: File, /) -> None:
             (world.scene.walls, "wall"),
             (world.scene.boxes, "box"),
             (world.scene.cylinders, "cylinder"),
+            (world.scene.polygons, "polygon"),
             (world.scene.lights, "light"),
             (world.scene.sounds, "sound"),
         )
@@ -166,6 +167,7 @@ def _contents(scene: Scene, world: World) -> list[tuple[str, str]]:
         *_lines("walls", (f"({wall.x1:g}, {wall.y1:g}) to ({wall.x2:g}, {wall.y2:g})" for wall in scene.walls)),
         *_lines("boxes", (_thing(box, f"{box.width:g} x {box.depth:g} m") for box in scene.boxes)),
         *_lines("cylinders", (_thing(each, f"radius {each.radius:g} m") for each in scene.cylinders)),
+        *_lines("polygons", (f"{len(each.points)} corners, the first at ({each.points[0][0]:g}, {each.points[0][1]:g})" for each in scene.polygons)),
         *_lines("lights", (f"{_named(light)}, intensity {light.intensity:g}" for light in scene.lights)),
         *_lines("sounds", (f"{_named(sound)}, {sound.frequency:g} Hz" for sound in scene.sounds)),
         *_lines("floor", [str(scene.floor), *_painted(scene)]),

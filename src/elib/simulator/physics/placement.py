@@ -11,7 +11,7 @@ from elib.base.errors import SimulationError
 from elib.base.pose import Pose
 from elib.base.rules import other_unit
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.geometry import Solid, extent
+from elib.simulator.physics.geometry import Polygon, Solid, extent
 from elib.simulator.physics.noise import PLACE, numbered_key, seed_key, tick_key, uniform
 from elib.simulator.physics.scene import MAX_THINGS, Scene
 
@@ -119,13 +119,14 @@ class _Ground:
     def __init__(self, scene: Scene) -> None:
         self._width, self._depth = scene.width, scene.depth
         self._cell = CELL
-        self._cells: dict[tuple[int, int], list[tuple[str, Solid]]] = {}
+        self._cells: dict[tuple[int, int], list[tuple[str, Solid | Polygon]]] = {}
         self._robots: list[tuple[float, float]] = []
         self._robots_in: dict[tuple[int, int], list[int]] = {}
-        solids: list[tuple[str, Solid]] = [
+        solids: list[tuple[str, Solid | Polygon]] = [
             *((f"wall[{i}]", wall) for i, wall in enumerate(scene.walls)),
             *((f"box[{i}]", box) for i, box in enumerate(scene.boxes)),
             *((f"cylinder[{i}]", cylinder) for i, cylinder in enumerate(scene.cylinders)),
+            *((f"polygon[{i}]", polygon) for i, polygon in enumerate(scene.polygons)),
         ]
         areas = [self._area(solid) for _, solid in solids]
         # Without this a few thousand walls across a large arena would stand in millions of cells.
@@ -139,13 +140,13 @@ class _Ground:
         self._robots_in.setdefault((int(x // self._cell), int(y // self._cell)), []).append(len(self._robots))
         self._robots.append((x, y))
 
-    def _add(self, name: str, solid: Solid) -> None:
+    def _add(self, name: str, solid: Solid | Polygon) -> None:
         left, right, low, high = self._area(solid)
         for column in range(int(left // self._cell), int(right // self._cell) + 1):
             for row in range(int(low // self._cell), int(high // self._cell) + 1):
                 self._cells.setdefault((column, row), []).append((name, solid))
 
-    def _area(self, solid: Solid) -> tuple[float, float, float, float]:
+    def _area(self, solid: Solid | Polygon) -> tuple[float, float, float, float]:
         """Return from where to where *solid* matters, m: left, right, low, high; right < left if it stands outside."""
         left, right, low, high = extent(solid)
         return (
