@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -57,7 +57,7 @@ def places(scene: Scene, count: int | None, seed: int) -> tuple[Pose, ...]:
             hint="ask for fewer robots",
         )
     ground, poses = _Ground(scene), list(scene.starts[:count])
-    taken = ground.settle(poses)
+    taken = next(ground.settle(poses), None)
     if taken is not None:
         pose = poses[taken.robot]
         raise SimulationError(
@@ -73,6 +73,11 @@ def places(scene: Scene, count: int | None, seed: int) -> tuple[Pose, ...]:
 
 def first_taken(scene: Scene) -> Taken | None:
     """Return the first start that the scene names and that is not free; None if all are."""
+    return next(all_taken(scene), None)
+
+
+def all_taken(scene: Scene) -> Iterator[Taken]:
+    """Yield the starts that the scene names and that are not free, also of those that others of them take."""
     return _Ground(scene).settle(scene.starts)
 
 
@@ -89,7 +94,7 @@ def cleared(scene: Scene, poses: Sequence[Pose]) -> tuple[Pose, ...]:
             for far in (MARGIN * 2**power for power in range(-13, 1))
             for angle in (math.tau * part / 16 for part in range(16))
         )
-        free = next((each for each in (pose, *near) if ground.settle([each]) is None), None)
+        free = next((each for each in (pose, *near) if next(ground.settle([each]), None) is None), None)
         if free is None:
             raise SimulationError(f"robot {robot} stands in something", hint="move it to a free place first")
         found.append(free)
@@ -159,21 +164,20 @@ class _Ground:
     def _entries(self, left: float, right: float, low: float, high: float) -> float:
         return max(0.0, (right - left) / self._cell + 1) * max(0.0, (high - low) / self._cell + 1)
 
-    def settle(self, poses: Sequence[Pose]) -> Taken | None:
-        """Put robots on the floor, one after the other; return the first one whose place is not free."""
+    def settle(self, poses: Sequence[Pose]) -> Iterator[Taken]:
+        """Put robots on the floor, one after the other; yield those whose place is not free."""
         for robot, pose in enumerate(poses):
             if not (0.0 <= pose.x <= self._width and 0.0 <= pose.y <= self._depth):
-                return Taken(robot, "stands outside the arena", inside_hint(pose.x, pose.y, self._width, self._depth))
+                yield Taken(robot, "stands outside the arena", inside_hint(pose.x, pose.y, self._width, self._depth))
+                continue
             thing = self.in_the_way(pose.x, pose.y, RADIUS - ROUNDING)
-            if thing is not None and thing.startswith("robot"):
-                return Taken(
-                    robot, f"stands on another one: {thing}", f"keep two centres at least {2 * RADIUS} m apart"
-                )
-            if thing is not None:
+            if thing is None:
+                self.add_robot(pose.x, pose.y)
+            elif thing.startswith("robot"):
+                yield Taken(robot, f"stands on another one: {thing}", f"keep two centres at least {2 * RADIUS} m apart")
+            else:
                 what = f"stands in a wall or an obstacle: {thing}"
-                return Taken(robot, what, f"keep its centre at least {RADIUS} m from everything")
-            self.add_robot(pose.x, pose.y)
-        return None
+                yield Taken(robot, what, f"keep its centre at least {RADIUS} m from everything")
 
     def in_the_way(self, x: float, y: float, room: float) -> str | None:
         """Return the name of something nearer to (x, y) than *room*, m, at most :data:`REACH`; None if nothing is."""
