@@ -88,8 +88,8 @@ def rules() -> str:
         "walls: fixed ones are one shape, those that can be pushed come apart. Only robots need room: they start where "
         "nothing stands. The same holds for what a program moves while the world runs.",
         f"Of {named}, no two share a name.",
-        f"A file has at most {MAX_FILE // 1_000_000} MB, {MAX_THINGS} things of a kind, and a stripe"
-        f" {MAX_POINTS} points.",
+        f"A file has at most {MAX_FILE // 1_000_000} MB, {MAX_THINGS} things of a kind, and a stripe or"
+        f" polygon {MAX_POINTS} points. The sides of polygons count as walls.",
         "What breaks a rule is refused before anything runs, with the file, the line, the key and what to try: "
         "`mine.toml:12: box[1].size is [0.1, 0]; it must be two numbers, each from 0.001 to 1000 m`. `box[1]` is the "
         "second one: they count from 0.",

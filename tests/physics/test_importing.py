@@ -34,6 +34,7 @@ Transform { translation 0.5 2 0 children [
 ] }
 Solid { rotation 1 0 0 0.7 name "leaning" boundingObject Box { size 0.1 0.1 0.1 } }
 Solid { children [ HingeJoint { } ] }
+Solid { translation 0 0 -0.05 boundingObject Box { size 9 9 0.1 } }
 E-puck { translation 1.2 1.8 0 rotation 0 0 1 1.5708 }
 """
 
@@ -91,7 +92,7 @@ define block3 model ( size [1 0.5 0.4]
   block ( points 3 point[0] [0 0] point[1] [2 0] point[2] [0 1] z [0 1] ) )
 block3 ( pose [1 0 0 90] color "red" )
 model ( pose [-1 0 0] size [0.2 0.4] color_rgba [0 0 1 1] )
-puck ( pose [-1 0.5 0] shape "circle" size [0.1 0.1] )
+puck ( pose [-1 0.5 0] size [0.1 0.1] )
 model ( name "ghost" obstacle_return 0 )
 pioneer ( name "r0" pose [0 -0.5 0 45] laser() )
 laser ( pose [0 0 0] )
@@ -137,7 +138,9 @@ def test_a_turn_of_a_world_that_webots_converted_keeps_boxes_upright(tmp_path):
     solid = (
         "Solid { translation 0 0 0.1 rotation 0.57735 0.57735 0.57735 2.0944 boundingObject Box { size 0.3 0.2 0.1 } }"
     )
-    scene, remarks = imported(tmp_path, "w.wbt", f"#VRML_SIM R2022a utf8\nRectangleArena {{ }}\n{solid}")
+    scene, remarks = imported(
+        tmp_path, "w.wbt", f"#VRML_SIM R2022a utf8\nRectangleArena {{ }}\nE-puck {{ translation 0.3 0 0 }}\n{solid}"
+    )
     (box,) = scene.boxes
     # x became y, y became z, z became x
     assert (box.width, box.depth, box.height) == pytest.approx((0.3, 0.1, 0.2), abs=1e-4)
@@ -151,7 +154,11 @@ def test_an_upright_block_of_faces_becomes_a_polygon_and_other_faces_are_named(t
     shape = f"IndexedFaceSet {{ coord Coordinate {{ point [ {points} ] }} coordIndex [ FACES ] }}"
     block = f'Solid {{ name "wedge" boundingObject {shape} }}\n'
     good, bad = (block.replace("FACES", each) for each in (faces, "0 1 4 -1 0 2 5"))
-    scene, remarks = imported(tmp_path, "w.wbt", f"#VRML_SIM R2023b utf8\nFloor {{ size 2 2 }}\n{good}{bad}")
+    scene, remarks = imported(
+        tmp_path,
+        "w.wbt",
+        f"#VRML_SIM R2023b utf8\nFloor {{ size 2 2 }} E-puck {{ translation 0.9 0.9 0 }}\n{good}{bad}",
+    )
     (polygon,) = scene.polygons
     assert np.array(sorted(polygon.points)) == pytest.approx(np.array([(1, 1), (1, 1.2), (1.4, 1)]))
     assert polygon.height == pytest.approx(0.1)
@@ -176,8 +183,8 @@ Solid { children [
     picture, patch = scene.paint
     assert picture.file == str((tmp_path / "red.png").resolve())
     assert (patch.x, patch.y, patch.width, patch.depth) == pytest.approx((0.4, 0.3, 0.2, 0.4))
-    assert world.robots == 0
-    assert list(remarks) == [8]
+    assert world.robots == 1
+    assert list(remarks) == [8, 0]
 
 
 def test_a_playground_is_taken_from_centimetres_and_grams(tmp_path):
@@ -221,16 +228,16 @@ def test_models_of_stage_are_stretched_turned_and_coloured(tmp_path):
     (tmp_path / "robots.inc").write_text("define pioneer position ( size [0.4 0.3] )\n")
     scene, remarks = imported(tmp_path, "cave.world", STAGE)
     assert (scene.width, scene.depth) == (4, 2)
-    (polygon,), (box,), (puck,), (start,) = scene.polygons, scene.boxes, scene.cylinders, scene.starts
+    (polygon,), (box,), (start,) = scene.polygons, scene.boxes, scene.starts
     assert np.array(polygon.points) == pytest.approx(np.array([(3.25, 0.5), (3.25, 1.5), (2.75, 0.5)]))
     assert (polygon.height, polygon.colour) == (pytest.approx(0.4), Colour(255, 0, 0))
     assert (box.x, box.y, box.width, box.depth, box.colour) == (1, 1, 0.2, 0.4, Colour(0, 0, 255))
-    assert (puck.x, puck.y, puck.radius) == (1, 1.5, 0.05)
     assert (start.x, start.y, start.heading) == pytest.approx((2, 0.5, math.pi / 4))
     missing = "No such file or directory"
     assert remarks == {
         2: f'include "missing.inc" is left out: the world {tmp_path}/missing.inc cannot be read: {missing}',
         4: 'model "map" is left out: elib takes no walls from a picture, "cave.png"',
+        9: "puck is left out",
         10: 'model "ghost" is left out: robots drive through it',
         11: 'position "r0" becomes an e-puck',
         12: "laser is left out",

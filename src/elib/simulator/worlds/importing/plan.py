@@ -16,13 +16,13 @@ from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.fittings import Light, Patch, Print
 from elib.simulator.physics.floor import opened
 from elib.simulator.physics.geometry import Box, Colour, Cylinder, Polygon, Wall, extent
-from elib.simulator.physics.placement import all_taken
+from elib.simulator.physics.placement import all_taken, places
 from elib.simulator.physics.scene import Scene
 
 Thing: TypeAlias = Wall | Box | Cylinder | Polygon | Light | Print | Patch | Pose
 """What a world is made of; a pose is the start of a robot."""
 
-Area: TypeAlias = tuple[float, float, float, float]
+Rectangle: TypeAlias = tuple[float, float, float, float]
 """Least x and y, greatest x and y."""
 
 MAX_PARTS = 100_000
@@ -55,7 +55,7 @@ class Plan:
     path: Path
     about: str = ""
     remarks: list[tuple[int, str]] = field(default_factory=list)
-    areas: list[Area] = field(default_factory=list)
+    areas: list[Rectangle] = field(default_factory=list)
     _parts: int = 0
     _things: list[tuple[int, Thing]] = field(default_factory=list)
     _names: set[str] = field(default_factory=lambda: {""})
@@ -131,7 +131,7 @@ class Plan:
             self.note(line, f"{what} becomes an e-puck")
         self.add(line, what, Pose, {"x": x, "y": y, "heading": heading})
 
-    def picture(self, line: int, file: str, area: Area) -> None:
+    def picture(self, line: int, file: str, area: Rectangle) -> None:
         """Add a picture on the floor, or note that its file is not there."""
         path = self.path.parent / file
         try:
@@ -189,9 +189,12 @@ class Plan:
         taken = {each.robot: each.what for each in all_taken(scene)}
         for robot, what in taken.items():
             self.note(found[Pose][robot][0], f"a robot is left out: it {what}")
-        return replace(scene, starts=tuple(pose for robot, pose in enumerate(scene.starts) if robot not in taken))
+        free = tuple(pose for robot, pose in enumerate(scene.starts) if robot not in taken)
+        if not free:
+            self.note(0, "there is no robot: one is placed where there is room")
+        return replace(scene, starts=free or places(replace(scene, starts=()), 1, 0))
 
-    def _floor(self) -> Area:
+    def _floor(self) -> Rectangle:
         """Return the rectangle of the whole floor."""
         areas, margin = self.areas, 0.0
         if not areas:
@@ -208,7 +211,7 @@ class Plan:
         return min(lefts) - margin, min(lows) - margin, max(rights) + margin, max(highs) + margin
 
 
-def placed(area: Area) -> dict[str, float]:
+def placed(area: Rectangle) -> dict[str, float]:
     """Return an area as the corner and the size of what is painted there."""
     left, low, right, high = area
     return {"x": left, "y": low, "width": right - left, "depth": high - low}

@@ -10,14 +10,12 @@ from pathlib import Path
 from PIL import ImageColor
 
 from elib.base.errors import ArgumentError
-from elib.simulator.physics.geometry import WALL_COLOUR, Box, Colour, Cylinder, Point, Polygon
+from elib.simulator.physics.geometry import WALL_COLOUR, Box, Colour, Point, Polygon
 from elib.simulator.worlds.importing.plan import Plan, colour_of
 
 _TOKEN = re.compile(r'\s+|#[^\n]*|"([^"\n]*)"|([()\[\]]|[^\s()\[\]"#]+(?:\[\d+\][^\s()\[\]"#]*)*)')
 _CORNER = re.compile(r"points?\[(\d{1,5})\]")
 SETTINGS = ("window", "gui")
-OBSTACLES = ("model", "box", "puck")
-"""The last two are of Stage 1."""
 
 
 @dataclass
@@ -41,7 +39,7 @@ class Model:
 
 def read(plan: Plan, text: str) -> None:
     """Add what a file says to *plan*."""
-    reader = _Reader(plan)
+    reader = _StageReader(plan)
     reader.read(plan.path, text, 0)
     width, depth, *_ = reader.top.numbers("size", 0.0, 0.0)
     if width and depth:
@@ -50,7 +48,7 @@ def read(plan: Plan, text: str) -> None:
         reader.add(model)
 
 
-class _Reader:
+class _StageReader:
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._macros: dict[str, Model] = {}
@@ -123,11 +121,11 @@ class _Reader:
         size = (*model.numbers("size", 0.1, 0.1), 0.1)[:3]
         if model.kind == "position":
             self._plan.robot(model.line, what, x, y, angle)
-        elif model.kind not in (*OBSTACLES, *SETTINGS):
+        elif model.kind not in ("model", *SETTINGS):
             self._plan.note(model.line, f"{what} is left out")
         elif model.numbers("obstacle_return", 1.0)[0] == 0 and "bitmap" not in model.given:
             self._plan.note(model.line, f"{what} is left out: robots drive through it")
-        elif model.kind in OBSTACLES:
+        elif model.kind == "model":
             if "bitmap" in model.given:
                 bitmap = model.text("bitmap")
                 self._plan.note(model.line, f'{what} is left out: elib takes no walls from a picture, "{bitmap}"')
@@ -149,10 +147,8 @@ class _Reader:
         x, y = x + c * away - s * aside, y + s * away + c * aside
         colour, blocks = _colour(self._plan, model), _blocks(model)
         if not blocks:
-            is_round = model.text("shape") == "circle"
-            outline = {"radius": size[0] / 2} if is_round else {"width": size[0], "depth": size[1], "angle": angle}
-            form = {"x": x, "y": y, "colour": colour, **outline}
-            self._plan.stand(model.line, what, Cylinder if is_round else Box, z, size[2], form)
+            form = {"x": x, "y": y, "width": size[0], "depth": size[1], "angle": angle, "colour": colour}
+            self._plan.stand(model.line, what, Box, z, size[2], form)
             return
         us, vs = zip(*(corner for points, *_ in blocks for corner in points), strict=True)
         sizes = (max(us) - min(us), max(vs) - min(vs), max(top for *_, top in blocks))

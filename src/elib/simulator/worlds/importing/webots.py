@@ -16,7 +16,7 @@ import numpy as np
 
 from elib.simulator.physics.fittings import Light, Patch
 from elib.simulator.physics.geometry import OBJECT_MASS, WALL_COLOUR, Box, Colour, Cylinder, Polygon, Wall
-from elib.simulator.worlds.importing.plan import Area, Plan, colour_of, placed
+from elib.simulator.worlds.importing.plan import LOW, Plan, Rectangle, colour_of, placed
 
 Vector: TypeAlias = tuple[float, ...]
 Frame: TypeAlias = "np.ndarray[tuple[int, int], np.dtype[np.float64]]"
@@ -174,7 +174,7 @@ class _Reader:
 
     def __init__(self, plan: Plan, up: int) -> None:
         self._plan, self._up = plan, up
-        self._floors: list[tuple[float, Node, Node, Area, bool]] = []
+        self._floors: list[tuple[float, Node, Node, Rectangle, bool]] = []
 
     def all(self, nodes: list[Node], frame: Frame) -> None:
         """Add all nodes of a file, and paint its floors, the lowest first."""
@@ -198,7 +198,7 @@ class _Reader:
         what = f'{node.name} "{node.text("name")}"' if node.text("name") else node.name
         frame = _inside(above, node)
         x, y, z = frame[:3, 3]
-        if node.name in SETTINGS or node.name == "Shape":
+        if node.name in SETTINGS or (node.name == "Shape" and depth > 0):
             return
         if node.name == "Robot" and not node.nodes("boundingObject"):
             self._plan.note(node.line, f"{what} is left out: it has no body")
@@ -269,6 +269,9 @@ class _Reader:
             angle = math.atan2(frame[1, first], frame[0, first])
             form = {"width": size[first], "depth": size[second], "angle": angle}
             height = size[up]
+            if z + height / 2 < LOW:
+                self._floor(shape, shape, frame, (size[first], size[second]))
+                return
         elif shape.name == "Sphere" or (shape.name == "Cylinder" and up == self._up):
             kind, form = Cylinder, {"radius": radius}
             height = 2 * radius if shape.name == "Sphere" else shape.numbers("height", 2.0)[0] * stretch[up]
@@ -306,7 +309,7 @@ class _Reader:
 
     def _floor(self, node: Node, shape: Node, frame: Frame, size: Vector) -> None:
         turns = math.atan2(frame[1, 0], frame[0, 0]) / (math.pi / 2)
-        if abs(turns - round(turns)) > FLAT or _upright(frame) != self._up:
+        if _upright(frame) != self._up or abs(turns - round(turns)) > FLAT:
             self._plan.note(node.line, f"{node.name} is left out: floors lie straight in elib")
             return
         (width, depth), (x, y, z) = size[:: -1 if round(turns) % 2 else 1], map(float, frame[:3, 3])
