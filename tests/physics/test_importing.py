@@ -220,7 +220,7 @@ def test_an_experiment_of_argos_is_moved_to_its_corner_and_draws_what_it_distrib
         9: 'box "tilted" is left out: it is tilted',
         11: "the floor is left out: a program paints it",
         15: "6 of 6 x foot-bot are placed at random, not where ARGoS places them",
-        20: "3 x box are left out: elib does not know how they are distributed",
+        20: "3 x box are left out: their distribution is not known",
     }
 
 

@@ -8,7 +8,7 @@ from random import Random
 from elib.simulator.physics.body import RADIUS
 from elib.simulator.physics.fittings import Light
 from elib.simulator.physics.geometry import Box, Cylinder
-from elib.simulator.worlds.importing.plan import HIGH, Plan
+from elib.simulator.worlds.importing.plan import HIGH, Plan, pushed
 from elib.simulator.worlds.importing.xml import Element, read_xml
 
 MAX_TRIALS = 100
@@ -32,11 +32,10 @@ def read(plan: Plan, text: str) -> None:
     for program in root.all("loop_functions"):
         plan.note(program.line, "what loop_functions do is left out: they are a program")
     for child in arena.children:
-        if child.name == "floor":
-            if child.given.get("source") == "image":
-                plan.picture(child.line, child.given.get("path", ""), plan.areas[0])
-            else:
-                plan.note(child.line, "the floor is left out: a program paints it")
+        if child.name == "floor" and child.given.get("source") == "image":
+            plan.picture(child.line, child.given.get("path", ""), plan.areas[0])
+        elif child.name == "floor":
+            plan.note(child.line, "the floor is left out: a program paints it")
         elif child.name == "distribute":
             _distribute(plan, child, draw)
         else:
@@ -50,20 +49,25 @@ def _add(plan: Plan, thing: Element, place: tuple[float, ...], turns: tuple[floa
     (x, y, z), angle = place, math.radians(turns[0])
     is_tilted = any(abs(math.remainder(turn, 360)) > 1 for turn in turns[1:])
     if thing.name == "light":
-        form = {"x": x, "y": y, "height": z, "intensity": thing.number("intensity", 1.0)}
-        plan.add(thing.line, "light", Light, form, name)
+        lamp = {"x": x, "y": y, "height": z, "intensity": thing.number("intensity", 1.0)}
+        plan.add(thing.line, "light", Light, lamp, name)
     elif is_tilted or z > HIGH:
         plan.note(thing.line, f'{thing.name} "{name}" is left out: it {"is tilted" if is_tilted else "is in the air"}')
     elif thing.name in ("box", "cylinder"):
         width, depth, height = thing.numbers("size", *NOWHERE)
-        mass = thing.number("mass", 1.0) if thing.given.get("movable") == "true" else 0.0
-        size = {"width": width, "depth": depth, "angle": angle}
-        if thing.name == "cylinder":
-            size, height = {"radius": thing.number("radius")}, thing.number("height")
-        kind = Box if thing.name == "box" else Cylinder
-        plan.stand(thing.line, thing.name, kind, z, height, {"x": x, "y": y, **size}, mass=mass, name=name)
+        form: dict[str, object] = {
+            "x": x,
+            "y": y,
+            **pushed(thing.number("mass", 1.0) * (thing.given.get("movable") == "true")),
+        }
+        if thing.name == "box":
+            form |= {"width": width, "depth": depth, "angle": angle}
+            plan.stand(thing.line, "box", Box, z, z + height, form, name)
+        else:
+            form["radius"] = thing.number("radius")
+            plan.stand(thing.line, "cylinder", Cylinder, z, z + thing.number("height"), form, name)
     elif thing.all("controller"):
-        plan.robot(thing.line, thing.name if "puck" in thing.name else f'{thing.name} "{name}"', x, y, angle)
+        plan.robot(thing.line, f'{thing.name} "{name}"', x, y, angle)
     else:
         plan.note(thing.line, f'{thing.name} "{name}" is left out')
 
@@ -78,9 +82,7 @@ def _distribute(plan: Plan, part: Element, draw: Random) -> None:
             room = max(math.hypot(width, depth) / 2, thing.number("radius"), RADIUS)
             methods = {each.given.get("method") for each in (*places, *turns)}
             if len(places) != 1 or len(turns) != 1 or not methods <= {"uniform", "gaussian", "constant"}:
-                plan.note(
-                    thing.line, f"{count} x {thing.name} are left out: elib does not know how they are distributed"
-                )
+                plan.note(thing.line, f"{count} x {thing.name} are left out: their distribution is not known")
                 continue
             done, tries = 0, 0
             while done < count and tries < MAX_TRIALS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -22,6 +23,8 @@ from elib.simulator.physics.scene import Scene
 Thing: TypeAlias = Wall | Box | Cylinder | Polygon | Light | Print | Patch | Pose
 """What a world is made of; a pose is the start of a robot."""
 
+Kind: TypeAlias = Callable[..., Thing]
+Form: TypeAlias = Mapping[str, object]
 Rectangle: TypeAlias = tuple[float, float, float, float]
 """Least x and y, greatest x and y."""
 
@@ -36,6 +39,9 @@ MAX_NUMBER = 1e9
 
 LOW, HIGH = 0.001, 0.06
 """m. Robots drive over what ends below the first, and under what begins above the second: they are 5.5 cm tall."""
+
+EPUCK = re.compile("e-?puck", re.IGNORECASE)
+"""What the names of e-pucks begin with."""
 
 MARGIN = 0.1
 """m. Floor around things whose file does not say how large it is."""
@@ -95,7 +101,7 @@ class Plan:
             pass
         raise self.error(line, f'"{text[:60]}" is not a number from {-MAX_NUMBER:g} to {MAX_NUMBER:g}')
 
-    def add(self, line: int, what: str, kind: Callable[..., Thing], form: Mapping[str, object], name: str = "") -> None:
+    def add(self, line: int, what: str, kind: Kind, form: Form, name: str = "") -> None:
         """Add a thing, or note why elib cannot have it; *what* names it there."""
         if name not in self._names and len(name) <= 100 and name.isprintable():
             self._names.add(name)
@@ -105,29 +111,16 @@ class Plan:
         except ArgumentError as error:
             self.note(line, f"{what} is left out: {error.message}")
 
-    def stand(
-        self,
-        line: int,
-        what: str,
-        kind: Callable[..., Thing],
-        bottom: float,
-        height: float,
-        form: Mapping[str, object],
-        *,
-        mass: float = 0.0,
-        name: str = "",
-    ) -> None:
-        """Add a solid, or note that robots drive under or over it; with a mass it can be pushed."""
-        top = bottom + height
-        if bottom > HIGH or top < LOW:
-            self.note(line, f"{what} is left out: robots drive {'under' if bottom > HIGH else 'over'} it")
+    def stand(self, line: int, what: str, kind: Kind, low: float, high: float, form: Form, name: str = "") -> None:
+        """Add a solid from *low* to *high*, or note that robots drive under or over it."""
+        if low > HIGH or high < LOW:
+            self.note(line, f"{what} is left out: robots drive {'under' if low > HIGH else 'over'} it")
         else:
-            pushed: dict[str, object] = {"is_pushable": True, "mass": mass} if mass > 0 else {}
-            self.add(line, what, kind, {**form, **pushed, "height": top}, name)
+            self.add(line, what, kind, {**form, "height": high}, name)
 
     def robot(self, line: int, what: str, x: float, y: float, heading: float) -> None:
         """Add a robot; one of another kind becomes an e-puck."""
-        if "puck" not in what.lower():
+        if not EPUCK.match(what):
             self.note(line, f"{what} becomes an e-puck")
         self.add(line, what, Pose, {"x": x, "y": y, "heading": heading})
 
@@ -215,6 +208,11 @@ def placed(area: Rectangle) -> dict[str, float]:
     """Return an area as the corner and the size of what is painted there."""
     left, low, right, high = area
     return {"x": left, "y": low, "width": right - left, "depth": high - low}
+
+
+def pushed(mass: float) -> dict[str, object]:
+    """Return what makes a thing of a mass pushable; nothing if it has none."""
+    return {"is_pushable": True, "mass": mass} if mass > 0 else {}
 
 
 def colour_of(parts: Iterable[float]) -> Colour:

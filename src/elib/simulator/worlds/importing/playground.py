@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from elib.simulator.physics.geometry import WALL_COLOUR, Box, Colour, Cylinder
-from elib.simulator.worlds.importing.plan import Plan, colour_of
+from elib.simulator.worlds.importing.plan import Plan, colour_of, pushed
 from elib.simulator.worlds.importing.xml import Element, read_xml
 
 CM = 0.01
@@ -40,15 +40,13 @@ def _add(plan: Plan, child: Element, colour: Colour) -> None:
             if child.name == "door":
                 x, y = child.number("closedX") * CM, child.number("closedY") * CM
                 plan.note(child.line, f'door "{name}" stays closed')
-            size = (
-                {"radius": child.number("r") * CM}
-                if child.name == "cylinder"
-                else {"width": child.number("l1") * CM, "depth": child.number("l2") * CM, "angle": angle}
-            )
+            form = {"x": x, "y": y, "colour": colour, **pushed(child.number("mass", -1) / 1000)}
+            if child.name == "cylinder":
+                form["radius"] = child.number("r") * CM
+            else:
+                form |= {"width": child.number("l1") * CM, "depth": child.number("l2") * CM, "angle": angle}
             kind = Cylinder if child.name == "cylinder" else Box
-            height, mass = child.number("h") * CM, child.number("mass", -1) / 1000
-            form = {"x": x, "y": y, "colour": colour, **size}
-            plan.stand(child.line, child.name, kind, 0.0, height, form, mass=mass)
+            plan.stand(child.line, child.name, kind, 0.0, child.number("h") * CM, form)
         case each if each in ROBOTS:
             kind_of_robot = child.given.get("type", "thymio2") if each == "robot" else each
             plan.robot(child.line, f'{kind_of_robot} "{name}"' if name else kind_of_robot, x, y, angle)

@@ -110,7 +110,8 @@ class _StageReader:
         except ArgumentError as error:
             self._plan.note(line, f'include "{file}" is left out: {error.message}')
         else:
-            self.read(path.parent / file, text, depth + 1, line)
+            self._plan.count(line, parts=len(text) // 100)
+            self.read(path.parent / file, text, depth + 10, line)
 
     def add(self, model: Model) -> None:
         """Add a model on the floor to the plan."""
@@ -148,7 +149,7 @@ class _StageReader:
         colour, blocks = _colour(self._plan, model), _blocks(model)
         if not blocks:
             form = {"x": x, "y": y, "width": size[0], "depth": size[1], "angle": angle, "colour": colour}
-            self._plan.stand(model.line, what, Box, z, size[2], form)
+            self._plan.stand(model.line, what, Box, z, z + size[2], form)
             return
         us, vs = zip(*(corner for points, *_ in blocks for corner in points), strict=True)
         sizes = (max(us) - min(us), max(vs) - min(vs), max(top for *_, top in blocks))
@@ -158,9 +159,8 @@ class _StageReader:
         for points, low, high in blocks:
             flat = [((u - (min(us) + max(us)) / 2) * across, (v - (min(vs) + max(vs)) / 2) * along) for u, v in points]
             turned = tuple((x + c * u - s * v, y + s * u + c * v) for u, v in flat)
-            self._plan.stand(
-                model.line, what, Polygon, z + low * up, (high - low) * up, {"points": turned, "colour": colour}
-            )
+            form = {"points": turned, "colour": colour}
+            self._plan.stand(model.line, what, Polygon, z + low * up, z + high * up, form)
 
 
 def _blocks(model: Model) -> list[tuple[list[Point], float, float]]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from elib.simulator.physics.fittings import Light, Patch
 from elib.simulator.physics.geometry import OBJECT_MASS, WALL_COLOUR, Box, Colour, Cylinder, Polygon, Wall
-from elib.simulator.worlds.importing.plan import LOW, Plan, Rectangle, colour_of, placed
+from elib.simulator.worlds.importing.plan import EPUCK, LOW, Plan, Rectangle, colour_of, placed, pushed
 
 Vector: TypeAlias = tuple[float, ...]
 Frame: TypeAlias = "np.ndarray[tuple[int, int], np.dtype[np.float64]]"
@@ -202,7 +202,7 @@ class _Reader:
             return
         if node.name == "Robot" and not node.nodes("boundingObject"):
             self._plan.note(node.line, f"{what} is left out: it has no body")
-        elif node.name == "Robot" or "puck" in node.name.lower():
+        elif node.name == "Robot" or EPUCK.match(node.name):
             # Robots look along x, and before R2022a along -z.
             ahead = frame[:3, 0] if self._up == 2 else -frame[:3, 2]
             self._plan.robot(node.line, what, float(x), float(y), math.atan2(ahead[1], ahead[0]))
@@ -279,16 +279,15 @@ class _Reader:
             why = "tilted" if shape.name in ("Box", "Cylinder") else "not flat"
             self._plan.note(owner.line, f"{what} is left out: its {shape.name} is {why}")
             return
-        masses = [physics.numbers("mass", OBJECT_MASS)[0] for physics in owner.nodes("physics")]
-        mass = masses[0] if masses and owner.fields.get("locked") != [True] else 0.0
         form |= {"x": x, "y": y, "colour": colour}
-        self._plan.stand(owner.line, what, kind, z - height / 2, height, form, mass=mass, name=owner.text("name"))
+        for physics in owner.nodes("physics") if owner.fields.get("locked") != [True] else ():
+            form |= pushed(physics.numbers("mass", OBJECT_MASS)[0])
+        self._plan.stand(owner.line, what, kind, z - height / 2, z + height / 2, form, owner.text("name"))
 
     def _prism(self, shape: Node, frame: Frame, what: str, colour: Colour) -> None:
         """Add faces as a polygon, if one outline goes from below to above."""
-        flat = [
-            part for node in shape.nodes("coord") for part in node.fields.get("point", ()) if isinstance(part, float)
-        ]
+        found = (part for node in shape.nodes("coord") for part in node.fields.get("point", ()))
+        flat = [part for part in found if isinstance(part, float)]
         self._plan.count(shape.line, parts=len(flat) // 10)
         corners = np.array(flat[: len(flat) // 3 * 3]).reshape(-1, 3) @ frame[:3, :3].T + frame[:3, 3]
         faces: list[list[int]] = [[]]
@@ -305,7 +304,7 @@ class _Reader:
             return
         ring = [(float(x), float(y)) for x, y, _ in corners[bases[0]]]
         points = tuple(point for point, before in zip(ring, [ring[-1], *ring], strict=False) if point != before)
-        self._plan.stand(shape.line, what, Polygon, low, high - low, {"points": points, "colour": colour})
+        self._plan.stand(shape.line, what, Polygon, low, high, {"points": points, "colour": colour})
 
     def _floor(self, node: Node, shape: Node, frame: Frame, size: Vector) -> None:
         turns = math.atan2(frame[1, 0], frame[0, 0]) / (math.pi / 2)
