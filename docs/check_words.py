@@ -22,7 +22,7 @@ NAMES = {
     "onlookers": "clients",
     "Overheard": "RecordingTransport",
     "Patience": "AdaptiveTimeout",
-    "Stage": "RunContext",
+    "class Stage": "RunContext",
     "Stray": "UnexpectedReply",
     "weather": "link faults",
 }

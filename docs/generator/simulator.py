@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import elib
-from elib.simulator.physics import Box, Cylinder, Lamps, Light, Patch, Print, SensorView, Sound, Stripe, Wall
+from elib.simulator.physics import Box, Cylinder, Lamps, Light, Patch, Polygon, Print, SensorView, Sound, Stripe, Wall
 from elib.simulator.physics.fittings import Checkers
 from generator.markdown import docstring, joined
 from generator.robot import entry
@@ -17,7 +17,7 @@ to run one fast.
 """
 RUNS = (elib.World, elib.Batch, elib.Controller, SensorView)
 PUBLIC = (elib.Scene, elib.EpuckModel, elib.Pose)
-PARTS = (Wall, Box, Cylinder, Light, Sound, Stripe, Checkers, Print, Patch, Lamps)
+PARTS = (Wall, Box, Cylinder, Polygon, Light, Sound, Stripe, Checkers, Print, Patch, Lamps)
 
 
 def page() -> str:

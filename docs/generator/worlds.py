@@ -6,7 +6,7 @@ import re
 
 from elib.base.rules import Flag, Number, rule_of
 from elib.base.tables import MAX_FILE, Key, Table
-from elib.simulator.physics.fittings import MAX_POINTS
+from elib.simulator.physics.geometry import MAX_POINTS
 from elib.simulator.physics.scene import MAX_THINGS
 from elib.simulator.worlds import files as worldfile
 from elib.simulator.worlds.tables import PAINT, TABLES, THINGS, TOP
@@ -88,8 +88,8 @@ def rules() -> str:
         "walls: fixed ones are one shape, those that can be pushed come apart. Only robots need room: they start where "
         "nothing stands. The same holds for what a program moves while the world runs.",
         f"Of {named}, no two share a name.",
-        f"A file has at most {MAX_FILE // 1_000_000} MB, {MAX_THINGS} things of a kind, and a stripe"
-        f" {MAX_POINTS} points.",
+        f"A file has at most {MAX_FILE // 1_000_000} MB, {MAX_THINGS} things of a kind, and a stripe or"
+        f" polygon {MAX_POINTS} points. The sides of polygons count as walls.",
         "What breaks a rule is refused before anything runs, with the file, the line, the key and what to try: "
         "`mine.toml:12: box[1].size is [0.1, 0]; it must be two numbers, each from 0.001 to 1000 m`. `box[1]` is the "
         "second one: they count from 0.",

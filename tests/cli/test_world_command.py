@@ -104,7 +104,7 @@ def test_a_world_that_comes_with_elib_is_copied_to_be_changed(
     ("words", "said"),
     [
         (["maz"], "no world 'maz' comes with elib\nhint: did you mean maze?"),
-        (["maze", "maze.txt"], "must end in .toml\nhint: elib world export maze maze.txt.toml"),
+        (["maze", "maze.txt"], "must end in .toml\nhint: name it maze.txt.toml"),
         (["maze", "none/maze.toml"], "none/maze.toml cannot be written: No such file or directory"),
     ],
 )
@@ -205,7 +205,7 @@ def test_more_robots_than_there_is_room_for_fail(refused: Told) -> None:
 
 def test_the_command_alone_lists_its_parts(printed: Told) -> None:
     out = printed("world")
-    assert all(f"  {part} " in out for part in ("check", "export", "list", "show"))
+    assert all(f"  {part} " in out for part in ("check", "export", "import", "list", "show"))
 
 
 def test_a_firmware_that_does_not_exist_is_named_with_its_robot(gate: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -266,3 +266,37 @@ def test_a_drawing_is_a_png_and_nothing_else(gate: Path, tmp_path: Path, capsys:
     assert main(["world", "show", str(gate), "--png", str(tmp_path / "gate.svg")]) == 2
     assert "does not end in .png" in capsys.readouterr().err
     assert not (tmp_path / "gate.svg").exists()
+
+
+PLAYGROUND = """<!DOCTYPE aseba-playground>
+<aseba-playground>
+<world w="100" h="80" groundTexture="floor.png"/>
+<wall x="50" y="40" l1="20" l2="2" h="10"/>
+<feeder x="10" y="10"/>
+<robot type="e-puck" x="30" y="60"/>
+</aseba-playground>"""
+
+
+def test_a_foreign_world_is_imported_and_what_is_left_out_is_named(
+    printed: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.playground").write_text(PLAYGROUND)
+    Image.new("RGB", (4, 4)).save("floor.png")
+    out = printed("world", "import", "mine.playground")
+    assert out.splitlines() == [
+        "mine.playground: 1 x 0.8 m, 1 box, 1 robot",
+        "  line 5  feeder is left out",
+        "wrote mine.toml; open it as sim://mine.toml",
+    ]
+    assert 'file = "floor.png"' in Path("mine.toml").read_text()
+    assert "1 x 0.8 m, 1 box, 1 robot" in printed("world", "check", "mine.toml")
+
+
+def test_an_import_never_replaces_a_file(refused: Told, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.playground").write_text(PLAYGROUND)
+    Path("out.toml").write_text("kept")
+    assert "out.toml exists already" in refused("world", "import", "mine.playground", "-o", "out.toml")
+    assert Path("out.toml").read_text() == "kept"
+    assert "must end in .toml" in refused("world", "import", "mine.playground", "-o", "out.txt")

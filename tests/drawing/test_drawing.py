@@ -14,7 +14,7 @@ from elib.simulator.drawing.fittings import LAMP, TONE
 from elib.simulator.drawing.floor import PIT
 from elib.simulator.drawing.png import render
 from elib.simulator.drawing.robot import BODY_LIGHT, FRONT_LIGHT
-from elib.simulator.drawing.shapes import Circle, Drawing, Polygon, Stroke, Text
+from elib.simulator.drawing.shapes import Area, Circle, Drawing, Stroke, Text
 from elib.simulator.drawing.top import FLOOR, PAPER, TRAIL_HUES, top_view
 from elib.simulator.physics import Box, Colour, Cylinder, Lamps, Pose, Scene, Wall, World
 from elib.simulator.physics.fittings import Light, Patch, Sound, Stripe
@@ -172,7 +172,7 @@ def test_where_two_lights_shine_the_floor_is_no_darker_than_where_one_does(furni
 
 def test_what_can_be_pushed_has_a_second_outline(furnished):
     drawing = top_view(furnished.snapshot(), (), None, 900)
-    blocks = [shape for shape in drawing.shapes if isinstance(shape, Polygon) and shape.fill == BLUE]
+    blocks = [shape for shape in drawing.shapes if isinstance(shape, Area) and shape.fill == BLUE]
     assert [shape.outline is not None and sum(shape.outline) > 500 for shape in blocks] == [False, True, False]
     rings = [shape for shape in drawing.shapes if isinstance(shape, Circle) and shape.fill is None]
     assert pytest.approx(min(abs(ring.radius) for ring in rings if ring.radius > 20)) == 0.62 * 0.05 * 900

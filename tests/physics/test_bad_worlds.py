@@ -19,8 +19,7 @@ from elib.base.files import WORLDS
 from elib.base.rules import Choice, Flag, Number, Several, Text
 from elib.base.tables import MAX_FILE, MAX_PARTS
 from elib.simulator.physics import Box, Cylinder, Scene, Wall, World
-from elib.simulator.physics.fittings import MAX_POINTS, CourseRule
-from elib.simulator.physics.geometry import ColourRule
+from elib.simulator.physics.geometry import MAX_POINTS, ColourRule, CourseRule
 from elib.simulator.physics.placement import MAX_ROBOTS, _Ground, places
 from elib.simulator.physics.scene import MAX_THINGS
 from elib.simulator.worlds.files import gallery, parse
@@ -288,8 +287,8 @@ ANYTHING = st.recursive(SCALARS, lambda inner: st.lists(inner, max_size=3), max_
 def good(key):
     """Values that the key alone accepts, most of them small, so that whole worlds come about."""
     match key.rule:
-        case CourseRule():
-            return st.lists(st.lists(st.floats(0, 1), min_size=2, max_size=2), min_size=2, max_size=4)
+        case CourseRule(fewest=fewest):
+            return st.lists(st.lists(st.floats(0, 1), min_size=2, max_size=2), min_size=fewest, max_size=4)
         case Several(Number(low)):
             return st.lists(st.floats(max(low, 0.1), 1.0), min_size=2, max_size=2)
         case Number(low, high):

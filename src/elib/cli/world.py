@@ -1,4 +1,4 @@
-"""``elib world``: list the worlds that come with elib, show one, copy one, and check a file."""
+"""``elib world``: list the worlds that come with elib, show one, copy one, import and check files."""
 
 from __future__ import annotations
 
@@ -24,8 +24,10 @@ from elib.simulator.drawing import draw_png
 from elib.simulator.physics import Box, Cylinder, EpuckModel, Scene, World
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
 from elib.simulator.physics.geometry import WALL_COLOUR
-from elib.simulator.worlds.files import WorldFile, gallery, load_file, source_of
+from elib.simulator.worlds.files import WorldFile, gallery, load_file, parse, source_of
+from elib.simulator.worlds.importing import READERS, read_world
 from elib.simulator.worlds.oddities import oddities
+from elib.simulator.worlds.writer import written_scene
 
 SHOWN = 12
 """Largest number of things of one kind that are listed one by one."""
@@ -34,12 +36,15 @@ Name = Annotated[str, Cli(help=f"{', '.join(gallery())}, or the path of a .toml 
 File = Annotated[str, Cli(help="Path of a .toml file.")]
 Shipped = Annotated[str, Cli(help=f"{', '.join(gallery())}.")]
 Target = Annotated[Path | None, Cli(help="The file to write (default: NAME.toml).")]
+Foreign = Annotated[Path, Cli(name="FILE", help=f"A file that ends in {', '.join(READERS)}.")]
+Output = Annotated[Path | None, option("--output, -o OUT", "The file to write (default: the same name, .toml).")]
 Png = Annotated[str | None, option("--png FILE", "Draw it from above into this file.")]
 Robots = Annotated[int | None, Whole(0), option("--robots N", "How many robots (default: as the world says).")]
 
 app = App(
     name="world",
-    help="""List the worlds that come with elib, show what is in one, copy one to change it, and check your own.
+    help="""List the worlds that come with elib, show what is in one, copy one to change it, check your own,
+    and import those of other simulators.
 
     A world is a TOML file; `elib simulate` and sim:// URLs take its name or its path.""",
 )
@@ -91,13 +96,38 @@ def export(name: Shipped, file: Target = None, /) -> None:
     """
     if name not in gallery():
         raise ArgumentError(f"no world {name!r} comes with elib", hint=nearest(name, gallery()))
+    _write(_target(file, name), source_of(name)[0])
+
+
+@app.command(name="import")
+def import_world(file: Foreign, /, *, output: Output = None) -> None:
+    """Make a world file of the world of another simulator: Webots, Aseba Playground, ARGoS or Stage.
+
+    What is flat is taken. What is not, or is different in elib, is named with its line. It never replaces a file.
+
+    For example:
+        elib world import maze.wbt
+        elib world import arena.argos -o arena.toml
+    """
+    path = _target(output, file.stem)
+    plan = read_world(file)
+    content = written_scene(plan.scene(path.parent), plan.about).encode()
+    scene = parse(content, str(path))
+    remarks = table([(f"line {line}" if line else "all", text) for line, text in sorted(plan.remarks)])
+    _write(path, content, f"{file}: {_things(scene)}\n{remarks}".rstrip() + "\n")
+
+
+def _target(file: Path | None, name: str) -> Path:
+    """Return the world file to write, by default in this folder."""
     path = Path(f"{name}.toml") if file is None else file
     if path.suffix != ".toml":
-        raise ArgumentError(
-            f"the file is {str(path)!r}; it must end in .toml", hint=f"elib world export {name} {path}.toml"
-        )
-    create_file(path, source_of(name)[0])
-    print(f"wrote {path}; open it as sim://{path}")
+        raise ArgumentError(f"the file is {str(path)!r}; it must end in .toml", hint=f"name it {path}.toml")
+    return path
+
+
+def _write(path: Path, content: bytes, above: str = "") -> None:
+    create_file(path, content)
+    print(f"{above}wrote {path}; open it as sim://{path}")
 
 
 @app.command
@@ -118,18 +148,21 @@ def check(file: File, /) -> None:
             raise source.error(("robot", index), mistake)
     for note in oddities(world.scene):
         say(f"note: {note}")
-    things = [
-        counted(len(found), kind)
-        for found, kind in (
-            (world.scene.walls, "wall"),
-            (world.scene.boxes, "box"),
-            (world.scene.cylinders, "cylinder"),
-            (world.scene.lights, "light"),
-            (world.scene.sounds, "sound"),
-        )
-        if found
-    ]
-    print(f"{file} is a good world: {', '.join([_size(world.scene), *things, counted(world.robots, 'robot')])}.")
+    print(f"{file} is a good world: {_things(world.scene, world.robots)}.")
+
+
+def _things(scene: Scene, robots: int | None = None) -> str:
+    """Return how large a world is, and how many things of each kind are in it."""
+    found = {
+        "wall": scene.walls,
+        "box": scene.boxes,
+        "cylinder": scene.cylinders,
+        "polygon": scene.polygons,
+        "light": scene.lights,
+        "sound": scene.sounds,
+    }
+    things = [counted(len(each), kind) for kind, each in found.items() if each]
+    return ", ".join([_size(scene), *things, counted(len(scene.starts) if robots is None else robots, "robot")])
 
 
 def _file_or_name(text: str) -> str:
@@ -166,6 +199,13 @@ def _contents(scene: Scene, world: World) -> list[tuple[str, str]]:
         *_lines("walls", (f"({wall.x1:g}, {wall.y1:g}) to ({wall.x2:g}, {wall.y2:g})" for wall in scene.walls)),
         *_lines("boxes", (_thing(box, f"{box.width:g} x {box.depth:g} m") for box in scene.boxes)),
         *_lines("cylinders", (_thing(each, f"radius {each.radius:g} m") for each in scene.cylinders)),
+        *_lines(
+            "polygons",
+            (
+                f"{len(each.points)} corners, the first at ({each.points[0][0]:g}, {each.points[0][1]:g})"
+                for each in scene.polygons
+            ),
+        ),
         *_lines("lights", (f"{_named(light)}, intensity {light.intensity:g}" for light in scene.lights)),
         *_lines("sounds", (f"{_named(sound)}, {sound.frequency:g} Hz" for sound in scene.sounds)),
         *_lines("floor", [str(scene.floor), *_painted(scene)]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 
-from elib.simulator.drawing.shapes import Circle, Point, Polygon, Shape, Stroke, blend
+from elib.simulator.drawing.shapes import Area, Circle, Point, Shape, Stroke, blend
 from elib.simulator.physics import Box, Colour, Cylinder
 from elib.simulator.physics.fittings import Light, Sound
 
@@ -78,4 +78,4 @@ def push_shapes(thing: Box | Cylinder, at: Callable[[float, float], Point], widt
         yield Circle(centre, MARK * (rim[0] - centre[0]), None, pale, width)
         return
     corners = tuple(at(thing.x + MARK * (x - thing.x), thing.y + MARK * (y - thing.y)) for x, y in thing.corners)
-    yield Polygon(corners, thing.colour, pale, width)
+    yield Area(corners, thing.colour, pale, width)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Unpack
 from elib.base.files import write_file
 from elib.base.pictures import as_png
 from elib.simulator.drawing.floor import floor_png
-from elib.simulator.drawing.shapes import Circle, Drawing, Picture, Point, Polygon, Stroke, Text
+from elib.simulator.drawing.shapes import Area, Circle, Drawing, Picture, Point, Stroke, Text
 from elib.simulator.drawing.top import Look, top_view
 from elib.simulator.physics import Snapshot
 
@@ -59,9 +59,9 @@ def _paste(canvas: Image, picture: Picture, scale: int) -> None:
         canvas.paste(floor.convert("RGB").resize(size), (round(x * scale), round(y * scale)))
 
 
-def _draw(pen: ImageDraw, shape: Polygon | Circle | Stroke | Text, scale: int) -> None:
+def _draw(pen: ImageDraw, shape: Area | Circle | Stroke | Text, scale: int) -> None:
     match shape:
-        case Polygon():
+        case Area():
             points = _enlarged(shape.points, scale)
             pen.polygon(points, fill=tuple(shape.fill))
             if shape.outline is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 
-from elib.simulator.drawing.shapes import Circle, Point, Polygon, Shape, blend
+from elib.simulator.drawing.shapes import Area, Circle, Point, Shape, blend
 from elib.simulator.physics import Colour, RobotView
 
 BODY = Colour(66, 73, 82)
@@ -44,10 +44,10 @@ def robot_shapes(robot: RobotView, at: Callable[[float, float], Point], scale: f
     yield Circle(centre, radius, BODY, OUTLINE, max(1.0, 0.05 * radius))
     for side in (-1, 1):
         corners = tuple(place(u, side * v) for u, v in ((-0.34, 0.66), (0.34, 0.66), (0.34, 0.84), (-0.34, 0.84)))
-        yield Polygon(corners, TYRE)
+        yield Area(corners, TYRE)
     yield Circle(centre, 0.66 * radius, BODY_LIGHT if robot.lamps.body else RING)
     yield Circle(centre, 0.5 * radius, BOARD if not robot.lamps.body else blend(BOARD, BODY_LIGHT, 0.35))
-    yield Polygon((place(0.46, 0.0), place(-0.22, 0.28), place(-0.1, 0.0), place(-0.22, -0.28)), NOSE)
+    yield Area((place(0.46, 0.0), place(-0.22, 0.28), place(-0.1, 0.0), place(-0.22, -0.28)), NOSE)
     for angle, colour in zip(LED_ANGLES, robot.lamps.ring, strict=True):
         spot = place(0.86 * math.cos(math.radians(angle)), 0.86 * math.sin(math.radians(angle)))
         if any(colour):

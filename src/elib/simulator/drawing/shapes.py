@@ -17,7 +17,7 @@ Anchor: TypeAlias = Literal["start", "middle", "end"]
 
 
 @dataclass(frozen=True, slots=True)
-class Polygon:
+class Area:
     """A filled area; with an outline of *width* pixels if there is one."""
 
     points: tuple[Point, ...]
@@ -71,7 +71,7 @@ class Picture:
     bare: Colour
 
 
-Shape: TypeAlias = Polygon | Circle | Stroke | Text | Picture
+Shape: TypeAlias = Area | Circle | Stroke | Text | Picture
 
 
 @dataclass(frozen=True, slots=True)

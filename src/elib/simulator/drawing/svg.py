@@ -8,7 +8,7 @@ from typing import Unpack
 
 from elib.base.pictures import as_address
 from elib.simulator.drawing.floor import floor_png
-from elib.simulator.drawing.shapes import Circle, Picture, Point, Polygon, Shape, Stroke, Text
+from elib.simulator.drawing.shapes import Area, Circle, Picture, Point, Shape, Stroke, Text
 from elib.simulator.drawing.top import Look, top_view
 from elib.simulator.physics import Colour, Snapshot
 
@@ -50,7 +50,7 @@ def element(name: str, content: str | None = None, /, **attributes: object) -> s
 
 def _written(shape: Shape) -> str:
     match shape:
-        case Polygon():
+        case Area():
             return element("polygon", points=_points(shape.points), **_ink(shape.fill, shape.outline, shape.width))
         case Circle(centre=(x, y)):
             place = {"cx": f"{x:.2f}", "cy": f"{y:.2f}", "r": f"{shape.radius:.2f}"}

@@ -12,7 +12,7 @@ from elib.base.rules import Whole
 from elib.base.zone import Zone
 from elib.simulator.drawing.fittings import glow_shapes, lamp_shapes, push_shapes, sound_shapes
 from elib.simulator.drawing.robot import robot_shapes
-from elib.simulator.drawing.shapes import Circle, Drawing, Picture, Point, Polygon, Shape, Stroke, Text, blend
+from elib.simulator.drawing.shapes import Area, Circle, Drawing, Picture, Point, Shape, Stroke, Text, blend
 from elib.simulator.physics import Box, Colour, Pose, RobotView, Snapshot
 from elib.simulator.physics.fittings import FLOOR_COLOUR
 from elib.simulator.physics.floor import packed
@@ -146,7 +146,7 @@ class _Frame:
 
 def _floor(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
     width, depth, floor, bare = snapshot.width, snapshot.depth, snapshot.floor, frame.bare
-    yield Polygon((frame.at(0, 0), frame.at(width, 0), frame.at(width, depth), frame.at(0, depth)), bare)
+    yield Area((frame.at(0, 0), frame.at(width, 0), frame.at(width, depth), frame.at(0, depth)), bare)
     if floor.columns:
         across, up = floor.columns / floor.scale, floor.rows / floor.scale
         yield Picture(frame.at(0, up), (across * frame.scale, up * frame.scale), floor, bare)
@@ -188,7 +188,7 @@ def _margins(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
         (0, 0, left, frame.height),
         (right, 0, frame.width, frame.height),
     ):
-        yield Polygon(((x1, y1), (x2, y1), (x2, y2), (x1, y2)), frame.tones.paper)
+        yield Area(((x1, y1), (x2, y1), (x2, y2), (x1, y2)), frame.tones.paper)
 
 
 def _shadows(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
@@ -197,7 +197,7 @@ def _shadows(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
     shift = 0.007 * max(snapshot.width, snapshot.depth)
     shadow = blend(frame.bare, SHADE, 0.15)
     for box in snapshot.boxes:
-        yield Polygon(_corners(box, frame, shift), shadow)
+        yield Area(_corners(box, frame, shift), shadow)
     for post in snapshot.cylinders:
         yield Circle(frame.at(post.x + shift, post.y - shift), post.radius * frame.scale, shadow)
     for robot in snapshot.robots:
@@ -208,7 +208,7 @@ def _shadows(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
 def _obstacles(snapshot: Snapshot, frame: _Frame) -> Iterator[Shape]:
     for box in snapshot.boxes:
         outline = blend(box.colour, frame.edge, 0.45)
-        yield Polygon(_corners(box, frame, 0.0), box.colour, outline, 2 * frame.line)
+        yield Area(_corners(box, frame, 0.0), box.colour, outline, 2 * frame.line)
         yield from push_shapes(box, frame.at, 2 * frame.line)
     for post in snapshot.cylinders:
         centre, radius = frame.at(post.x, post.y), post.radius * frame.scale

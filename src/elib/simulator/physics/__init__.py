@@ -6,7 +6,7 @@ from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.episodes import Episodes, Scores
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
-from elib.simulator.physics.geometry import Box, Colour, Cylinder, Wall
+from elib.simulator.physics.geometry import Box, Colour, Cylinder, Polygon, Wall
 from elib.simulator.physics.records import Records, SensorView
 from elib.simulator.physics.scene import Scene
 from elib.simulator.physics.snapshot import Beam, Lamps, RobotView, Snapshot
@@ -26,6 +26,7 @@ __all__ = [
     "Lamps",
     "Light",
     "Patch",
+    "Polygon",
     "Pose",
     "Print",
     "Randomisation",

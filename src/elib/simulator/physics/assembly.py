@@ -98,7 +98,7 @@ class Solids:
     @classmethod
     def of(cls, scene: Scene, boxes: Sequence[Box], cylinders: Sequence[Cylinder]) -> Solids:
         """Lay out *scene* with its boxes and cylinders where they are now."""
-        firm = [*scene.edge, *scene.walls, *(side for box in boxes if not box.is_pushable for side in box.sides)]
+        firm = [*scene.edge, *scene.fixed_walls, *(side for box in boxes if not box.is_pushable for side in box.sides)]
         walls = [wall_record(wall) for wall in firm]
         discs = [disc_record(post) for post in cylinders if not post.is_pushable]
         made = cls(walls, discs, [], [-1] * len(boxes), [-1] * len(cylinders), len(walls), len(discs))

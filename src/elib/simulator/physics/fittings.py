@@ -6,17 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, TypeAlias
 
-from elib.base.rules import Mistake, Number, Rule, Several, Text, check
-from elib.simulator.physics.geometry import MAX_ARENA, Colour, Length, Name, Painted, Place
+from elib.base.rules import Mistake, Number, Text, check
+from elib.simulator.physics.geometry import Colour, CourseRule, Length, Name, Painted, Place, Point
 
 FLOOR_COLOUR = Colour(176, 172, 164)
 """Colour of a floor on which nothing is painted: grey linoleum."""
 
 MAX_SQUARES = 1_000_000
 """Most fields of a checkered floor: more would be finer than the robot can see."""
-
-MAX_POINTS = 10_000
-"""Most points of one stripe: more would be closer together than a pixel of the floor."""
 
 Intensity = Annotated[float, Number(0, 10)]
 Volume = Annotated[float, Number(0, 4095, "counts")]
@@ -25,28 +22,7 @@ Interval = Annotated[float, Number(0, 3600, "s", example="2.0")]
 StripeWidth = Annotated[float, Number(0.001, 1, "m")]
 
 
-@dataclass(frozen=True, slots=True)
-class CourseRule(Rule):
-    """Several places in a row."""
-
-    def __str__(self) -> str:
-        return f"2 to {MAX_POINTS} places, each two numbers {_POINT.rule.range}"
-
-    def accept(self, value: object) -> tuple[tuple[float, ...], ...]:
-        """Return *value* as a tuple of pairs."""
-        if not isinstance(value, list | tuple) or not 2 <= len(value) <= MAX_POINTS:
-            raise self.refuse(value)
-        points = []
-        for index, point in enumerate(value):
-            try:
-                points.append(_POINT.accept(point))
-            except Mistake as mistake:
-                raise mistake.at(index) from None
-        return tuple(points)
-
-
-_POINT = Several(Number(-MAX_ARENA, MAX_ARENA, "m"), 2)
-Course = Annotated[tuple[tuple[float, float], ...], CourseRule(example="[[0.1, 0.1], [0.9, 0.1]]")]
+Course = Annotated[tuple[Point, ...], CourseRule(example="[[0.1, 0.1], [0.9, 0.1]]")]
 
 
 @dataclass(frozen=True, slots=True)

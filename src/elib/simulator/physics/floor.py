@@ -74,7 +74,9 @@ def floor_of(scene: Scene) -> Floor:
         return Floor(packed(scene.floor))
     prints = (Path(paint.file) for paint in scene.paint if isinstance(paint, Print))
     written = tuple(path.stat().st_mtime_ns if path.exists() else 0 for path in prints)
-    return _painted(replace(scene, walls=(), boxes=(), cylinders=(), starts=(), lights=(), sounds=()), written)
+    return _painted(
+        replace(scene, walls=(), boxes=(), cylinders=(), polygons=(), starts=(), lights=(), sounds=()), written
+    )
 
 
 @lru_cache(maxsize=8)

@@ -1,4 +1,4 @@
-"""Walls, boxes, cylinders and colours, and how far a point is from them.
+"""Walls, boxes, cylinders, polygons and colours, and how far a point is from them.
 
 Lengths are metres. x and y span the floor; a heading of 0 looks along x and grows to the left
 (counter-clockwise seen from above).
@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Annotated, NamedTuple, TypeAlias
 
 from elib.base.errors import ArgumentError
-from elib.base.rules import Number, Rule, Text, Whole, check
+from elib.base.rules import Mistake, Number, Rule, Several, Text, Whole, check
 
 _HEX_DIGITS = frozenset("0123456789abcdefABCDEF")
 
@@ -50,6 +50,9 @@ WALL_HEIGHT = 0.10
 MAX_ARENA = 1000.0
 """m. Beyond it a position has too few bits left behind the point to drive by."""
 
+MAX_POINTS = 10_000
+"""Most points of one stripe or polygon: more would be closer together than a pixel of the floor."""
+
 MIN_WALL = 1e-6
 """m. Below it the arithmetic of contacts and rays loses its digits."""
 
@@ -82,6 +85,9 @@ class ColourRule(Rule):
 
 _PART = Whole(0, 255)
 
+Point: TypeAlias = tuple[float, float]
+"""x and y, m."""
+
 Place = Annotated[float, Number(-MAX_ARENA, MAX_ARENA, "m")]
 """x or y of something."""
 
@@ -98,6 +104,36 @@ Mass = Annotated[float, Number(0.001, 100, "kg")]
 Friction = Annotated[float, Number(0, 2, example="0.02")]
 Name = Annotated[str, Text(example='"ball"', otherwise="none")]
 Painted = Annotated[Colour, ColourRule(example='"#d04030"')]
+
+
+@dataclass(frozen=True, slots=True)
+class CourseRule(Rule):
+    """Several places in a row.
+
+    Attributes:
+        fewest: How many there must be.
+    """
+
+    fewest: int = 2
+
+    def __str__(self) -> str:
+        return f"{self.fewest} to {MAX_POINTS} places, each two numbers {_POINT.rule.range}"
+
+    def accept(self, value: object) -> tuple[tuple[float, ...], ...]:
+        """Return *value* as a tuple of pairs."""
+        if not isinstance(value, list | tuple) or not self.fewest <= len(value) <= MAX_POINTS:
+            raise self.refuse(value)
+        points = []
+        for index, point in enumerate(value):
+            try:
+                points.append(_POINT.accept(point))
+            except Mistake as mistake:
+                raise mistake.at(index) from None
+        return tuple(points)
+
+
+_POINT = Several(Number(-MAX_ARENA, MAX_ARENA, "m"), 2)
+Outline = Annotated[tuple[Point, ...], CourseRule(fewest=3, example="[[0.1, 0.1], [0.3, 0.1], [0.2, 0.3]]")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,11 +277,48 @@ class Cylinder:
         return math.sqrt(dx * dx + dy * dy) - self.radius
 
 
+@dataclass(frozen=True, slots=True)
+class Polygon:
+    """A fixed block of any outline, dents too: its sides are walls, and no robot starts inside.
+
+    Attributes:
+        points: Its corners in order around it, m: 3 to 10000 places, each unlike the next; the last one is joined to
+            the first.
+        height: The height of its top above the floor, m, 0.001..1000.
+        colour: The colour of all its sides.
+        reflectance: How much infrared light it sends back, 0.05..1; 1 is white. None takes it from the colour
+            (:func:`infrared_reflectance`).
+    """
+
+    points: Outline
+    height: Length = WALL_HEIGHT
+    colour: Painted = WALL_COLOUR
+    reflectance: Reflectance | None = None
+
+    def __post_init__(self) -> None:
+        check(self, "the polygon's ")
+        _ = self.sides  # a wall without length is refused
+
+    def distance(self, x: float, y: float) -> float:
+        """Return how far the point (x, y) is from its surface, m; below 0 inside."""
+        crossed = sum(
+            (y1 > y) != (y2 > y) and x < x1 + (y - y1) / (y2 - y1) * (x2 - x1) for (x1, y1), (x2, y2) in self._edges
+        )
+        away = min(segment_distance(x, y, *a, *b) for a, b in self._edges)
+        return -away if crossed % 2 else away
+
+    @property
+    def sides(self) -> tuple[Wall, ...]:
+        """Its sides as walls, in the order of its corners."""
+        return tuple(Wall(*a, *b, self.height, self.colour, self.reflectance) for a, b in self._edges)
+
+    @property
+    def _edges(self) -> list[tuple[Point, Point]]:
+        return list(pairwise((*self.points, self.points[0])))
+
+
 Solid: TypeAlias = Wall | Box | Cylinder
 """What stands in the way of a robot."""
-
-Point: TypeAlias = tuple[float, float]
-"""x and y, m."""
 
 
 def unit(angle: float) -> tuple[float, float]:
@@ -305,9 +378,9 @@ def outline(solid: Solid) -> tuple[tuple[Point, ...], float]:
             return ((solid.x, solid.y),), solid.radius
 
 
-def extent(solid: Solid) -> tuple[float, float, float, float]:
+def extent(solid: Solid | Polygon) -> tuple[float, float, float, float]:
     """Return what a solid covers, m: least and greatest x, least and greatest y."""
-    points, radius = outline(solid)
+    points, radius = (solid.points, 0.0) if isinstance(solid, Polygon) else outline(solid)
     xs, ys = zip(*points, strict=True)
     return min(xs) - radius, max(xs) + radius, min(ys) - radius, max(ys) + radius
 

@@ -157,7 +157,7 @@ class Mover:
             yield _called("box", k, box), box
         for k, cylinder in enumerate(map(state.cylinder, range(len(state.cylinders)))):
             yield _called("cylinder", k, cylinder), cylinder
-        for k, wall in enumerate(state.scene.walls):
+        for k, wall in enumerate(state.scene.fixed_walls):
             yield f"wall {k}", wall
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -11,7 +11,7 @@ from elib.base.errors import SimulationError
 from elib.base.pose import Pose
 from elib.base.rules import other_unit
 from elib.simulator.physics.body import RADIUS
-from elib.simulator.physics.geometry import Solid, extent
+from elib.simulator.physics.geometry import Polygon, Solid, extent
 from elib.simulator.physics.noise import PLACE, numbered_key, seed_key, tick_key, uniform
 from elib.simulator.physics.scene import MAX_THINGS, Scene
 
@@ -57,7 +57,7 @@ def places(scene: Scene, count: int | None, seed: int) -> tuple[Pose, ...]:
             hint="ask for fewer robots",
         )
     ground, poses = _Ground(scene), list(scene.starts[:count])
-    taken = ground.settle(poses)
+    taken = next(ground.settle(poses), None)
     if taken is not None:
         pose = poses[taken.robot]
         raise SimulationError(
@@ -73,6 +73,11 @@ def places(scene: Scene, count: int | None, seed: int) -> tuple[Pose, ...]:
 
 def first_taken(scene: Scene) -> Taken | None:
     """Return the first start that the scene names and that is not free; None if all are."""
+    return next(all_taken(scene), None)
+
+
+def all_taken(scene: Scene) -> Iterator[Taken]:
+    """Yield the starts that the scene names and that are not free, also of those that others of them take."""
     return _Ground(scene).settle(scene.starts)
 
 
@@ -89,7 +94,7 @@ def cleared(scene: Scene, poses: Sequence[Pose]) -> tuple[Pose, ...]:
             for far in (MARGIN * 2**power for power in range(-13, 1))
             for angle in (math.tau * part / 16 for part in range(16))
         )
-        free = next((each for each in (pose, *near) if ground.settle([each]) is None), None)
+        free = next((each for each in (pose, *near) if next(ground.settle([each]), None) is None), None)
         if free is None:
             raise SimulationError(f"robot {robot} stands in something", hint="move it to a free place first")
         found.append(free)
@@ -119,13 +124,14 @@ class _Ground:
     def __init__(self, scene: Scene) -> None:
         self._width, self._depth = scene.width, scene.depth
         self._cell = CELL
-        self._cells: dict[tuple[int, int], list[tuple[str, Solid]]] = {}
+        self._cells: dict[tuple[int, int], list[tuple[str, Solid | Polygon]]] = {}
         self._robots: list[tuple[float, float]] = []
         self._robots_in: dict[tuple[int, int], list[int]] = {}
-        solids: list[tuple[str, Solid]] = [
+        solids: list[tuple[str, Solid | Polygon]] = [
             *((f"wall[{i}]", wall) for i, wall in enumerate(scene.walls)),
             *((f"box[{i}]", box) for i, box in enumerate(scene.boxes)),
             *((f"cylinder[{i}]", cylinder) for i, cylinder in enumerate(scene.cylinders)),
+            *((f"polygon[{i}]", polygon) for i, polygon in enumerate(scene.polygons)),
         ]
         areas = [self._area(solid) for _, solid in solids]
         # Without this a few thousand walls across a large arena would stand in millions of cells.
@@ -139,13 +145,13 @@ class _Ground:
         self._robots_in.setdefault((int(x // self._cell), int(y // self._cell)), []).append(len(self._robots))
         self._robots.append((x, y))
 
-    def _add(self, name: str, solid: Solid) -> None:
+    def _add(self, name: str, solid: Solid | Polygon) -> None:
         left, right, low, high = self._area(solid)
         for column in range(int(left // self._cell), int(right // self._cell) + 1):
             for row in range(int(low // self._cell), int(high // self._cell) + 1):
                 self._cells.setdefault((column, row), []).append((name, solid))
 
-    def _area(self, solid: Solid) -> tuple[float, float, float, float]:
+    def _area(self, solid: Solid | Polygon) -> tuple[float, float, float, float]:
         """Return from where to where *solid* matters, m: left, right, low, high; right < left if it stands outside."""
         left, right, low, high = extent(solid)
         return (
@@ -158,21 +164,20 @@ class _Ground:
     def _entries(self, left: float, right: float, low: float, high: float) -> float:
         return max(0.0, (right - left) / self._cell + 1) * max(0.0, (high - low) / self._cell + 1)
 
-    def settle(self, poses: Sequence[Pose]) -> Taken | None:
-        """Put robots on the floor, one after the other; return the first one whose place is not free."""
+    def settle(self, poses: Sequence[Pose]) -> Iterator[Taken]:
+        """Put robots on the floor, one after the other; yield those whose place is not free."""
         for robot, pose in enumerate(poses):
             if not (0.0 <= pose.x <= self._width and 0.0 <= pose.y <= self._depth):
-                return Taken(robot, "stands outside the arena", inside_hint(pose.x, pose.y, self._width, self._depth))
+                yield Taken(robot, "stands outside the arena", inside_hint(pose.x, pose.y, self._width, self._depth))
+                continue
             thing = self.in_the_way(pose.x, pose.y, RADIUS - ROUNDING)
-            if thing is not None and thing.startswith("robot"):
-                return Taken(
-                    robot, f"stands on another one: {thing}", f"keep two centres at least {2 * RADIUS} m apart"
-                )
-            if thing is not None:
+            if thing is None:
+                self.add_robot(pose.x, pose.y)
+            elif thing.startswith("robot"):
+                yield Taken(robot, f"stands on another one: {thing}", f"keep two centres at least {2 * RADIUS} m apart")
+            else:
                 what = f"stands in a wall or an obstacle: {thing}"
-                return Taken(robot, what, f"keep its centre at least {RADIUS} m from everything")
-            self.add_robot(pose.x, pose.y)
-        return None
+                yield Taken(robot, what, f"keep its centre at least {RADIUS} m from everything")
 
     def in_the_way(self, x: float, y: float, room: float) -> str | None:
         """Return the name of something nearer to (x, y) than *room*, m, at most :data:`REACH`; None if nothing is."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Annotated
 
 from elib.base.errors import ArgumentError
@@ -13,7 +14,7 @@ from elib.base.rules import SEED, Number, Seed, check
 from elib.base.tables import MAX_TABLES
 from elib.simulator.physics.body import RADIUS, EpuckModel
 from elib.simulator.physics.fittings import FLOOR_COLOUR, Light, Paint, Sound
-from elib.simulator.physics.geometry import MAX_ARENA, Box, Cylinder, Painted, Wall
+from elib.simulator.physics.geometry import MAX_ARENA, Box, Cylinder, Painted, Polygon, Wall
 
 STEP = 1 / 64
 """Default tick, s: exact in binary, and the rate at which an e-puck1 refreshes its infrared sensors."""
@@ -56,6 +57,7 @@ class Scene:
         floor: Colour of the floor.
         paint: What is painted on it, the first one lowest.
         firmware: The firmware of the first robots; "" where the world does not say.
+        polygons: Fixed blocks of other outlines.
     """
 
     width: Size
@@ -73,11 +75,13 @@ class Scene:
     floor: Painted = FLOOR_COLOUR
     paint: tuple[Paint, ...] = ()
     firmware: tuple[str, ...] = ()
+    polygons: tuple[Polygon, ...] = ()
 
     def __post_init__(self) -> None:
         check(self, "the world's ")
-        for what in ("walls", "boxes", "cylinders", "lights", "sounds", "paint"):
-            count = len(getattr(self, what))
+        things = {what: getattr(self, what) for what in ("walls", "boxes", "cylinders", "lights", "sounds", "paint")}
+        for what, found in (things | {"walls": self.fixed_walls}).items():
+            count = len(found)
             if count > MAX_THINGS:
                 raise ArgumentError(f"the world has {count} {what}; at most {MAX_THINGS} are possible")
 
@@ -107,8 +111,19 @@ class Scene:
 
     @property
     def surfaces(self) -> tuple[Wall, ...]:
-        """Every flat surface inside the arena: walls, then the sides of boxes."""
-        return self.walls + tuple(side for box in self.boxes for side in box.sides)
+        """Every flat surface inside the arena: walls, sides of polygons, then those of boxes."""
+        return self.fixed_walls + tuple(side for box in self.boxes for side in box.sides)
+
+    @property
+    def fixed_walls(self) -> tuple[Wall, ...]:
+        """The interior walls, then the sides of polygons."""
+        return self.walls + _sides(self.polygons)
+
+
+@lru_cache(maxsize=8)
+def _sides(polygons: tuple[Polygon, ...]) -> tuple[Wall, ...]:
+    """Return the sides of polygons; every picture of a world asks for them."""
+    return tuple(side for polygon in polygons for side in polygon.sides)
 
 
 def check_scene(scene: object, taker: str) -> Scene:

@@ -286,7 +286,7 @@ class ReadableWorld:
             self.time,
             scene.width,
             scene.depth,
-            scene.walls,
+            scene.fixed_walls,
             tuple(state.box(k) for k in range(len(state.boxes))),
             tuple(state.cylinder(k) for k in range(len(state.cylinders))),
             robots,

@@ -33,6 +33,9 @@
     height = 0.10              # m; also of walls and boxes
     colour = "#d04030"         # also of walls and boxes
 
+    [[polygon]]
+    points = [[0.7, 0.1], [0.9, 0.1], [0.8, 0.3]]
+
     [[light]]
     position = [0.9, 0.9]
 
@@ -67,7 +70,7 @@ from elib.base.tables import Source, content_of, others, read_toml, shipped
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.fittings import Checkers, Light, Paint, Print, Sound
 from elib.simulator.physics.floor import opened
-from elib.simulator.physics.geometry import Box, Cylinder, Wall
+from elib.simulator.physics.geometry import Box, Cylinder, Polygon, Wall
 from elib.simulator.physics.placement import first_taken, inside_hint, places
 from elib.simulator.physics.scene import Scene
 from elib.simulator.worlds.tables import PAINT, TABLES, THINGS, TOP, Arena, Start
@@ -173,6 +176,7 @@ class _Assembly:
                 walls=tuple(self._all("wall", Wall)),
                 boxes=tuple(self._all("box", Box)),
                 cylinders=tuple(self._all("cylinder", Cylinder)),
+                polygons=tuple(self._all("polygon", Polygon)),
                 starts=tuple(start.pose for start in starts),
                 model=next(iter(self._all("epuck", EpuckModel)), EpuckModel()),
                 name=Path(self._source.filename).stem,

@@ -35,6 +35,7 @@ def _overlaps(scene: Scene) -> Iterable[str]:
         *((f"box[{index}]", box) for index, box in enumerate(scene.boxes)),
         *((f"cylinder[{index}]", cylinder) for index, cylinder in enumerate(scene.cylinders)),
         *((f"wall[{index}]", wall) for index, wall in enumerate(scene.walls)),
+        *((f"polygon[{index}]", side) for index, polygon in enumerate(scene.polygons) for side in polygon.sides),
         *(("the arena's wall", wall) for wall in scene.edge),
     ]
     if len(solids) > MAX_COMPARED:

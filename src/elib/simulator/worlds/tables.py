@@ -15,7 +15,7 @@ from elib.base.rules import Choice, Degrees, Mistake, Number, Text, Whole, field
 from elib.base.tables import Key, Pair, Table, keys_of
 from elib.simulator.physics.body import EpuckModel
 from elib.simulator.physics.fittings import Checkers, Light, Patch, Print, Sound, Stripe
-from elib.simulator.physics.geometry import Box, Cylinder, Length, Painted, Place, Turn, Wall
+from elib.simulator.physics.geometry import Box, Cylinder, Length, Painted, Place, Polygon, Turn, Wall
 from elib.simulator.physics.optics import LENSES
 from elib.simulator.physics.placement import MAX_ROBOTS
 from elib.simulator.physics.profiles import PROFILES
@@ -164,6 +164,7 @@ TABLES = (
         "box", "Rectangular blocks.", Box, keys_of(Box, POSITION, _size("along its own x and y axes"), angle=HEADING)
     ),
     Table("cylinder", "Posts, and balls.", Cylinder, keys_of(Cylinder, POSITION)),
+    Table("polygon", "Fixed blocks of any outline: their sides are walls.", Polygon, keys_of(Polygon)),
     Table("light", "Lamps that shine on all sides.", Light, keys_of(Light, POSITION)),
     Table("sound", "Sources of sound: tones and noises, steady or again and again.", Sound, keys_of(Sound, POSITION)),
     Table(

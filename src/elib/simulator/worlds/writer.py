@@ -52,6 +52,7 @@ def _parts(scene: Scene) -> dict[str, list[Mapping[str, object]]]:
         "wall": _all(scene.walls),
         "box": _all(scene.boxes),
         "cylinder": _all(scene.cylinders),
+        "polygon": _all(scene.polygons),
         "light": _all(scene.lights),
         "sound": _all(scene.sounds),
         "floor": [{"floor": scene.floor}],
