@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from elib.base.errors import ArgumentError, SimulationError
 from elib.base.files import read_file
@@ -23,6 +23,7 @@ from elib.simulator.physics.scene import Scene
 Thing: TypeAlias = Wall | Box | Cylinder | Polygon | Light | Print | Patch | Pose
 """What a world is made of; a pose is the start of a robot."""
 
+_T = TypeVar("_T")
 Kind: TypeAlias = Callable[..., Thing]
 Form: TypeAlias = Mapping[str, object]
 Rectangle: TypeAlias = tuple[float, float, float, float]
@@ -152,36 +153,28 @@ class Plan:
             SimulationError: There is nothing in it, or it is too small or too large.
         """
         left, low, right, high = self._floor()
-        found: dict[type, list[tuple[int, Thing]]] = {kind: [] for kind in Thing.__args__}
+        kept: list[tuple[int, Thing]] = []
+
+        def of(kind: type[_T]) -> tuple[_T, ...]:
+            return tuple(thing for _, thing in kept if isinstance(thing, kind))
+
         try:
             for line, thing in self._things:
-                if isinstance(thing, Box | Cylinder | Light | Pose) and not (
+                if isinstance(thing, Wall | Polygon | Print | Patch) or (
                     left <= thing.x <= right and low <= thing.y <= high
                 ):
+                    kept.append((line, _moved(thing, -left, -low, folder.resolve())))
+                else:
                     what = "robot" if isinstance(thing, Pose) else type(thing).__name__.lower()
                     self.note(line, f"a {what} at ({thing.x:.3g}, {thing.y:.3g}) is left out: it is not on the floor")
-                else:
-                    found[type(thing)].append((line, _moved(thing, -left, -low, folder.resolve())))
-            walls, boxes, cylinders, polygons, lights, prints, patches, starts = (
-                tuple(thing for _, thing in things) for things in found.values()
-            )
-            scene = Scene(
-                right - left,
-                high - low,
-                walls,  # type: ignore[arg-type]  # by their types, as they were put there
-                boxes,  # type: ignore[arg-type]
-                cylinders,  # type: ignore[arg-type]
-                starts,  # type: ignore[arg-type]
-                name=self.path.stem,
-                lights=lights,  # type: ignore[arg-type]
-                paint=prints + patches,  # type: ignore[arg-type]
-                polygons=polygons,  # type: ignore[arg-type]
-            )
+            scene = Scene(right - left, high - low, of(Wall), of(Box), of(Cylinder), of(Pose), name=self.path.stem)
+            scene = replace(scene, polygons=of(Polygon), lights=of(Light), paint=(*of(Print), *of(Patch)))
         except ArgumentError as error:
             raise self.error(0, error.message) from error
+        lines = [line for line, thing in kept if isinstance(thing, Pose)]
         taken = {each.robot: each.what for each in all_taken(scene)}
         for robot, what in taken.items():
-            self.note(found[Pose][robot][0], f"a robot is left out: it {what}")
+            self.note(lines[robot], f"a robot is left out: it {what}")
         free = tuple(pose for robot, pose in enumerate(scene.starts) if robot not in taken)
         if not free:
             self.note(0, "there is no robot: one is placed where there is room")
