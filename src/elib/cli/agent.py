@@ -112,11 +112,7 @@ def agent(
 
 
 def _check_real(urls: tuple[str, ...], is_allowed: bool) -> bool:
-    """Return whether a robot is real.
-
-    Raises:
-        ArgumentError: One is, and that was not allowed.
-    """
+    """Return whether a robot is real."""
     real = [url for url in urls if parse_url(url).scheme not in VIRTUAL]
     if real and not is_allowed:
         raise ArgumentError(
@@ -127,11 +123,7 @@ def _check_real(urls: tuple[str, ...], is_allowed: bool) -> bool:
 
 
 def _opened(path: Path) -> TextIO:
-    """Return a log that lines are appended to.
-
-    Raises:
-        ArgumentError: The file cannot be written.
-    """
+    """Return a log that lines are appended to."""
     try:
         return path.open("a", encoding="utf-8")
     except OSError as error:

@@ -45,11 +45,7 @@ Seconds = Annotated[float | None, DURATION, option("--for S", "Robot time to run
 
 
 def one_of(url: str | None, robot: str | None) -> str | None:
-    """Return the robot that was named, as an argument or by --robot.
-
-    Raises:
-        ArgumentError: Two were named.
-    """
+    """Return the robot that was named, as an argument or by --robot."""
     if url is not None and robot is not None:
         raise ArgumentError(f"two robots were named: {url} and {robot}", hint="name one of them")
     return url or robot

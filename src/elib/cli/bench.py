@@ -151,11 +151,7 @@ def bench(
 
 
 async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool) -> None:
-    """Measure every command into *report*.
-
-    Raises:
-        LinkError: The robot was lost.
-    """
+    """Measure every command into *report*."""
     absent = robot.context.profile.absent
     steps = await _unless_lost(robot.encoders) or Steps(0, 0)
     settings = await _unless_lost(robot.camera)
@@ -174,11 +170,7 @@ async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool)
 
 
 async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLine) -> Result:
-    """Make *count* calls, one after the other, and time each.
-
-    Raises:
-        LinkError: The robot was lost.
-    """
+    """Make *count* calls, one after the other, and time each."""
     times: list[float] = []
     lost = refused = 0
     for number in range(count):
@@ -199,11 +191,7 @@ async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLin
 
 
 async def _unless_lost(call: Callable[[], Awaitable[T]]) -> T | None:
-    """Return the value of a call; None where the answer is lost or refused.
-
-    Raises:
-        LinkError: The robot was lost.
-    """
+    """Return the value of a call; None where the answer is lost or refused."""
     try:
         return await call()
     except LinkError:

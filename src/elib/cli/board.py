@@ -28,11 +28,7 @@ SHORT = {"T": "uT", "degrees C": "deg C"}
 
 
 class Board:
-    """Collects snapshots and draws them as a table.
-
-    Args:
-        title: First line of the table.
-    """
+    """Collects snapshots and draws them as a table."""
 
     def __init__(self, title: str) -> None:
         self._title = title

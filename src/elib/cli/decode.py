@@ -107,12 +107,7 @@ def decode(
 
 
 class Printer:
-    """Writes lines to stdout and counts them.
-
-    Args:
-        json: Write objects of JSON.
-        live: Flush after each line.
-    """
+    """Writes lines to stdout and counts them."""
 
     def __init__(self, *, json: bool, live: bool = False) -> None:
         self._json = json

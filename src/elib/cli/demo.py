@@ -62,11 +62,7 @@ def demo(
 
 
 def with_seed(url: str, seed: int | None) -> str:
-    """Return *url* with the seed in it.
-
-    Raises:
-        ArgumentError: The URL is wrong, or there is a seed and the URL is not that of a simulation.
-    """
+    """Return *url* with the seed in it."""
     parsed = parse_url(url)
     if seed is None:
         return str(parsed)

@@ -193,12 +193,7 @@ def _print(result: Result, folder: Path, settings: Settings, solved: float, *, j
 
 
 class Display:
-    """The plot and the bar in the terminal; where there is none, a line for some of the generations.
-
-    Args:
-        progress: How far the evolution has come.
-        recorded: Generations that were recorded before; no lines are written about them.
-    """
+    """The plot and the bar in the terminal; where there is none, a line for some of the generations that are new."""
 
     def __init__(self, progress: Progress, recorded: int) -> None:
         from rich.console import Console
@@ -251,14 +246,7 @@ class Display:
 
 
 def plotted(done: Sequence[Spread], count: int, width: int, height: int = ROWS) -> list[str]:
-    """Return the lines of a plot: the mean fitness as a filled curve, the best one as points.
-
-    Args:
-        done: The generations so far.
-        count: How many there will be; the plot has room for all of them.
-        width: Columns of the plot, without its labels.
-        height: Lines of the plot.
-    """
+    """Return the lines of a plot with room for *count* generations: the mean fitness filled, the best one as points."""
     if not done:
         return []
     low, high = min(each.mean for each in done), max(each.best for each in done)

@@ -106,12 +106,7 @@ def fork(
     seconds: float | None = None,
     plot: str | None = None,
 ) -> None:
-    """Continue a recording from the moment *at*, s, in the simulator: with a behaviour, or as the robot drove then.
-
-    Raises:
-        ArgumentError: The command line is wrong, or the moment is not in the recording.
-        ElibError: The simulator cannot continue from this moment.
-    """
+    """Continue a recording from the moment *at*, s, in the simulator: with a behaviour, or as the robot drove then."""
     url = f"replay://{quote(file)}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
     if behaviour is not None:
         from elib.cli.script import run  # printing a recording needs none

@@ -64,27 +64,10 @@ def run(
 ) -> ProgramRun:
     """Run what drives robots, stop them at its end, and print a summary.
 
-    Args:
-        target: A behaviour, a program, or the best controller of a study: ``best.toml``.
-        arguments: The command line of a program, which are the options of a behaviour if the file only defines one.
-        options: Values for the options of a behaviour.
-        seed: Seed of its random numbers.
-        robots: URLs of the robots that take the place of its own; empty leaves them.
-        seconds: Robot time after which it ends as by Ctrl-C; None for no limit.
-        view: Show the worlds of virtual robots live in the browser.
-        plot: File for the plot, or None.
-        records: Log and recording. Each robot has a recording of its own: FILE, FILE-2 and so on, in the order in
-            which they were opened; those of a swarm behaviour are called by the robots' names.
-        json: Print the summary as JSON on stdout, and what the program prints on stderr.
-
-    Returns:
-        What the robots did.
-
-    Raises:
-        ArgumentError: The command line is wrong; nothing ran.
-        Unsupported: What the plot, the recording or the view needs is not installed; nothing ran.
-        ElibError: A robot failed; or the plot, the log or the recording could not be written.
-        SystemExit: The program ended with another exit code than 0.
+    *arguments* are the command line of a program, which are the options of a behaviour if the file only defines one.
+    *robots* take the place of its own; each has a recording of its own: FILE, FILE-2 and so on, in the order in which
+    they were opened, and those of a swarm behaviour are called by the robots' names. With *json* the summary is on
+    stdout, and what the program prints on stderr.
     """
     if isinstance(target, Behaviour):
         robots = robots or [target.url]
@@ -136,11 +119,7 @@ def run(
 
 
 def find_program(name: str) -> Path:
-    """Return the path of a program.
-
-    Raises:
-        ArgumentError: There is no such file; the message says where it was looked for, and which names are near.
-    """
+    """Return the path of a program."""
     path = Path(name)
     if path.is_file() or is_package(name):
         return path
@@ -167,17 +146,7 @@ def find_program(name: str) -> Path:
 
 
 def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> AbstractContextManager[Behaviour]:
-    """Return a context that yields the controller of a file as a behaviour.
-
-    Args:
-        path: The file.
-        arguments: Must be empty.
-        is_named: Whether robots were named. Otherwise they are virtual, in the world of the task.
-
-    Raises:
-        ArgumentError: There are arguments, or the file cannot be read.
-        SimulationError: The file breaks a rule.
-    """
+    """Return a context that yields the controller of a file as a behaviour, by itself in its task's world."""
     from elib.learn.champion import load_champion  # programs do without it
     from elib.learn.linked import one_episode
 
@@ -196,14 +165,8 @@ def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> Abstra
 class ProgramRun:
     """One run of what drives robots: the robots that it opens, and how it ends.
 
-    Args:
-        name: Name of what runs.
-        records: Log and recording.
-        seconds: Robot time after which it ends, or None.
-
     Attributes:
         robots: What each robot did, in the order of opening; a robot that was opened twice is there twice.
-        seconds: As given.
         reason: Why it ended: a key of ENDINGS.
         error: The error that ended it, if none of the program's own lines is in its traceback; None before.
         limit: Ends it when its time is over.
@@ -300,16 +263,7 @@ class ProgramRun:
         run_file(path, arguments, has_driven=lambda: bool(self.robots), play=play_own)
 
     def play(self, behaviour: Behaviour, **how: Any) -> None:
-        """Play a behaviour, show what it does and tells, and keep its states.
-
-        Args:
-            behaviour: The behaviour.
-            how: Its options and its seed, as :func:`elib.play` takes them.
-
-        Raises:
-            ArgumentError: An option is wrong, or there are no calls to keep; nothing was opened.
-            ElibError: As :func:`elib.play` does.
-        """
+        """Play a behaviour, show what it does and tells, and keep its states."""
         if behaviour.style is BehaviourStyle.BYTES and (self._records.log or self._records.record):
             raise ArgumentError(
                 f"{behaviour.name} writes bytes to the line itself: there are no calls to log or record",
@@ -346,12 +300,7 @@ class ProgramRun:
         return failure
 
     def draw(self, plot: str) -> None:
-        """Draw what the robots did.
-
-        Raises:
-            ArgumentError: The file cannot be created.
-            ElibError: The file cannot be written.
-        """
+        """Draw what the robots did."""
         began = self._context_began
         states = [(began + since, name) for since, name in self.states]
         draw_drive(plot, Path(self.name).name, self.robots, seconds=began + self.time, states=states)

@@ -64,11 +64,7 @@ class PictureOptions(SendOptions):
 
 
 def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:
-    """Return what was typed as the command takes it, checked as far as is possible without a robot.
-
-    Raises:
-        ArgumentError: An argument is wrong on every firmware that has the command.
-    """
+    """Return what was typed as the command takes it, checked as far as is possible without a robot."""
     found: list[object] = [
         text if quantity is None else number_from(text)
         for text, (_, quantity, _) in zip(texts, what.parameters, strict=False)
@@ -97,12 +93,7 @@ def build() -> App:
 
 
 def send(what: CatalogueEntry, texts: Sequence[str], options: SendOptions) -> None:
-    """Send one command and print its answer.
-
-    Raises:
-        ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot cannot be reached, or it did not do it.
-    """
+    """Send one command and print its answer."""
     arguments = arguments_of(what, texts)
     within, save = options.within, options.save if isinstance(options, PictureOptions) else None
     if save is not None and save.suffix.lower() != ".png":

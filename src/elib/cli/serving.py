@@ -47,9 +47,6 @@ def token_for(address: Address, token: str | None = None) -> str | None:
     Args:
         address: Where something is served.
         token: One that a person chose; it is asked for in any case.
-
-    Raises:
-        ArgumentError: That one is empty or long, or has other characters than ASCII has.
     """
     if token is not None and not (token.isascii() and token.isprintable() and 0 < len(token) <= MAX_TOKEN):
         raise ArgumentError(f"a token has 1 to {MAX_TOKEN} ASCII characters")

@@ -128,11 +128,7 @@ def progress_bar() -> Progress:
 
 
 class LiveLine:
-    """A line that is overwritten again and again, until a block ends; nothing is written where there is no terminal.
-
-    Args:
-        stream: Stream to write to; stderr by default.
-    """
+    """A line that is overwritten again and again, until a block ends; nothing is written where there is no terminal."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream = sys.stderr if stream is None else stream

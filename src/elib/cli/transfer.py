@@ -118,11 +118,7 @@ def ask(line: LiveLine, text: str) -> None:
 
 
 def seconds_of(text: str, option: str) -> float:
-    """Return a time that is given in seconds, or in milliseconds with ``ms`` behind the number.
-
-    Raises:
-        ArgumentError: It is not a number.
-    """
+    """Return a time that is given in seconds, or in milliseconds with ``ms`` behind the number."""
     number, scale = (text[:-2], 0.001) if text.endswith("ms") else (text.removesuffix("s"), 1.0)
     try:
         return float(number) * scale

@@ -71,11 +71,7 @@ def watch(
 
 
 def chosen(names: Sequence[str], rate: float) -> list[str]:
-    """Return the names of readings as elib writes them, checked like the *rate*, Hz.
-
-    Raises:
-        ArgumentError: There is no such reading, or the rate is out of its range.
-    """
+    """Return the names of readings as elib writes them, checked like the *rate*, Hz."""
     snapshots.period_of(rate)
     wanted = [name.replace("-", "_") for name in names]
     snapshots.check_names(wanted)
