@@ -27,36 +27,25 @@ VIRTUAL = ("sim", "replay")
 REAL_FENCE, VIRTUAL_FENCE = 0.5, 2.0
 """m: a table for real robots; the arenas of the virtual ones are smaller than that."""
 
-Robots = Annotated[str, Cli(help=f"sim://maze, serial:///dev/rfcomm0 with --allow-real, ... (default: {WORLD})")]
-AllowReal = Annotated[bool, option("--allow-real", "Let the agent drive robots that are not virtual.")]
-Fence = Annotated[
-    float | None,
-    option(
-        "--fence M",
-        f"Circle around each robot's start that it may not leave, m (default: {VIRTUAL_FENCE:g}, with a real "
-        f"robot {REAL_FENCE:g}).",
-    ),
-]
-Speed = Annotated[float, option("--speed M/S", "Top speed of each wheel, m/s.")]
-Calls = Annotated[int, option("--calls N", "Calls that may reach a robot.")]
-Seconds = Annotated[float, option("--driving S", "Seconds of driving, all robots together.")]
-Http = Annotated[bool, option("--http", "Serve HTTP at --port instead of standard input and output.")]
-Port = Annotated[int | None, PORT_NUMBER, port_option(PORT)]
-View = Annotated[bool, option("--view", "Show the robots in the browser, with Stop for a person.")]
-Log = Annotated[Path | None, option("--log FILE", "Append a line of JSON for each call to FILE.")]
-
 
 def agent(
-    *urls: Robots,
-    allow_real: AllowReal = False,
-    fence: Fence = None,
-    speed: Speed = 0.1,
-    calls: Calls = 500,
-    driving: Seconds = 600.0,
-    http: Http = False,
-    port: Port = None,
-    view: View = False,
-    log: Log = None,
+    *urls: Annotated[str, Cli(help=f"sim://maze, serial:///dev/rfcomm0 with --allow-real, ... (default: {WORLD})")],
+    allow_real: Annotated[bool, option("--allow-real", "Let the agent drive robots that are not virtual.")] = False,
+    fence: Annotated[
+        float | None,
+        option(
+            "--fence M",
+            f"Circle around each robot's start that it may not leave, m (default: {VIRTUAL_FENCE:g}, with a real "
+            f"robot {REAL_FENCE:g}).",
+        ),
+    ] = None,
+    speed: Annotated[float, option("--speed M/S", "Top speed of each wheel, m/s.")] = 0.1,
+    calls: Annotated[int, option("--calls N", "Calls that may reach a robot.")] = 500,
+    driving: Annotated[float, option("--driving S", "Seconds of driving, all robots together.")] = 600.0,
+    http: Annotated[bool, option("--http", "Serve HTTP at --port instead of standard input and output.")] = False,
+    port: Annotated[int | None, PORT_NUMBER, port_option(PORT)] = None,
+    view: Annotated[bool, option("--view", "Show the robots in the browser, with Stop for a person.")] = False,
+    log: Annotated[Path | None, option("--log FILE", "Append a line of JSON for each call to FILE.")] = None,
 ) -> None:
     """Let an agent drive robots by the Model Context Protocol, within a fence, a speed limit and a budget.
 

@@ -30,7 +30,6 @@ RECOVERY_TIME = 10.0
 """s in which a line must be in sync again after a lost answer; a robot that calibrates is busy for 3.7 s."""
 
 Count = Annotated[int, Whole(1, MAX_CALLS), option("--count N", f"Calls of each command, 1 to {MAX_CALLS}.")]
-All = Annotated[bool, option("--all", f"Also sound, calibration and reset ({FEW} calls each).")]
 
 T = TypeVar("T")
 Call = Callable[[Epuck], Awaitable[object]]
@@ -118,7 +117,7 @@ def bench(
     *,
     robot: RobotUrl = FAST_SIMULATION,
     count: Count = COUNT,
-    everything: All = False,
+    everything: Annotated[bool, option("--all", f"Also sound, calibration and reset ({FEW} calls each).")] = False,
     json: AsJson = False,
     records: Kept = NOTHING_KEPT,
 ) -> None:

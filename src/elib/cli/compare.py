@@ -27,33 +27,27 @@ from elib.studies.scores import MAX_CHANCE, Parity, parity
 SHARES = (0.5, 0.95, 0.99)
 """Shares of the calls whose latencies are shown."""
 
-First = Annotated[Path | None, Cli(help="A recording, .mcap.")]
-Second = Annotated[Path | None, Cli(help="Another recording (default: the simulator).")]
 Plot = Annotated[Path | None, option("--plot FILE", "Also draw the comparison into this file: .png, .svg or .pdf.")]
-WorldName = Annotated[str | None, option("--world NAME", "Use this world instead of the recorded one.")]
 ProfileFile = Annotated[str | None, option("--profile FILE", "Use a robot of this profile, as elib fit writes it.")]
 RealRobots = Annotated[bool, option("--reality", "Compare what was measured on real robots with the simulator.")]
-Quality = Annotated[
-    str | None,
-    option("--quality Q", "With --reality, how good its robots are: ideal, good, typical, bad (default: typical)."),
-]
-Drawn = Annotated[int | None, option("--robots N", f"With --reality, draw N robots (default: {ROBOTS}).")]
-DrawnBy = Annotated[int | None, option("--seed N", "With --reality, draw them by this seed (default: 1).")]
 
 
 def compare(
-    first: First = None,
-    second: Second = None,
+    first: Annotated[Path | None, Cli(help="A recording, .mcap.")] = None,
+    second: Annotated[Path | None, Cli(help="Another recording (default: the simulator).")] = None,
     /,
     *,
     plot: Plot = None,
     json: AsJson = False,
-    world: WorldName = None,
+    world: Annotated[str | None, option("--world NAME", "Use this world instead of the recorded one.")] = None,
     profile: ProfileFile = None,
     reality: RealRobots = False,
-    quality: Quality = None,
-    robots: Drawn = None,
-    seed: DrawnBy = None,
+    quality: Annotated[
+        str | None,
+        option("--quality Q", "With --reality, how good its robots are: ideal, good, typical, bad (default: typical)."),
+    ] = None,
+    robots: Annotated[int | None, option("--robots N", f"With --reality, draw N robots (default: {ROBOTS}).")] = None,
+    seed: Annotated[int | None, option("--seed N", "With --reality, draw them by this seed (default: 1).")] = None,
 ) -> None:
     """Compare two recorded drives, one with the simulator, or real robots with the simulator.
 

@@ -57,10 +57,6 @@ app.command(
 )
 
 LabFolder = Annotated[str | None, option("--lab FOLDER", "The lab's folder, or its name (default: above the program).")]
-OneVariant = Annotated[str | None, option("--variant NAME", "Only this variant.")]
-Wall = Annotated[
-    float, Number(1, 3600, "s"), option("--wall S", "Seconds by the clock on the wall that a variant may take.")
-]
 
 
 @app.command(name="list")
@@ -122,8 +118,10 @@ def check(
     /,
     *,
     lab: LabFolder = None,
-    variant: OneVariant = None,
-    wall: Wall = WALL,
+    variant: Annotated[str | None, option("--variant NAME", "Only this variant.")] = None,
+    wall: Annotated[
+        float, Number(1, 3600, "s"), option("--wall S", "Seconds by the clock on the wall that a variant may take.")
+    ] = WALL,
     json: AsJson = False,
 ) -> None:
     """Run a program in the worlds of its lab, and say which goals hold.

@@ -28,31 +28,21 @@ from elib.studies.report import check_report
 GO_ON = 10.0
 """s for which a fork continues unless --for says otherwise."""
 
-File = Annotated[str, Cli(metavar="FILE", help="The recording.")]
-From = Annotated[float | None, option("--from S", "Print from this time on, s since the beginning.")]
-To = Annotated[float | None, option("--to S", "Print until this time.")]
-Only = Annotated[str, option("--only KIND,KIND", f"Print only these kinds: {', '.join(KINDS)}.")]
-AsJson = Annotated[bool, option("--json", "Print a line of JSON for each call and note.")]
-Plot = Annotated[
-    str | None, option("--plot FILE", "Draw path, speeds and readings into this file instead: .png, .svg or .pdf.")
-]
-Fork = Annotated[float | None, option("--fork-at S", "Continue from this time in the simulator.")]
-Behave = Annotated[str | None, option("--behaviour NAME", "With --fork-at: run this behaviour.")]
-WorldName = Annotated[str | None, option("--world NAME", "With --fork-at: use another world.")]
-
 
 def replay(
-    file: File,
+    file: Annotated[str, Cli(metavar="FILE", help="The recording.")],
     /,
     *,
-    begin: From = None,
-    end: To = None,
-    only: Only = "",
-    json: AsJson = False,
-    plot: Plot = None,
-    fork_at: Fork = None,
-    behaviour: Behave = None,
-    world: WorldName = None,
+    begin: Annotated[float | None, option("--from S", "Print from this time on, s since the beginning.")] = None,
+    end: Annotated[float | None, option("--to S", "Print until this time.")] = None,
+    only: Annotated[str, option("--only KIND,KIND", f"Print only these kinds: {', '.join(KINDS)}.")] = "",
+    json: Annotated[bool, option("--json", "Print a line of JSON for each call and note.")] = False,
+    plot: Annotated[
+        str | None, option("--plot FILE", "Draw path, speeds and readings into this file instead: .png, .svg or .pdf.")
+    ] = None,
+    fork_at: Annotated[float | None, option("--fork-at S", "Continue from this time in the simulator.")] = None,
+    behaviour: Annotated[str | None, option("--behaviour NAME", "With --fork-at: run this behaviour.")] = None,
+    world: Annotated[str | None, option("--world NAME", "With --fork-at: use another world.")] = None,
     seconds: Seconds = None,
 ) -> None:
     """Show a recording in the browser, with a time line to go to any moment, until Ctrl-C.

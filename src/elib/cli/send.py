@@ -43,7 +43,6 @@ For example:
 TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
 Within = Annotated[float | None, Number(0, SECONDS.usual, "s"), option("--within S", "Seconds to wait for the answer.")]
-SaveAs = Annotated[Path | None, option("--save FILE.png", "Write the picture to this file.")]
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ class SendOptions:
 class PictureOptions(SendOptions):
     """The options of a command that returns a picture."""
 
-    save: SaveAs = None
+    save: Annotated[Path | None, option("--save FILE.png", "Write the picture to this file.")] = None
 
 
 def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:

@@ -13,41 +13,33 @@ from elib.base.extras import install
 from elib.cli.arguments import AsJson, Cluster, Workers, option
 from elib.cli.terminal import print_json, progress_bar, say
 
-Target = Annotated[
-    str, Cli(help="A behaviour, FILE.py or FILE.py:NAME with one of yours, or the best.toml of a study.")
-]
-Grid = Annotated[
-    list[str] | None,
-    option("--grid NAME=A,B,C", "A parameter with its values, or NAME=A..B:COUNT at equal distances."),
-]
-Sample = Annotated[
-    list[str] | None,
-    option("--sample NAME=A..B:COUNT", "A parameter of which random values are drawn."),
-]
-Worlds = Annotated[str | None, option("--world A,B", "The worlds (default: that of the target).")]
-Seeds = Annotated[int, option("--seeds N", "Do every run with the seeds 1 to N.")]
 Faults = Annotated[str | None, option("--fault A,B", "Fault scripts, settings of the link such as loss=0.1, or none.")]
-Seconds = Annotated[
-    float | None, option("--for S", "Robot time for each run, seconds (default: 30, or what the task says).")
-]
-Out = Annotated[str | None, option("--out FOLDER", "The folder for the results; a sweep in it goes on.")]
-Metric = Annotated[str, option("--plot COLUMN", "The column to draw, such as path or contact_time.")]
 
 
 def sweep(
-    target: Target,
+    target: Annotated[
+        str, Cli(help="A behaviour, FILE.py or FILE.py:NAME with one of yours, or the best.toml of a study.")
+    ],
     /,
     *,
-    grid: Grid = None,
-    sample: Sample = None,
-    world: Worlds = None,
-    seeds: Seeds = 1,
+    grid: Annotated[
+        list[str] | None,
+        option("--grid NAME=A,B,C", "A parameter with its values, or NAME=A..B:COUNT at equal distances."),
+    ] = None,
+    sample: Annotated[
+        list[str] | None,
+        option("--sample NAME=A..B:COUNT", "A parameter of which random values are drawn."),
+    ] = None,
+    world: Annotated[str | None, option("--world A,B", "The worlds (default: that of the target).")] = None,
+    seeds: Annotated[int, option("--seeds N", "Do every run with the seeds 1 to N.")] = 1,
     fault: Faults = None,
-    seconds: Seconds = None,
+    seconds: Annotated[
+        float | None, option("--for S", "Robot time for each run, seconds (default: 30, or what the task says).")
+    ] = None,
     workers: Workers = None,
     cluster: Cluster = None,
-    out: Out = None,
-    plot: Metric = "",
+    out: Annotated[str | None, option("--out FOLDER", "The folder for the results; a sweep in it goes on.")] = None,
+    plot: Annotated[str, option("--plot COLUMN", "The column to draw, such as path or contact_time.")] = "",
     json: AsJson = False,
 ) -> None:
     """Run a behaviour over a grid or a sample of its parameters, in several worlds, with several seeds and faults.
