@@ -20,18 +20,18 @@ NAME = "elib-epuck"
 
 
 def check_web() -> None:
-    """Check that what the page in the browser needs is installed.
+    """Check that what the page in the browser needs is installed."""
+    check_package("aiohttp", "the page in the browser needs the package aiohttp", "web")
+
+
+def check_package(name: str, need: str, extra: str) -> None:
+    """Check that a package is installed.
 
     Raises:
-        Unsupported: The extra ``web`` is not installed.
+        Unsupported: It is not; the message is who needs it, and the hint how to install the extra that has it.
     """
-    try:
-        import aiohttp  # noqa: F401
-    except ImportError:
-        raise Unsupported(
-            "the page in the browser needs the package aiohttp, which is not installed",
-            hint=install("web"),
-        ) from None
+    if importlib.util.find_spec(name) is None:
+        raise Unsupported(f"{need}, which is not installed", hint=install(extra))
 
 
 def page_folder() -> Path:

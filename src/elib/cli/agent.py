@@ -10,8 +10,8 @@ from typing import Annotated, TextIO
 
 from cyclopts import Parameter as Cli
 
-from elib.base.errors import ArgumentError, Unsupported
-from elib.base.extras import check_web, install
+from elib.base.errors import ArgumentError
+from elib.base.extras import check_package, check_web
 from elib.base.files import guide
 from elib.base.rules import PORT_NUMBER
 from elib.cli.arguments import option
@@ -58,19 +58,19 @@ def agent(
         elib agent serial:///dev/rfcomm0 --allow-real --fence 0.3
     """
     check_web()
-    try:
-        import mcp  # noqa: F401
-    except ImportError:
-        raise Unsupported(
-            "an agent's door needs the package mcp, which is not installed", hint=install("agent")
-        ) from None
+    check_package("mcp", "an agent's door needs the package mcp", "agent")
     from elib.doors.agent.limits import Limits
 
     urls = urls or (WORLD,)
-    is_real = _check_real(urls, allow_real)
+    real = [url for url in urls if parse_url(url).scheme not in VIRTUAL]
+    if real and not allow_real:
+        raise ArgumentError(
+            f"{real[0]} is not a virtual robot, and an agent gets a real one only with --allow-real",
+            hint=f"stand beside the robot, and read {guide('agent')} first",
+        )
     if port is not None and not http:
         raise ArgumentError("--port belongs to --http", hint=f"elib agent --http --port {port}")
-    wide = REAL_FENCE if is_real else VIRTUAL_FENCE
+    wide = REAL_FENCE if real else VIRTUAL_FENCE
     limits = Limits(wide if fence is None else fence, speed, calls, driving)
     speeds = {speed_of(url) for url in urls}
     if len(speeds) > 1 or "max" in speeds:
@@ -98,17 +98,6 @@ def agent(
         else:
             pipes = stack.enter_context(standard_pipes())
             run_coroutine(lambda: by_pipes(*pipes), speeds.pop())
-
-
-def _check_real(urls: tuple[str, ...], is_allowed: bool) -> bool:
-    """Return whether a robot is real."""
-    real = [url for url in urls if parse_url(url).scheme not in VIRTUAL]
-    if real and not is_allowed:
-        raise ArgumentError(
-            f"{real[0]} is not a virtual robot, and an agent gets a real one only with --allow-real",
-            hint=f"stand beside the robot, and read {guide('agent')} first",
-        )
-    return bool(real)
 
 
 def _opened(path: Path) -> TextIO:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import shutil
 import sys
 import threading
@@ -14,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.base.errors import ArgumentError, Unsupported
-from elib.base.extras import check_web, install
+from elib.base.errors import ArgumentError
+from elib.base.extras import check_package, check_web
 from elib.cli.arguments import AsJson, Cluster, Workers, option
 from elib.cli.terminal import BLOCKS, is_live, print_json, say, table
 from elib.learn.catalogue import all_tasks
@@ -44,34 +43,23 @@ ROWS, COLUMNS = 8, 60
 DEFAULT = Settings("avoid")
 
 
+def _setting(shown: str, about: str) -> Cli:
+    usual = getattr(DEFAULT, shown.split(" ")[0])
+    return option(f"--{shown}", f"{about} (default: {usual}).")
+
+
 @dataclass(frozen=True)
 class Options:
     """The settings of a study, as they were typed."""
 
-    controller: Annotated[
-        str | None,
-        option("--controller KIND", f"{', '.join(KINDS)}, or FILE.py:LAW (default: {DEFAULT.controller})."),
-    ] = None
-    hidden: Annotated[int | None, option("--hidden N", f"Hidden neurons (default: {DEFAULT.hidden}).")] = None
-    algorithm: Annotated[
-        str | None, option("--algorithm NAME", f"{', '.join(ALGORITHMS)} (default: {DEFAULT.algorithm}).")
-    ] = None
-    population: Annotated[
-        int | None, option("--population N", f"Individuals of a generation (default: {DEFAULT.population}).")
-    ] = None
-    generations: Annotated[
-        int | None,
-        option("--generations N", f"How many; more can be asked for later (default: {DEFAULT.generations})."),
-    ] = None
+    controller: Annotated[str | None, _setting("controller KIND", f"{', '.join(KINDS)}, or FILE.py:LAW")] = None
+    hidden: Annotated[int | None, _setting("hidden N", "Hidden neurons")] = None
+    algorithm: Annotated[str | None, _setting("algorithm NAME", ", ".join(ALGORITHMS))] = None
+    population: Annotated[int | None, _setting("population N", "Individuals of a generation")] = None
+    generations: Annotated[int | None, _setting("generations N", "How many; more can be asked for later")] = None
     seconds: Annotated[float | None, option("--seconds S", "Length of an episode (default: the task's).")] = None
-    scenarios: Annotated[
-        int | None,
-        option("--scenarios N", f"Episodes of each individual in a generation (default: {DEFAULT.scenarios})."),
-    ] = None
-    seed: Annotated[
-        int | None,
-        option("--seed N", f"Seed of all that is drawn: same seed, same result (default: {DEFAULT.seed})."),
-    ] = None
+    scenarios: Annotated[int | None, _setting("scenarios N", "Episodes of each individual in a generation")] = None
+    seed: Annotated[int | None, _setting("seed N", "Seed of all that is drawn: same seed, same result")] = None
 
 
 def evolve(
@@ -103,8 +91,7 @@ def evolve(
 
     folder, settings = _chosen(task, out, options)
     for package, name in PACKAGES.items():
-        if importlib.util.find_spec(package) is None:
-            raise Unsupported(f"evolution needs the package {name}, which is not installed", hint=install("learn"))
+        check_package(package, f"evolution needs the package {name}", "learn")
     if view is not None:
         check_web()
     evaluation = settings.evaluation()
