@@ -6,7 +6,7 @@ import contextlib
 import socket
 from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import Annotated, TextIO
+from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
@@ -80,7 +80,10 @@ def agent(
     from elib.doors.robots import hold_open
 
     with contextlib.ExitStack() as stack:
-        file = None if log is None else stack.enter_context(_opened(log))
+        try:
+            file = None if log is None else stack.enter_context(log.open("a", encoding="utf-8"))
+        except OSError as error:
+            raise ArgumentError(f"--log {log} cannot be written: {error.strerror}", hint="name another file") from None
         stack.enter_context(contextlib.suppress(KeyboardInterrupt))
 
         @contextlib.asynccontextmanager
@@ -98,11 +101,3 @@ def agent(
         else:
             pipes = stack.enter_context(standard_pipes())
             run_coroutine(lambda: by_pipes(*pipes), speeds.pop())
-
-
-def _opened(path: Path) -> TextIO:
-    """Return a log that lines are appended to."""
-    try:
-        return path.open("a", encoding="utf-8")
-    except OSError as error:
-        raise ArgumentError(f"--log {path} cannot be written: {error.strerror}", hint="name another file") from None

@@ -41,6 +41,9 @@ SameUrl = Annotated[str | None, option("--robot URL", "Another way to name the r
 AsJson = Annotated[bool, option("--json", "Print one line of JSON.")]
 Workers = Annotated[int | None, option("--workers N", "Worker processes of this computer.")]
 Cluster = Annotated[str | None, option("--cluster URL", "A Dask cluster's scheduler: tcp://HOST:8786.")]
+View = Annotated[
+    str | None, option("--view [HOST:PORT]", "Show it live in the browser; without a value, from 127.0.0.1:8600 on.")
+]
 Seconds = Annotated[float | None, DURATION, option("--for S", "Robot time to run for, seconds.")]
 
 

@@ -14,7 +14,7 @@ from elib.base.quantiles import quantile
 from elib.base.rules import Whole
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl, option
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import LiveLine, grid, print_json, table
+from elib.cli.terminal import LiveLine, grid, json_line, table
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import Steps
 from elib.link.protocol.words import Json
@@ -143,10 +143,7 @@ def bench(
     finally:
         line.clear()
         if report.results:
-            if json:
-                print_json(to_json(report))
-            else:
-                print(to_text(report))
+            print(json_line(to_json(report)) if json else to_text(report), flush=True)
 
 
 async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool) -> None:

@@ -12,7 +12,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError
 from elib.cli import reality as beside
 from elib.cli.arguments import AsJson, option
-from elib.cli.terminal import LiveLine, grid, print_json, table
+from elib.cli.terminal import LiveLine, grid, json_line, table
 from elib.records.reader import Recording, read_recording
 from elib.simulator.emulator.robotprofile import load as load_profile
 from elib.simulator.physics import Scene, Snapshot, World
@@ -64,7 +64,7 @@ def compare(
         elib compare first.mcap second.mcap --plot both.svg
         elib compare --reality
     """
-    drawing = {"quality": quality, "robots": robots, "seed": seed}
+    drawing: dict[str, Any] = {"quality": quality, "robots": robots, "seed": seed}
     given = {name: value for name, value in drawing.items() if value is not None}
     if reality:
         if second is not None or plot is not None or world is not None or profile is not None:
@@ -73,7 +73,10 @@ def compare(
                 "--profile",
                 hint="leave them out",
             )
-        _compare_with_reality(given, first, json=json)
+        own = None if first is None else read_recording(first)
+        with LiveLine() as line:
+            shown = realism(**given, recording=own, progress=line.tell)
+        print(json_line(beside.to_json(shown)) if json else beside.to_text(shown), flush=True)
         return
     if given:
         raise ArgumentError(f"--{next(iter(given))} is for --reality", hint="leave it out, or add --reality")
@@ -95,30 +98,11 @@ def compare(
         found = parts.comparison
     else:
         found = comparison.compare(run_of(recording), run_of(read_recording(second)))
-    labels = labels_of(first, second, profile)
-    if json:
-        print_json(to_json(found, parts, labels))
-    else:
-        print(to_text(found, parts, labels))
+    simulator = "the simulator" if profile is None else f"the simulator with {profile}"
+    labels = str(first), simulator if second is None else str(second)
+    print(json_line(to_json(found, parts, labels)) if json else to_text(found, parts, labels), flush=True)
     if plot is not None:
         draw_comparison(plot, found, labels, floor_of(recording, world))
-
-
-def _compare_with_reality(drawing: dict[str, Any], file: Path | None, *, json: bool) -> None:
-    recording = None if file is None else read_recording(file)
-    with LiveLine() as line:
-        found = realism(**drawing, recording=recording, progress=line.tell)
-    if json:
-        print_json(beside.to_json(found))
-    else:
-        print(beside.to_text(found))
-
-
-def labels_of(first: Path, second: Path | None, profile: str | None) -> tuple[str, str]:
-    """Return the names of A and B."""
-    if second is not None:
-        return str(first), str(second)
-    return str(first), "the simulator" if profile is None else f"the simulator with {profile}"
 
 
 def floor_of(recording: Recording, world: str | None) -> Snapshot | None:

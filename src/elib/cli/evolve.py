@@ -15,7 +15,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError
 from elib.base.extras import check_package, check_web
-from elib.cli.arguments import AsJson, Cluster, Workers, option
+from elib.cli.arguments import AsJson, Cluster, View, Workers, option
 from elib.cli.terminal import BLOCKS, is_live, print_json, say, table
 from elib.learn.catalogue import all_tasks
 from elib.learn.evolution import TEST_EPISODES, Evolution, Result
@@ -70,10 +70,7 @@ def evolve(
     workers: Workers = None,
     cluster: Cluster = None,
     out: Annotated[str | None, option("--out FOLDER", "Folder of the study (default: TASK-study).")] = None,
-    view: Annotated[
-        str | None,
-        option("--view [HOST:PORT]", "Show it live in the browser; without a value, from 127.0.0.1:8600 on."),
-    ] = None,
+    view: View = None,
     json: AsJson = False,
 ) -> None:
     """Let controllers evolve for a task.
@@ -118,7 +115,7 @@ def evolve(
         display = Display(progress, recorded=len(study.generations))
         evolution = Evolution(study, executor, evaluation=evaluation, told=display.tell)
         try:
-            with display:
+            with display.drawing:
                 for generation, population in evolution.run():
                     progress.add(np.array(generation.fitness), population)
                     display.show()
@@ -199,7 +196,8 @@ class Display:
         )
         self._bar = self._bars.add_task("", total=progress.generations, number=0)
         self._is_live = is_live(sys.stderr)
-        self._live = Live(console=console, get_renderable=self._drawn, refresh_per_second=5)
+        live = Live(console=console, get_renderable=self._drawn, refresh_per_second=5)
+        self.drawing: contextlib.AbstractContextManager[object] = live if self._is_live else contextlib.nullcontext()
 
     def tell(self, done: int, jobs: int) -> None:
         """Show that some jobs of a generation are done."""
@@ -222,14 +220,6 @@ class Display:
 
         width = min(COLUMNS, shutil.get_terminal_size().columns - 12)
         return Group(Text("\n".join(plotted(list(self._progress.done), self._progress.generations, width))), self._bars)
-
-    def __enter__(self) -> None:
-        if self._is_live:
-            self._live.start()
-
-    def __exit__(self, *_: object) -> None:
-        if self._is_live:
-            self._live.stop()
 
 
 def plotted(done: Sequence[Spread], count: int, width: int, height: int = ROWS) -> list[str]:

@@ -17,7 +17,7 @@ from elib.base.tasks import end_tasks
 from elib.cli.arguments import AsJson, RobotUrl, Seconds, option
 from elib.cli.live import ENTER, beside, period_of, sensor_parts
 from elib.cli.report import link_rows
-from elib.cli.terminal import BOLD, LiveLine, print_json, say, table
+from elib.cli.terminal import BOLD, LiveLine, json_line, say, table
 from elib.cli.watch import RATE, Names, Rate, chosen
 from elib.link.protocol.values import Proximity
 from elib.link.protocol.words import Json
@@ -134,10 +134,7 @@ def info(file: Existing, /, *, json: AsJson = False) -> None:
         elib record info drive.mcap
     """
     summary = summary_of(read_recording(file))
-    if json:
-        print_json(to_json(summary))
-    else:
-        print(to_text(summary))
+    print(json_line(to_json(summary)) if json else to_text(summary), flush=True)
 
 
 @app.command(name="repair")

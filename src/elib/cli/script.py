@@ -32,7 +32,7 @@ from elib.cli.recordoptions import own_name
 from elib.cli.report import ENDINGS, drive_rows, link_rows, state_rows, time_in_states
 from elib.cli.terminal import print_json, say, table
 from elib.link.session import Disconnected, Reconnected, TraceEvent
-from elib.link.session.statistics import LinkStats, merged
+from elib.link.session.statistics import merged
 from elib.link.transport import speed_of
 from elib.records.log import Log
 from elib.records.recorder import Recorder
@@ -95,12 +95,7 @@ def run(
             code = it.end_with(partial(it.execute, target, arguments))
     if isinstance(it.error, ArgumentError) and not it.robots:
         raise it.error
-    unwritten = it.finish()
-    if plot is not None and it.robots:
-        try:
-            it.draw(plot)
-        except ElibError as error:  # the summary comes first
-            unwritten = unwritten or error
+    unwritten = it.finish(plot)
     it.limit.exit_code = code if unwritten is None else FAILED
     if json:
         print_json(it.to_json(code, plot))
@@ -180,7 +175,6 @@ class ProgramRun:
         self.error: BaseException | None = None
         self._records = records
         self._files: list[Log | Recorder] = []
-        self._statistics: list[LinkStats] = []
         self._opened: list[float] = []
         self._context: RunContext | None = None
         self._context_began = 0.0
@@ -286,21 +280,20 @@ class ProgramRun:
             if self._context is not None and self._duration is None:
                 self._duration = self._context.time
 
-    def finish(self) -> ElibError | None:
-        """Finish the files, and return the error of the first that could not be written."""
+    def finish(self, plot: str | None) -> ElibError | None:
+        """Finish the files and draw the plot; return the error of the first that could not be written."""
         failure: ElibError | None = None
-        for each in self._files:
+        ends: list[Callable[[], object]] = [each.close for each in (*self._files, *self.robots)]
+        if plot is not None and self.robots:
+            ends.append(partial(self._draw, plot))
+        for end in ends:
             try:
-                each.close()
-            except ElibError as error:
+                end()
+            except ElibError as error:  # the summary comes first
                 failure = failure or error
-        for robot in self.robots:
-            robot.close()
-        self._statistics = [robot.robot.statistics for robot in self.robots]
         return failure
 
-    def draw(self, plot: str) -> None:
-        """Draw what the robots did."""
+    def _draw(self, plot: str) -> None:
         began = self._context_began
         states = [(began + since, name) for since, name in self.states]
         draw_drive(plot, Path(self.name).name, self.robots, seconds=began + self.time, states=states)
@@ -314,8 +307,8 @@ class ProgramRun:
             rows.append(("robots", f"{len(self.robots)} opened"))
         rows += drive_rows(self.robots)
         rows += state_rows(time_in_states(self.states, self.time))
-        if self._statistics:
-            rows += link_rows(merged(self._statistics))
+        if self.robots:
+            rows += link_rows(merged([robot.robot.statistics for robot in self.robots]))
         if self._records.log is not None:
             rows.append(("log", self._records.log))
         rows += [("recording", _told(each)) for each in self._files if isinstance(each, Recorder)]
@@ -344,9 +337,9 @@ class ProgramRun:
                     "path": "world" if each.world is not None else "wheels",
                     "contacts": None if each.world is None else each.contacts,
                     "contact_seconds": None if each.world is None else each.contact_time,
-                    "link": {name: getattr(statistics, name) for name in LINK_FIGURES},
+                    "link": {name: getattr(each.robot.statistics, name) for name in LINK_FIGURES},
                 }
-                for each, opened, statistics in zip(self.robots, self._opened, self._statistics, strict=True)
+                for each, opened in zip(self.robots, self._opened, strict=True)
             ],
             "log": self._records.log,
             "recordings": [str(each.path) for each in self._files if isinstance(each, Recorder)],

@@ -19,7 +19,7 @@ from elib.base.errors import ArgumentError
 from elib.base.extras import check_web
 from elib.base.files import write_file
 from elib.base.rules import Number, Whole, rule_of
-from elib.cli.arguments import option
+from elib.cli.arguments import View, option
 from elib.cli.terminal import say
 from elib.link.protocol.profiles import EPUCK2_WIFI, FIRMWARES
 from elib.robot.running import ending, run_coroutine
@@ -144,10 +144,7 @@ def simulate(
         ),
     ] = None,
     options: Annotated[SimulationOptions, Cli(name="*")] = NO_OPTIONS,
-    view: Annotated[
-        str | None,
-        option("--view [HOST:PORT]", "Show it live in the browser; without a value, from 127.0.0.1:8600 on."),
-    ] = None,
+    view: View = None,
     control: ControlAt = None,
     verbose: Annotated[bool, option("--verbose, -v", "Show all bytes on stderr, as elib decode does.")] = False,
     classes: Annotated[ClassOptions, Cli(name="*")] = NO_CLASS,
