@@ -75,15 +75,7 @@ SLOW = ("calibrate_proximity", "reset")
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """The measurements of one command.
-
-    Attributes:
-        command: Name of the command.
-        times: Time from each call to its value, s.
-        lost: Number of calls that had no answer in time.
-        refused: Number of calls that failed in another way.
-        skipped: Why the command was not measured; empty if it was.
-    """
+    """One command: s from each call to its value, how many had no answer or failed, or why it was not measured."""
 
     command: str
     times: tuple[float, ...] = field(default=(), repr=False)

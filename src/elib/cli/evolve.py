@@ -31,9 +31,6 @@ if TYPE_CHECKING:
 
     from elib.learn.progress import Spread
 
-PACKAGES = {"numba": "Numba", "duckdb": "DuckDB", "matplotlib": "Matplotlib"}
-"""What every study needs; the optimisers say themselves what they need."""
-
 LINES = 20
 """Lines about generations, at most, where no terminal shows a plot."""
 
@@ -87,8 +84,8 @@ def evolve(
     import numpy as np
 
     folder, settings = _chosen(task, out, options)
-    for package, name in PACKAGES.items():
-        check_package(package, f"evolution needs the package {name}", "learn")
+    for name in ("Numba", "DuckDB", "Matplotlib"):  # the optimisers say themselves what they need
+        check_package(name.lower(), f"evolution needs the package {name}", "learn")
     if view is not None:
         check_web()
     evaluation = settings.evaluation()

@@ -83,14 +83,6 @@ def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:
     )
 
 
-def build() -> App:
-    """Return the parser of ``elib send``."""
-    app = App(name="send", help=OVERVIEW)
-    for order, what in enumerate(catalogue().values()):
-        app.command(_command(what), name=what.name, help=_page(what), sort_key=order)
-    return app
-
-
 def send(what: CatalogueEntry, texts: Sequence[str], options: SendOptions) -> None:
     """Send one command and print its answer."""
     arguments = arguments_of(what, texts)
@@ -180,4 +172,6 @@ def _answers(signature: inspect.Signature) -> str:
     return summary(kind) if isinstance(kind, type) else ""
 
 
-app = build()
+app = App(name="send", help=OVERVIEW)
+for order, each in enumerate(catalogue().values()):
+    app.command(_command(each), name=each.name, help=_page(each), sort_key=order)

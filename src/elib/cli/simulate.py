@@ -98,9 +98,6 @@ class SimulationOptions:
     ] = None
 
 
-NO_OPTIONS = SimulationOptions()
-
-
 @dataclasses.dataclass(frozen=True)
 class ClassOptions:
     """The options of a class."""
@@ -123,9 +120,6 @@ class ClassOptions:
     ] = None
 
 
-NO_CLASS = ClassOptions()
-
-
 def simulate(
     world: Annotated[
         str | None, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file (default: {DEFAULT_WORLD}).")
@@ -143,11 +137,11 @@ def simulate(
             f"Implies --firmware {EPUCK2_WIFI.name}.",
         ),
     ] = None,
-    options: Annotated[SimulationOptions, Cli(name="*")] = NO_OPTIONS,
+    options: Annotated[SimulationOptions, Cli(name="*")] = SimulationOptions(),
     view: View = None,
     control: ControlAt = None,
     verbose: Annotated[bool, option("--verbose, -v", "Show all bytes on stderr, as elib decode does.")] = False,
-    classes: Annotated[ClassOptions, Cli(name="*")] = NO_CLASS,
+    classes: Annotated[ClassOptions, Cli(name="*")] = ClassOptions(),
     until_eof: UntilEof = False,
 ) -> None:
     """Offer virtual robots on serial ports, TCP ports or Wi-Fi, until Ctrl-C.
@@ -176,7 +170,7 @@ def simulate(
             "--speed is 'max', but programs that open a port run in real time",
             hint="use --speed 10 for ten times; sim://?speed=max is for a robot inside your own program",
         )
-    if classes != NO_CLASS:
+    if classes != ClassOptions():
         others = {"--pty": pty, "--wifi": wifi, "--control": control, "--verbose": verbose or None}
         _teach(settings, classes, tcp, view, [name for name, value in others.items() if value is not None])
         return

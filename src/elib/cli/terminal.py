@@ -146,11 +146,7 @@ class LiveLine:
         self.show([(text, DIM)])
 
     def show(self, parts: Sequence[tuple[str, str]]) -> None:
-        """Overwrite the line.
-
-        Args:
-            parts: Text and SGR colour code of each part; what does not fit on the line is cut off.
-        """
+        """Overwrite the line by texts, each with its SGR colour code; what does not fit on the line is cut off."""
         if not self.is_shown:
             return
         room = shutil.get_terminal_size().columns - 1
