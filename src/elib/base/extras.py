@@ -20,8 +20,11 @@ NAME = "elib-epuck"
 
 
 def check_web() -> None:
-    """Check that what the page in the browser needs is installed."""
-    check_package("aiohttp", "the page in the browser needs the package aiohttp", "web")
+    """Check that what the page in the browser needs is installed, and can be imported."""
+    try:
+        import aiohttp  # noqa: F401
+    except ImportError:
+        raise _missing("the page in the browser needs the package aiohttp", "web") from None
 
 
 def check_package(name: str, need: str, extra: str) -> None:
@@ -31,7 +34,11 @@ def check_package(name: str, need: str, extra: str) -> None:
         Unsupported: It is not; the message is who needs it, and the hint how to install the extra that has it.
     """
     if importlib.util.find_spec(name) is None:
-        raise Unsupported(f"{need}, which is not installed", hint=install(extra))
+        raise _missing(need, extra)
+
+
+def _missing(need: str, extra: str) -> Unsupported:
+    return Unsupported(f"{need}, which is not installed", hint=install(extra))
 
 
 def page_folder() -> Path:
