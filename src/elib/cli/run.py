@@ -14,10 +14,9 @@ from elib.base.errors import ArgumentError
 from elib.base.rules import DURATION
 from elib.behaviours import Behaviour, behaviours, find
 from elib.cli.arguments import RobotUrl, Seconds, option
-from elib.cli.behaviouroptions import given_in, options_of
 from elib.cli.program import is_program
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.script import find_program, run
+from elib.cli.script import find_program, given_in, options_of, run
 from elib.cli.terminal import say, table
 
 SAMPLES = (

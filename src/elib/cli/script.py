@@ -11,7 +11,7 @@ import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import make_dataclass, replace
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
@@ -22,15 +22,17 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE
 from elib.base.extras import check_web
+from elib.base.rules import number_from
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, behaviours, play
 from elib.behaviours._run.context import DEFAULT_SEED
 from elib.behaviours._run.program import TimeLimit, code_of, interruptible, is_own, loops_at, own_traceback, run_file
-from elib.cli.behaviouroptions import given_in, options_of
+from elib.cli.arguments import option
 from elib.cli.live import RunDisplay
 from elib.cli.program import execute_own, is_package
 from elib.cli.recordoptions import own_name
 from elib.cli.report import ENDINGS, drive_rows, link_rows, state_rows, time_in_states
-from elib.cli.terminal import print_json, say, table
+from elib.cli.terminal import print_json, say, table, typed
+from elib.link.protocol.profiles import rule
 from elib.link.session import Disconnected, Reconnected, TraceEvent
 from elib.link.session.statistics import merged
 from elib.link.transport import speed_of
@@ -47,6 +49,8 @@ from elib.studies.report import check_report
 
 LINK_FIGURES = ("count", "lost", "refused", "unsent", "median", "p99", "resyncs", "resets")
 """What the summary says of a link: fields of its LinkStats."""
+
+Seed = Annotated[int, option("--seed N", "Seed of the behaviour's random numbers: same seed, same run.")]
 
 
 def run(
@@ -138,6 +142,25 @@ def find_program(name: str) -> Path:
     else:
         hint = f"there is no program in that folder; elib new avoid {name} makes one to start from"
     raise ArgumentError(f"there is no file {path.name} in {folder.absolute()}", hint=hint)
+
+
+def options_of(behaviour: Behaviour) -> type[Any]:
+    """Return a class whose fields are the options of a behaviour, and its seed unless it has an option of that name."""
+    fields: dict[str, tuple[object, object]] = {"seed": (Seed, DEFAULT_SEED)}
+    for each in behaviour.options:
+        about = ": ".join(filter(None, (behaviour.meanings.get(each.name), rule(each.quantity))))
+        annotation = Annotated[str, Cli(name=f"--{each.name}", metavar=each.name[:1].upper(), help=f"{about}.")]
+        fields[each.name] = annotation, typed(each.default)
+    made = [(name, annotation, default) for name, (annotation, default) in fields.items()]
+    kind = make_dataclass("Options", made, frozen=True)
+    kind.__module__ = __name__  # cyclopts does not look into a class of Python's own modules
+    return kind
+
+
+def given_in(options: Any, behaviour: Behaviour) -> dict[str, Any]:
+    """Return what :func:`elib.play` takes: the ``options`` of a behaviour and its ``seed``."""
+    values = {each.name: number_from(getattr(options, each.name)) for each in behaviour.options}
+    return {"options": values} if "seed" in values else {"options": values, "seed": options.seed}
 
 
 def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> AbstractContextManager[Behaviour]:

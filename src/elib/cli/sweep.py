@@ -53,31 +53,21 @@ def sweep(
     """
     if importlib.util.find_spec("duckdb") is None or importlib.util.find_spec("matplotlib") is None:
         raise Unsupported("elib sweep needs DuckDB and Matplotlib, which are not installed", hint=install("learn"))
+    from elib.learn import sweep as sweeps
     from elib.learn.executor import open_executor
-    from elib.learn.sweep import (
-        NO_FAULT,
-        PLOT,
-        TABLE,
-        Sweep,
-        check_metric,
-        parse_grid,
-        parse_sample,
-        read_program,
-        run_sweep,
-    )
     from elib.learn.sweepplot import draw_sweep
 
-    asked = Sweep(
+    asked = sweeps.Sweep(
         target,
-        tuple(map(parse_grid, grid or ())),
-        tuple(map(parse_sample, sample or ())),
+        tuple(map(sweeps.parse_grid, grid or ())),
+        tuple(map(sweeps.parse_sample, sample or ())),
         _names("world", world, ""),
-        _names("fault", fault, NO_FAULT),
+        _names("fault", fault, sweeps.NO_FAULT),
         seeds,
         seconds,
-        read_program(target),
+        sweeps.read_program(target),
     )
-    metric = check_metric(asked, plot)
+    metric = sweeps.check_metric(asked, plot)
     runs = asked.check()
     folder = Path(out or f"sweep-{Path(target.partition(':')[0]).stem}")
     rows = []
@@ -86,19 +76,19 @@ def sweep(
         open_executor(workers, cluster, tell=lambda text: bar.console.print(text, markup=False)) as executor,
     ):
         work = bar.add_task("runs", total=len(runs))
-        for row in run_sweep(asked, folder, executor):
+        for row in sweeps.run_sweep(asked, folder, executor):
             rows.append(row)
             bar.advance(work)
     rows.sort(key=lambda row: row["run"])
-    draw_sweep(folder / PLOT, asked, rows, metric)
+    draw_sweep(folder / sweeps.PLOT, asked, rows, metric)
     failed = [row for row in rows if row.get("error")]
     if failed:
         say(f"{len(failed)} of {len(rows)} runs ended with an error, such as: {failed[0]['error']}")
     if json:
-        files = {"table": str(folder / TABLE), "plot": str(folder / PLOT)}
+        files = {"table": str(folder / sweeps.TABLE), "plot": str(folder / sweeps.PLOT)}
         print_json({"runs": len(rows), "errors": len(failed), "metric": metric, **files})
     else:
-        print(f"{len(rows)} runs in {folder / TABLE}, drawn in {folder / PLOT}")
+        print(f"{len(rows)} runs in {folder / sweeps.TABLE}, drawn in {folder / sweeps.PLOT}")
 
 
 def _names(option: str, text: str | None, default: str) -> tuple[str, ...]:

@@ -15,7 +15,6 @@ from elib.base.plaintext import plain
 
 if TYPE_CHECKING:
     from rich.progress import Progress
-    from rich.text import Text
 
 WIDEST = 100
 """Columns at which text is wrapped in a wider terminal too: longer lines are hard to read."""
@@ -92,16 +91,13 @@ def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None
     return "\n".join(lines)
 
 
-def grid(
-    heading: Sequence[str], rows: Iterable[Sequence[str | Text]], *, left: int = 1, width: int | None = None
-) -> str:
+def grid(heading: Sequence[str], rows: Iterable[Iterable[str]], *, left: int = 1) -> str:
     """Return a table as text, with colours where the terminal has them.
 
     Args:
         heading: The names of the columns.
-        rows: The cells; they are safe to print, as far as they are no Text.
+        rows: The cells; they are printed safely.
         left: The first so many columns are aligned at the left, and the others at the right, as numbers are.
-        width: Columns to fill; those of the terminal by default.
     """
     from rich.console import Console  # most commands print no table
     from rich.table import Table
@@ -110,9 +106,9 @@ def grid(
     for place, name in enumerate(heading):
         shown.add_column(name, justify="left" if place < left else "right")
     for row in rows:
-        shown.add_row(*(plain(cell) if isinstance(cell, str) else cell for cell in row))
+        shown.add_row(*map(plain, row))
     colours: Literal["auto"] | None = "auto" if has_colour(sys.stdout) else None
-    console = Console(width=columns() if width is None else width, color_system=colours, highlight=False, markup=False)
+    console = Console(width=columns(), color_system=colours, highlight=False, markup=False)
     with console.capture() as found:
         console.print(shown)
     return "\n".join(line.rstrip() for line in found.get().splitlines())
