@@ -66,13 +66,7 @@ def paint(text: str, code: str, stream: TextIO) -> str:
 
 
 def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None = None) -> str:
-    """Return two aligned columns, safe to print; the second one is wrapped.
-
-    Args:
-        rows: Label and text of each row.
-        indent: Spaces before the label.
-        width: Columns to fill; those of the terminal by default.
-    """
+    """Return two aligned columns, safe to print; the second one is wrapped to *width*, by default the terminal's."""
     rows = [(plain(label), plain(text)) for label, text in rows]
     width = columns() if width is None else width
     # A label longer than this gets a line of its own: one long word should not push all texts to the edge.
@@ -92,13 +86,7 @@ def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None
 
 
 def grid(heading: Sequence[str], rows: Iterable[Iterable[str]], *, left: int = 1) -> str:
-    """Return a table as text, with colours where the terminal has them.
-
-    Args:
-        heading: The names of the columns.
-        rows: The cells; they are printed safely.
-        left: The first so many columns are aligned at the left, and the others at the right, as numbers are.
-    """
+    """Return a table, safe to print, with colours where the terminal has them; *left* columns hold no numbers."""
     from rich.console import Console  # most commands print no table
     from rich.table import Table
 
