@@ -61,7 +61,7 @@ def replay(
             with_what = "--fork-at" if fork_at is not None else "--plot"
             raise ArgumentError(f"{name} chooses lines, but {with_what} prints none")
     if fork_at is not None:
-        fork(file, fork_at, behaviour=behaviour, world=world, seconds=seconds, plot=plot)
+        fork(file, fork_at, behaviour, world, seconds, plot)
         return
     for name, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
         if value is not None:
@@ -88,13 +88,7 @@ def replay(
 
 
 def fork(
-    file: str,
-    at: float,
-    *,
-    behaviour: str | None = None,
-    world: str | None = None,
-    seconds: float | None = None,
-    plot: str | None = None,
+    file: str, at: float, behaviour: str | None, world: str | None, seconds: float | None, plot: str | None
 ) -> None:
     """Continue a recording from the moment *at*, s, in the simulator: with a behaviour, or as the robot drove then."""
     url = f"replay://{quote(file)}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
