@@ -20,25 +20,18 @@ NAME = "elib-epuck"
 
 
 def check_web() -> None:
-    """Check that what the page in the browser needs is installed, and can be imported."""
+    """Check that what the page in the browser needs is installed.
+
+    Raises:
+        Unsupported: The extra ``web`` is not installed.
+    """
     try:
         import aiohttp  # noqa: F401
     except ImportError:
-        raise _missing("the page in the browser needs the package aiohttp", "web") from None
-
-
-def check_package(name: str, need: str, extra: str) -> None:
-    """Check that a package is installed.
-
-    Raises:
-        Unsupported: It is not; the message is who needs it, and the hint how to install the extra that has it.
-    """
-    if importlib.util.find_spec(name) is None:
-        raise _missing(need, extra)
-
-
-def _missing(need: str, extra: str) -> Unsupported:
-    return Unsupported(f"{need}, which is not installed", hint=install(extra))
+        raise Unsupported(
+            "the page in the browser needs the package aiohttp, which is not installed",
+            hint=install("web"),
+        ) from None
 
 
 def page_folder() -> Path:

@@ -10,8 +10,8 @@ from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.base.errors import ArgumentError
-from elib.base.extras import check_package, check_web
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import check_web, install
 from elib.base.files import guide
 from elib.base.rules import PORT_NUMBER
 from elib.cli.arguments import option
@@ -58,7 +58,12 @@ def agent(
         elib agent serial:///dev/rfcomm0 --allow-real --fence 0.3
     """
     check_web()
-    check_package("mcp", "an agent's door needs the package mcp", "agent")
+    try:
+        import mcp  # noqa: F401
+    except ImportError:
+        raise Unsupported(
+            "an agent's door needs the package mcp, which is not installed", hint=install("agent")
+        ) from None
     from elib.doors.agent.limits import Limits
 
     urls = urls or (WORLD,)

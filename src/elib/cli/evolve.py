@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import shutil
 import sys
 import threading
@@ -13,8 +14,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter as Cli
 
-from elib.base.errors import ArgumentError
-from elib.base.extras import check_package, check_web
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import check_web, install
 from elib.cli.arguments import AsJson, Cluster, View, Workers, option
 from elib.cli.terminal import BLOCKS, is_live, print_json, say, table
 from elib.learn.catalogue import all_tasks
@@ -85,7 +86,8 @@ def evolve(
 
     folder, settings = _chosen(task, out, options)
     for name in ("Numba", "DuckDB", "Matplotlib"):  # the optimisers say themselves what they need
-        check_package(name.lower(), f"evolution needs the package {name}", "learn")
+        if importlib.util.find_spec(name.lower()) is None:
+            raise Unsupported(f"evolution needs the package {name}, which is not installed", hint=install("learn"))
     if view is not None:
         check_web()
     evaluation = settings.evaluation()

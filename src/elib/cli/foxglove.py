@@ -8,8 +8,8 @@ from collections.abc import AsyncIterator, Sequence
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import quote
 
-from elib.base.errors import ArgumentError
-from elib.base.extras import check_package, check_web
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import check_web, install
 from elib.base.files import write_file
 from elib.base.rules import PORT_NUMBER
 from elib.cli.arguments import option
@@ -59,7 +59,12 @@ def foxglove(
     if not urls:
         raise ArgumentError("elib foxglove needs a robot: its URL", hint="elib foxglove sim://")
     check_web()
-    check_package("foxglove", "elib foxglove needs the package foxglove-sdk", "foxglove")
+    try:
+        import foxglove as _sdk  # noqa: F401
+    except ImportError:
+        raise Unsupported(
+            "elib foxglove needs the package foxglove-sdk, which is not installed", hint=install("foxglove")
+        ) from None
     from elib.doors.foxglove.door import hidden_host
     from elib.doors.robots import hold_open
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.metadata
+import importlib.util
 import logging
 import multiprocessing
 import os
@@ -33,8 +34,8 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import elib
-from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost, LinkNotFound, about
-from elib.base.extras import check_package
+from elib.base.errors import ArgumentError, ElibError, LinkError, LinkLost, LinkNotFound, Unsupported, about
+from elib.base.extras import install
 from elib.base.plaintext import plain
 from elib.base.rules import Whole
 
@@ -130,7 +131,8 @@ def open_executor(
     else:
         yield _Here()
         return
-    check_package("distributed", "workers need the package distributed (Dask)", "learn")  # it brings cloudpickle, too
+    if importlib.util.find_spec("distributed") is None:  # which brings cloudpickle, too
+        raise Unsupported("workers need the package distributed (Dask), which is not installed", hint=install("learn"))
     try:
         executor.open()
         yield executor

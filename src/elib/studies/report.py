@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import math
 import warnings
@@ -11,8 +12,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from elib.base.errors import ArgumentError
-from elib.base.extras import check_package
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import install
 from elib.base.files import write_file
 from elib.simulator.drawing.png import png_of
 from elib.simulator.drawing.top import Trail
@@ -58,7 +59,8 @@ def check_report(path: str | PathLike[str]) -> None:
         raise ArgumentError(f"a plot cannot become {fspath(path)!r}; its name must end in {', '.join(SUFFIXES)}")
     if not Path(path).parent.is_dir():
         raise ArgumentError(f"there is no folder {fspath(Path(path).parent)!r} for the plot {fspath(path)!r}")
-    check_package("matplotlib", "plots need Matplotlib", "plot")
+    if importlib.util.find_spec("matplotlib") is None:
+        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("plot"))
 
 
 def draw_report(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import errno
 import importlib
+import importlib.util
 import io
 import json
 import math
@@ -18,8 +19,8 @@ from itertools import islice
 from pathlib import Path
 from typing import IO, Any
 
-from elib.base.errors import ArgumentError, ElibError
-from elib.base.extras import check_package
+from elib.base.errors import ArgumentError, ElibError, Unsupported
+from elib.base.extras import install
 from elib.base.files import named, reason_of, replacing
 from elib.base.plaintext import plain
 from elib.records.et.rows import Block
@@ -58,7 +59,8 @@ def format_of(name: str | None, destination: str | None) -> str:
     if asked == "parquet":
         if destination is None:
             raise ArgumentError("Parquet cannot go to standard output", hint="give it a file: -d FILE.parquet")
-        check_package("duckdb", "Parquet is written by DuckDB", "parquet")
+        if importlib.util.find_spec("duckdb") is None:
+            raise Unsupported("Parquet is written by DuckDB, which is not installed", hint=install("parquet"))
     return asked
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import importlib.util
 import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from elib.base.errors import ArgumentError
-from elib.base.extras import check_package
+from elib.base.errors import ArgumentError, Unsupported
+from elib.base.extras import install
 from elib.base.files import replacing
 from elib.records.et.action import Action, Plotted
 
@@ -36,7 +37,8 @@ def check_plot(action: Action, file: str) -> None:
         raise ArgumentError(f"{type(action).__name__} has no plot", hint="et --help says which actions have one")
     if Path(file).suffix.lower() not in SUFFIXES:
         raise ArgumentError(f"a plot cannot become {file!r}; its name must end in {', '.join(SUFFIXES)}")
-    check_package("matplotlib", "plots need Matplotlib", "plot")
+    if importlib.util.find_spec("matplotlib") is None:
+        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("plot"))
 
 
 def draw_plot(action: Action, file: str, title: str) -> None:
