@@ -1,7 +1,8 @@
 """The command line ``elib``: the parser in ``program``, and a module for each command, such as ``demo``.
 
-A command raises ArgumentError if its command line is wrong, and then nothing was sent to a robot; another ElibError if
-a robot, a link or a file fails; and SystemExit if what it was asked to check is not in order.
+A command, and each function that it calls here, raises ArgumentError if its command line is wrong, and then nothing was
+sent to a robot; another ElibError if a robot, a link or a file fails; and SystemExit if what it was asked to check is
+not in order.
 
 Exit codes: 0 done, 1 the robot or its link failed, 2 wrong usage; 130 after Ctrl-C, 143 after SIGTERM. What a command
 found out goes to stdout, everything else to stderr.
@@ -16,11 +17,7 @@ from elib.base.exits import exit_code
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run ``elib`` and return its exit code.
-
-    Args:
-        argv: The command line without the program's name; the process's own unless given.
-    """
+    """Run ``elib`` and return its exit code."""
     tokens = list(sys.argv[1:] if argv is None else argv)
     return exit_code(lambda: _run(tokens))
 

@@ -6,7 +6,7 @@ import contextlib
 import socket
 from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import Annotated, TextIO
+from typing import Annotated
 
 from cyclopts import Parameter as Cli
 
@@ -27,36 +27,25 @@ VIRTUAL = ("sim", "replay")
 REAL_FENCE, VIRTUAL_FENCE = 0.5, 2.0
 """m: a table for real robots; the arenas of the virtual ones are smaller than that."""
 
-Robots = Annotated[str, Cli(help=f"sim://maze, serial:///dev/rfcomm0 with --allow-real, ... (default: {WORLD})")]
-AllowReal = Annotated[bool, option("--allow-real", "Let the agent drive robots that are not virtual.")]
-Fence = Annotated[
-    float | None,
-    option(
-        "--fence M",
-        f"Circle around each robot's start that it may not leave, m (default: {VIRTUAL_FENCE:g}, with a real "
-        f"robot {REAL_FENCE:g}).",
-    ),
-]
-Speed = Annotated[float, option("--speed M/S", "Top speed of each wheel, m/s.")]
-Calls = Annotated[int, option("--calls N", "Calls that may reach a robot.")]
-Seconds = Annotated[float, option("--driving S", "Seconds of driving, all robots together.")]
-Http = Annotated[bool, option("--http", "Serve HTTP at --port instead of standard input and output.")]
-Port = Annotated[int | None, PORT_NUMBER, port_option(PORT)]
-View = Annotated[bool, option("--view", "Show the robots in the browser, with Stop for a person.")]
-Log = Annotated[Path | None, option("--log FILE", "Append a line of JSON for each call to FILE.")]
-
 
 def agent(
-    *urls: Robots,
-    allow_real: AllowReal = False,
-    fence: Fence = None,
-    speed: Speed = 0.1,
-    calls: Calls = 500,
-    driving: Seconds = 600.0,
-    http: Http = False,
-    port: Port = None,
-    view: View = False,
-    log: Log = None,
+    *urls: Annotated[str, Cli(help=f"sim://maze, serial:///dev/rfcomm0 with --allow-real, ... (default: {WORLD})")],
+    allow_real: Annotated[bool, option("--allow-real", "Let the agent drive robots that are not virtual.")] = False,
+    fence: Annotated[
+        float | None,
+        option(
+            "--fence M",
+            f"Circle around each robot's start that it may not leave, m (default: {VIRTUAL_FENCE:g}, with a real "
+            f"robot {REAL_FENCE:g}).",
+        ),
+    ] = None,
+    speed: Annotated[float, option("--speed M/S", "Top speed of each wheel, m/s.")] = 0.1,
+    calls: Annotated[int, option("--calls N", "Calls that may reach a robot.")] = 500,
+    driving: Annotated[float, option("--driving S", "Seconds of driving, all robots together.")] = 600.0,
+    http: Annotated[bool, option("--http", "Serve HTTP at --port instead of standard input and output.")] = False,
+    port: Annotated[int | None, PORT_NUMBER, port_option(PORT)] = None,
+    view: Annotated[bool, option("--view", "Show the robots in the browser, with Stop for a person.")] = False,
+    log: Annotated[Path | None, option("--log FILE", "Append a line of JSON for each call to FILE.")] = None,
 ) -> None:
     """Let an agent drive robots by the Model Context Protocol, within a fence, a speed limit and a budget.
 
@@ -78,10 +67,15 @@ def agent(
     from elib.doors.agent.limits import Limits
 
     urls = urls or (WORLD,)
-    is_real = _check_real(urls, allow_real)
+    real = [url for url in urls if parse_url(url).scheme not in VIRTUAL]
+    if real and not allow_real:
+        raise ArgumentError(
+            f"{real[0]} is not a virtual robot, and an agent gets a real one only with --allow-real",
+            hint=f"stand beside the robot, and read {guide('agent')} first",
+        )
     if port is not None and not http:
         raise ArgumentError("--port belongs to --http", hint=f"elib agent --http --port {port}")
-    wide = REAL_FENCE if is_real else VIRTUAL_FENCE
+    wide = REAL_FENCE if real else VIRTUAL_FENCE
     limits = Limits(wide if fence is None else fence, speed, calls, driving)
     speeds = {speed_of(url) for url in urls}
     if len(speeds) > 1 or "max" in speeds:
@@ -91,7 +85,10 @@ def agent(
     from elib.doors.robots import hold_open
 
     with contextlib.ExitStack() as stack:
-        file = None if log is None else stack.enter_context(_opened(log))
+        try:
+            file = None if log is None else stack.enter_context(log.open("a", encoding="utf-8"))
+        except OSError as error:
+            raise ArgumentError(f"--log {log} cannot be written: {error.strerror}", hint="name another file") from None
         stack.enter_context(contextlib.suppress(KeyboardInterrupt))
 
         @contextlib.asynccontextmanager
@@ -109,30 +106,3 @@ def agent(
         else:
             pipes = stack.enter_context(standard_pipes())
             run_coroutine(lambda: by_pipes(*pipes), speeds.pop())
-
-
-def _check_real(urls: tuple[str, ...], is_allowed: bool) -> bool:
-    """Return whether a robot is real.
-
-    Raises:
-        ArgumentError: One is, and that was not allowed.
-    """
-    real = [url for url in urls if parse_url(url).scheme not in VIRTUAL]
-    if real and not is_allowed:
-        raise ArgumentError(
-            f"{real[0]} is not a virtual robot, and an agent gets a real one only with --allow-real",
-            hint=f"stand beside the robot, and read {guide('agent')} first",
-        )
-    return bool(real)
-
-
-def _opened(path: Path) -> TextIO:
-    """Return a log that lines are appended to.
-
-    Raises:
-        ArgumentError: The file cannot be written.
-    """
-    try:
-        return path.open("a", encoding="utf-8")
-    except OSError as error:
-        raise ArgumentError(f"--log {path} cannot be written: {error.strerror}", hint="name another file") from None

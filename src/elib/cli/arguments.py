@@ -41,15 +41,14 @@ SameUrl = Annotated[str | None, option("--robot URL", "Another way to name the r
 AsJson = Annotated[bool, option("--json", "Print one line of JSON.")]
 Workers = Annotated[int | None, option("--workers N", "Worker processes of this computer.")]
 Cluster = Annotated[str | None, option("--cluster URL", "A Dask cluster's scheduler: tcp://HOST:8786.")]
+View = Annotated[
+    str | None, option("--view [HOST:PORT]", "Show it live in the browser; without a value, from 127.0.0.1:8600 on.")
+]
 Seconds = Annotated[float | None, DURATION, option("--for S", "Robot time to run for, seconds.")]
 
 
 def one_of(url: str | None, robot: str | None) -> str | None:
-    """Return the robot that was named, as an argument or by --robot.
-
-    Raises:
-        ArgumentError: Two were named.
-    """
+    """Return the robot that was named, as an argument or by --robot."""
     if url is not None and robot is not None:
         raise ArgumentError(f"two robots were named: {url} and {robot}", hint="name one of them")
     return url or robot

@@ -14,7 +14,7 @@ from elib.base.quantiles import quantile
 from elib.base.rules import Whole
 from elib.cli.arguments import FAST_SIMULATION, AsJson, RobotUrl, option
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.terminal import LiveLine, grid, print_json, table
+from elib.cli.terminal import LiveLine, grid, json_line, table
 from elib.link.protocol.quantities import CameraMode
 from elib.link.protocol.values import Steps
 from elib.link.protocol.words import Json
@@ -30,7 +30,6 @@ RECOVERY_TIME = 10.0
 """s in which a line must be in sync again after a lost answer; a robot that calibrates is busy for 3.7 s."""
 
 Count = Annotated[int, Whole(1, MAX_CALLS), option("--count N", f"Calls of each command, 1 to {MAX_CALLS}.")]
-All = Annotated[bool, option("--all", f"Also sound, calibration and reset ({FEW} calls each).")]
 
 T = TypeVar("T")
 Call = Callable[[Epuck], Awaitable[object]]
@@ -76,15 +75,7 @@ SLOW = ("calibrate_proximity", "reset")
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """The measurements of one command.
-
-    Attributes:
-        command: Name of the command.
-        times: Time from each call to its value, s.
-        lost: Number of calls that had no answer in time.
-        refused: Number of calls that failed in another way.
-        skipped: Why the command was not measured; empty if it was.
-    """
+    """One command: s from each call to its value, how many had no answer or failed, or why it was not measured."""
 
     command: str
     times: tuple[float, ...] = field(default=(), repr=False)
@@ -118,7 +109,7 @@ def bench(
     *,
     robot: RobotUrl = FAST_SIMULATION,
     count: Count = COUNT,
-    everything: All = False,
+    everything: Annotated[bool, option("--all", f"Also sound, calibration and reset ({FEW} calls each).")] = False,
     json: AsJson = False,
     records: Kept = NOTHING_KEPT,
 ) -> None:
@@ -144,18 +135,11 @@ def bench(
     finally:
         line.clear()
         if report.results:
-            if json:
-                print_json(to_json(report))
-            else:
-                print(to_text(report))
+            print(json_line(to_json(report)) if json else to_text(report), flush=True)
 
 
 async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool) -> None:
-    """Measure every command into *report*.
-
-    Raises:
-        LinkError: The robot was lost.
-    """
+    """Measure every command into *report*."""
     absent = robot.context.profile.absent
     steps = await _unless_lost(robot.encoders) or Steps(0, 0)
     settings = await _unless_lost(robot.camera)
@@ -174,11 +158,7 @@ async def run(robot: Epuck, report: Report, line: LiveLine, *, everything: bool)
 
 
 async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLine) -> Result:
-    """Make *count* calls, one after the other, and time each.
-
-    Raises:
-        LinkError: The robot was lost.
-    """
+    """Make *count* calls, one after the other, and time each."""
     times: list[float] = []
     lost = refused = 0
     for number in range(count):
@@ -199,11 +179,7 @@ async def measure(robot: Epuck, name: str, call: Call, count: int, line: LiveLin
 
 
 async def _unless_lost(call: Callable[[], Awaitable[T]]) -> T | None:
-    """Return the value of a call; None where the answer is lost or refused.
-
-    Raises:
-        LinkError: The robot was lost.
-    """
+    """Return the value of a call; None where the answer is lost or refused."""
     try:
         return await call()
     except LinkError:

@@ -28,11 +28,7 @@ SHORT = {"T": "uT", "degrees C": "deg C"}
 
 
 class Board:
-    """Collects snapshots and draws them as a table.
-
-    Args:
-        title: First line of the table.
-    """
+    """Collects snapshots and draws them as a table."""
 
     def __init__(self, title: str) -> None:
         self._title = title
@@ -138,8 +134,7 @@ def _number(number: float, info: FieldInfo) -> str:
 class Sparkline:
     """A row of blocks, the newest on the right; their heights go from the lowest to the highest value so far.
 
-    Args:
-        span: Smallest difference that has the full height: with a smaller one, noise would look like a change.
+    Values that differ by less than *span* are drawn in the middle: noise would look like a change.
     """
 
     def __init__(self, span: float) -> None:
@@ -154,7 +149,6 @@ class Sparkline:
             self._low, self._high = min(self._low, value), max(self._high, value)
 
     def __str__(self) -> str:
-        # Values that differ by less than the span are drawn in the middle.
         missing = max(0.0, self._span - (self._high - self._low)) if self._high >= self._low else 0.0
         low, high = self._low - missing / 2, self._high + missing / 2
         return "".join(_block(value, low, high) for value in self._values)

@@ -12,7 +12,7 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError
 from elib.cli import reality as beside
 from elib.cli.arguments import AsJson, option
-from elib.cli.terminal import LiveLine, grid, print_json, table
+from elib.cli.terminal import LiveLine, grid, json_line, table
 from elib.records.reader import Recording, read_recording
 from elib.simulator.emulator.robotprofile import load as load_profile
 from elib.simulator.physics import Scene, Snapshot, World
@@ -27,33 +27,27 @@ from elib.studies.scores import MAX_CHANCE, Parity, parity
 SHARES = (0.5, 0.95, 0.99)
 """Shares of the calls whose latencies are shown."""
 
-First = Annotated[Path | None, Cli(help="A recording, .mcap.")]
-Second = Annotated[Path | None, Cli(help="Another recording (default: the simulator).")]
 Plot = Annotated[Path | None, option("--plot FILE", "Also draw the comparison into this file: .png, .svg or .pdf.")]
-WorldName = Annotated[str | None, option("--world NAME", "Use this world instead of the recorded one.")]
 ProfileFile = Annotated[str | None, option("--profile FILE", "Use a robot of this profile, as elib fit writes it.")]
 RealRobots = Annotated[bool, option("--reality", "Compare what was measured on real robots with the simulator.")]
-Quality = Annotated[
-    str | None,
-    option("--quality Q", "With --reality, how good its robots are: ideal, good, typical, bad (default: typical)."),
-]
-Drawn = Annotated[int | None, option("--robots N", f"With --reality, draw N robots (default: {ROBOTS}).")]
-DrawnBy = Annotated[int | None, option("--seed N", "With --reality, draw them by this seed (default: 1).")]
 
 
 def compare(
-    first: First = None,
-    second: Second = None,
+    first: Annotated[Path | None, Cli(help="A recording, .mcap.")] = None,
+    second: Annotated[Path | None, Cli(help="Another recording (default: the simulator).")] = None,
     /,
     *,
     plot: Plot = None,
     json: AsJson = False,
-    world: WorldName = None,
+    world: Annotated[str | None, option("--world NAME", "Use this world instead of the recorded one.")] = None,
     profile: ProfileFile = None,
     reality: RealRobots = False,
-    quality: Quality = None,
-    robots: Drawn = None,
-    seed: DrawnBy = None,
+    quality: Annotated[
+        str | None,
+        option("--quality Q", "With --reality, how good its robots are: ideal, good, typical, bad (default: typical)."),
+    ] = None,
+    robots: Annotated[int | None, option("--robots N", f"With --reality, draw N robots (default: {ROBOTS}).")] = None,
+    seed: Annotated[int | None, option("--seed N", "With --reality, draw them by this seed (default: 1).")] = None,
 ) -> None:
     """Compare two recorded drives, one with the simulator, or real robots with the simulator.
 
@@ -70,7 +64,7 @@ def compare(
         elib compare first.mcap second.mcap --plot both.svg
         elib compare --reality
     """
-    drawing = {"quality": quality, "robots": robots, "seed": seed}
+    drawing: dict[str, Any] = {"quality": quality, "robots": robots, "seed": seed}
     given = {name: value for name, value in drawing.items() if value is not None}
     if reality:
         if second is not None or plot is not None or world is not None or profile is not None:
@@ -79,7 +73,10 @@ def compare(
                 "--profile",
                 hint="leave them out",
             )
-        _compare_with_reality(given, first, json=json)
+        own = None if first is None else read_recording(first)
+        with LiveLine() as line:
+            shown = realism(**given, recording=own, progress=line.tell)
+        print(json_line(beside.to_json(shown)) if json else beside.to_text(shown), flush=True)
         return
     if given:
         raise ArgumentError(f"--{next(iter(given))} is for --reality", hint="leave it out, or add --reality")
@@ -101,30 +98,11 @@ def compare(
         found = parts.comparison
     else:
         found = comparison.compare(run_of(recording), run_of(read_recording(second)))
-    labels = labels_of(first, second, profile)
-    if json:
-        print_json(to_json(found, parts, labels))
-    else:
-        print(to_text(found, parts, labels))
+    simulator = "the simulator" if profile is None else f"the simulator with {profile}"
+    labels = str(first), simulator if second is None else str(second)
+    print(json_line(to_json(found, parts, labels)) if json else to_text(found, parts, labels), flush=True)
     if plot is not None:
         draw_comparison(plot, found, labels, floor_of(recording, world))
-
-
-def _compare_with_reality(drawing: dict[str, Any], file: Path | None, *, json: bool) -> None:
-    recording = None if file is None else read_recording(file)
-    with LiveLine() as line:
-        found = realism(**drawing, recording=recording, progress=line.tell)
-    if json:
-        print_json(beside.to_json(found))
-    else:
-        print(beside.to_text(found))
-
-
-def labels_of(first: Path, second: Path | None, profile: str | None) -> tuple[str, str]:
-    """Return the names of A and B."""
-    if second is not None:
-        return str(first), str(second)
-    return str(first), "the simulator" if profile is None else f"the simulator with {profile}"
 
 
 def floor_of(recording: Recording, world: str | None) -> Snapshot | None:

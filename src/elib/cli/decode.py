@@ -37,31 +37,27 @@ HALF = (
 _VERSION = re.compile(rb"v,(Version [^\r\n]{1,80})\r?\n")
 _SENDERS: dict[str, Direction] = {"robot": "to host", "host": "to robot"}
 
-File = Annotated[
-    str, Cli(name="FILE", allow_leading_hyphen=True, help="A capture, - for standard input, a port or a URL.")
-]
 Firmware = Annotated[
     str | None, option("--firmware NAME", f"{', '.join(FIRMWARES)} (default: what the capture tells, or {ASSUMED}).")
 ]
-From = Annotated[
-    str | None,
-    Choice(tuple(_SENDERS)),
-    option("--from WHO", "Who sent the bytes, if the capture does not tell: robot or host."),
-]
 As = Annotated[str | None, Choice(tuple(FORMS)), option("--as FORM", f"Form of the capture: {', '.join(FORMS)}.")]
-For = Annotated[float | None, DURATION, option("--for S", "Seconds to listen to a port.")]
-AsJson = Annotated[bool, option("--json", "Print a line of JSON for each command and answer.")]
 
 
 def decode(
-    source: File = "-",
+    source: Annotated[
+        str, Cli(name="FILE", allow_leading_hyphen=True, help="A capture, - for standard input, a port or a URL.")
+    ] = "-",
     /,
     *,
     firmware: Firmware = None,
-    sender: From = None,
+    sender: Annotated[
+        str | None,
+        Choice(tuple(_SENDERS)),
+        option("--from WHO", "Who sent the bytes, if the capture does not tell: robot or host."),
+    ] = None,
     form: As = None,
-    seconds: For = None,
-    json: AsJson = False,
+    seconds: Annotated[float | None, DURATION, option("--for S", "Seconds to listen to a port.")] = None,
+    json: Annotated[bool, option("--json", "Print a line of JSON for each command and answer.")] = False,
 ) -> None:
     """Show the bytes between a program and a robot as commands and answers, a line each.
 
@@ -107,12 +103,7 @@ def decode(
 
 
 class Printer:
-    """Writes lines to stdout and counts them.
-
-    Args:
-        json: Write objects of JSON.
-        live: Flush after each line.
-    """
+    """Writes lines to stdout and counts them."""
 
     def __init__(self, *, json: bool, live: bool = False) -> None:
         self._json = json

@@ -24,8 +24,6 @@ PICTURE = Path("elib-demo.png")
 USUAL_TIME = 60.0
 """s of robot time by default."""
 
-DriveTime = Annotated[float, DURATION, option("--for S", "Robot time to run for, seconds.")]
-Seed = Annotated[int | None, option("--seed N", "Seed of the simulation: same seed, same run.")]
 
 WHAT_NEXT = [
     ("send proximity", "ask a robot something; send --help lists the commands"),
@@ -37,8 +35,8 @@ WHAT_NEXT = [
 def demo(
     *,
     robot: RobotUrl = FAST_SIMULATION,
-    seconds: DriveTime = USUAL_TIME,
-    seed: Seed = None,
+    seconds: Annotated[float, DURATION, option("--for S", "Robot time to run for, seconds.")] = USUAL_TIME,
+    seed: Annotated[int | None, option("--seed N", "Seed of the simulation: same seed, same run.")] = None,
     records: Kept = NOTHING_KEPT,
 ) -> None:
     """Let a robot wander for a minute, then draw where it went.
@@ -62,11 +60,7 @@ def demo(
 
 
 def with_seed(url: str, seed: int | None) -> str:
-    """Return *url* with the seed in it.
-
-    Raises:
-        ArgumentError: The URL is wrong, or there is a seed and the URL is not that of a simulation.
-    """
+    """Return *url* with the seed in it."""
     parsed = parse_url(url)
     if seed is None:
         return str(parsed)

@@ -33,7 +33,9 @@ def doctor(url: NamedUrl = None, /, *, robot: SameUrl = None, json: AsJson = Fal
     url = one_of(url, robot)
     speed = "real" if url is None else speed_of(parse_url(url))
     if not json:
-        print("\n".join(heading(url)), end="\n\n", flush=True)
+        system = f"elib {__version__}, Python {platform.python_version()}, {platform.platform()}"
+        link = f"link: {url or 'none was named, so it is looked for'}"
+        print(textwrap.fill(system, _width()), link, sep="\n", end="\n\n", flush=True)
 
     found = run_coroutine(lambda: diagnose(url, on_step=None if json else _show), speed)
     if json:
@@ -44,18 +46,12 @@ def doctor(url: NamedUrl = None, /, *, robot: SameUrl = None, json: AsJson = Fal
         raise SystemExit(1)
 
 
-def heading(url: str | None) -> list[str]:
-    """Return the first lines of the page: the versions, the system and the link."""
-    system = f"elib {__version__}, Python {platform.python_version()}, {platform.platform()}"
-    return [*textwrap.wrap(system, _width()), f"link: {url or 'none was named, so it is looked for'}"]
-
-
 def lines(step: DiagnosisStep) -> list[str]:
     """Return one step as the lines of the page, without colour."""
     mark = MARKS[step.state][0]
     longest = max(len(check.name) for check in CHECKS)
-    margin = " " * (2 + 4 + 2 + longest + 2)
     first = f"  {mark:<4}  {step.name:<{longest}}  "
+    margin = " " * len(first)
     shown = _wrapped(step.detail, first, margin)
     if step.fix:
         shown += _wrapped(step.fix, f"{margin}> ", f"{margin}  ")
@@ -85,10 +81,7 @@ def to_json(found: Diagnosis) -> dict[str, object]:
 
 def _show(step: DiagnosisStep) -> None:
     mark, colour = MARKS[step.state]
-    for place, line in enumerate(lines(step)):
-        if place == 0:
-            line = line.replace(mark, paint(mark, colour, sys.stdout), 1)
-        print(line, flush=True)
+    print("\n".join(lines(step)).replace(mark, paint(mark, colour, sys.stdout), 1), flush=True)
 
 
 def _wrapped(text: str, first: str, margin: str) -> list[str]:

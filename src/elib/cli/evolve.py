@@ -16,7 +16,7 @@ from cyclopts import Parameter as Cli
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import check_web, install
-from elib.cli.arguments import AsJson, Cluster, Workers, option
+from elib.cli.arguments import AsJson, Cluster, View, Workers, option
 from elib.cli.terminal import BLOCKS, is_live, print_json, say, table
 from elib.learn.catalogue import all_tasks
 from elib.learn.evolution import TEST_EPISODES, Evolution, Result
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
 
     from elib.learn.progress import Spread
 
-PACKAGES = {"numba": "Numba", "duckdb": "DuckDB", "matplotlib": "Matplotlib"}
-"""What every study needs; the optimisers say themselves what they need."""
-
 LINES = 20
 """Lines about generations, at most, where no terminal shows a plot."""
 
@@ -44,34 +41,23 @@ ROWS, COLUMNS = 8, 60
 DEFAULT = Settings("avoid")
 
 
+def _setting(shown: str, about: str) -> Cli:
+    usual = getattr(DEFAULT, shown.split(" ")[0])
+    return option(f"--{shown}", f"{about} (default: {usual}).")
+
+
 @dataclass(frozen=True)
 class Options:
     """The settings of a study, as they were typed."""
 
-    controller: Annotated[
-        str | None,
-        option("--controller KIND", f"{', '.join(KINDS)}, or FILE.py:LAW (default: {DEFAULT.controller})."),
-    ] = None
-    hidden: Annotated[int | None, option("--hidden N", f"Hidden neurons (default: {DEFAULT.hidden}).")] = None
-    algorithm: Annotated[
-        str | None, option("--algorithm NAME", f"{', '.join(ALGORITHMS)} (default: {DEFAULT.algorithm}).")
-    ] = None
-    population: Annotated[
-        int | None, option("--population N", f"Individuals of a generation (default: {DEFAULT.population}).")
-    ] = None
-    generations: Annotated[
-        int | None,
-        option("--generations N", f"How many; more can be asked for later (default: {DEFAULT.generations})."),
-    ] = None
+    controller: Annotated[str | None, _setting("controller KIND", f"{', '.join(KINDS)}, or FILE.py:LAW")] = None
+    hidden: Annotated[int | None, _setting("hidden N", "Hidden neurons")] = None
+    algorithm: Annotated[str | None, _setting("algorithm NAME", ", ".join(ALGORITHMS))] = None
+    population: Annotated[int | None, _setting("population N", "Individuals of a generation")] = None
+    generations: Annotated[int | None, _setting("generations N", "How many; more can be asked for later")] = None
     seconds: Annotated[float | None, option("--seconds S", "Length of an episode (default: the task's).")] = None
-    scenarios: Annotated[
-        int | None,
-        option("--scenarios N", f"Episodes of each individual in a generation (default: {DEFAULT.scenarios})."),
-    ] = None
-    seed: Annotated[
-        int | None,
-        option("--seed N", f"Seed of all that is drawn: same seed, same result (default: {DEFAULT.seed})."),
-    ] = None
+    scenarios: Annotated[int | None, _setting("scenarios N", "Episodes of each individual in a generation")] = None
+    seed: Annotated[int | None, _setting("seed N", "Seed of all that is drawn: same seed, same result")] = None
 
 
 def evolve(
@@ -82,10 +68,7 @@ def evolve(
     workers: Workers = None,
     cluster: Cluster = None,
     out: Annotated[str | None, option("--out FOLDER", "Folder of the study (default: TASK-study).")] = None,
-    view: Annotated[
-        str | None,
-        option("--view [HOST:PORT]", "Show it live in the browser; without a value, from 127.0.0.1:8600 on."),
-    ] = None,
+    view: View = None,
     json: AsJson = False,
 ) -> None:
     """Let controllers evolve for a task.
@@ -102,8 +85,8 @@ def evolve(
     import numpy as np
 
     folder, settings = _chosen(task, out, options)
-    for package, name in PACKAGES.items():
-        if importlib.util.find_spec(package) is None:
+    for name in ("Numba", "DuckDB", "Matplotlib"):  # the optimisers say themselves what they need
+        if importlib.util.find_spec(name.lower()) is None:
             raise Unsupported(f"evolution needs the package {name}, which is not installed", hint=install("learn"))
     if view is not None:
         check_web()
@@ -131,7 +114,7 @@ def evolve(
         display = Display(progress, recorded=len(study.generations))
         evolution = Evolution(study, executor, evaluation=evaluation, told=display.tell)
         try:
-            with display:
+            with display.drawing:
                 for generation, population in evolution.run():
                     progress.add(np.array(generation.fitness), population)
                     display.show()
@@ -193,12 +176,7 @@ def _print(result: Result, folder: Path, settings: Settings, solved: float, *, j
 
 
 class Display:
-    """The plot and the bar in the terminal; where there is none, a line for some of the generations.
-
-    Args:
-        progress: How far the evolution has come.
-        recorded: Generations that were recorded before; no lines are written about them.
-    """
+    """The plot and the bar in the terminal; where there is none, a line for some of the generations that are new."""
 
     def __init__(self, progress: Progress, recorded: int) -> None:
         from rich.console import Console
@@ -217,7 +195,8 @@ class Display:
         )
         self._bar = self._bars.add_task("", total=progress.generations, number=0)
         self._is_live = is_live(sys.stderr)
-        self._live = Live(console=console, get_renderable=self._drawn, refresh_per_second=5)
+        live = Live(console=console, get_renderable=self._drawn, refresh_per_second=5)
+        self.drawing: contextlib.AbstractContextManager[object] = live if self._is_live else contextlib.nullcontext()
 
     def tell(self, done: int, jobs: int) -> None:
         """Show that some jobs of a generation are done."""
@@ -241,24 +220,9 @@ class Display:
         width = min(COLUMNS, shutil.get_terminal_size().columns - 12)
         return Group(Text("\n".join(plotted(list(self._progress.done), self._progress.generations, width))), self._bars)
 
-    def __enter__(self) -> None:
-        if self._is_live:
-            self._live.start()
-
-    def __exit__(self, *_: object) -> None:
-        if self._is_live:
-            self._live.stop()
-
 
 def plotted(done: Sequence[Spread], count: int, width: int, height: int = ROWS) -> list[str]:
-    """Return the lines of a plot: the mean fitness as a filled curve, the best one as points.
-
-    Args:
-        done: The generations so far.
-        count: How many there will be; the plot has room for all of them.
-        width: Columns of the plot, without its labels.
-        height: Lines of the plot.
-    """
+    """Return the lines of a plot with room for *count* generations: the mean fitness filled, the best one as points."""
     if not done:
         return []
     low, high = min(each.mean for each in done), max(each.best for each in done)

@@ -16,19 +16,16 @@ from elib.tools.discovery import LOCAL, TIMEOUT, Found, Survey, survey
 NOTHING = "No port, paired robot or running simulation was found."
 
 All = Annotated[bool, option("--all", "Try every serial port; other devices may react to the question.")]
-Wifi = Annotated[
-    bool, option("--wifi", "Also ask the network of this computer for e-puck2s; those that answer are stopped.")
-]
-Network = Annotated[str | None, option("--network NET", "Ask this network of the computer: 192.168.1.0/24.")]
-Within = Annotated[float, Number(0, SECONDS.usual, "s"), option("--within S", "Seconds for each link.")]
 
 
 def find(
     *,
     all_ports: All = False,
-    wifi: Wifi = False,
-    network: Network = None,
-    within: Within = TIMEOUT,
+    wifi: Annotated[
+        bool, option("--wifi", "Also ask the network of this computer for e-puck2s; those that answer are stopped.")
+    ] = False,
+    network: Annotated[str | None, option("--network NET", "Ask this network of the computer: 192.168.1.0/24.")] = None,
+    within: Annotated[float, Number(0, SECONDS.usual, "s"), option("--within S", "Seconds for each link.")] = TIMEOUT,
     json: AsJson = False,
 ) -> None:
     """Look for robots: on serial and Bluetooth ports, among paired ones, and in simulations of `elib simulate`.

@@ -11,7 +11,7 @@ from cyclopts import Parameter as Cli
 from elib.base.body import AXLE
 from elib.base.errors import ArgumentError
 from elib.cli.arguments import AsJson, option
-from elib.cli.terminal import LiveLine, columns, print_json, say, table
+from elib.cli.terminal import LiveLine, columns, json_line, say, table
 from elib.records.reader import read_recording
 from elib.simulator.emulator.robotprofile import NOMINAL_RADIUS, write
 from elib.studies import Fitted, fit_robot
@@ -40,10 +40,7 @@ def fit(file: Recorded, /, *, output: Output = None, world: WorldName = None, js
         found = fit_robot(read_recording(file), world=world, progress=lambda text: line.tell(f"fitting: {text}"))
     if output is not None:
         write(found.profile, output)
-    if json:
-        print_json(to_json(found))
-    else:
-        print(to_text(found))
+    print(json_line(to_json(found)) if json else to_text(found), flush=True)
     for each in found.missing:
         say(f"not fitted: {each.what}: {each.why}\nhint: {each.cure}")
     if output is not None and not json:

@@ -26,27 +26,23 @@ PORT = 8765
 GUESSED = ("ws://127.0.0.1:", "ws://[::1]:")
 """The addresses whose ports a page in a browser tries."""
 
-DoorPort = Annotated[int | None, PORT_NUMBER, port_option(PORT)]
-Host = Annotated[
-    str | None, option("--host H", "Address of this computer alone (default: one that no page can guess).")
-]
 View = Annotated[bool, option("--view", "Show the same robots in the browser too, to watch and to stop them.")]
-LayoutFile = Annotated[str | None, option("--layout FILE", "Write a layout for the app, to be imported there.")]
-RecordTo = Annotated[
-    str | None,
-    option(
-        "--record FILE.mcap", "Record everything that happens on the link; of several robots, each in its own file."
-    ),
-]
 
 
 def foxglove(
     *urls: Robots,
-    port: DoorPort = None,
-    host: Host = None,
+    port: Annotated[int | None, PORT_NUMBER, port_option(PORT)] = None,
+    host: Annotated[
+        str | None, option("--host H", "Address of this computer alone (default: one that no page can guess).")
+    ] = None,
     view: View = False,
-    layout: LayoutFile = None,
-    record: RecordTo = None,
+    layout: Annotated[str | None, option("--layout FILE", "Write a layout for the app, to be imported there.")] = None,
+    record: Annotated[
+        str | None,
+        option(
+            "--record FILE.mcap", "Record everything that happens on the link; of several robots, each in its own file."
+        ),
+    ] = None,
 ) -> None:
     """Show robots live in the Foxglove app, and drive them from there, until Ctrl-C.
 

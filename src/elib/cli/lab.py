@@ -57,10 +57,6 @@ app.command(
 )
 
 LabFolder = Annotated[str | None, option("--lab FOLDER", "The lab's folder, or its name (default: above the program).")]
-OneVariant = Annotated[str | None, option("--variant NAME", "Only this variant.")]
-Wall = Annotated[
-    float, Number(1, 3600, "s"), option("--wall S", "Seconds by the clock on the wall that a variant may take.")
-]
 
 
 @app.command(name="list")
@@ -122,8 +118,10 @@ def check(
     /,
     *,
     lab: LabFolder = None,
-    variant: OneVariant = None,
-    wall: Wall = WALL,
+    variant: Annotated[str | None, option("--variant NAME", "Only this variant.")] = None,
+    wall: Annotated[
+        float, Number(1, 3600, "s"), option("--wall S", "Seconds by the clock on the wall that a variant may take.")
+    ] = WALL,
     json: AsJson = False,
 ) -> None:
     """Run a program in the worlds of its lab, and say which goals hold.
@@ -153,16 +151,16 @@ def check(
         found = load_lab(found.folder, hidden=True)
     chosen = found.variants if variant is None else (found.variant(variant),)
     shown = sys.stderr if json else sys.stdout
+
+    def show(text: bytes) -> None:
+        print(text.decode("utf-8", "replace"), end="", file=shown, flush=True)
+
     results, pictures = [], []
     for each in chosen:
         if not json:
             print(found.title if len(found.variants) == 1 else f"{found.title}: {each.name}", flush=True)
         with claimed.unpacked() if claimed else nullcontext(path) as file:
-            results.append(
-                run_variant(
-                    found, each, lambda link: PlainProgram(file, link, shows=lambda text: _show(text, shown)), wall=wall
-                )
-            )
+            results.append(run_variant(found, each, lambda link: PlainProgram(file, link, shows=show), wall=wall))
         if results[-1].output[-1:] not in ("", "\n"):
             print(file=shown)
         ending = "" if len(found.variants) == 1 else "-" + re.sub(r"\W+", "-", each.name)
@@ -234,11 +232,3 @@ def _print(result: VariantResult, picture: Path) -> None:
         worth = f"{each.goal.points:g} {'point' if each.goal.points == 1 else 'points'}"
         print(f"       {plain(each.text)} ({worth if each.holds else f'0 of {worth}'})")
     print(f"  path in {picture}\n", flush=True)
-
-
-def _show(text: bytes, stream: object) -> None:
-    """Show what the program printed."""
-    assert hasattr(stream, "write")
-    assert hasattr(stream, "flush")
-    stream.write(text.decode("utf-8", "replace"))
-    stream.flush()

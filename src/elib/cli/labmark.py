@@ -31,28 +31,23 @@ Folder = Annotated[
     Path,
     Cli(help="The folder with the submissions: files such as anna.py, or folders with a main.py. Several: one table."),
 ]
-LabFolder = Annotated[
-    list[str] | None,
-    option("--lab FOLDER", "The lab's folder, or its name (default: above the submissions); once for each folder."),
-]
-CsvFile = Annotated[Path | None, option("--csv FILE", "Also write the table for a spreadsheet.")]
-HtmlFile = Annotated[Path | None, option("--html FILE", "Also write a page with each path.")]
-Jobs = Annotated[
-    int | None,
-    Whole(1),
-    Cli(metavar="N", help="Submissions that run at once (default: as many as there are processors)."),
-]
-Unsafe = Annotated[bool, Cli(help="Run the programs with your rights, without bubblewrap.")]
 
 
 def mark(
     *folder: Folder,
-    lab: LabFolder = None,
-    csv: CsvFile = None,
-    html: HtmlFile = None,
-    jobs: Jobs = None,
+    lab: Annotated[
+        list[str] | None,
+        option("--lab FOLDER", "The lab's folder, or its name (default: above the submissions); once for each folder."),
+    ] = None,
+    csv: Annotated[Path | None, option("--csv FILE", "Also write the table for a spreadsheet.")] = None,
+    html: Annotated[Path | None, option("--html FILE", "Also write a page with each path.")] = None,
+    jobs: Annotated[
+        int | None,
+        Whole(1),
+        Cli(metavar="N", help="Submissions that run at once (default: as many as there are processors)."),
+    ] = None,
     json: AsJson = False,
-    unsafe: Unsafe = False,
+    unsafe: Annotated[bool, Cli(help="Run the programs with your rights, without bubblewrap.")] = False,
 ) -> None:
     """Mark all submissions in folders; elib.cli.lab has the text of its help page."""
     if not folder:

@@ -75,11 +75,7 @@ def bars(counts: Iterable[float]) -> str:
 
 
 def sensor_parts(near: Sequence[float]) -> list[tuple[str, str]]:
-    """Return what a robot sees, as parts of a line.
-
-    Args:
-        near: The counts of its infrared sensors; empty before the first reading.
-    """
+    """Return what a robot sees by its infrared counts, as parts of a line; there are none before the first reading."""
     parts: list[tuple[str, str]] = [("left ", DIM)]
     for place, sensor in enumerate(SHOWN):
         if place == len(SHOWN) // 2:
@@ -91,11 +87,7 @@ def sensor_parts(near: Sequence[float]) -> list[tuple[str, str]]:
 
 
 class RunDisplay:
-    """The live line of a run, the lines that its behaviour says, and the Enter key that ends it.
-
-    Args:
-        name: Name of the behaviour.
-    """
+    """The live line of a run, the lines that its behaviour says, and the Enter key that ends it."""
 
     def __init__(self, name: str) -> None:
         self._name = name

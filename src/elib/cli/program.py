@@ -78,12 +78,7 @@ def is_package(name: str) -> bool:
 
 
 def execute(tokens: Sequence[str]) -> None:
-    """Carry out a command line.
-
-    Raises:
-        ArgumentError: The command line cannot be understood.
-        ElibError: The command failed.
-    """
+    """Carry out a command line."""
     app = build(tokens)
     try:
         command, bound = parse(app, tokens)
@@ -98,17 +93,7 @@ def execute(tokens: Sequence[str]) -> None:
 
 
 def execute_own(called: str, function: Callable[..., object], tokens: Sequence[str], *, page: str) -> None:
-    """Call a function with the options of a command line that is not that of elib, or show its page.
-
-    Args:
-        called: What stands before this command line, for messages and the page.
-        function: Its parameters are the options.
-        tokens: The command line.
-        page: What the page says about it.
-
-    Raises:
-        ArgumentError: The command line cannot be understood.
-    """
+    """Call a function with the options of a command line that is not that of elib, or show its page."""
     app = _app(called, page, tokens)
     app.version_flags = ()
     app.default(function)
@@ -126,11 +111,7 @@ def _call(command: Callable[..., object], bound: BoundArguments) -> None:
 
 
 def check_values(taker: Callable[..., object], values: Mapping[str, object]) -> None:
-    """Check what a command line gives by the rules in the types of a function, or of a dataclass of options.
-
-    Raises:
-        ArgumentError: A value breaks its rule; the message names its option.
-    """
+    """Check what a command line gives by the rules in the types of a function, or of a dataclass of options."""
     hints = get_type_hints(taker, include_extras=True)
     for name, value in values.items():
         if is_dataclass(value):
@@ -193,12 +174,7 @@ def _normal(words: list[str]) -> list[str]:
 
 
 class Pages:
-    """Help pages for cyclopts: lists of two aligned columns, wrapped to the width of the terminal.
-
-    Args:
-        app: The parser.
-        tokens: The command line that asks for a page.
-    """
+    """Help pages for cyclopts: lists of two aligned columns, wrapped to the width of the terminal."""
 
     def __init__(self, app: App, tokens: Sequence[str]) -> None:
         self._app = app

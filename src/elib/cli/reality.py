@@ -8,8 +8,6 @@ import textwrap
 from itertools import groupby
 
 from elib.cli.terminal import BOLD, CYAN, DIM, GREEN, RED, columns, paint
-from elib.link.protocol import words as readings
-from elib.link.protocol.words import Json
 from elib.studies.reality.figures import BOUNDS
 from elib.studies.reality.parity import Beside, Condition, Realism
 
@@ -84,7 +82,7 @@ def _below(found: Realism, width: int) -> list[str]:
     return lines
 
 
-def to_json(found: Realism) -> dict[str, Json]:
+def to_json(found: Realism) -> dict[str, object]:
     """Return the comparison for JSON."""
     return {
         "quality": found.quality,
@@ -107,8 +105,8 @@ def to_json(found: Realism) -> dict[str, Json]:
                         "condition": condition.robots.condition,
                         "robots": [*condition.robots[1:]],
                         "simulator": [*condition.simulator],
-                        "compared": readings.to_json(condition.compared),
-                        "own": readings.to_json(condition.own),
+                        "compared": condition.compared,
+                        "own": condition.own,
                         "inside": condition.is_inside,
                     }
                     for condition in each.conditions

@@ -17,7 +17,7 @@ from elib.base.tasks import end_tasks
 from elib.cli.arguments import AsJson, RobotUrl, Seconds, option
 from elib.cli.live import ENTER, beside, period_of, sensor_parts
 from elib.cli.report import link_rows
-from elib.cli.terminal import BOLD, LiveLine, print_json, say, table
+from elib.cli.terminal import BOLD, LiveLine, json_line, say, table
 from elib.cli.watch import RATE, Names, Rate, chosen
 from elib.link.protocol.values import Proximity
 from elib.link.protocol.words import Json
@@ -35,11 +35,8 @@ from elib.robot.substitute import DEFAULT_URL
 SHOWN_NOTES = 20
 """Number of notes that are shown; --json has all."""
 
-New = Annotated[str, Cli(metavar="FILE", help="Name of the recording, .mcap.")]
 Existing = Annotated[str, Cli(metavar="FILE", help="A recording; the first file if it has several parts.")]
 PartBytes = Annotated[int | None, option("--part-bytes N", "Go on in FILE.part2.mcap and so on after N bytes.")]
-PartSeconds = Annotated[float | None, option("--part-seconds S", "The same after S seconds.")]
-Keep = Annotated[int | None, option("--keep N", "Keep the newest N parts, 2 at least.")]
 Output = Annotated[str | None, option("-o, --output OUT", "The new file (default: FILE.repaired.mcap).")]
 
 Tables = Annotated[str, Cli(name="TABLES", help=f"proximity or another reading, {', '.join(FIXED)} (default: all).")]
@@ -56,15 +53,15 @@ app = App(name="record")
 
 @app.default
 def record(
-    file: New,
+    file: Annotated[str, Cli(metavar="FILE", help="Name of the recording, .mcap.")],
     /,
     *names: Names,
     robot: RobotUrl = DEFAULT_URL,
     seconds: Seconds = None,
     rate: Rate = RATE,
     part_bytes: PartBytes = None,
-    part_seconds: PartSeconds = None,
-    keep: Keep = None,
+    part_seconds: Annotated[float | None, option("--part-seconds S", "The same after S seconds.")] = None,
+    keep: Annotated[int | None, option("--keep N", "Keep the newest N parts, 2 at least.")] = None,
     reality: Reality = False,
 ) -> None:
     """Record everything that happens on a robot's link until Enter, Ctrl-C or the end of --for.
@@ -137,10 +134,7 @@ def info(file: Existing, /, *, json: AsJson = False) -> None:
         elib record info drive.mcap
     """
     summary = summary_of(read_recording(file))
-    if json:
-        print_json(to_json(summary))
-    else:
-        print(to_text(summary))
+    print(json_line(to_json(summary)) if json else to_text(summary), flush=True)
 
 
 @app.command(name="repair")

@@ -12,18 +12,16 @@ from elib.cli.arguments import option
 from elib.records.log import Vocabulary
 from elib.robot.runner import Records
 
-LogFile = Annotated[str | None, option("--log FILE", "Append a line for each call and its outcome to this file.")]
 LogNames = Annotated[Vocabulary, option("--log-names NAMES", "Names of the commands in the log: python or 2011.")]
-RecordFile = Annotated[str | None, option("--record FILE.mcap", "Record everything that happens on the link.")]
 
 
 @dataclass(frozen=True)
 class RecordOptions(Records):
     """What is recorded of a run: each field is an option."""
 
-    log: LogFile = None
+    log: Annotated[str | None, option("--log FILE", "Append a line for each call and its outcome to this file.")] = None
     log_names: LogNames = "python"
-    record: RecordFile = None
+    record: Annotated[str | None, option("--record FILE.mcap", "Record everything that happens on the link.")] = None
 
 
 Kept = Annotated[RecordOptions, Cli(name="*")]

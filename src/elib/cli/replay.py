@@ -28,31 +28,21 @@ from elib.studies.report import check_report
 GO_ON = 10.0
 """s for which a fork continues unless --for says otherwise."""
 
-File = Annotated[str, Cli(metavar="FILE", help="The recording.")]
-From = Annotated[float | None, option("--from S", "Print from this time on, s since the beginning.")]
-To = Annotated[float | None, option("--to S", "Print until this time.")]
-Only = Annotated[str, option("--only KIND,KIND", f"Print only these kinds: {', '.join(KINDS)}.")]
-AsJson = Annotated[bool, option("--json", "Print a line of JSON for each call and note.")]
-Plot = Annotated[
-    str | None, option("--plot FILE", "Draw path, speeds and readings into this file instead: .png, .svg or .pdf.")
-]
-Fork = Annotated[float | None, option("--fork-at S", "Continue from this time in the simulator.")]
-Behave = Annotated[str | None, option("--behaviour NAME", "With --fork-at: run this behaviour.")]
-WorldName = Annotated[str | None, option("--world NAME", "With --fork-at: use another world.")]
-
 
 def replay(
-    file: File,
+    file: Annotated[str, Cli(metavar="FILE", help="The recording.")],
     /,
     *,
-    begin: From = None,
-    end: To = None,
-    only: Only = "",
-    json: AsJson = False,
-    plot: Plot = None,
-    fork_at: Fork = None,
-    behaviour: Behave = None,
-    world: WorldName = None,
+    begin: Annotated[float | None, option("--from S", "Print from this time on, s since the beginning.")] = None,
+    end: Annotated[float | None, option("--to S", "Print until this time.")] = None,
+    only: Annotated[str, option("--only KIND,KIND", f"Print only these kinds: {', '.join(KINDS)}.")] = "",
+    json: Annotated[bool, option("--json", "Print a line of JSON for each call and note.")] = False,
+    plot: Annotated[
+        str | None, option("--plot FILE", "Draw path, speeds and readings into this file instead: .png, .svg or .pdf.")
+    ] = None,
+    fork_at: Annotated[float | None, option("--fork-at S", "Continue from this time in the simulator.")] = None,
+    behaviour: Annotated[str | None, option("--behaviour NAME", "With --fork-at: run this behaviour.")] = None,
+    world: Annotated[str | None, option("--world NAME", "With --fork-at: use another world.")] = None,
     seconds: Seconds = None,
 ) -> None:
     """Show a recording in the browser, with a time line to go to any moment, until Ctrl-C.
@@ -71,7 +61,7 @@ def replay(
             with_what = "--fork-at" if fork_at is not None else "--plot"
             raise ArgumentError(f"{name} chooses lines, but {with_what} prints none")
     if fork_at is not None:
-        fork(file, fork_at, behaviour=behaviour, world=world, seconds=seconds, plot=plot)
+        fork(file, fork_at, behaviour, world, seconds, plot)
         return
     for name, value in (("--behaviour", behaviour), ("--world", world), ("--for", seconds)):
         if value is not None:
@@ -98,20 +88,9 @@ def replay(
 
 
 def fork(
-    file: str,
-    at: float,
-    *,
-    behaviour: str | None = None,
-    world: str | None = None,
-    seconds: float | None = None,
-    plot: str | None = None,
+    file: str, at: float, behaviour: str | None, world: str | None, seconds: float | None, plot: str | None
 ) -> None:
-    """Continue a recording from the moment *at*, s, in the simulator: with a behaviour, or as the robot drove then.
-
-    Raises:
-        ArgumentError: The command line is wrong, or the moment is not in the recording.
-        ElibError: The simulator cannot continue from this moment.
-    """
+    """Continue a recording from the moment *at*, s, in the simulator: with a behaviour, or as the robot drove then."""
     url = f"replay://{quote(file)}?fork={at!r}&speed=max" + (f"&world={quote(world)}" if world else "")
     if behaviour is not None:
         from elib.cli.script import run  # printing a recording needs none

@@ -18,12 +18,7 @@ ENDINGS = {
 
 
 def time_in_states(states: Sequence[tuple[float, str]], end: float) -> dict[str, tuple[float, int]]:
-    """Return each state's time, s, and how often it was entered, by its name, in the order of first entry.
-
-    Args:
-        states: When each was entered, s, and its name.
-        end: When the last one ended, s.
-    """
+    """Return each state's time, s, and how often it was entered, by its name, in the order of first entry."""
     spans: dict[str, tuple[float, int]] = {}
     for (since, name), (until, _) in zip(states, [*states, (end, "")][1:], strict=True):
         seconds, count = spans.get(name, (0.0, 0))

@@ -14,10 +14,9 @@ from elib.base.errors import ArgumentError
 from elib.base.rules import DURATION
 from elib.behaviours import Behaviour, behaviours, find
 from elib.cli.arguments import RobotUrl, Seconds, option
-from elib.cli.behaviouroptions import given_in, options_of
 from elib.cli.program import is_program
 from elib.cli.recordoptions import NOTHING_KEPT, Kept
-from elib.cli.script import find_program, run
+from elib.cli.script import find_program, given_in, options_of, run
 from elib.cli.terminal import say, table
 
 SAMPLES = (
@@ -44,17 +43,7 @@ EachTime = Annotated[
 ]
 
 Program = Annotated[str | None, Cli(help="The file of your program, a best.toml, or the name of a behaviour.")]
-Arguments = Annotated[str, Cli(help="What follows -- : the command line of your program.")]
-Robots = Annotated[
-    list[str] | None, option("--robot URL", "The robot to use, whatever the program names; once for each robot.")
-]
 View = Annotated[bool, option("--view", "Show the program's virtual world live in the browser, in real time.")]
-Plot = Annotated[
-    str | None, option("--plot FILE", "Draw path, speeds and readings into this file: .png, .svg or .pdf.")
-]
-AsJson = Annotated[
-    bool, option("--json", "Print the summary as one line of JSON; what the program prints goes to stderr.")
-]
 
 
 @dataclass(frozen=True)
@@ -63,9 +52,13 @@ class RunOptions:
 
     seconds: Seconds = None
     view: View = False
-    plot: Plot = None
+    plot: Annotated[
+        str | None, option("--plot FILE", "Draw path, speeds and readings into this file: .png, .svg or .pdf.")
+    ] = None
     records: Kept = NOTHING_KEPT
-    json: AsJson = False
+    json: Annotated[
+        bool, option("--json", "Print the summary as one line of JSON; what the program prints goes to stderr.")
+    ] = False
 
 
 How = Annotated[RunOptions, Cli(name="*")]
@@ -78,8 +71,10 @@ app = App(name="run", group_commands="Behaviours")
 def choose(
     program: Program = None,
     /,
-    *arguments: Arguments,
-    robot: Robots = None,
+    *arguments: Annotated[str, Cli(help="What follows -- : the command line of your program.")],
+    robot: Annotated[
+        list[str] | None, option("--robot URL", "The robot to use, whatever the program names; once for each robot.")
+    ] = None,
     how: How = USUAL,
     listed: Annotated[bool, option("--list", "List the behaviours.")] = False,
 ) -> None:

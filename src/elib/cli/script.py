@@ -11,7 +11,7 @@ import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import make_dataclass, replace
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
@@ -22,17 +22,19 @@ from cyclopts import Parameter as Cli
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.exits import DONE, FAILED, INTERRUPTED, WRONG_USAGE
 from elib.base.extras import check_web
+from elib.base.rules import number_from
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, behaviours, play
 from elib.behaviours._run.context import DEFAULT_SEED
 from elib.behaviours._run.program import TimeLimit, code_of, interruptible, is_own, loops_at, own_traceback, run_file
-from elib.cli.behaviouroptions import given_in, options_of
+from elib.cli.arguments import option
 from elib.cli.live import RunDisplay
 from elib.cli.program import execute_own, is_package
 from elib.cli.recordoptions import own_name
 from elib.cli.report import ENDINGS, drive_rows, link_rows, state_rows, time_in_states
-from elib.cli.terminal import print_json, say, table
+from elib.cli.terminal import print_json, say, table, typed
+from elib.link.protocol.profiles import rule
 from elib.link.session import Disconnected, Reconnected, TraceEvent
-from elib.link.session.statistics import LinkStats, merged
+from elib.link.session.statistics import merged
 from elib.link.transport import speed_of
 from elib.records.log import Log
 from elib.records.recorder import Recorder
@@ -47,6 +49,8 @@ from elib.studies.report import check_report
 
 LINK_FIGURES = ("count", "lost", "refused", "unsent", "median", "p99", "resyncs", "resets")
 """What the summary says of a link: fields of its LinkStats."""
+
+Seed = Annotated[int, option("--seed N", "Seed of the behaviour's random numbers: same seed, same run.")]
 
 
 def run(
@@ -64,27 +68,10 @@ def run(
 ) -> ProgramRun:
     """Run what drives robots, stop them at its end, and print a summary.
 
-    Args:
-        target: A behaviour, a program, or the best controller of a study: ``best.toml``.
-        arguments: The command line of a program, which are the options of a behaviour if the file only defines one.
-        options: Values for the options of a behaviour.
-        seed: Seed of its random numbers.
-        robots: URLs of the robots that take the place of its own; empty leaves them.
-        seconds: Robot time after which it ends as by Ctrl-C; None for no limit.
-        view: Show the worlds of virtual robots live in the browser.
-        plot: File for the plot, or None.
-        records: Log and recording. Each robot has a recording of its own: FILE, FILE-2 and so on, in the order in
-            which they were opened; those of a swarm behaviour are called by the robots' names.
-        json: Print the summary as JSON on stdout, and what the program prints on stderr.
-
-    Returns:
-        What the robots did.
-
-    Raises:
-        ArgumentError: The command line is wrong; nothing ran.
-        Unsupported: What the plot, the recording or the view needs is not installed; nothing ran.
-        ElibError: A robot failed; or the plot, the log or the recording could not be written.
-        SystemExit: The program ended with another exit code than 0.
+    *arguments* are the command line of a program, which are the options of a behaviour if the file only defines one.
+    *robots* take the place of its own; each has a recording of its own: FILE, FILE-2 and so on, in the order in which
+    they were opened, and those of a swarm behaviour are called by the robots' names. With *json* the summary is on
+    stdout, and what the program prints on stderr.
     """
     if isinstance(target, Behaviour):
         robots = robots or [target.url]
@@ -112,12 +99,7 @@ def run(
             code = it.end_with(partial(it.execute, target, arguments))
     if isinstance(it.error, ArgumentError) and not it.robots:
         raise it.error
-    unwritten = it.finish()
-    if plot is not None and it.robots:
-        try:
-            it.draw(plot)
-        except ElibError as error:  # the summary comes first
-            unwritten = unwritten or error
+    unwritten = it.finish(plot)
     it.limit.exit_code = code if unwritten is None else FAILED
     if json:
         print_json(it.to_json(code, plot))
@@ -136,11 +118,7 @@ def run(
 
 
 def find_program(name: str) -> Path:
-    """Return the path of a program.
-
-    Raises:
-        ArgumentError: There is no such file; the message says where it was looked for, and which names are near.
-    """
+    """Return the path of a program."""
     path = Path(name)
     if path.is_file() or is_package(name):
         return path
@@ -166,18 +144,27 @@ def find_program(name: str) -> Path:
     raise ArgumentError(f"there is no file {path.name} in {folder.absolute()}", hint=hint)
 
 
+def options_of(behaviour: Behaviour) -> type[Any]:
+    """Return a class whose fields are the options of a behaviour, and its seed unless it has an option of that name."""
+    fields: dict[str, tuple[object, object]] = {"seed": (Seed, DEFAULT_SEED)}
+    for each in behaviour.options:
+        about = ": ".join(filter(None, (behaviour.meanings.get(each.name), rule(each.quantity))))
+        annotation = Annotated[str, Cli(name=f"--{each.name}", metavar=each.name[:1].upper(), help=f"{about}.")]
+        fields[each.name] = annotation, typed(each.default)
+    made = [(name, annotation, default) for name, (annotation, default) in fields.items()]
+    kind = make_dataclass("Options", made, frozen=True)
+    kind.__module__ = __name__  # cyclopts does not look into a class of Python's own modules
+    return kind
+
+
+def given_in(options: Any, behaviour: Behaviour) -> dict[str, Any]:
+    """Return what :func:`elib.play` takes: the ``options`` of a behaviour and its ``seed``."""
+    values = {each.name: number_from(getattr(options, each.name)) for each in behaviour.options}
+    return {"options": values} if "seed" in values else {"options": values, "seed": options.seed}
+
+
 def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> AbstractContextManager[Behaviour]:
-    """Return a context that yields the controller of a file as a behaviour.
-
-    Args:
-        path: The file.
-        arguments: Must be empty.
-        is_named: Whether robots were named. Otherwise they are virtual, in the world of the task.
-
-    Raises:
-        ArgumentError: There are arguments, or the file cannot be read.
-        SimulationError: The file breaks a rule.
-    """
+    """Return a context that yields the controller of a file as a behaviour, by itself in its task's world."""
     from elib.learn.champion import load_champion  # programs do without it
     from elib.learn.linked import one_episode
 
@@ -196,14 +183,8 @@ def _champion(path: Path, arguments: Sequence[str], *, is_named: bool) -> Abstra
 class ProgramRun:
     """One run of what drives robots: the robots that it opens, and how it ends.
 
-    Args:
-        name: Name of what runs.
-        records: Log and recording.
-        seconds: Robot time after which it ends, or None.
-
     Attributes:
         robots: What each robot did, in the order of opening; a robot that was opened twice is there twice.
-        seconds: As given.
         reason: Why it ended: a key of ENDINGS.
         error: The error that ended it, if none of the program's own lines is in its traceback; None before.
         limit: Ends it when its time is over.
@@ -217,7 +198,6 @@ class ProgramRun:
         self.error: BaseException | None = None
         self._records = records
         self._files: list[Log | Recorder] = []
-        self._statistics: list[LinkStats] = []
         self._opened: list[float] = []
         self._context: RunContext | None = None
         self._context_began = 0.0
@@ -300,16 +280,7 @@ class ProgramRun:
         run_file(path, arguments, has_driven=lambda: bool(self.robots), play=play_own)
 
     def play(self, behaviour: Behaviour, **how: Any) -> None:
-        """Play a behaviour, show what it does and tells, and keep its states.
-
-        Args:
-            behaviour: The behaviour.
-            how: Its options and its seed, as :func:`elib.play` takes them.
-
-        Raises:
-            ArgumentError: An option is wrong, or there are no calls to keep; nothing was opened.
-            ElibError: As :func:`elib.play` does.
-        """
+        """Play a behaviour, show what it does and tells, and keep its states."""
         if behaviour.style is BehaviourStyle.BYTES and (self._records.log or self._records.record):
             raise ArgumentError(
                 f"{behaviour.name} writes bytes to the line itself: there are no calls to log or record",
@@ -332,26 +303,20 @@ class ProgramRun:
             if self._context is not None and self._duration is None:
                 self._duration = self._context.time
 
-    def finish(self) -> ElibError | None:
-        """Finish the files, and return the error of the first that could not be written."""
+    def finish(self, plot: str | None) -> ElibError | None:
+        """Finish the files and draw the plot; return the error of the first that could not be written."""
         failure: ElibError | None = None
-        for each in self._files:
+        ends: list[Callable[[], object]] = [each.close for each in (*self._files, *self.robots)]
+        if plot is not None and self.robots:
+            ends.append(partial(self._draw, plot))
+        for end in ends:
             try:
-                each.close()
-            except ElibError as error:
+                end()
+            except ElibError as error:  # the summary comes first
                 failure = failure or error
-        for robot in self.robots:
-            robot.close()
-        self._statistics = [robot.robot.statistics for robot in self.robots]
         return failure
 
-    def draw(self, plot: str) -> None:
-        """Draw what the robots did.
-
-        Raises:
-            ArgumentError: The file cannot be created.
-            ElibError: The file cannot be written.
-        """
+    def _draw(self, plot: str) -> None:
         began = self._context_began
         states = [(began + since, name) for since, name in self.states]
         draw_drive(plot, Path(self.name).name, self.robots, seconds=began + self.time, states=states)
@@ -365,8 +330,8 @@ class ProgramRun:
             rows.append(("robots", f"{len(self.robots)} opened"))
         rows += drive_rows(self.robots)
         rows += state_rows(time_in_states(self.states, self.time))
-        if self._statistics:
-            rows += link_rows(merged(self._statistics))
+        if self.robots:
+            rows += link_rows(merged([robot.robot.statistics for robot in self.robots]))
         if self._records.log is not None:
             rows.append(("log", self._records.log))
         rows += [("recording", _told(each)) for each in self._files if isinstance(each, Recorder)]
@@ -395,9 +360,9 @@ class ProgramRun:
                     "path": "world" if each.world is not None else "wheels",
                     "contacts": None if each.world is None else each.contacts,
                     "contact_seconds": None if each.world is None else each.contact_time,
-                    "link": {name: getattr(statistics, name) for name in LINK_FIGURES},
+                    "link": {name: getattr(each.robot.statistics, name) for name in LINK_FIGURES},
                 }
-                for each, opened, statistics in zip(self.robots, self._opened, self._statistics, strict=True)
+                for each, opened in zip(self.robots, self._opened, strict=True)
             ],
             "log": self._records.log,
             "recordings": [str(each.path) for each in self._files if isinstance(each, Recorder)],

@@ -43,7 +43,6 @@ For example:
 TEXT_RULE = 'what to send, in quotes: "D,100,-100"'
 
 Within = Annotated[float | None, Number(0, SECONDS.usual, "s"), option("--within S", "Seconds to wait for the answer.")]
-SaveAs = Annotated[Path | None, option("--save FILE.png", "Write the picture to this file.")]
 
 
 @dataclass(frozen=True)
@@ -60,15 +59,11 @@ class SendOptions:
 class PictureOptions(SendOptions):
     """The options of a command that returns a picture."""
 
-    save: SaveAs = None
+    save: Annotated[Path | None, option("--save FILE.png", "Write the picture to this file.")] = None
 
 
 def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:
-    """Return what was typed as the command takes it, checked as far as is possible without a robot.
-
-    Raises:
-        ArgumentError: An argument is wrong on every firmware that has the command.
-    """
+    """Return what was typed as the command takes it, checked as far as is possible without a robot."""
     found: list[object] = [
         text if quantity is None else number_from(text)
         for text, (_, quantity, _) in zip(texts, what.parameters, strict=False)
@@ -88,21 +83,8 @@ def arguments_of(what: CatalogueEntry, texts: Sequence[str]) -> list[object]:
     )
 
 
-def build() -> App:
-    """Return the parser of ``elib send``."""
-    app = App(name="send", help=OVERVIEW)
-    for order, what in enumerate(catalogue().values()):
-        app.command(_command(what), name=what.name, help=_page(what), sort_key=order)
-    return app
-
-
 def send(what: CatalogueEntry, texts: Sequence[str], options: SendOptions) -> None:
-    """Send one command and print its answer.
-
-    Raises:
-        ArgumentError: The command line is wrong; nothing was sent.
-        ElibError: The robot cannot be reached, or it did not do it.
-    """
+    """Send one command and print its answer."""
     arguments = arguments_of(what, texts)
     within, save = options.within, options.save if isinstance(options, PictureOptions) else None
     if save is not None and save.suffix.lower() != ".png":
@@ -190,4 +172,6 @@ def _answers(signature: inspect.Signature) -> str:
     return summary(kind) if isinstance(kind, type) else ""
 
 
-app = build()
+app = App(name="send", help=OVERVIEW)
+for order, each in enumerate(catalogue().values()):
+    app.command(_command(each), name=each.name, help=_page(each), sort_key=order)

@@ -11,21 +11,19 @@ from elib.cli.serving import Host, Port, Robots, listening, token_for
 from elib.robot.running import run_coroutine
 from elib.simulator.emulator.loopback import LOOPBACK
 
-Token = Annotated[str | None, option("--token T", "Ask for this token, also programs on this computer.")]
 Origins = Annotated[
     list[str] | None,
     option("--allow-origin URL", "Let pages of this site connect, too; null for pages from files. May be repeated."),
 ]
-Schema = Annotated[bool, option("--schema", "Print the protocol as JSON Schema, and end.")]
 
 
 def serve(
     *urls: Robots,
     port: Port = None,
     host: Host = LOOPBACK,
-    token: Token = None,
+    token: Annotated[str | None, option("--token T", "Ask for this token, also programs on this computer.")] = None,
     allow_origin: Origins = None,
-    schema: Schema = False,
+    schema: Annotated[bool, option("--schema", "Print the protocol as JSON Schema, and end.")] = False,
 ) -> None:
     """Let programs in any language drive and watch robots, until Ctrl-C.
 

@@ -42,15 +42,7 @@ def listening(host: str = LOOPBACK, port: int | None = None, first: int = PORT) 
 
 
 def token_for(address: Address, token: str | None = None) -> str | None:
-    """Return the token that is asked for: a new one, which is printed, if other computers reach the address.
-
-    Args:
-        address: Where something is served.
-        token: One that a person chose; it is asked for in any case.
-
-    Raises:
-        ArgumentError: That one is empty or long, or has other characters than ASCII has.
-    """
+    """Return the token that a person chose, or a new one, which is printed, if other computers reach the address."""
     if token is not None and not (token.isascii() and token.isprintable() and 0 < len(token) <= MAX_TOKEN):
         raise ArgumentError(f"a token has 1 to {MAX_TOKEN} ASCII characters")
     if token is None and address.is_shared:

@@ -19,7 +19,7 @@ from elib.base.errors import ArgumentError
 from elib.base.extras import check_web
 from elib.base.files import write_file
 from elib.base.rules import Number, Whole, rule_of
-from elib.cli.arguments import option
+from elib.cli.arguments import View, option
 from elib.cli.terminal import say
 from elib.link.protocol.profiles import EPUCK2_WIFI, FIRMWARES
 from elib.robot.running import ending, run_coroutine
@@ -50,10 +50,6 @@ def _number(name: str, metavar: str, about: str) -> Cli:
     return option(f"--{name} {metavar}", f"{about}, {rule.range} (default: {default}).")
 
 
-World = Annotated[
-    str | None, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file (default: {DEFAULT_WORLD}).")
-]
-NamedWorld = Annotated[str | None, option("--world NAME", "Another way to name WORLD.")]
 Pty = Annotated[
     str | None, option("--pty [LINK]", "Offer a pty each; LINK names the first one's symbolic link, the next count up.")
 ]
@@ -61,25 +57,12 @@ Tcp = Annotated[
     str | None,
     option("--tcp HOST:PORT", "Offer a TCP port each, counting up; 0 takes free ones (default for HOST: 127.0.0.1)."),
 ]
-Wifi = Annotated[
-    str | None,
-    option(
-        "--wifi [HOST:PORT]",
-        f"Offer e-puck2s over Wi-Fi, a port each, counting up; without a value, free ones of 127.0.0.1. "
-        f"Implies --firmware {EPUCK2_WIFI.name}.",
-    ),
-]
-View = Annotated[
-    str | None,
-    option("--view [HOST:PORT]", "Show it live in the browser; without a value, from 127.0.0.1:8600 on."),
-]
 ControlAt = Annotated[
     str | None,
     option(
         "--control [HOST:PORT]", "Let programs move things and switch faults; without a value, from 127.0.0.1:8650 on."
     ),
 ]
-Verbose = Annotated[bool, option("--verbose, -v", "Show all bytes on stderr, as elib decode does.")]
 UntilEof = Annotated[bool, Cli(name="--until-eof", show=False)]
 """End at the end of the standard input too: a program that starts a simulation for itself keeps it open."""
 
@@ -115,10 +98,6 @@ class SimulationOptions:
     ] = None
 
 
-Options = Annotated[SimulationOptions, Cli(name="*")]
-NO_OPTIONS = SimulationOptions()
-
-
 @dataclasses.dataclass(frozen=True)
 class ClassOptions:
     """The options of a class."""
@@ -141,23 +120,28 @@ class ClassOptions:
     ] = None
 
 
-Classes = Annotated[ClassOptions, Cli(name="*")]
-NO_CLASS = ClassOptions()
-
-
 def simulate(
-    world: World = None,
+    world: Annotated[
+        str | None, Cli(help=f"{', '.join(gallery())}, or the path of a .toml file (default: {DEFAULT_WORLD}).")
+    ] = None,
     /,
     *,
-    named: NamedWorld = None,
+    named: Annotated[str | None, option("--world NAME", "Another way to name WORLD.")] = None,
     pty: Pty = None,
     tcp: Tcp = None,
-    wifi: Wifi = None,
-    options: Options = NO_OPTIONS,
+    wifi: Annotated[
+        str | None,
+        option(
+            "--wifi [HOST:PORT]",
+            f"Offer e-puck2s over Wi-Fi, a port each, counting up; without a value, free ones of 127.0.0.1. "
+            f"Implies --firmware {EPUCK2_WIFI.name}.",
+        ),
+    ] = None,
+    options: Annotated[SimulationOptions, Cli(name="*")] = SimulationOptions(),
     view: View = None,
     control: ControlAt = None,
-    verbose: Verbose = False,
-    classes: Classes = NO_CLASS,
+    verbose: Annotated[bool, option("--verbose, -v", "Show all bytes on stderr, as elib decode does.")] = False,
+    classes: Annotated[ClassOptions, Cli(name="*")] = ClassOptions(),
     until_eof: UntilEof = False,
 ) -> None:
     """Offer virtual robots on serial ports, TCP ports or Wi-Fi, until Ctrl-C.
@@ -186,7 +170,7 @@ def simulate(
             "--speed is 'max', but programs that open a port run in real time",
             hint="use --speed 10 for ten times; sim://?speed=max is for a robot inside your own program",
         )
-    if classes != NO_CLASS:
+    if classes != ClassOptions():
         others = {"--pty": pty, "--wifi": wifi, "--control": control, "--verbose": verbose or None}
         _teach(settings, classes, tcp, view, [name for name, value in others.items() if value is not None])
         return

@@ -13,41 +13,33 @@ from elib.base.extras import install
 from elib.cli.arguments import AsJson, Cluster, Workers, option
 from elib.cli.terminal import print_json, progress_bar, say
 
-Target = Annotated[
-    str, Cli(help="A behaviour, FILE.py or FILE.py:NAME with one of yours, or the best.toml of a study.")
-]
-Grid = Annotated[
-    list[str] | None,
-    option("--grid NAME=A,B,C", "A parameter with its values, or NAME=A..B:COUNT at equal distances."),
-]
-Sample = Annotated[
-    list[str] | None,
-    option("--sample NAME=A..B:COUNT", "A parameter of which random values are drawn."),
-]
-Worlds = Annotated[str | None, option("--world A,B", "The worlds (default: that of the target).")]
-Seeds = Annotated[int, option("--seeds N", "Do every run with the seeds 1 to N.")]
 Faults = Annotated[str | None, option("--fault A,B", "Fault scripts, settings of the link such as loss=0.1, or none.")]
-Seconds = Annotated[
-    float | None, option("--for S", "Robot time for each run, seconds (default: 30, or what the task says).")
-]
-Out = Annotated[str | None, option("--out FOLDER", "The folder for the results; a sweep in it goes on.")]
-Metric = Annotated[str, option("--plot COLUMN", "The column to draw, such as path or contact_time.")]
 
 
 def sweep(
-    target: Target,
+    target: Annotated[
+        str, Cli(help="A behaviour, FILE.py or FILE.py:NAME with one of yours, or the best.toml of a study.")
+    ],
     /,
     *,
-    grid: Grid = None,
-    sample: Sample = None,
-    world: Worlds = None,
-    seeds: Seeds = 1,
+    grid: Annotated[
+        list[str] | None,
+        option("--grid NAME=A,B,C", "A parameter with its values, or NAME=A..B:COUNT at equal distances."),
+    ] = None,
+    sample: Annotated[
+        list[str] | None,
+        option("--sample NAME=A..B:COUNT", "A parameter of which random values are drawn."),
+    ] = None,
+    world: Annotated[str | None, option("--world A,B", "The worlds (default: that of the target).")] = None,
+    seeds: Annotated[int, option("--seeds N", "Do every run with the seeds 1 to N.")] = 1,
     fault: Faults = None,
-    seconds: Seconds = None,
+    seconds: Annotated[
+        float | None, option("--for S", "Robot time for each run, seconds (default: 30, or what the task says).")
+    ] = None,
     workers: Workers = None,
     cluster: Cluster = None,
-    out: Out = None,
-    plot: Metric = "",
+    out: Annotated[str | None, option("--out FOLDER", "The folder for the results; a sweep in it goes on.")] = None,
+    plot: Annotated[str, option("--plot COLUMN", "The column to draw, such as path or contact_time.")] = "",
     json: AsJson = False,
 ) -> None:
     """Run a behaviour over a grid or a sample of its parameters, in several worlds, with several seeds and faults.
@@ -61,31 +53,21 @@ def sweep(
     """
     if importlib.util.find_spec("duckdb") is None or importlib.util.find_spec("matplotlib") is None:
         raise Unsupported("elib sweep needs DuckDB and Matplotlib, which are not installed", hint=install("learn"))
+    from elib.learn import sweep as sweeps
     from elib.learn.executor import open_executor
-    from elib.learn.sweep import (
-        NO_FAULT,
-        PLOT,
-        TABLE,
-        Sweep,
-        check_metric,
-        parse_grid,
-        parse_sample,
-        read_program,
-        run_sweep,
-    )
     from elib.learn.sweepplot import draw_sweep
 
-    asked = Sweep(
+    asked = sweeps.Sweep(
         target,
-        tuple(map(parse_grid, grid or ())),
-        tuple(map(parse_sample, sample or ())),
+        tuple(map(sweeps.parse_grid, grid or ())),
+        tuple(map(sweeps.parse_sample, sample or ())),
         _names("world", world, ""),
-        _names("fault", fault, NO_FAULT),
+        _names("fault", fault, sweeps.NO_FAULT),
         seeds,
         seconds,
-        read_program(target),
+        sweeps.read_program(target),
     )
-    metric = check_metric(asked, plot)
+    metric = sweeps.check_metric(asked, plot)
     runs = asked.check()
     folder = Path(out or f"sweep-{Path(target.partition(':')[0]).stem}")
     rows = []
@@ -94,19 +76,19 @@ def sweep(
         open_executor(workers, cluster, tell=lambda text: bar.console.print(text, markup=False)) as executor,
     ):
         work = bar.add_task("runs", total=len(runs))
-        for row in run_sweep(asked, folder, executor):
+        for row in sweeps.run_sweep(asked, folder, executor):
             rows.append(row)
             bar.advance(work)
     rows.sort(key=lambda row: row["run"])
-    draw_sweep(folder / PLOT, asked, rows, metric)
+    draw_sweep(folder / sweeps.PLOT, asked, rows, metric)
     failed = [row for row in rows if row.get("error")]
     if failed:
         say(f"{len(failed)} of {len(rows)} runs ended with an error, such as: {failed[0]['error']}")
     if json:
-        files = {"table": str(folder / TABLE), "plot": str(folder / PLOT)}
+        files = {"table": str(folder / sweeps.TABLE), "plot": str(folder / sweeps.PLOT)}
         print_json({"runs": len(rows), "errors": len(failed), "metric": metric, **files})
     else:
-        print(f"{len(rows)} runs in {folder / TABLE}, drawn in {folder / PLOT}")
+        print(f"{len(rows)} runs in {folder / sweeps.TABLE}, drawn in {folder / sweeps.PLOT}")
 
 
 def _names(option: str, text: str | None, default: str) -> tuple[str, ...]:

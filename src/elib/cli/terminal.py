@@ -15,7 +15,6 @@ from elib.base.plaintext import plain
 
 if TYPE_CHECKING:
     from rich.progress import Progress
-    from rich.text import Text
 
 WIDEST = 100
 """Columns at which text is wrapped in a wider terminal too: longer lines are hard to read."""
@@ -67,13 +66,7 @@ def paint(text: str, code: str, stream: TextIO) -> str:
 
 
 def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None = None) -> str:
-    """Return two aligned columns, safe to print; the second one is wrapped.
-
-    Args:
-        rows: Label and text of each row.
-        indent: Spaces before the label.
-        width: Columns to fill; those of the terminal by default.
-    """
+    """Return two aligned columns, safe to print; the second one is wrapped to *width*, by default the terminal's."""
     rows = [(plain(label), plain(text)) for label, text in rows]
     width = columns() if width is None else width
     # A label longer than this gets a line of its own: one long word should not push all texts to the edge.
@@ -92,17 +85,8 @@ def table(rows: Iterable[tuple[str, str]], *, indent: int = 2, width: int | None
     return "\n".join(lines)
 
 
-def grid(
-    heading: Sequence[str], rows: Iterable[Sequence[str | Text]], *, left: int = 1, width: int | None = None
-) -> str:
-    """Return a table as text, with colours where the terminal has them.
-
-    Args:
-        heading: The names of the columns.
-        rows: The cells; they are safe to print, as far as they are no Text.
-        left: The first so many columns are aligned at the left, and the others at the right, as numbers are.
-        width: Columns to fill; those of the terminal by default.
-    """
+def grid(heading: Sequence[str], rows: Iterable[Iterable[str]], *, left: int = 1) -> str:
+    """Return a table, safe to print, with colours where the terminal has them; *left* columns hold no numbers."""
     from rich.console import Console  # most commands print no table
     from rich.table import Table
 
@@ -110,9 +94,9 @@ def grid(
     for place, name in enumerate(heading):
         shown.add_column(name, justify="left" if place < left else "right")
     for row in rows:
-        shown.add_row(*(plain(cell) if isinstance(cell, str) else cell for cell in row))
+        shown.add_row(*map(plain, row))
     colours: Literal["auto"] | None = "auto" if has_colour(sys.stdout) else None
-    console = Console(width=columns() if width is None else width, color_system=colours, highlight=False, markup=False)
+    console = Console(width=columns(), color_system=colours, highlight=False, markup=False)
     with console.capture() as found:
         console.print(shown)
     return "\n".join(line.rstrip() for line in found.get().splitlines())
@@ -128,11 +112,7 @@ def progress_bar() -> Progress:
 
 
 class LiveLine:
-    """A line that is overwritten again and again, until a block ends; nothing is written where there is no terminal.
-
-    Args:
-        stream: Stream to write to; stderr by default.
-    """
+    """A line that is overwritten again and again, until a block ends; nothing is written where there is no terminal."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream = sys.stderr if stream is None else stream
@@ -150,11 +130,7 @@ class LiveLine:
         self.show([(text, DIM)])
 
     def show(self, parts: Sequence[tuple[str, str]]) -> None:
-        """Overwrite the line.
-
-        Args:
-            parts: Text and SGR colour code of each part; what does not fit on the line is cut off.
-        """
+        """Overwrite the line by texts, each with its SGR colour code; what does not fit on the line is cut off."""
         if not self.is_shown:
             return
         room = shutil.get_terminal_size().columns - 1

@@ -22,43 +22,30 @@ from elib.link.transport import parse_url
 
 PLAN = TransferPlan()
 
-File = Annotated[Path, Cli(name="FILE", help="A controller that elib evolve wrote, best.toml.")]
-Robot = Annotated[str | None, option("--robot URL", "Also run on this robot; best one at a start.")]
-Profiles = Annotated[
-    list[str] | None,
-    option(
-        "--profile NAME",
-        "Another robot: enki, webots, gctronic, or a file that elib fit wrote; once for each (default: all three).",
-    ),
-]
-Runs = Annotated[int, option("--runs N", "Runs of each stage.")]
-RobotRuns = Annotated[int, option("--robot-runs N", "Runs on the robot.")]
-Latency = Annotated[str, option("--latency S", "Delay each way of the poor link: 0.05 s, or 50ms.")]
-Jitter = Annotated[str, option("--jitter S", "Standard deviation of that delay: 0.01 s, or 10ms.")]
-Loss = Annotated[float, option("--loss P", "Probability that the poor link loses an answer.")]
-Seed = Annotated[int, option("--seed N", "Seed of all runs: same seed, same report.")]
-Out = Annotated[Path | None, option("--out FOLDER", "Write report.md, transfer.svg and all runs there.")]
-Breaks = Annotated[bool, option("--breaks", "Look for what breaks it first.", negative="--no-breaks")]
-Yes = Annotated[bool, option("--yes", "Do not ask before each run on the robot.")]
-
 
 def transfer(
-    file: File,
+    file: Annotated[Path, Cli(name="FILE", help="A controller that elib evolve wrote, best.toml.")],
     /,
     *,
-    robot: Robot = None,
-    profile: Profiles = None,
-    runs: Runs = PLAN.runs,
-    robot_runs: RobotRuns = PLAN.robot_runs,
-    latency: Latency = "50ms",
-    jitter: Jitter = "10ms",
-    loss: Loss = PLAN.loss,
-    seed: Seed = PLAN.seed,
-    out: Out = None,
-    breaks: Breaks = True,
+    robot: Annotated[str | None, option("--robot URL", "Also run on this robot; best one at a start.")] = None,
+    profile: Annotated[
+        list[str] | None,
+        option(
+            "--profile NAME",
+            "Another robot: enki, webots, gctronic, or a file that elib fit wrote; once for each (default: all three).",
+        ),
+    ] = None,
+    runs: Annotated[int, option("--runs N", "Runs of each stage.")] = PLAN.runs,
+    robot_runs: Annotated[int, option("--robot-runs N", "Runs on the robot.")] = PLAN.robot_runs,
+    latency: Annotated[str, option("--latency S", "Delay each way of the poor link: 0.05 s, or 50ms.")] = "50ms",
+    jitter: Annotated[str, option("--jitter S", "Standard deviation of that delay: 0.01 s, or 10ms.")] = "10ms",
+    loss: Annotated[float, option("--loss P", "Probability that the poor link loses an answer.")] = PLAN.loss,
+    seed: Annotated[int, option("--seed N", "Seed of all runs: same seed, same report.")] = PLAN.seed,
+    out: Annotated[Path | None, option("--out FOLDER", "Write report.md, transfer.svg and all runs there.")] = None,
+    breaks: Annotated[bool, option("--breaks", "Look for what breaks it first.", negative="--no-breaks")] = True,
     workers: Workers = None,
     cluster: Cluster = None,
-    yes: Yes = False,
+    yes: Annotated[bool, option("--yes", "Do not ask before each run on the robot.")] = False,
     json: AsJson = False,
 ) -> None:
     """Run a learned controller again in stages, from physics alone to a robot, and look for what breaks it.
@@ -118,11 +105,7 @@ def ask(line: LiveLine, text: str) -> None:
 
 
 def seconds_of(text: str, option: str) -> float:
-    """Return a time that is given in seconds, or in milliseconds with ``ms`` behind the number.
-
-    Raises:
-        ArgumentError: It is not a number.
-    """
+    """Return a time that is given in seconds, or in milliseconds with ``ms`` behind the number."""
     number, scale = (text[:-2], 0.001) if text.endswith("ms") else (text.removesuffix("s"), 1.0)
     try:
         return float(number) * scale

@@ -31,8 +31,6 @@ RATE = 5.0
 
 Names = Annotated[str, Cli(metavar="NAMES", help="Readings: proximity, battery, image, ... (default: all but image).")]
 Rate = Annotated[float, option("--rate HZ", "Snapshots a second, 0.001 to 1000.")]
-Once = Annotated[bool, option("--once", "Show one snapshot, then end.")]
-AsJson = Annotated[bool, option("--json", "Print a line of JSON for each snapshot.")]
 
 
 def watch(
@@ -40,8 +38,8 @@ def watch(
     robot: RobotUrl = DEFAULT_URL,
     rate: Rate = RATE,
     seconds: Seconds = None,
-    once: Once = False,
-    json: AsJson = False,
+    once: Annotated[bool, option("--once", "Show one snapshot, then end.")] = False,
+    json: Annotated[bool, option("--json", "Print a line of JSON for each snapshot.")] = False,
     records: Kept = NOTHING_KEPT,
 ) -> None:
     """Show what the robot senses until Ctrl-C: a live table on a terminal, else a line for each snapshot.
@@ -71,11 +69,7 @@ def watch(
 
 
 def chosen(names: Sequence[str], rate: float) -> list[str]:
-    """Return the names of readings as elib writes them, checked like the *rate*, Hz.
-
-    Raises:
-        ArgumentError: There is no such reading, or the rate is out of its range.
-    """
+    """Return the names of readings as elib writes them, checked like the *rate*, Hz."""
     snapshots.period_of(rate)
     wanted = [name.replace("-", "_") for name in names]
     snapshots.check_names(wanted)
