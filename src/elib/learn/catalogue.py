@@ -69,11 +69,7 @@ def find_task(name: str) -> Task:
 
 
 def variable_of(file: Path, variable: str) -> object:
-    """Return a variable of a Python file, which is run.
-
-    Raises:
-        ArgumentError: There is no such file or variable, or the file fails.
-    """
+    """Return a variable of a Python file, which is run."""
     module = _module_of(file.resolve())
     if not hasattr(module, variable):
         public = [each for each in vars(module) if not each.startswith("_")]
@@ -94,11 +90,7 @@ def _module_of(file: Path) -> ModuleType:
 
 @contextmanager
 def importing(file: Path) -> Iterator[None]:
-    """Let a Python file of the user that runs in the block import what lies beside it.
-
-    Raises:
-        ArgumentError: The file fails.
-    """
+    """Let a Python file of the user that runs in the block import what lies beside it."""
     sys.path.insert(0, str(file.parent))
     try:
         yield

@@ -52,11 +52,7 @@ class Outcome(NamedTuple):
 
 
 def require_shape(actions: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return actions as an array.
-
-    Raises:
-        ArgumentError: They have another shape, or they are not numbers.
-    """
+    """Return actions as an array."""
     try:
         given = np.asarray(actions, dtype=np.float64)
     except (TypeError, ValueError):

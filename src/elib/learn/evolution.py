@@ -199,9 +199,6 @@ def replay(
         recorded: Its generations.
         size: How many parameters an individual has.
         play: Plays a generation that is not recorded, from its number and population; None means to end there.
-
-    Raises:
-        ElibError: The optimiser does not propose the recorded population: its package has changed.
     """
     import numpy as np
 

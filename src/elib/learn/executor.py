@@ -333,11 +333,7 @@ class _Cluster(_Workers):
             return 0  # the connection was lost, or the worker died with the result
 
     def _look(self) -> None:
-        """Look whether there is a worker, and tell now and then that there is none.
-
-        Raises:
-            LinkLost: There was none for too long.
-        """
+        """Look whether there is a worker, and tell now and then that there is none."""
         why = "the scheduler does not answer"
         with contextlib.suppress(Exception):  # Dask raises several
             threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=ANSWER_TIME)
@@ -399,11 +395,7 @@ def _restore(environment: Mapping[str, str | None]) -> None:
 
 
 def _parse(address: str) -> tuple[str, str, int]:
-    """Return scheme, host and port of a scheduler.
-
-    Raises:
-        ArgumentError: It is not the address of one.
-    """
+    """Return scheme, host and port of a scheduler."""
     try:
         url = urlsplit(address)
         if url.scheme in ("tcp", "tls") and url.hostname:
@@ -416,11 +408,7 @@ def _parse(address: str) -> tuple[str, str, int]:
 
 
 def _knock(address: str) -> None:
-    """Check that a scheduler answers: Dask itself waits as long as for one that it has lost.
-
-    Raises:
-        OSError: It does not answer, or something else does.
-    """
+    """Check that a scheduler answers: Dask itself waits as long as for one that it has lost."""
     scheme, host, port = _parse(address)
     with socket.create_connection((host, port), ANSWER_TIME) as line:
         if scheme == "tcp":  # over TLS the client speaks first
@@ -460,11 +448,7 @@ def _join(address: str, tell: Callable[[str], object], stack: contextlib.ExitSta
 
 
 def _check_versions(address: str, client: Any, tell: Callable[[str], object]) -> None:
-    """Check that the workers can run what this elib sends.
-
-    Raises:
-        LinkError: They have another Python, Dask or elib.
-    """
+    """Check that the workers can run what this elib sends."""
     ask = partial(client.sync, callback_timeout=START_TIME)
     answers = ask(client.scheduler.broadcast, msg={"op": "versions", "packages": []}, on_error="ignore")
     answers = {"the scheduler": ask(client.scheduler.versions), **answers}

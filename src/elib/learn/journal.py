@@ -27,9 +27,6 @@ class Journal:
 
     Attributes:
         lines: What the file holds: the value of each line.
-
-    Raises:
-        ElibError: The file cannot be opened, another program writes it, or a line in its middle is damaged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -47,11 +44,7 @@ class Journal:
             raise
 
     def append(self, line: dict[str, Any]) -> None:
-        """Write one line.
-
-        Raises:
-            ElibError: The disk is full, or fails.
-        """
+        """Write one line."""
         content = json.dumps(line, allow_nan=False).encode() + b"\n"
         try:
             self._file.write(content)
@@ -83,10 +76,6 @@ def open_folder(folder: Path, what: str, settings: str, journal: str) -> Journal
         what: What it is: ``a study``.
         settings: Name of the file of its settings.
         journal: Name of the journal.
-
-    Raises:
-        ArgumentError: The folder holds something else, or cannot be made.
-        ElibError: The journal cannot be opened.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -117,11 +106,7 @@ def versions(*packages: str) -> dict[str, str]:
 
 
 def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
-    """Return the values of the lines of a journal, and how many bytes of it are intact.
-
-    Raises:
-        ElibError: The file cannot be read, or a line other than the last one is damaged.
-    """
+    """Return the values of the lines of a journal, and how many bytes of it are intact."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -147,11 +132,7 @@ def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
 
 
 def _lock(descriptor: int, path: Path) -> None:
-    """Lock a file for this process; the system unlocks it when the process ends, however that happens.
-
-    Raises:
-        ElibError: Another program has locked it.
-    """
+    """Lock a file for this process; the system unlocks it when the process ends, however that happens."""
     try:
         if sys.platform == "win32":
             import msvcrt

@@ -52,11 +52,7 @@ def _individuals(settings: Settings, generations: list[Generation], size: int) -
 
 
 def curves(studies: Sequence[Sequence[Generation]], title: str) -> Any:
-    """Return a figure of best and mean fitness of each generation; of several studies the mean, and the range.
-
-    Raises:
-        Unsupported: Matplotlib is not installed.
-    """
+    """Return a figure of best and mean fitness of each generation; of several studies the mean, and the range."""
     import numpy as np
 
     try:

@@ -143,11 +143,7 @@ def evaluate(evaluation: Evaluation, population: Floats, seeds: Sequence[int], t
 
 
 def check_fitness(fitness: float, whose: str, evaluation: Evaluation) -> None:
-    """Check that a fitness is a finite number.
-
-    Raises:
-        ArgumentError: It is not.
-    """
+    """Check that a fitness is a finite number."""
     if not math.isfinite(fitness):
         raise ArgumentError(
             f"the fitness {whose} is {fitness}",
@@ -325,11 +321,7 @@ def _toml(document: Mapping[str, Mapping[str, object]]) -> str:
 
 
 def _compare(folder: Path, there: Mapping[str, Mapping[str, Any]], now: Mapping[str, Mapping[str, Any]]) -> None:
-    """Check that a study may go on.
-
-    Raises:
-        ArgumentError: It began with other settings, other files or another elib.
-    """
+    """Check that a study may go on."""
     settings = {**now["settings"], NOT_COMPARED: there["settings"].get(NOT_COMPARED)}
     before, after = there.get("sources", {}), now.get("sources", {})
     differences = differences_of(there["settings"], settings, elib=there.get("versions", {}).get("elib"))

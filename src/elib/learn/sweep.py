@@ -172,11 +172,7 @@ class Sweep:
         ]
 
     def check(self) -> list[Run]:
-        """Return all runs, after everything that can be checked before the first one was.
-
-        Raises:
-            ArgumentError: A name or a value is wrong.
-        """
+        """Return all runs, after everything that can be checked before the first one was."""
         Whole(1).require(self.seeds, "seeds")
         names = self.varied
         for name in names:
@@ -211,11 +207,7 @@ class Sweep:
 
 
 def parse_grid(text: str) -> tuple[str, tuple[Value, ...]]:
-    """Return name and values of ``cruise=0.2,0.4``, or of ``cruise=0.2..0.6:5``: five values at equal distances.
-
-    Raises:
-        ArgumentError: It is neither.
-    """
+    """Return name and values of ``cruise=0.2,0.4``, or of ``cruise=0.2..0.6:5``: five values at equal distances."""
     name, _, rest = text.partition("=")
     name = name.strip().replace("-", "_")
     if ".." in rest:
@@ -229,11 +221,7 @@ def parse_grid(text: str) -> tuple[str, tuple[Value, ...]]:
 
 
 def parse_sample(text: str) -> tuple[str, Range]:
-    """Return name and range of ``base=0.1..0.5:20``: twenty random numbers.
-
-    Raises:
-        ArgumentError: It is not of this form.
-    """
+    """Return name and range of ``base=0.1..0.5:20``: twenty random numbers."""
     name, _, rest = text.partition("=")
     low, _, rest = rest.partition("..")
     high, _, count = rest.partition(":")
@@ -378,11 +366,7 @@ class _Episode:
 
 @lru_cache(maxsize=4)
 def _target(sweep: Sweep) -> _Drive | _Episode:
-    """Return what is run.
-
-    Raises:
-        ArgumentError: There is no such behaviour, program or champion, or the champion is another one by now.
-    """
+    """Return what is run."""
     name, _, variable = sweep.target.partition(".py:")
     if sweep.target.endswith(CHAMPION):
         if sweep.source not in (None, read_program(sweep.target)):  # perhaps on one of several computers only
@@ -394,11 +378,7 @@ def _target(sweep: Sweep) -> _Drive | _Episode:
 
 
 def read_program(target: str) -> str | None:
-    """Return the text of the file that *target* names, a program or a champion; None if it names something else.
-
-    Raises:
-        ArgumentError: The file cannot be read.
-    """
+    """Return the text of the file that *target* names, a program or a champion; None if it names something else."""
     file = target.partition(".py:")[0] + ".py" if ".py:" in target else target
     if not file.endswith((".py", CHAMPION)):
         return None
@@ -459,10 +439,6 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
 
     Yields:
         The rows in the order in which they come: first those that are there already.
-
-    Raises:
-        ArgumentError: A parameter is wrong, or the folder holds something else.
-        ElibError: The folder cannot be written, or another program writes into it.
     """
     runs = sweep.check()
     with _open_folder(sweep, folder) as journal:
@@ -497,11 +473,7 @@ def _open_folder(sweep: Sweep, folder: Path) -> Journal:
 
 
 def _compare(folder: Path, before: object, now: Mapping[str, Any]) -> None:
-    """Check that a sweep may go on.
-
-    Raises:
-        ArgumentError: It began as another one.
-    """
+    """Check that a sweep may go on."""
     there: dict[str, Any] = before if isinstance(before, dict) else {}
     began, asked = ({**each.get("sweep", {})} for each in (there, now))
     changed = [f"the program {asked['target']} was changed"] * (began.pop("source", None) != asked.pop("source"))
@@ -527,11 +499,7 @@ def kind_of(values: Sequence[object]) -> Literal["whole", "number", "text"]:
 
 
 def check_metric(sweep: Sweep, metric: str) -> str:
-    """Return the name of the column that is drawn.
-
-    Raises:
-        ArgumentError: There is no such column of numbers.
-    """
+    """Return the name of the column that is drawn."""
     name = (metric or next(iter(sweep.metrics))).replace("-", "_")
     if name not in sweep.metrics:
         raise ArgumentError(f"{metric!r} is not measured", hint=f"choose from {', '.join(sweep.metrics)}")

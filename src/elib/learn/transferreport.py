@@ -28,12 +28,7 @@ RUNS = (
 
 
 def check_folder(folder: Path) -> None:
-    """Make the folder of a report, before anything runs for it.
-
-    Raises:
-        ArgumentError: The folder cannot be made, or it is a file.
-        Unsupported: Matplotlib is not installed.
-    """
+    """Make the folder of a report, before anything runs for it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -63,12 +63,9 @@ TASK = Task(
     source="Koza 1992, Evolution of subsumption using genetic programming, First European Conference on Artificial "
     "Life (the behaviour); the reward is made in the manner of Floreano and Mondada 1994",
     scenes=scenes(),
-    sensors=("proximity",),
     reward=reward,
     reward_sensors=("proximity",),
-    fitness="mean",
     solved=0.5,
-    seconds=60.0,
     top_speed=TOP_SPEED,
     randomisation=ROBOTS,
     on_board=True,
