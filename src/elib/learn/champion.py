@@ -68,8 +68,6 @@ COUNTED: Final = 20
 
 @dataclass(frozen=True, slots=True)
 class _Names(Rule):
-    """The rule of a list of sensors."""
-
     def __str__(self) -> str:
         return f"a list of sensors, each one of {', '.join(SENSORS)}"
 
@@ -198,9 +196,7 @@ class Champion:
     async def _read(self, robot: Epuck, open_air: OpenAir) -> dict[str, Any]:
         """Return what the sensors read, as the physics gives it to a controller, in as few requests as possible.
 
-        Args:
-            robot: The robot.
-            open_air: Takes off what its infrared sensors read in the open: in physics the robots are calibrated.
+        *open_air* takes off what infrared sensors read in the open: in physics the robots are calibrated.
         """
         found: dict[str, Any] = {}
         for poll in polls([COMMANDS[sensor] for sensor in self.network.sensors], robot.context):
@@ -251,7 +247,7 @@ class Champion:
 
             results = await in_parallel(robots, one, fail_fast=True)
             errors = {name: error for name, error in results.items() if isinstance(error, Exception)}
-            if len(robots) == 1 and errors:
+            if errors and len(robots) == 1:
                 raise errors[robots[0].name]
             if errors:
                 raise_first(errors)
@@ -264,13 +260,7 @@ class Champion:
 
 
 class _Punctual:
-    """Says once if decisions come later than the controller learned.
-
-    Args:
-        period: Time between two decisions, s.
-        say: Tells the user.
-        name: Name of the robot.
-    """
+    """Says once if decisions come later than the controller learned."""
 
     def __init__(self, period: float, say: Callable[[str], object], name: str) -> None:
         self._period, self._say, self._name = period, say, name

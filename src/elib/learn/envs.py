@@ -33,17 +33,11 @@ HUMAN, RGB_ARRAY = "human", "rgb_array"
 
 
 class Outcome(NamedTuple):
-    """What came of a decision in several worlds.
+    """What came of a decision in several worlds."""
 
-    Attributes:
-        rewards: What each robot earned, (worlds, robots).
-        terminated: Whether the task ended the episode, (worlds,).
-        truncated: Whether the time of the episode is over, (worlds,).
-    """
-
-    rewards: NDArray[np.float64]
-    terminated: NDArray[np.bool_]
-    truncated: NDArray[np.bool_]
+    rewards: NDArray[np.float64]  # of each robot, (worlds, robots)
+    terminated: NDArray[np.bool_]  # the task ended the episode, (worlds,)
+    truncated: NDArray[np.bool_]  # its time is over, (worlds,)
 
     @property
     def ended(self) -> NDArray[np.bool_]:

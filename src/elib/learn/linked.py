@@ -39,14 +39,11 @@ def play_on_wire(champion: Champion, world: str, keys: Mapping[str, object]) -> 
     Args:
         champion: The controller and its task.
         world: The world, as the text of a world file.
-        keys: Keys of a ``sim://`` URL; ``robots`` is the number of the task.
+        keys: Keys of a ``sim://`` URL.
 
     Returns:
         The fitness, by the task's own reward in the virtual world; and whether a link failed for good. Its robot then
         kept its speeds, and the others went on.
-
-    Raises:
-        Unsupported: The firmware does not have a sensor of the controller.
     """
     with tempfile.TemporaryDirectory(prefix="elib-") as folder:
         path = Path(folder, "world.toml")
@@ -154,13 +151,7 @@ def one_episode(champion: Champion) -> Iterator[Behaviour]:
 class RewardCounter:
     """Adds up what the robots of a world earn for a task, tick by tick, up to the end of the episode.
 
-    Args:
-        task: The task.
-        world: The world. Its ticks count from the first decision of a robot on, as in physics.
-
-    Attributes:
-        is_begun: Whether the episode has begun.
-        is_over: Whether it has ended.
+    Ticks count from the first decision of a robot on, as in physics.
     """
 
     def __init__(self, task: Task, world: World) -> None:

@@ -69,13 +69,7 @@ class _Shown(Control):
 class LiveView:
     """A page in the browser that shows a world, as often as the program shows it, and in real time.
 
-    The page can be opened on this computer alone. Its URL is printed on stderr.
-
-    Args:
-        period: Time between two calls of :meth:`show`, s.
-
-    Raises:
-        Unsupported: The packages of the page are not installed.
+    The page can be opened on this computer alone. Its URL is printed on stderr. :meth:`show` is called every *period*.
     """
 
     def __init__(self, period: float) -> None:
@@ -86,15 +80,7 @@ class LiveView:
         self._page = contextlib.ExitStack()
 
     def show(self, world: World, *, is_new: bool = False) -> None:
-        """Show the world as it is now, and wait until its time has come.
-
-        Args:
-            world: The world.
-            is_new: Whether an episode has begun.
-
-        Raises:
-            LinkBusy: All ports that were tried for the page are taken.
-        """
+        """Show the world as it is now, of a new episode or not, and wait until its time has come."""
         if self._panel is None:
             self._open(world)
         else:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
 
@@ -41,19 +42,12 @@ MAX_HIDDEN: Final = 100
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """How the readings of one sensor become inputs of a network.
-
-    Attributes:
-        count: How many inputs there are.
-        zero: The reading whose input is 0.
-        full: The reading whose input is 1.
-        take: Return a reading. The sensor's name stands in the code, because compiled code finds no names at run time.
-    """
+    """How the readings of one sensor become inputs of a network."""
 
     count: int
-    zero: float
-    full: float
-    take: Callable[[Any, int], float]
+    zero: float  # the reading whose input is 0
+    full: float  # the reading whose input is 1
+    take: Callable[[Any, int], float]  # names the sensor in its code: compiled code finds no names at run time
 
 
 COMMON: Final = {"ground": 3, "microphones": 3}
@@ -112,9 +106,8 @@ class _Learned:
         if isinstance(given, str) or not isinstance(given, Sequence):
             raise ArgumentError(f"sensors is {given!r}; it must be a list of names", hint='such as ["proximity"]')
         sensors = tuple(given)
-        for sensor in sensors:
-            if sensor not in INPUTS:
-                raise ArgumentError(f"there is no sensor {sensor!r}", hint=nearest(str(sensor), INPUTS))
+        for sensor in set(sensors) - INPUTS.keys():
+            raise ArgumentError(f"there is no sensor {sensor!r}", hint=nearest(str(sensor), INPUTS))
         if len(set(sensors)) < len(sensors):
             raise ArgumentError(f"a sensor stands twice in {', '.join(sensors)}", hint="name each of them once")
         object.__setattr__(self, "sensors", sensors)
@@ -325,12 +318,9 @@ def _in_turn(steps: Sequence[Function]) -> Function:
 
 def _sensing(sensors: Sequence[str]) -> Function:
     """Return a function that puts the inputs of *sensors* into the first places of the memory."""
-    at = 0
-    steps = []
-    for sensor in sensors:
-        steps.append(_reading(INPUTS[sensor], at))
-        at += INPUTS[sensor].count
-    return _in_turn(steps)
+    given = [INPUTS[sensor] for sensor in sensors]
+    places = accumulate((each.count for each in given), initial=0)
+    return _in_turn([_reading(each, at) for each, at in zip(given, places, strict=False)])
 
 
 def _reading(given: Input, at: int) -> Function:
@@ -358,12 +348,7 @@ def _remembering(inputs: int, neurons: int) -> Function:
 def _layer(begin: int, source: int, inputs: int, neurons: int, squash: Callable[[float], float]) -> Function:
     """Return a function that computes a layer of neurons.
 
-    Args:
-        begin: Place of its first parameter.
-        source: Place of its first input in the memory.
-        inputs: How many inputs there are; the outputs stand behind them.
-        neurons: How many neurons there are.
-        squash: Makes the output of the sum.
+    Its parameters stand from place *begin* on, its inputs in the memory from *source* on, and its outputs behind them.
     """
     target = source + inputs
 

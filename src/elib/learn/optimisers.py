@@ -107,11 +107,7 @@ class CmaEs:
     10 seeds learned to follow a line, and 9 do so with this one."""
 
     def __init__(self, size: int, population: int, seed: int) -> None:
-        """Begin around zero weights.
-
-        Raises:
-            Unsupported: The package is not installed.
-        """
+        """Begin around zero weights."""
         import numpy as np
 
         self._random = np.random.default_rng(seed)
@@ -159,11 +155,7 @@ class MapElites:
     """Standard deviation of how far an elite is moved towards another one (Vassiliades and Mouret 2018)."""
 
     def __init__(self, size: int, population: int, seed: int) -> None:
-        """Begin with random weights.
-
-        Raises:
-            Unsupported: The package is not installed.
-        """
+        """Begin with random weights."""
         import numpy as np
 
         try:

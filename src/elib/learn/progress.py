@@ -63,12 +63,7 @@ class Progress:
     _times: list[float] = field(default_factory=lambda: [perf_counter()])
 
     def add(self, fitness: NDArray[np.float64], population: NDArray[np.float64]) -> None:
-        """Note one more generation.
-
-        Args:
-            fitness: The fitness of each individual, (P,).
-            population: The parameters of the individuals, (P, n).
-        """
+        """Note one more generation: the fitness of each individual, (P,), and their parameters, (P, n)."""
         best = int(np.argmax(fitness))
         lowest, lower, upper = np.quantile(fitness, (0, 0.25, 0.75)).tolist()
         if not self.bests or fitness[best] > self.bests[-1].fitness:
@@ -84,12 +79,7 @@ class Progress:
         return remaining * (times[-1] - times[0]) / max(len(times) - 1, 1)
 
     def end(self, outcome: str, winner: Best | None = None) -> None:
-        """Note that the evolution has ended.
-
-        Args:
-            outcome: Why it ended, for a person: ``"All 100 generations are done."``
-            winner: The controller that won a final test, if there was one: it is the best from now on.
-        """
+        """Note why the evolution has ended, and who won the final test: that is the best from now on."""
         if winner is not None:
             self.bests.append(winner)
         self.outcome = outcome

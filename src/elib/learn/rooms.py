@@ -50,15 +50,7 @@ def gallery(name: str) -> Scene:
 
 
 def room(seed: int, *, width: float = 1.0, depth: float = 1.0, posts: int = 0, boxes: int = 0) -> Scene:
-    """Return a room with obstacles at places that the seed chooses.
-
-    Args:
-        seed: The seed.
-        width: The width of the room, m.
-        depth: The depth of the room, m.
-        posts: How many round obstacles it has.
-        boxes: How many blocks it has.
-    """
+    """Return a room, m, with round posts and boxes at places that the seed chooses."""
     draw = random.Random(seed)
     solids: list[tuple[Solid, float]] = []  # Each with the radius of the circle around it.
     while len(solids) < posts + boxes:
@@ -80,14 +72,7 @@ def room(seed: int, *, width: float = 1.0, depth: float = 1.0, posts: int = 0, b
 
 
 def cluster(seed: int, robots: int, x: float, y: float) -> tuple[Pose, ...]:
-    """Return starts in rows of three, a hand's breadth apart, with headings that the seed chooses.
-
-    Args:
-        seed: The seed.
-        robots: How many.
-        x: Where the middle of the first three rows is, m.
-        y: Where the middle of the first three rows is, m.
-    """
+    """Return starts in rows of three around (x, y), a hand's breadth apart, with headings that the seed chooses."""
     draw = random.Random(seed)
     return tuple(
         Pose(x + 0.09 * (k % 3 - 1), y + 0.09 * (k // 3 - 1), round(draw.uniform(-math.pi, math.pi), 3))

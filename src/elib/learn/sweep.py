@@ -14,7 +14,7 @@ import math
 import random
 import statistics
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
@@ -25,10 +25,10 @@ from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import parse_json, read_file, write_file
 from elib.base.rules import Number, Whole, nearest, number_from
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, find, play
-from elib.learn.catalogue import importing
+from elib.learn.catalogue import run_file
 from elib.learn.champion import Champion, load_champion
 from elib.learn.executor import Executor
-from elib.learn.journal import Journal, differences_of, open_folder, versions
+from elib.learn.journal import differences_of, open_folder, versions
 from elib.learn.study import Evaluation, check_fitness, evaluate
 from elib.link.session.statistics import merged
 from elib.link.transport import Url, parse_url
@@ -82,13 +82,7 @@ EPISODE = {
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Numbers between two bounds.
-
-    Attributes:
-        low: The lower bound.
-        high: The upper bound.
-        count: How many numbers.
-    """
+    """So many numbers between two bounds."""
 
     low: float
     high: float
@@ -160,14 +154,10 @@ class Sweep:
 
     def runs(self) -> list[Run]:
         """Return all runs, in the order of the table."""
-        points = [dict(zip((n for n, _ in self.samples), each, strict=True)) for each in self._drawn()]
-        corners = [
-            dict(zip((n for n, _ in self.grid), each, strict=True))
-            for each in itertools.product(*(values for _, values in self.grid))
-        ]
-        every = itertools.product(corners, points, self.worlds, self.faults, range(1, self.seeds + 1))
+        corners = itertools.product(*(values for _, values in self.grid))
+        every = itertools.product(corners, self._drawn(), self.worlds, self.faults, range(1, self.seeds + 1))
         return [
-            Run(k, tuple({**corner, **point}.items()), world, fault, seed)
+            Run(k, tuple(zip(self.varied, (*corner, *point), strict=True)), world, fault, seed)
             for k, (corner, point, world, fault, seed) in enumerate(every)
         ]
 
@@ -258,17 +248,11 @@ class _Drive:
         def watch(context: RunContext, opened: tuple[Epuck, ...]) -> None:
             robots.extend(RobotReport(robot, context.began) for robot in opened)
 
+        how: Any = {"seconds": seconds or SECONDS, "options": dict(run.parameters), "seed": run.seed}
         error = None
         try:
             with contextlib.redirect_stdout(io.StringIO()):  # a thousand runs would print a thousand times
-                ended = play(
-                    self._behaviour,
-                    run.url,
-                    seconds=seconds or SECONDS,
-                    options=dict(run.parameters),
-                    seed=run.seed,
-                    watch=watch,
-                ).reason
+                ended = play(self._behaviour, run.url, watch=watch, **how).reason
         except Exception as problem:  # that a run failed is a result of it
             ended, error = "error", f"{type(problem).__name__}: {problem}"
         for robot in robots:
@@ -281,33 +265,23 @@ def _drive_row(robots: Sequence[RobotReport]) -> Row:
     if not robots:
         return dict.fromkeys(DRIVE)
 
-    def mean(value: Callable[[RobotReport], float]) -> float:
-        return statistics.fmean(map(value, robots))
-
     first = robots[0].path[-1]
     links = merged([each.robot.statistics for each in robots])
     duration = max(each.time for each in robots)
-    path = mean(lambda each: each.distance)
-    return {
-        "path": path,
-        "distance": mean(lambda each: math.dist(_place(each, 0), _place(each, -1))),
-        "mean_speed": path / duration if duration else 0.0,
-        "contact_time": mean(lambda each: each.contact_time),
-        "contacts": sum(each.contacts for each in robots),
-        "area": mean(
-            lambda each: round(CELL * CELL * len({(int(p.x // CELL), int(p.y // CELL)) for p in each.path}), 4)
-        ),
-        "end_x": first.x,
-        "end_y": first.y,
-        "end_heading": first.heading,
-        "duration": duration,
-        "requests": links.count,
-        "timeouts": links.lost,
-    }
-
-
-def _place(robot: RobotReport, k: int) -> tuple[float, float]:
-    return robot.path[k].x, robot.path[k].y
+    path = statistics.fmean(each.distance for each in robots)
+    lines = [[(each.x, each.y) for each in robot.path] for robot in robots]
+    areas = [round(CELL * CELL * len({(int(x // CELL), int(y // CELL)) for x, y in line}), 4) for line in lines]
+    values = (
+        path,
+        statistics.fmean(math.dist(line[0], line[-1]) for line in lines),
+        path / duration if duration else 0.0,
+        statistics.fmean(each.contact_time for each in robots),
+        sum(each.contacts for each in robots),
+        statistics.fmean(areas),
+        *(first.x, first.y, first.heading),
+        *(duration, links.count, links.lost),
+    )
+    return dict(zip(DRIVE, values, strict=True))
 
 
 class _Episode:
@@ -393,9 +367,7 @@ def read_program(target: str) -> str | None:
 
 def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
     """Return a behaviour of a program, which is imported; the file itself need not be there."""
-    module = ModuleType(f"elib.swept.{file.stem}")
-    module.__file__ = str(file)
-    sys.modules[module.__name__] = module
+    module = sys.modules[f"elib.swept.{file.stem}"] = ModuleType(f"elib.swept.{file.stem}")
 
     def refuse(robot: Epuck) -> None:
         raise ArgumentError(
@@ -403,13 +375,10 @@ def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
             hint='put what does that below: if __name__ == "__main__":',
         )
 
-    with importing(file), on_open(refuse):
-        exec(compile(source, str(file), "exec", dont_inherit=True), vars(module))
-    own = {
-        key: each
-        for key, each in vars(module).items()
-        if isinstance(each, Behaviour) and each.function.__module__ == module.__name__
-    }
+    with on_open(refuse):
+        run_file(module, file, source)
+    behaviours = {key: each for key, each in vars(module).items() if isinstance(each, Behaviour)}
+    own = {key: each for key, each in behaviours.items() if each.function.__module__ == module.__name__}
     if name and name not in own:
         raise ArgumentError(f"{file} has no behaviour {name!r}", hint=nearest(name, own))
     if not name and len(own) != 1:
@@ -417,21 +386,14 @@ def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
             f"{file} has {len(own)} behaviours{': ' if own else ''}{', '.join(own)}",
             hint="name one: FILE.py:NAME" if own else "decorate a function with @elib.behaviour",
         )
-    return own[name] if name else next(iter(own.values()))
+    return own[name or next(iter(own))]
 
 
 def measure(sweep: Sweep, run: Run) -> Row:
     """Do one run, and return its row of the table."""
     target = _target(sweep)
-    measured = target.measure(run, sweep.seconds)
-    where = {
-        "run": run.number,
-        **dict(run.parameters),
-        "world": target.world_of(run),
-        "fault": run.fault,
-        "seed": run.seed,
-    }
-    return {**where, **measured}
+    where = {"world": target.world_of(run), "fault": run.fault, "seed": run.seed}
+    return {"run": run.number, **dict(run.parameters), **where, **target.measure(run, sweep.seconds)}
 
 
 def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
@@ -441,7 +403,8 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
         The rows in the order in which they come: first those that are there already.
     """
     runs = sweep.check()
-    with _open_folder(sweep, folder) as journal:
+    with open_folder(folder, "a sweep", SETTINGS, RUNS) as journal:
+        _check_settings(sweep, folder, is_new=not journal.lines)
         rows = {int(row["run"]): row for row in journal.lines}
         if not rows.keys() <= set(range(len(runs))):
             raise ElibError(f"{folder / RUNS} has runs that do not belong to this sweep", hint="choose a new folder")
@@ -454,22 +417,19 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
         write_table(folder / TABLE, table_of([rows[k] for k in range(len(runs))]))
 
 
-def _open_folder(sweep: Sweep, folder: Path) -> Journal:
-    """Open the folder of a sweep, a new one or one that was interrupted."""
+def _check_settings(sweep: Sweep, folder: Path, *, is_new: bool) -> None:
+    """Write the settings of a new sweep, or compare them with those of one that was interrupted."""
     settings = json.loads(json.dumps({"sweep": asdict(sweep), "versions": versions("numpy", "numba")}))
-    journal = open_folder(folder, "a sweep", SETTINGS, RUNS)
     path = folder / SETTINGS
+    if is_new:
+        write_file(path, json.dumps(settings, indent=1).encode())
+        return
+    content = read_file(path, "the sweep", largest=2 * MAX_PROGRAM)
     try:
-        if journal.lines:
-            _compare(folder, parse_json(read_file(path, "the sweep", largest=2 * MAX_PROGRAM)), settings)
-        else:
-            write_file(path, json.dumps(settings, indent=1).encode())
-    except BaseException as error:
-        journal.close()
-        if isinstance(error, ValueError) and not isinstance(error, ArgumentError):
-            raise ArgumentError(f"{path} is damaged: {error}", hint="choose a new folder") from None
-        raise
-    return journal
+        before = parse_json(content)
+    except ValueError as error:
+        raise ArgumentError(f"{path} is damaged: {error}", hint="choose a new folder") from None
+    _compare(folder, before, settings)
 
 
 def _compare(folder: Path, before: object, now: Mapping[str, Any]) -> None:
