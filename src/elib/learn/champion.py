@@ -121,11 +121,7 @@ class Champion:
 
     @cached_property
     def network(self) -> Network | Law:
-        """The network or law.
-
-        Raises:
-            ArgumentError: There is none of this kind, or the file of the law is not there.
-        """
+        """The network or law."""
         return find_controller(self.controller, self.sensors, hidden=self.hidden, top_speed=self.top_speed)
 
     def find_task(self) -> Task:
@@ -236,10 +232,17 @@ class Champion:
 
             async def one(robot: Epuck) -> None:
                 run.state("driving")
-                check = _Punctual(self.period, run.say, robot.name)
+                times: list[float] = []
 
                 def see(view: SensorView) -> None:
-                    check(view)
+                    if len(times) <= COUNTED:
+                        times.append(view.time)
+                        needed = (view.time - times[0]) / COUNTED
+                        if len(times) > COUNTED and needed > LATE * self.period:
+                            run.say(
+                                f"{robot.name}: the link is slow: a decision every {needed:.2f} s, but the controller"
+                                f" learned with {self.period:g} s, so it may drive worse"
+                            )
                     if watch is not None:
                         watch(view)
 
@@ -257,26 +260,6 @@ class Champion:
         return Behaviour(
             "champion", doc, drive, style=BehaviourStyle.SWARM, world=world, reconnects=True, takes_run=True
         )
-
-
-class _Punctual:
-    """Says once if decisions come later than the controller learned."""
-
-    def __init__(self, period: float, say: Callable[[str], object], name: str) -> None:
-        self._period, self._say, self._name = period, say, name
-        self._count, self._began = 0, 0.0
-
-    def __call__(self, view: SensorView) -> None:
-        if self._count == 0:
-            self._began = view.time
-        self._count += 1
-        if self._count == COUNTED + 1:
-            needed = (view.time - self._began) / COUNTED
-            if needed > LATE * self._period:
-                self._say(
-                    f"{self._name}: the link is slow: a decision every {needed:.2f} s, but the controller learned with"
-                    f" {self._period:g} s, so it may drive worse"
-                )
 
 
 def _seen(sensor: str, reading: Any) -> Any:

@@ -9,7 +9,7 @@ import platform
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from elib import __version__
 from elib.base.errors import ArgumentError, ElibError
@@ -17,7 +17,7 @@ from elib.base.files import parse_json, reason_of
 from elib.learn.executor import versions_of
 
 
-class Journal:
+class Journal(contextlib.AbstractContextManager["Journal"]):
     """A file of lines, open for this program alone; each line is on the disk before :meth:`append` returns.
 
     The program may be killed at any moment. A last line that was not written to its end is dropped.
@@ -61,22 +61,12 @@ class Journal:
         with contextlib.suppress(OSError):  # a full disk was reported by append
             self._file.close()
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, *_: object) -> None:
         self.close()
 
 
 def open_folder(folder: Path, what: str, settings: str, journal: str) -> Journal:
-    """Open the folder of a piece of work, which is made if it does not exist.
-
-    Args:
-        folder: The folder.
-        what: What it is: ``a study``.
-        settings: Name of the file of its settings.
-        journal: Name of the journal.
-    """
+    """Open the folder of *what*, such as ``a study``, with the names of its settings and journal, or make it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         there = {each.name for each in folder.iterdir() if not each.name.startswith(".")}

@@ -18,6 +18,9 @@ STEP = 1 / 40
 WIDTH: Final = 0.074
 """m. The width of a robot: that far apart are the middles of two that touch."""
 
+TOP_SPEED: Final = 0.1
+"""m/s of a wheel, in the tasks that reward speed. Of a Khepera in the paper of avoid: 0.08 m/s."""
+
 GAP = 0.13
 """m. Least way between two obstacles: a robot passes and can turn round."""
 
@@ -39,9 +42,9 @@ def distance(x1: float, y1: float, x2: float, y2: float) -> float:
     return math.sqrt(dx * dx + dy * dy)
 
 
-def forward_speed(robot: Robot, top_speed: float) -> float:
+def forward_speed(robot: Robot) -> float:
     """Return how fast a robot drives forward, as a part of its top speed, -1..1: the mean of its wheels."""
-    return min(max(0.5 * (robot.left_speed + robot.right_speed) / top_speed, -1.0), 1.0)
+    return min(max(0.5 * (robot.left_speed + robot.right_speed) / TOP_SPEED, -1.0), 1.0)
 
 
 def gallery(name: str) -> Scene:

@@ -7,9 +7,10 @@ import json
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import read_file, write_file
@@ -120,23 +121,23 @@ class Evaluation:
     engine: EngineName = "compiled"
     key: str = ""
 
+    def is_same(self, other: Evaluation) -> bool:
+        """Whether *other* gives every individual the same fitness."""
+        return self is other or (self.key == other.key != "" and self.engine == other.engine)
+
 
 _latest: tuple[Evaluation, int | None, Episodes] | None = None
 """The worlds of the last evaluation of this process: to lay them out and to compile takes longer than an episode."""
 
 
 def evaluate(evaluation: Evaluation, population: Floats, seeds: Sequence[int], threads: int | None = None) -> Scores:
-    """Return what individuals earn.
+    """Return what individuals, rows of a population, earn in an episode for each seed.
 
-    Args:
-        evaluation: The task and the controller.
-        population: Parameters, a row for each individual.
-        seeds: What fixes the conditions of each episode that an individual plays.
-        threads: How many run at once; None means one a core. The result does not depend on it.
+    So many threads run at once; None means one a core. The result does not depend on it.
     """
     global _latest
     latest = _latest  # Read once: a Dask worker with several threads evaluates several things at a time.
-    if latest is None or latest[1] != threads or not _is_same(latest[0], evaluation):
+    if latest is None or latest[1] != threads or not latest[0].is_same(evaluation):
         latest = _latest = evaluation, threads, Episodes(evaluation.task, engine=evaluation.engine, threads=threads)
     known, _, episodes = latest
     return episodes.play(known.controller.controller(population), population, seeds)
@@ -151,28 +152,14 @@ def check_fitness(fitness: float, whose: str, evaluation: Evaluation) -> None:
         )
 
 
-def _is_same(one: Evaluation, other: Evaluation) -> bool:
-    return one is other or (one.key == other.key != "" and one.engine == other.engine)
-
-
 class Generation(NamedTuple):
-    """One generation as it is recorded: one line of generations.jsonl.
+    """One generation as it is recorded: one line of generations.jsonl. Lists have a value for each individual."""
 
-    Attributes:
-        generation: Its number, from 1.
-        population: A digest of the parameters of all individuals; they are not recorded, the optimiser finds them
-            again.
-        seeds: What fixed the conditions of each episode.
-        fitness: Of each individual: the mean over its episodes.
-        left: Mean speed of the left wheel of each individual, as a part of the top speed.
-        right: Mean speed of the right wheel of each individual, as a part of the top speed.
-    """
-
-    generation: int
-    population: str
-    seeds: list[int]
-    fitness: list[float]
-    left: list[float]
+    generation: int  # from 1
+    population: str  # a digest of all parameters: they are not recorded, the optimiser finds them again
+    seeds: list[int]  # of the episodes
+    fitness: list[float]  # the mean over its episodes
+    left: list[float]  # mean speed of the left wheel, as a part of the top speed
     right: list[float]
 
     @property
@@ -186,7 +173,7 @@ def digest_of(population: Floats) -> str:
     return hashlib.blake2b(population.astype("<f8").tobytes(), digest_size=8).hexdigest()
 
 
-class Study:
+class Study(AbstractContextManager["Study"]):
     """The folder of a study, open for writing; another program cannot open it meanwhile.
 
     Args:
@@ -194,8 +181,6 @@ class Study:
         settings: What the study begins with, or began with.
 
     Attributes:
-        folder: As given.
-        settings: As given.
         generations: What is recorded.
 
     Raises:
@@ -232,30 +217,17 @@ class Study:
                 left.unlink(missing_ok=True)
 
     def append(self, generation: Generation) -> None:
-        """Record a generation; it is on the disk when this returns.
-
-        Raises:
-            ElibError: The disk is full, or fails.
-        """
+        """Record a generation; it is on the disk when this returns."""
         self._journal.append(generation._asdict())
         self.generations.append(generation)
 
     def note(self, result: Mapping[str, object]) -> None:
-        """Write the result of the study into study.toml.
-
-        Raises:
-            ElibError: The disk is full, or fails.
-        """
-        document = _read(self.folder)
-        document["result"] = dict(result)
-        write_file(self.folder / SETTINGS, _toml(document).encode())
+        """Write the result of the study into study.toml."""
+        write_file(self.folder / SETTINGS, _toml({**_read(self.folder), "result": result}).encode())
 
     def close(self) -> None:
         """Let other programs open the folder."""
         self._journal.close()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

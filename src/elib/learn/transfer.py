@@ -210,16 +210,10 @@ class TransferPlan:
 def bootstrap(
     values: Sequence[float], reference: Sequence[float] | None = None, *, paired: bool = True, seed: int = 0
 ) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a mean, or of its ratio to another mean: percentiles of the bootstrap.
+    """Return the 95 % confidence interval of a mean, or of its ratio to that of *reference*: bootstrap percentiles.
 
-    Args:
-        values: One number a run.
-        reference: Numbers whose mean the other one is divided by, or None.
-        paired: Whether a run and its reference had the same seed, so that they are drawn together.
-        seed: Seed of the draws.
-
-    Returns:
-        The lower and the upper end; nan for fewer than two runs, or where a mean to divide by is not above 0.
+    Runs are drawn together with their reference if both had the same seeds, *paired*. Both ends are nan for fewer than
+    two runs, or where a mean to divide by is not above 0.
     """
     if len(values) < 2 or (reference is not None and len(reference) < 2):
         return math.nan, math.nan

@@ -12,13 +12,10 @@ from dataclasses import replace
 from math import sqrt
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, gallery, room
+from elib.learn.rooms import ROBOTS, TOP_SPEED, gallery, room
 from elib.simulator.physics import Box, Scene, Wall
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
-
-TOP_SPEED: Final = 0.1
-"""m/s. Of a Khepera in the paper: 0.08 m/s."""
 
 FULL_SCALE: Final = 4095.0
 """What an infrared sensor reads at most, counts."""
