@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import NamedTuple
+
+import numpy as np
 
 from elib.base.errors import ElibError
 from elib.learn.champion import Champion
 from elib.learn.executor import Executor
+from elib.learn.optimisers import Floats
 from elib.learn.progress import Best
 from elib.learn.study import BEST, Evaluation, Generation, Settings, Study, check_fitness, digest_of, evaluate
 from elib.simulator.physics.episodes import Scores
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[Any]
 
 JOB_TICKS = 4_000_000
 """Robot-ticks of one job: about a second of one core, so that a bar moves and Ctrl-C does not wait long."""
@@ -96,8 +94,6 @@ class Evolution:
             ArgumentError: A reward is not a finite number; best.toml stays as it is.
             ElibError: A job fails, or the folder cannot be written.
         """
-        import numpy as np
-
         seeds = self._study.settings.seeds(TEST, TEST_EPISODES)
         scores = self._scores(np.array([each.parameters for each in self.bests]), seeds)
         means = scores.fitness.mean(axis=1)
@@ -127,8 +123,6 @@ class Evolution:
 
     def _scores(self, population: Floats, seeds: list[int]) -> Scores:
         """Return what individuals earn. They are evaluated in parts; the result does not depend on how many."""
-        import numpy as np
-
         task, width = self.evaluation.task, self._executor.width
         ticks = len(population) * len(seeds) * task.ticks * task.robots
         count = max(math.ceil(ticks / JOB_TICKS), JOBS_A_WORKER * width if width > 1 else 1)
@@ -173,8 +167,6 @@ def replay(
 
     *play* plays a generation that is not recorded, from its number and population; None means to end there.
     """
-    import numpy as np
-
     search = settings.optimiser(size)
     before = len(recorded)  # *play* may add to the list.
     for number in range(1, settings.generations + 1):

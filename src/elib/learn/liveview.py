@@ -8,15 +8,15 @@ import sys
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from elib.base.browser import show_page
 from elib.base.extras import check_web
 from elib.simulator.emulator.control import Control
 from elib.simulator.physics import Snapshot, World
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from elib.panel.panel import Panel
     from elib.simulator.emulator.simulation import Simulation
 
@@ -26,8 +26,6 @@ SIZE = 480
 
 def picture(world: World) -> NDArray[np.uint8]:
     """Return the world seen from above, with the rays of the infrared sensors, (rows, columns, 3)."""
-    import numpy as np
-
     from elib.simulator.drawing.png import render
     from elib.simulator.drawing.top import top_view
 

@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 from functools import cache
 from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
+from typing import Any, Final, Literal, TypeAlias, get_args
+
+from numpy.typing import ArrayLike
 
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError
@@ -22,9 +24,6 @@ from elib.learn.sensors import channels_of
 from elib.simulator.physics.controller import MAX_MEMORY, Controller
 from elib.simulator.physics.records import SENSORS, SensorView
 from elib.simulator.physics.task import FASTEST
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 Function: TypeAlias = Callable[[SensorView, Any, Any], None]
 """A control function: it takes the robot, its parameters and its memory, and sets ``robot.left`` and ``robot.right``,

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.task import Task
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 RECENT = 20
 """Generations from whose time the time left is told: earlier ones may have come from a checkpoint, at once."""

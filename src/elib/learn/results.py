@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from elib.base.quantiles import quantile
 from elib.learn.evolution import replay
 from elib.learn.study import GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT, Generation, Settings
@@ -40,7 +42,6 @@ def _individuals(settings: Settings, generations: list[Generation], size: int) -
 
 def curves(studies: Sequence[Sequence[Generation]], title: str) -> Any:
     """Return a figure of best and mean fitness of each generation; of several studies the mean, and the range."""
-    import numpy as np
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8, 4.5), facecolor=PAPER, layout="constrained")

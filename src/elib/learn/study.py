@@ -10,7 +10,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import read_file, write_file
@@ -18,15 +20,10 @@ from elib.base.rules import Number, Text, Whole, check
 from elib.learn.catalogue import find_task
 from elib.learn.journal import differences_of, open_folder, read_lines, versions
 from elib.learn.networks import Law, Network, find_controller
-from elib.learn.optimisers import Optimiser, optimiser
+from elib.learn.optimisers import Floats, Optimiser, optimiser
 from elib.simulator.physics.engine import EngineName
 from elib.simulator.physics.episodes import Episodes, Scores
 from elib.simulator.physics.task import Task
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[Any]
 
 SETTINGS, GENERATIONS, BEST = "study.toml", "generations.jsonl", "best.toml"
 GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT = "generations.parquet", "individuals.parquet", "fitness.svg"
@@ -99,8 +96,6 @@ class Settings:
 
     def seeds(self, generation: int, count: int) -> list[int]:
         """Return seeds for a generation, counted from 1; no two generations have the same."""
-        import numpy as np
-
         drawn = np.random.SeedSequence(self.seed, spawn_key=(generation,)).generate_state(count, np.uint64)
         return [int(each) >> 1 for each in drawn]  # Below 2**63: JSON and TOML readers have signed integers.
 
@@ -200,10 +195,10 @@ class Study(AbstractContextManager["Study"]):
 
     def _resume(self) -> None:
         settings, lines = self.settings, self._journal.lines
-        written = _written(settings)
+        now = {"settings": asdict(settings), "sources": settings.sources, "versions": versions(*PACKAGES)}
         is_new = not lines and not (self.folder / BEST).exists()  # Nothing is lost if a mended task begins again.
         if not is_new and (self.folder / SETTINGS).exists():
-            _compare(self.folder, _read(self.folder), tomllib.loads(written))
+            _compare(self.folder, _read(self.folder), now)
         self.generations = [_generation(line, k, self.folder, settings) for k, line in enumerate(lines, start=1)]
         if len(lines) > settings.generations:
             raise ArgumentError(
@@ -211,7 +206,7 @@ class Study(AbstractContextManager["Study"]):
                 hint="ask for more with --generations, or choose another folder with --out",
             )
         if is_new or not (self.folder / SETTINGS).exists() or _read(self.folder)["settings"] != asdict(settings):
-            write_file(self.folder / SETTINGS, written.encode())
+            write_file(self.folder / SETTINGS, _toml(now).encode())
         for name in (SETTINGS, BEST, GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT):
             for left in self.folder.glob(f".{name}.*"):  # what a killed program had begun to write
                 left.unlink(missing_ok=True)
@@ -275,11 +270,6 @@ def _read(folder: Path) -> dict[str, dict[str, Any]]:
     except ValueError as error:
         raise ArgumentError(f"{path} is damaged: {error}", hint="put back a copy of the file") from None
     return document
-
-
-def _written(settings: Settings) -> str:
-    """Return the content of study.toml for a new study."""
-    return _toml({"settings": asdict(settings), "sources": settings.sources, "versions": versions(*PACKAGES)})
 
 
 def _toml(document: Mapping[str, Mapping[str, object]]) -> str:

@@ -21,6 +21,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
 
+import numpy as np
+
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import parse_json, read_file, write_file
 from elib.base.rules import Number, Whole, nearest, number_from
@@ -323,8 +325,6 @@ class _Episode:
         return Evaluation(task, champion.network, key=key)
 
     def measure(self, run: Run, seconds: float | None) -> Row:
-        import numpy as np
-
         evaluation = self._evaluation(run, seconds)
         scores = evaluate(evaluation, np.array([self._champion.parameters]), [run.seed], threads=1)
         fitness = float(scores.fitness[0][0])
@@ -429,13 +429,8 @@ def _check_settings(sweep: Sweep, folder: Path, *, is_new: bool) -> None:
         before = parse_json(content)
     except ValueError as error:
         raise ArgumentError(f"{path} is damaged: {error}", hint="choose a new folder") from None
-    _compare(folder, before, settings)
-
-
-def _compare(folder: Path, before: object, now: Mapping[str, Any]) -> None:
-    """Check that a sweep may go on."""
     there: dict[str, Any] = before if isinstance(before, dict) else {}
-    began, asked = ({**each.get("sweep", {})} for each in (there, now))
+    began, asked = ({**each.get("sweep", {})} for each in (there, settings))
     changed = [f"the program {asked['target']} was changed"] * (began.pop("source", None) != asked.pop("source"))
     differences = changed + differences_of(began, asked, elib=there.get("versions", {}).get("elib"))
     if differences:
