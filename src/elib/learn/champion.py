@@ -148,7 +148,7 @@ class Champion:
                 value = getattr(self, entry.name)
                 if entry.name in ("task", "controller"):
                     value = _relative(value, folder)
-                lines.append(f"{entry.name} = {_written(value)}")
+                lines.append(f"{entry.name} = {json.dumps(value, ensure_ascii=False)}")  # which is TOML, too
         lines += ["parameters = [", *(f"  {number!r}," for number in self.parameters), "]", ""]
         write_file(path, "\n".join(lines).encode())
 
@@ -300,13 +300,6 @@ def _absolute(name: str, folder: Path) -> str:
     """Return the opposite of :func:`_relative`."""
     file, _, variable = name.rpartition(":")
     return f"{os.path.normpath(folder / file)}:{variable}" if file.endswith(".py") else name
-
-
-def _written(value: object) -> str:
-    """Return a value as TOML."""
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_written, value))}]"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
 def load_champion(path: str | os.PathLike[str]) -> Champion:

@@ -111,12 +111,10 @@ class Environment:
         return cast("gymnasium.Space[Floats32]", self._observed), cast("gymnasium.Space[Floats32]", _box(acted))
 
     def _begin(self, seed: int | Sequence[int | None] | None, which: Sequence[int] | None = None) -> None:
-        """Begin episodes.
+        """Begin episodes in the worlds of these numbers, or in all.
 
-        Args:
-            seed: World k begins with the seed *seed* + k, or with number k of several seeds. None means the episode
-                after the present one, in a sequence that the world's last seed decides.
-            which: Numbers of the worlds; None means all.
+        World k begins with the seed *seed* + k, or with number k of several seeds. None means the episode after the
+        present one, in a sequence that the world's last seed decides.
         """
         chosen = list(range(len(self._fitness))) if which is None else list(which)
         if seed is None or isinstance(seed, int | np.integer):
@@ -304,13 +302,7 @@ class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
     ) -> tuple[Floats32, dict[str, Any]]:
         """Begin an episode in every world.
 
-        Args:
-            seed: World k begins with the seed *seed* + k, or with number k of several seeds. None means the next
-                episode.
-            options: Not used.
-
-        Raises:
-            ArgumentError: There is not one seed for each world.
+        World k begins with the seed *seed* + k, or with number k of several seeds; None means the next episode.
         """
         if isinstance(seed, Sequence):
             if len(seed) != self.num_envs:
@@ -323,14 +315,7 @@ class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
         return self._observations(), {}
 
     def step(self, actions: Floats32) -> tuple[Floats32, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        """Let all robots drive until their next decision.
-
-        Args:
-            actions: Speeds of the left and the right wheel, m/s, (worlds, 2).
-
-        Raises:
-            ArgumentError: The actions have another shape, or :meth:`reset` was not called yet.
-        """
+        """Let all robots drive until their next decision; actions are wheel speeds, m/s, (worlds, 2)."""
         is_same_step = self._mode is AutoresetMode.SAME_STEP
         given = require_shape(actions, (self.num_envs, 2))
         outcome = self._decide(given[:, None], begin_again=not is_same_step)

@@ -36,10 +36,7 @@ GRACE = 10.0
 def play_on_wire(champion: Champion, world: str, keys: Mapping[str, object]) -> tuple[float, bool]:
     """Play an episode with virtual robots that are driven through their firmwares and links.
 
-    Args:
-        champion: The controller and its task.
-        world: The world, as the text of a world file.
-        keys: Keys of a ``sim://`` URL.
+    The world is the text of a world file, and the keys are those of a ``sim://`` URL.
 
     Returns:
         The fitness, by the task's own reward in the virtual world; and whether a link failed for good. Its robot then
@@ -215,10 +212,6 @@ def play_on_robot(champion: Champion, url: str) -> float:
 
     The reward of a tick is that of the last readings and of the speeds that led to them. It counts for the time between
     two decisions, which on a slow link is longer than the period of the task.
-
-    Args:
-        champion: The controller and its task.
-        url: The robot.
 
     Returns:
         The fitness; nan if it cannot be measured.

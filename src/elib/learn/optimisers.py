@@ -185,13 +185,7 @@ ALGORITHMS: dict[str, Callable[[int, int, int], Optimiser]] = {"cma": CmaEs, "ga
 
 
 def optimiser(algorithm: str, size: int, population: int, seed: int) -> Optimiser:
-    """Return a new optimiser.
-
-    Args:
-        algorithm: ``"cma"``, ``"ga"`` or ``"map-elites"``.
-        size: How many parameters an individual has.
-        population: How many individuals are asked for at once.
-        seed: What all its random numbers follow from.
+    """Return a new optimiser, for individuals of *size* parameters. All its random numbers follow from the seed.
 
     Raises:
         ArgumentError: There is no such algorithm, or it cannot work with so few individuals or parameters.

@@ -30,19 +30,10 @@ REST = 1.0
 
 @contextlib.contextmanager
 def study_page(progress: Progress, place: str = "") -> Iterator[str]:
-    """Serve the page of a study until the block is left, in a thread of its own: the evolution never waits for it.
+    """Serve the page of a study until the block is left, and yield its URL.
 
-    Args:
-        progress: What the evolution tells of itself.
-        place: ``HOST:PORT`` or ``PORT`` on this computer; empty for the first free port, port 0 for any.
-
-    Yields:
-        The page's URL.
-
-    Raises:
-        ArgumentError: *place* is not an address, or other computers could reach it.
-        LinkBusy: The port is taken, or all that were tried are.
-        LinkDenied: This user may not use the port.
+    It runs in a thread of its own: the evolution never waits for it. The place is ``HOST:PORT`` or ``PORT`` on this
+    computer; empty for the first free port, port 0 for any.
     """
 
     @contextlib.asynccontextmanager

@@ -38,20 +38,7 @@ class SwarmEnv(Environment, ParallelEnv):  # type: ignore[misc]  # PettingZoo ha
     def __init__(
         self, task: Task | str = "aggregation", *, engine: EngineName = "compiled", render_mode: str | None = None
     ) -> None:
-        """Set up the world.
-
-        Args:
-            task: A task, or the name of one.
-            engine: ``"compiled"``, or ``"interpreted"``, which needs no compiling at first. Both give the same
-                episodes.
-            render_mode: ``"rgb_array"``: :meth:`render` returns a picture. ``"human"``: a page in the browser shows
-                the world, and every step takes as long as in reality.
-
-        Raises:
-            ArgumentError: There is no such task or render mode.
-            SimulationError: Numba is not installed.
-            Unsupported: The packages of the page are not installed.
-        """
+        """Set up the world, as :class:`elib.learn.envs.TaskEnv` does, of a task with any number of robots."""
         observed, acted = self._set_up(task, engine, render_mode)
         self.metadata |= {"name": f"{self.task.name.replace('-', '_')}_v0"}
         self.possible_agents = [f"robot_{k}" for k in range(self.task.robots)]
@@ -70,12 +57,7 @@ class SwarmEnv(Environment, ParallelEnv):  # type: ignore[misc]  # PettingZoo ha
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Floats32], dict[str, dict[str, Any]]]:
-        """Begin an episode.
-
-        Args:
-            seed: The seed of the episode, as for :meth:`elib.learn.envs.TaskEnv.reset`; None means the next episode.
-            options: Not used.
-        """
+        """Begin an episode, as :meth:`elib.learn.envs.TaskEnv.reset` does."""
         if seed is None and not self._has_begun:
             seed = int(np.random.default_rng().integers(1 << 63))
         self._begin(seed)

@@ -80,13 +80,7 @@ def to_json(report: TransferReport) -> dict[str, object]:
 def write_folder(report: TransferReport, folder: Path, title: str) -> list[Path]:
     """Write ``report.md``, ``transfer.svg`` and all runs, as Parquet if DuckDB is installed, or else as CSV.
 
-    Args:
-        report: The report.
-        folder: The folder, after :func:`check_folder`.
-        title: What was tried, for the page and the plot.
-
-    Returns:
-        The files.
+    The folder was checked by :func:`check_folder`. Returns the files.
     """
     runs = folder / f"runs.{'parquet' if importlib.util.find_spec('duckdb') else 'csv'}"
     write_table(runs, Table(RUNS, _runs(report)))
