@@ -41,16 +41,13 @@ class Result(NamedTuple):
 
 
 class Evolution:
-    """An evolution in a study's folder; what is recorded there is not played again.
+    """An evolution in the folder of an open study; what is recorded there is not played again.
 
-    Args:
-        study: The open study.
-        executor: Runs the jobs. The result does not depend on it.
-        evaluation: What gives fitness; None means that of the study's settings.
-        told: Is called with how many jobs of a generation are done, and how many there are.
+    The result does not depend on the executor. *told* is called with how many jobs of a generation are done, and how
+    many there are.
 
     Attributes:
-        evaluation: What gives fitness.
+        evaluation: What gives fitness; that of the study's settings unless it is given.
         bests: The best individuals of all generations so far, the highest fitness first, some of them.
     """
 

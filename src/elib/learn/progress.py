@@ -37,26 +37,15 @@ class Best(NamedTuple):
 
 @dataclass
 class Progress:
-    """How far an evolution has come. The evolution writes it and waits for no one; any thread may read it.
-
-    Attributes:
-        task: What is learned.
-        controller: Makes a controller of parameters.
-        generations: How many there will be.
-        settings: What else a person wants to know of the study, by name: ``{"optimiser": "CMA-ES", "seed": 1}``.
-        done: The generations so far, oldest first.
-        bests: Every controller that was better than all before it, and the winner of the final test; the last one is
-            the best so far.
-        outcome: Why the evolution ended, for a person; empty while it runs.
-    """
+    """How far an evolution has come. The evolution writes it and waits for no one; any thread may read it."""
 
     task: Task
     controller: Callable[[NDArray[np.float64]], Controller]
-    generations: int
-    settings: Mapping[str, object]
-    done: list[Spread] = field(default_factory=list)
-    bests: list[Best] = field(default_factory=list)
-    outcome: str = ""
+    generations: int  # how many there will be
+    settings: Mapping[str, object]  # what else a person wants to know: {"optimiser": "CMA-ES", "seed": 1}
+    done: list[Spread] = field(default_factory=list)  # the generations so far, oldest first
+    bests: list[Best] = field(default_factory=list)  # each better than all before it, at last the final test's winner
+    outcome: str = ""  # why the evolution ended, for a person; empty while it runs
     _times: list[float] = field(default_factory=lambda: [perf_counter()])
 
     def add(self, fitness: NDArray[np.float64], population: NDArray[np.float64]) -> None:

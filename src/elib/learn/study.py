@@ -40,29 +40,17 @@ NOT_COMPARED = "generations"
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What decides the result of a study: with equal settings, every study gives the same result.
+    """What decides the result of a study: with equal settings, every study gives the same result."""
 
-    Attributes:
-        task: Name of a task that comes with elib, or ``FILE.py:TASK``.
-        controller: ``recurrent``, ``feedforward``, ``braitenberg`` or ``FILE.py:LAW``.
-        hidden: How many hidden neurons a network has.
-        algorithm: ``cma``, ``ga`` or ``map-elites``.
-        population: How many individuals a generation has.
-        generations: How many generations there are.
-        scenarios: How many episodes each individual plays in a generation; its fitness is their mean.
-        seconds: How long an episode lasts, s; 0 stands for what the task says.
-        seed: The seed of everything random.
-    """
-
-    task: Annotated[str, Text(1000)]
-    controller: Annotated[str, Text(1000)] = "recurrent"
-    hidden: Annotated[int, Whole(0, 100)] = 0
-    algorithm: Annotated[str, Text()] = "cma"
-    population: Annotated[int, Whole(2, 100_000)] = 50
+    task: Annotated[str, Text(1000)]  # one that comes with elib, or FILE.py:TASK
+    controller: Annotated[str, Text(1000)] = "recurrent"  # or feedforward, braitenberg, FILE.py:LAW
+    hidden: Annotated[int, Whole(0, 100)] = 0  # neurons of a network
+    algorithm: Annotated[str, Text()] = "cma"  # or ga, map-elites
+    population: Annotated[int, Whole(2, 100_000)] = 50  # individuals of a generation
     generations: Annotated[int, Whole(1, 1_000_000)] = 100
-    scenarios: Annotated[int, Whole(1, 10_000)] = 4
-    seconds: Annotated[float, Number(0, 1e6, "s")] = 0.0
-    seed: Annotated[int, Whole(0, 2**63 - 1)] = 1
+    scenarios: Annotated[int, Whole(1, 10_000)] = 4  # episodes of an individual in a generation
+    seconds: Annotated[float, Number(0, 1e6, "s")] = 0.0  # of an episode; 0 stands for what the task says
+    seed: Annotated[int, Whole(0, 2**63 - 1)] = 1  # of everything random
 
     def __post_init__(self) -> None:
         check(self)
@@ -102,19 +90,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How individuals get their fitness. It can be pickled, so that other processes evaluate too.
-
-    Attributes:
-        task: The task.
-        controller: The network or law whose parameters are the individuals.
-        engine: ``compiled``, or ``interpreted`` to examine a reward function.
-        key: Equal keys stand for equal evaluations, also after pickling; empty if that is not known.
-    """
+    """How individuals get their fitness. It can be pickled, so that other processes evaluate too."""
 
     task: Task
-    controller: Network | Law
-    engine: EngineName = "compiled"
-    key: str = ""
+    controller: Network | Law  # whose parameters are the individuals
+    engine: EngineName = "compiled"  # or interpreted, to examine a reward function
+    key: str = ""  # equal keys stand for equal evaluations, also after pickling; empty if that is not known
 
     def is_same(self, other: Evaluation) -> bool:
         """Whether *other* gives every individual the same fitness."""

@@ -93,21 +93,13 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One run of a sweep.
+    """One run of a sweep."""
 
-    Attributes:
-        number: Its number, from 0.
-        parameters: Name and value of each parameter that is varied.
-        world: Name or file of its world; empty for that of the target.
-        fault: A fault script, settings of the link such as ``loss=0.1``, or ``none``.
-        seed: Seed of the world and of the behaviour.
-    """
-
-    number: int
-    parameters: tuple[tuple[str, Value], ...]
-    world: str
-    fault: str
-    seed: int
+    number: int  # from 0
+    parameters: tuple[tuple[str, Value], ...]  # name and value of each that is varied
+    world: str  # its name or file; empty for that of the target
+    fault: str  # a fault script, settings of the link such as loss=0.1, or none
+    seed: int  # of the world and of the behaviour
 
     @property
     def url(self) -> str:
@@ -121,27 +113,17 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """What is to be run.
+    """What is to be run."""
 
-    Attributes:
-        target: Name of a behaviour, ``FILE.py`` or ``FILE.py:NAME`` with one of yours, or ``best.toml``.
-        grid: Names and values of the parameters of which every combination is run.
-        samples: Names and ranges of the parameters of which random values are drawn, all together.
-        worlds: Names or files of worlds; an empty name stands for that of the target.
-        faults: Fault scripts, settings of the link such as ``loss=0.1&latency=0.02``, or ``none``.
-        seeds: Every combination is run with the seeds 1 to this.
-        seconds: Robot time for each run, s; None stands for 30 s, or for what the task of a champion says.
-        source: The text of the target's file, if it is one: another text is another sweep, and workers on other
-            computers do not have the program.
-    """
-
-    target: str
-    grid: tuple[tuple[str, tuple[Value, ...]], ...] = ()
-    samples: tuple[tuple[str, Range], ...] = ()
-    worlds: tuple[str, ...] = ("",)
-    faults: tuple[str, ...] = (NO_FAULT,)
-    seeds: int = 1
-    seconds: float | None = None
+    target: str  # name of a behaviour, FILE.py or FILE.py:NAME with one of yours, or best.toml
+    grid: tuple[tuple[str, tuple[Value, ...]], ...] = ()  # every combination of these values is run
+    samples: tuple[tuple[str, Range], ...] = ()  # random values of these are drawn, all together
+    worlds: tuple[str, ...] = ("",)  # as in Run
+    faults: tuple[str, ...] = (NO_FAULT,)  # as in Run
+    seeds: int = 1  # every combination is run with the seeds 1 to this
+    seconds: float | None = None  # of robot time for a run; None stands for 30, or for what a champion's task says
+    # The text of the target's file, if it is one: another text is another sweep, and workers on other computers do not
+    # have the program.
     source: str | None = None
 
     @property

@@ -149,19 +149,13 @@ class Sensitivity:
 
 @dataclass(frozen=True, slots=True)
 class TransferReport:
-    """All stages of a transfer report, and what breaks the controller.
-
-    Attributes:
-        stages: In the order in which they ran; physics is the first one.
-        sensitivities: One for each trouble, the most fragile first.
-        left_out: Stages that could not run, each with the reason.
-    """
+    """All stages of a transfer report, and what breaks the controller."""
 
     task: str
     seed: int
-    stages: tuple[StageResult, ...]
-    sensitivities: tuple[Sensitivity, ...] = ()
-    left_out: tuple[str, ...] = ()
+    stages: tuple[StageResult, ...]  # in the order in which they ran; physics is the first one
+    sensitivities: tuple[Sensitivity, ...] = ()  # one for each trouble, the most fragile first
+    left_out: tuple[str, ...] = ()  # stages that could not run, each with the reason
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
