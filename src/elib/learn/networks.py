@@ -105,8 +105,9 @@ class _Learned:
         if isinstance(given, str) or not isinstance(given, Sequence):
             raise ArgumentError(f"sensors is {given!r}; it must be a list of names", hint='such as ["proximity"]')
         sensors = tuple(given)
-        for sensor in set(sensors) - INPUTS.keys():
-            raise ArgumentError(f"there is no sensor {sensor!r}", hint=nearest(str(sensor), INPUTS))
+        for sensor in sensors:
+            if sensor not in INPUTS:
+                raise ArgumentError(f"there is no sensor {sensor!r}", hint=nearest(str(sensor), INPUTS))
         if len(set(sensors)) < len(sensors):
             raise ArgumentError(f"a sensor stands twice in {', '.join(sensors)}", hint="name each of them once")
         object.__setattr__(self, "sensors", sensors)
