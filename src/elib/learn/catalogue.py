@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import pkgutil
 import sys
 import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -69,11 +66,7 @@ def find_task(name: str) -> Task:
 
 
 def variable_of(file: Path, variable: str) -> object:
-    """Return a variable of a Python file, which is run.
-
-    Raises:
-        ArgumentError: There is no such file or variable, or the file fails.
-    """
+    """Return a variable of a Python file, which is run."""
     module = _module_of(file.resolve())
     if not hasattr(module, variable):
         public = [each for each in vars(module) if not each.startswith("_")]
@@ -83,25 +76,18 @@ def variable_of(file: Path, variable: str) -> object:
 
 @cache
 def _module_of(file: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(file.stem, file)
-    if spec is None or spec.loader is None or not file.is_file():
+    if not file.is_file():
         raise ArgumentError(f"there is no file {file}", hint="give the path of a Python file, FILE.py:NAME")
-    module = importlib.util.module_from_spec(spec)
-    with importing(file):
-        spec.loader.exec_module(module)
-    return module
+    return run_file(ModuleType(file.stem), file, file.read_bytes())
 
 
-@contextmanager
-def importing(file: Path) -> Iterator[None]:
-    """Let a Python file of the user that runs in the block import what lies beside it.
-
-    Raises:
-        ArgumentError: The file fails.
-    """
+def run_file(module: ModuleType, file: Path, source: str | bytes) -> ModuleType:
+    """Run a Python file of the user as a module, and return it; the file can import what lies beside it."""
+    module.__file__ = str(file)
     sys.path.insert(0, str(file.parent))
     try:
-        yield
+        exec(compile(source, str(file), "exec", dont_inherit=True), vars(module))
+        return module
     except ElibError:
         raise
     except SyntaxError as error:

@@ -68,8 +68,6 @@ COUNTED: Final = 20
 
 @dataclass(frozen=True, slots=True)
 class _Names(Rule):
-    """The rule of a list of sensors."""
-
     def __str__(self) -> str:
         return f"a list of sensors, each one of {', '.join(SENSORS)}"
 
@@ -123,11 +121,7 @@ class Champion:
 
     @cached_property
     def network(self) -> Network | Law:
-        """The network or law.
-
-        Raises:
-            ArgumentError: There is none of this kind, or the file of the law is not there.
-        """
+        """The network or law."""
         return find_controller(self.controller, self.sensors, hidden=self.hidden, top_speed=self.top_speed)
 
     def find_task(self) -> Task:
@@ -154,7 +148,7 @@ class Champion:
                 value = getattr(self, entry.name)
                 if entry.name in ("task", "controller"):
                     value = _relative(value, folder)
-                lines.append(f"{entry.name} = {_written(value)}")
+                lines.append(f"{entry.name} = {json.dumps(value, ensure_ascii=False)}")  # which is TOML, too
         lines += ["parameters = [", *(f"  {number!r}," for number in self.parameters), "]", ""]
         write_file(path, "\n".join(lines).encode())
 
@@ -198,9 +192,7 @@ class Champion:
     async def _read(self, robot: Epuck, open_air: OpenAir) -> dict[str, Any]:
         """Return what the sensors read, as the physics gives it to a controller, in as few requests as possible.
 
-        Args:
-            robot: The robot.
-            open_air: Takes off what its infrared sensors read in the open: in physics the robots are calibrated.
+        *open_air* takes off what infrared sensors read in the open: in physics the robots are calibrated.
         """
         found: dict[str, Any] = {}
         for poll in polls([COMMANDS[sensor] for sensor in self.network.sensors], robot.context):
@@ -240,10 +232,17 @@ class Champion:
 
             async def one(robot: Epuck) -> None:
                 run.state("driving")
-                check = _Punctual(self.period, run.say, robot.name)
+                times: list[float] = []
 
                 def see(view: SensorView) -> None:
-                    check(view)
+                    if len(times) <= COUNTED:
+                        times.append(view.time)
+                        needed = (view.time - times[0]) / COUNTED
+                        if len(times) > COUNTED and needed > LATE * self.period:
+                            run.say(
+                                f"{robot.name}: the link is slow: a decision every {needed:.2f} s, but the controller"
+                                f" learned with {self.period:g} s, so it may drive worse"
+                            )
                     if watch is not None:
                         watch(view)
 
@@ -251,7 +250,7 @@ class Champion:
 
             results = await in_parallel(robots, one, fail_fast=True)
             errors = {name: error for name, error in results.items() if isinstance(error, Exception)}
-            if len(robots) == 1 and errors:
+            if errors and len(robots) == 1:
                 raise errors[robots[0].name]
             if errors:
                 raise_first(errors)
@@ -261,32 +260,6 @@ class Champion:
         return Behaviour(
             "champion", doc, drive, style=BehaviourStyle.SWARM, world=world, reconnects=True, takes_run=True
         )
-
-
-class _Punctual:
-    """Says once if decisions come later than the controller learned.
-
-    Args:
-        period: Time between two decisions, s.
-        say: Tells the user.
-        name: Name of the robot.
-    """
-
-    def __init__(self, period: float, say: Callable[[str], object], name: str) -> None:
-        self._period, self._say, self._name = period, say, name
-        self._count, self._began = 0, 0.0
-
-    def __call__(self, view: SensorView) -> None:
-        if self._count == 0:
-            self._began = view.time
-        self._count += 1
-        if self._count == COUNTED + 1:
-            needed = (view.time - self._began) / COUNTED
-            if needed > LATE * self._period:
-                self._say(
-                    f"{self._name}: the link is slow: a decision every {needed:.2f} s, but the controller learned with"
-                    f" {self._period:g} s, so it may drive worse"
-                )
 
 
 def _seen(sensor: str, reading: Any) -> Any:
@@ -327,13 +300,6 @@ def _absolute(name: str, folder: Path) -> str:
     """Return the opposite of :func:`_relative`."""
     file, _, variable = name.rpartition(":")
     return f"{os.path.normpath(folder / file)}:{variable}" if file.endswith(".py") else name
-
-
-def _written(value: object) -> str:
-    """Return a value as TOML."""
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_written, value))}]"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
 def load_champion(path: str | os.PathLike[str]) -> Champion:

@@ -33,17 +33,11 @@ HUMAN, RGB_ARRAY = "human", "rgb_array"
 
 
 class Outcome(NamedTuple):
-    """What came of a decision in several worlds.
+    """What came of a decision in several worlds."""
 
-    Attributes:
-        rewards: What each robot earned, (worlds, robots).
-        terminated: Whether the task ended the episode, (worlds,).
-        truncated: Whether the time of the episode is over, (worlds,).
-    """
-
-    rewards: NDArray[np.float64]
-    terminated: NDArray[np.bool_]
-    truncated: NDArray[np.bool_]
+    rewards: NDArray[np.float64]  # of each robot, (worlds, robots)
+    terminated: NDArray[np.bool_]  # the task ended the episode, (worlds,)
+    truncated: NDArray[np.bool_]  # its time is over, (worlds,)
 
     @property
     def ended(self) -> NDArray[np.bool_]:
@@ -51,99 +45,8 @@ class Outcome(NamedTuple):
         return self.terminated | self.truncated
 
 
-class Worlds:
-    """Worlds of a task as programs that learn see them. All environments of this package stand on it.
-
-    An observation holds what the robot's sensors read, in their own units and within their ranges. An action is the
-    speeds of the left and the right wheel, m/s.
-
-    Attributes:
-        task: The task.
-        episodes: What runs the worlds.
-        observed: The numbers that one robot observes.
-        acted: The numbers that steer one robot.
-        fitness: The fitness of each world's episode so far, (worlds,).
-        has_begun: Whether the first episodes have begun.
-    """
-
-    def __init__(self, task: Task | str, count: int, engine: EngineName, threads: int | None) -> None:
-        self.task = find_task(task) if isinstance(task, str) else task
-        self.episodes = Episodes(self.task, count, engine=engine, threads=threads)
-        self.observed = tuple(channel for sensor in self.task.sensors for channel in channels_of(sensor))
-        speed = self.task.top_speed
-        self.acted = tuple(Channel(f"{side}_wheel", "m/s", -speed, speed) for side in ("left", "right"))
-        self.fitness = np.zeros(count)
-        self.has_begun = False
-        self._ended = np.zeros(count, dtype=np.bool_)
-        # A mean fitness is a share of the whole episode, and too small a number for a single decision.
-        self._scale = float(self.task.decisions) if self.task.fitness == "mean" else 1.0
-        self._low, self._high = (np.array(edge, np.float32) for edge in _edges(self.observed))
-
-    def begin(self, seed: int | Sequence[int | None] | None, which: Sequence[int] | None = None) -> None:
-        """Begin episodes.
-
-        Args:
-            seed: World k begins with the seed *seed* + k, or with number k of several seeds. None means the episode
-                after the present one, in a sequence that the world's last seed decides.
-            which: Numbers of the worlds; None means all.
-        """
-        chosen = list(range(len(self.fitness))) if which is None else list(which)
-        if seed is None or isinstance(seed, int | np.integer):
-            self.episodes.reset(None if seed is None else int(seed), chosen)
-        else:
-            for world, own in zip(chosen, seed, strict=True):
-                self.episodes.reset(None if own is None else (int(own) - world) % (1 << 64), [world])
-        self.fitness[chosen], self._ended[chosen] = 0.0, False
-        self.has_begun = True
-
-    def check_begun(self) -> None:
-        """Check that the first episodes have begun.
-
-        Raises:
-            ArgumentError: They have not.
-        """
-        if not self.has_begun:
-            raise ArgumentError("step() was called before reset()", hint="call reset() first: it begins an episode")
-
-    def step(self, actions: ArrayLike, *, begin_again: bool = False) -> Outcome:
-        """Let one decision pass in every world; see :meth:`Episodes.step`.
-
-        Raises:
-            ArgumentError: The first episodes have not begun.
-        """
-        self.check_begun()
-        earned = self.episodes.step(actions, begin_again=begin_again)
-        if begin_again:
-            self.fitness[self._ended] = 0.0
-        self.fitness += earned.mean(axis=1)
-        over = self.episodes.is_over
-        late: NDArray[np.bool_] = self.episodes.ticks >= self.task.ticks
-        self._ended = over | late
-        return Outcome(earned * self._scale, over, late & ~over)
-
-    def observe(self) -> Floats32:
-        """Return what all robots observe, (worlds, robots, n): a new array each time."""
-        seen = [self.episodes.readings(sensor) for sensor in self.task.sensors]
-        found = np.concatenate(seen, axis=2, dtype=np.float32, casting="unsafe")
-        return np.clip(found, self._low, self._high, out=found)
-
-
-def _edges(channels: Sequence[Channel]) -> tuple[list[float], list[float]]:
-    return [channel.low for channel in channels], [channel.high for channel in channels]
-
-
-def space_of(channels: Sequence[Channel]) -> gymnasium.Space[Floats32]:
-    """Return the space of arrays that hold these numbers."""
-    low, high = (np.array(edge, np.float32) for edge in _edges(channels))
-    return cast("gymnasium.Space[Floats32]", Box(low, high, dtype=np.float32))
-
-
 def require_shape(actions: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return actions as an array.
-
-    Raises:
-        ArgumentError: They have another shape, or they are not numbers.
-    """
+    """Return actions as an array."""
     try:
         given = np.asarray(actions, dtype=np.float64)
     except (TypeError, ValueError):
@@ -184,31 +87,75 @@ class Environment:
         count: int = 1,
         threads: int | None = 1,
         **metadata: object,
-    ) -> Worlds:
-        """Set up the worlds, and return them.
-
-        Raises:
-            ArgumentError: There is no such task or render mode.
-        """
+    ) -> tuple[gymnasium.Space[Floats32], gymnasium.Space[Floats32]]:
+        """Set up the worlds, and return what one robot observes, and what steers it."""
         modes = self.metadata["render_modes"]
         if render_mode is not None and render_mode not in modes:
             hint = f"choose from {', '.join(modes)}, or leave it out"
             raise ArgumentError(f"render_mode is {render_mode!r}", hint=hint)
-        self._worlds = worlds = Worlds(task, count, engine, threads)
-        self.task = worlds.task
-        self.metadata = {**self.metadata, "render_fps": round(1 / self.task.period), **metadata}
-        self.observation_names = tuple(channel.name for channel in worlds.observed)
-        self.observation_units = tuple(channel.unit for channel in worlds.observed)
-        self.action_names = tuple(channel.name for channel in worlds.acted)
-        self.action_units = tuple(channel.unit for channel in worlds.acted)
+        self.task = task = find_task(task) if isinstance(task, str) else task
+        self._episodes = Episodes(task, count, engine=engine, threads=threads)
+        self._fitness = np.zeros(count)  # of each world's episode so far
+        self._has_begun = False
+        self._ended = np.zeros(count, dtype=np.bool_)
+        # A mean fitness is a share of the whole episode, and too small a number for a single decision.
+        self._scale = float(task.decisions) if task.fitness == "mean" else 1.0
+        self.metadata = {**self.metadata, "render_fps": round(1 / task.period), **metadata}
+        observed = tuple(channel for sensor in task.sensors for channel in channels_of(sensor))
+        acted = tuple(Channel(f"{side}_wheel", "m/s", -task.top_speed, task.top_speed) for side in ("left", "right"))
+        self.observation_names, self.observation_units = _named(observed)
+        self.action_names, self.action_units = _named(acted)
         self.render_mode = render_mode
-        self._view = LiveView(self.task.period) if render_mode == HUMAN else None
-        return worlds
+        self._view = LiveView(task.period) if render_mode == HUMAN else None
+        self._observed = _box(observed)
+        return cast("gymnasium.Space[Floats32]", self._observed), cast("gymnasium.Space[Floats32]", _box(acted))
+
+    def _begin(self, seed: int | Sequence[int | None] | None, which: Sequence[int] | None = None) -> None:
+        """Begin episodes in the worlds of these numbers, or in all.
+
+        World k begins with the seed *seed* + k, or with number k of several seeds. None means the episode after the
+        present one, in a sequence that the world's last seed decides.
+        """
+        chosen = list(range(len(self._fitness))) if which is None else list(which)
+        if seed is None or isinstance(seed, int | np.integer):
+            self._episodes.reset(None if seed is None else int(seed), chosen)
+        else:
+            for world, own in zip(chosen, seed, strict=True):
+                self._episodes.reset(None if own is None else (int(own) - world) % (1 << 64), [world])
+        self._fitness[chosen], self._ended[chosen] = 0.0, False
+        self._has_begun = True
+
+    def _check_begun(self) -> None:
+        if not self._has_begun:
+            raise ArgumentError("step() was called before reset()", hint="call reset() first: it begins an episode")
+
+    def _decide(self, actions: ArrayLike, *, begin_again: bool = False) -> Outcome:
+        """Let one decision pass in every world; see :meth:`Episodes.step`."""
+        self._check_begun()
+        earned = self._episodes.step(actions, begin_again=begin_again)
+        if begin_again:
+            self._fitness[self._ended] = 0.0
+        self._fitness += earned.mean(axis=1)
+        over = self._episodes.is_over
+        late: NDArray[np.bool_] = self._episodes.ticks >= self.task.ticks
+        self._ended = over | late
+        return Outcome(earned * self._scale, over, late & ~over)
+
+    def _observe(self) -> Floats32:
+        """Return what all robots observe, in the units and the ranges of their sensors, (worlds, robots, n): a copy."""
+        seen = [self._episodes.readings(sensor) for sensor in self.task.sensors]
+        found = np.concatenate(seen, axis=2, dtype=np.float32, casting="unsafe")
+        return np.clip(found, self._observed.low, self._observed.high, out=found)
+
+    def _ending(self) -> dict[str, Any]:
+        """Return the info of the last step of the first world's episode."""
+        fitness = float(self._fitness[0])
+        return {"fitness": fitness, "is_success": fitness >= self.task.solved}
 
     def _show(self, *, is_new: bool = False) -> None:
         """Show the first world on the page, if there is one."""
         if self._view is not None:
-            self._view.show(self._worlds.episodes.world(0), is_new=is_new)
+            self._view.show(self._episodes.world(0), is_new=is_new)
 
     def _require_one_robot(self) -> None:
         if self.task.robots > 1:
@@ -219,7 +166,23 @@ class Environment:
 
     def render(self) -> Any:
         """Return a picture of the world as an array (rows, columns, 3) if the render mode is ``"rgb_array"``."""
-        return picture(self._worlds.episodes.world(0)) if self.render_mode == RGB_ARRAY else None
+        return picture(self._episodes.world(0)) if self.render_mode == RGB_ARRAY else None
+
+    def close(self) -> None:
+        """Close the page in the browser. Safe to repeat."""
+        if self._view is not None:
+            self._view.close()
+
+
+def _named(channels: Sequence[Channel]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names and the units of numbers."""
+    return tuple(channel.name for channel in channels), tuple(channel.unit for channel in channels)
+
+
+def _box(channels: Sequence[Channel]) -> Box:
+    """Return the space of arrays that hold these numbers."""
+    low, high = (np.array([channel[k] for channel in channels], np.float32) for k in (2, 3))
+    return Box(low, high, dtype=np.float32)
 
 
 class TaskEnv(Environment, gymnasium.Env[Floats32, Floats32]):
@@ -247,10 +210,8 @@ class TaskEnv(Environment, gymnasium.Env[Floats32, Floats32]):
             SimulationError: Numba is not installed.
             Unsupported: The packages of the page are not installed.
         """
-        worlds = self._set_up(task, engine, render_mode)
+        self.observation_space, self.action_space = self._set_up(task, engine, render_mode)
         self._require_one_robot()
-        self.observation_space = space_of(worlds.observed)
-        self.action_space = space_of(worlds.acted)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -263,11 +224,11 @@ class TaskEnv(Environment, gymnasium.Env[Floats32, Floats32]):
             options: Not used.
         """
         super().reset(seed=seed)
-        if seed is None and not self._worlds.has_begun:
+        if seed is None and not self._has_begun:
             seed = int(self.np_random.integers(1 << 63))
-        self._worlds.begin(seed)
+        self._begin(seed)
         self._show(is_new=True)
-        return self._worlds.observe().reshape(-1), {}
+        return self._observe().reshape(-1), {}
 
     def step(self, action: Floats32) -> tuple[Floats32, float, bool, bool, dict[str, Any]]:
         """Let the robot drive until its next decision.
@@ -278,25 +239,14 @@ class TaskEnv(Environment, gymnasium.Env[Floats32, Floats32]):
         Raises:
             ArgumentError: The action has another shape, or :meth:`reset` was not called yet.
         """
-        outcome = self._worlds.step(require_shape(action, (2,)).reshape(1, 1, 2))
+        outcome = self._decide(require_shape(action, (2,)).reshape(1, 1, 2))
         self._show()
-        info = ending(self.task, self._worlds.fitness[0]) if outcome.ended[0] else {}
         reward = float(outcome.rewards[0, 0])
         ends = bool(outcome.terminated[0]), bool(outcome.truncated[0])
-        return self._worlds.observe().reshape(-1), reward, *ends, info
-
-    def close(self) -> None:
-        """Close the page in the browser. Safe to repeat."""
-        if self._view is not None:
-            self._view.close()
+        return self._observe().reshape(-1), reward, *ends, self._ending() if any(ends) else {}
 
 
-def ending(task: Task, fitness: float) -> dict[str, Any]:
-    """Return the info of an episode's last step."""
-    return {"fitness": float(fitness), "is_success": bool(fitness >= task.solved)}
-
-
-class TaskVectorEnv(Environment, VectorEnv[Floats32, Floats32, NDArray[Any]]):
+class TaskVectorEnv(VectorEnv[Floats32, Floats32, NDArray[Any]], Environment):
     """A task with one robot as a Gymnasium vector environment: all worlds take a step in one compiled call.
 
     World k plays the same episodes as a :class:`TaskEnv` with the same seed. Of the episodes that end in a step, the
@@ -339,11 +289,11 @@ class TaskVectorEnv(Environment, VectorEnv[Floats32, Floats32, NDArray[Any]]):
                 hint=f"choose from {', '.join(modes)}",
             )
         self._mode = mode
-        worlds = self._set_up(task, engine, render_mode, count=num_envs, threads=threads, autoreset_mode=mode)
+        self.single_observation_space, self.single_action_space = self._set_up(
+            task, engine, render_mode, count=num_envs, threads=threads, autoreset_mode=mode
+        )
         self._require_one_robot()
         self.num_envs = num_envs
-        self.single_observation_space = space_of(worlds.observed)
-        self.single_action_space = space_of(worlds.acted)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
 
@@ -352,59 +302,46 @@ class TaskVectorEnv(Environment, VectorEnv[Floats32, Floats32, NDArray[Any]]):
     ) -> tuple[Floats32, dict[str, Any]]:
         """Begin an episode in every world.
 
-        Args:
-            seed: World k begins with the seed *seed* + k, or with number k of several seeds. None means the next
-                episode.
-            options: Not used.
-
-        Raises:
-            ArgumentError: There is not one seed for each world.
+        World k begins with the seed *seed* + k, or with number k of several seeds; None means the next episode.
         """
         if isinstance(seed, Sequence):
             if len(seed) != self.num_envs:
                 raise ArgumentError(f"there are {len(seed)} seeds for {self.num_envs} worlds", hint="give one for each")
         else:
             super().reset(seed=seed)
-        if seed is None and not self._worlds.has_begun:
+        if seed is None and not self._has_begun:
             seed = int(self.np_random.integers(1 << 63))
-        self._worlds.begin(seed)
+        self._begin(seed)
         return self._observations(), {}
 
     def step(self, actions: Floats32) -> tuple[Floats32, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        """Let all robots drive until their next decision.
-
-        Args:
-            actions: Speeds of the left and the right wheel, m/s, (worlds, 2).
-
-        Raises:
-            ArgumentError: The actions have another shape, or :meth:`reset` was not called yet.
-        """
-        worlds, is_same_step = self._worlds, self._mode is AutoresetMode.SAME_STEP
+        """Let all robots drive until their next decision; actions are wheel speeds, m/s, (worlds, 2)."""
+        is_same_step = self._mode is AutoresetMode.SAME_STEP
         given = require_shape(actions, (self.num_envs, 2))
-        outcome = worlds.step(given[:, None], begin_again=not is_same_step)
+        outcome = self._decide(given[:, None], begin_again=not is_same_step)
         observations = self._observations()
         infos: dict[str, Any] = {}
         ended = outcome.ended
         if ended.any():
-            told = _told("fitness", np.where(ended, worlds.fitness, 0.0), ended)
-            told |= _told("is_success", ended & (worlds.fitness >= self.task.solved), ended)
+            told = _told("fitness", np.where(ended, self._fitness, 0.0), ended)
+            told |= _told("is_success", ended & (self._fitness >= self.task.solved), ended)
             if is_same_step:
                 last = np.full(self.num_envs, None, dtype=object)
                 for world in np.flatnonzero(ended):
                     last[world] = observations[world]
                 infos |= _told("final_obs", last, ended) | _told("final_info", told, ended)
-                worlds.begin(None, np.flatnonzero(ended).tolist())
+                self._begin(None, np.flatnonzero(ended).tolist())
                 observations = self._observations()
             else:
                 infos |= told
         return observations, outcome.rewards[:, 0], outcome.terminated, outcome.truncated, infos
 
     def _observations(self) -> Floats32:
-        return self._worlds.observe().reshape(self.num_envs, -1)
+        return self._observe().reshape(self.num_envs, -1)
 
     def render(self) -> tuple[Any, ...] | None:
         """Return a picture of each world, (rows, columns, 3), if the render mode is ``"rgb_array"``."""
-        pictures = (picture(self._worlds.episodes.world(k)) for k in range(self.num_envs))
+        pictures = (picture(self._episodes.world(k)) for k in range(self.num_envs))
         return None if self.render_mode is None else tuple(pictures)
 
 

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import NamedTuple
+
+import numpy as np
 
 from elib.base.errors import ElibError
 from elib.learn.champion import Champion
 from elib.learn.executor import Executor
+from elib.learn.optimisers import Floats
 from elib.learn.progress import Best
 from elib.learn.study import BEST, Evaluation, Generation, Settings, Study, check_fitness, digest_of, evaluate
 from elib.simulator.physics.episodes import Scores
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[Any]
 
 JOB_TICKS = 4_000_000
 """Robot-ticks of one job: about a second of one core, so that a bar moves and Ctrl-C does not wait long."""
@@ -33,35 +31,23 @@ TEST_EPISODES = 20
 TEST = 1 << 31
 """Stands for the final test where a generation's number stands otherwise."""
 
-Told = Callable[[int, int], object]
-"""Is called with how many jobs of a generation are done, and how many there are."""
-
 
 class Result(NamedTuple):
-    """How a study ended: the finalist with the highest mean fitness in the final test.
+    """How a study ended: the finalist with the highest mean fitness in the final test."""
 
-    Attributes:
-        best: The finalist; its fitness is that in its own generation.
-        fitness: Mean over the episodes of the final test.
-        solved: The part of these episodes in which the task was solved, 0..1.
-    """
-
-    best: Best
-    fitness: float
-    solved: float
+    best: Best  # with the fitness in its own generation
+    fitness: float  # mean over the episodes of the final test
+    solved: float  # the part of these episodes in which the task was solved
 
 
 class Evolution:
-    """An evolution in a study's folder; what is recorded there is not played again.
+    """An evolution in the folder of an open study; what is recorded there is not played again.
 
-    Args:
-        study: The open study.
-        executor: Runs the jobs. The result does not depend on it.
-        evaluation: What gives fitness; None means that of the study's settings.
-        told: Is called when a job is done.
+    The result does not depend on the executor. *told* is called with how many jobs of a generation are done, and how
+    many there are.
 
     Attributes:
-        evaluation: What gives fitness.
+        evaluation: What gives fitness; that of the study's settings unless it is given.
         bests: The best individuals of all generations so far, the highest fitness first, some of them.
     """
 
@@ -71,7 +57,7 @@ class Evolution:
         executor: Executor,
         *,
         evaluation: Evaluation | None = None,
-        told: Told = lambda done, jobs: None,
+        told: Callable[[int, int], object] = lambda done, jobs: None,
     ) -> None:
         self.evaluation = study.settings.evaluation() if evaluation is None else evaluation
         self.bests: list[Best] = []
@@ -105,8 +91,6 @@ class Evolution:
             ArgumentError: A reward is not a finite number; best.toml stays as it is.
             ElibError: A job fails, or the folder cannot be written.
         """
-        import numpy as np
-
         seeds = self._study.settings.seeds(TEST, TEST_EPISODES)
         scores = self._scores(np.array([each.parameters for each in self.bests]), seeds)
         means = scores.fitness.mean(axis=1)
@@ -114,20 +98,12 @@ class Evolution:
             whose = f"of the best individual of generation {each.generation} in the final test"
             check_fitness(mean, whose, self.evaluation)
         winner = int(means.argmax())
-        best = self.bests[winner]
+        best, fitness = self.bests[winner], float(means[winner])
         solved = float((scores.fitness[winner] >= self.evaluation.task.solved).mean())
-        result = Result(best, float(means[winner]), solved)
-        self._save(best, result.fitness)
-        self._study.note(
-            {
-                "generation": best.generation,
-                "fitness": result.fitness,
-                "solved": solved,
-                "episodes": TEST_EPISODES,
-                "generations": len(self._study.generations),
-            }
-        )
-        return result
+        self._save(best, fitness)
+        counts = {"episodes": TEST_EPISODES, "generations": len(self._study.generations)}
+        self._study.note({"generation": best.generation, "fitness": fitness, "solved": solved, **counts})
+        return Result(best, fitness, solved)
 
     def _play(self, number: int, population: Floats) -> Generation:
         """Let a generation play, and record it."""
@@ -135,14 +111,8 @@ class Evolution:
         seeds = settings.seeds(number, settings.scenarios)
         scores = self._scores(population, seeds)
         speeds = scores.steps.mean(axis=1) / (task.top_steps * task.seconds)
-        generation = Generation(
-            number,
-            digest_of(population),
-            seeds,
-            scores.fitness.mean(axis=1).tolist(),
-            speeds[:, 0].tolist(),
-            speeds[:, 1].tolist(),
-        )
+        played = (scores.fitness.mean(axis=1), speeds[:, 0], speeds[:, 1])
+        generation = Generation(number, digest_of(population), seeds, *(each.tolist() for each in played))
         for individual, fitness in enumerate(generation.fitness):
             check_fitness(fitness, f"of individual {individual} in generation {number}", self.evaluation)
         self._study.append(generation)
@@ -150,8 +120,6 @@ class Evolution:
 
     def _scores(self, population: Floats, seeds: list[int]) -> Scores:
         """Return what individuals earn. They are evaluated in parts; the result does not depend on how many."""
-        import numpy as np
-
         task, width = self.evaluation.task, self._executor.width
         ticks = len(population) * len(seeds) * task.ticks * task.robots
         count = max(math.ceil(ticks / JOB_TICKS), JOBS_A_WORKER * width if width > 1 else 1)
@@ -170,12 +138,12 @@ class Evolution:
         return Scores(*(np.concatenate([each[k] for each in found]) for k in (0, 1)))
 
     def _save(self, best: Best, fitness: float) -> None:
-        settings, task, controller = self._study.settings, self.evaluation.task, self.evaluation.controller
+        settings, task = self._study.settings, self.evaluation.task
         champion = Champion(
             task=settings.task,
             controller=settings.controller,
             hidden=settings.hidden,
-            sensors=controller.sensors,
+            sensors=self.evaluation.controller.sensors,
             period=task.period,
             top_speed=task.top_speed,
             parameters=tuple(best.parameters.tolist()),
@@ -194,17 +162,8 @@ def replay(
 ) -> Iterator[tuple[Generation, Floats]]:
     """Yield each generation and the parameters of its individuals, which the optimiser finds again.
 
-    Args:
-        settings: What the study began with.
-        recorded: Its generations.
-        size: How many parameters an individual has.
-        play: Plays a generation that is not recorded, from its number and population; None means to end there.
-
-    Raises:
-        ElibError: The optimiser does not propose the recorded population: its package has changed.
+    *play* plays a generation that is not recorded, from its number and population; None means to end there.
     """
-    import numpy as np
-
     search = settings.optimiser(size)
     before = len(recorded)  # *play* may add to the list.
     for number in range(1, settings.generations + 1):

@@ -25,7 +25,7 @@ import uuid
 import warnings
 from abc import ABC, abstractmethod
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
@@ -42,8 +42,6 @@ from elib.base.rules import Whole
 LOOPBACK = "127.0.0.1"
 PORT = 8786
 """The port of a Dask scheduler, unless another one is named."""
-MAX_GREETING = 1_000_000
-"""Bytes of the first message of a scheduler, by far: it has some hundred."""
 POLL = 1.0
 """s between two looks at a cluster from which no result comes."""
 ANSWER_TIME = 5.0
@@ -122,15 +120,14 @@ def open_executor(
         raise ArgumentError(
             "workers and cluster exclude each other", hint="a cluster has its own workers: leave workers out"
         )
-    executor: _Workers
-    if cluster is not None:
-        _parse(cluster)
-        executor = _Cluster(cluster, tell)
-    elif workers is not None:
-        executor = _Pool(Whole(1, MAX_WORKERS).require(workers, "workers"), tell)
-    else:
+    if workers is None and cluster is None:
         yield _Here()
         return
+    executor: _Workers
+    if cluster is not None:
+        executor = _Cluster(cluster, tell)
+    else:
+        executor = _Pool(Whole(1, MAX_WORKERS).require(workers, "workers"), tell)
     if importlib.util.find_spec("distributed") is None:  # which brings cloudpickle, too
         raise Unsupported("workers need the package distributed (Dask), which is not installed", hint=install("learn"))
     try:
@@ -225,7 +222,10 @@ class _Pool(_Workers):
     def open(self) -> None:
         context = multiprocessing.get_context("spawn")
         with contextlib.ExitStack() as stack:
-            stack.callback(_restore, {name: os.environ.get(name) for name in ONE_THREAD})
+            before = {name: os.environ[name] for name in ONE_THREAD.keys() & os.environ.keys()}
+            stack.callback(os.environ.update, before)
+            for name in ONE_THREAD.keys() - before.keys():
+                stack.callback(os.environ.pop, name, None)
             os.environ.update(ONE_THREAD)  # for the workers, which inherit it
             theirs, ours = context.Pipe(duplex=False)
             pool = ProcessPoolExecutor(self.width, context, initializer=_begin, initargs=(theirs,))
@@ -286,13 +286,13 @@ class _Cluster(_Workers):
 
     def __init__(self, address: str, tell: Callable[[str], object]) -> None:
         super().__init__(tell)
-        self._address = address
+        self._address, self._host = address, _parse(address)
         self._client: Any = None
         self._idle_since = self._reported = 0.0
 
     def open(self) -> None:
         with contextlib.ExitStack() as stack:
-            self._client = _join(self._address, self._tell, stack)
+            self._client = _join(self._address, self._host, self._tell, stack)
             self._closing = stack.pop_all()
         self._idle_since = self._reported = time.monotonic()
         self._look()
@@ -333,11 +333,7 @@ class _Cluster(_Workers):
             return 0  # the connection was lost, or the worker died with the result
 
     def _look(self) -> None:
-        """Look whether there is a worker, and tell now and then that there is none.
-
-        Raises:
-            LinkLost: There was none for too long.
-        """
+        """Look whether there is a worker, and tell now and then that there is none."""
         why = "the scheduler does not answer"
         with contextlib.suppress(Exception):  # Dask raises several
             threads = self._client.sync(self._client.scheduler.ncores, callback_timeout=ANSWER_TIME)
@@ -390,54 +386,30 @@ def _failed(function: Callable[..., Any], jobs: Sequence[Job], k: int, error: Ba
     return ElibError(f"{job}: {type(error).__name__}: {error}")
 
 
-def _restore(environment: Mapping[str, str | None]) -> None:
-    for name, value in environment.items():
-        if value is None:
-            os.environ.pop(name, None)
-        else:
-            os.environ[name] = value
-
-
-def _parse(address: str) -> tuple[str, str, int]:
-    """Return scheme, host and port of a scheduler.
-
-    Raises:
-        ArgumentError: It is not the address of one.
-    """
-    try:
+def _parse(address: str) -> tuple[str, int]:
+    """Return host and port of a scheduler."""
+    with contextlib.suppress(ValueError):  # the port is not a number
         url = urlsplit(address)
         if url.scheme in ("tcp", "tls") and url.hostname:
-            return url.scheme, url.hostname, url.port or PORT
-    except ValueError:  # the port is not a number
-        pass
+            return url.hostname, url.port or PORT
     raise ArgumentError(
         f"cluster is {address!r}; it must be the address of a Dask scheduler", hint=f"such as tcp://{LOOPBACK}:{PORT}"
     )
 
 
-def _knock(address: str) -> None:
-    """Check that a scheduler answers: Dask itself waits as long as for one that it has lost.
-
-    Raises:
-        OSError: It does not answer, or something else does.
-    """
-    scheme, host, port = _parse(address)
-    with socket.create_connection((host, port), ANSWER_TIME) as line:
-        if scheme == "tcp":  # over TLS the client speaks first
-            # A message of Dask begins with its length. It is small, unlike the text that other servers send.
-            length = line.recv(8)
-            if len(length) < 8 or int.from_bytes(length, "little") > MAX_GREETING:
-                raise OSError("what answers is not a Dask scheduler")
-
-
-def _join(address: str, tell: Callable[[str], object], stack: contextlib.ExitStack) -> Any:
+def _join(address: str, host: tuple[str, int], tell: Callable[[str], object], stack: contextlib.ExitStack) -> Any:
     """Connect to a cluster that runs already, and return the client."""
     import distributed
     from distributed.utils import silence_logging_cmgr
 
     stack.enter_context(silence_logging_cmgr(logging.CRITICAL))  # it reports a lost connection at length
     try:
-        _knock(address)
+        # Dask itself waits for a scheduler as long as for one that it has lost.
+        with socket.create_connection(host, ANSWER_TIME) as line:
+            # Its first message begins with its length, which is small, unlike the text of other servers. Over TLS the
+            # client speaks first.
+            if address.startswith("tcp:") and not line.recv(8).endswith(bytes(5)):
+                raise OSError("what answers is not a Dask scheduler")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # it compares versions, and so does _check_versions
             client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
@@ -460,25 +432,21 @@ def _join(address: str, tell: Callable[[str], object], stack: contextlib.ExitSta
 
 
 def _check_versions(address: str, client: Any, tell: Callable[[str], object]) -> None:
-    """Check that the workers can run what this elib sends.
+    """Check that the workers can run what this elib sends."""
 
-    Raises:
-        LinkError: They have another Python, Dask or elib.
-    """
+    def require(who: str, name: str, theirs: str, ours: str) -> None:
+        if theirs != ours:
+            raise LinkError(
+                f"{who} at {address} has {name} {theirs}, and this computer has {ours}",
+                hint="install the same versions everywhere",
+            )
+
     ask = partial(client.sync, callback_timeout=START_TIME)
     answers = ask(client.scheduler.broadcast, msg={"op": "versions", "packages": []}, on_error="ignore")
-    answers = {"the scheduler": ask(client.scheduler.versions), **answers}
-    for who, answer in answers.items():
+    for who, answer in {"the scheduler": ask(client.scheduler.versions), **answers}.items():
         packages = answer["packages"]
-        for name, theirs, ours in (
-            ("Python", _minor(packages["python"]), _minor(platform.python_version())),
-            ("Dask", packages["distributed"], importlib.metadata.version("distributed")),
-        ):
-            if theirs != ours:
-                raise LinkError(
-                    f"{who} at {address} has {name} {theirs}, and this computer has {ours}",
-                    hint="install the same versions everywhere",
-                )
+        require(who, "Python", _minor(packages["python"]), _minor(platform.python_version()))
+        require(who, "Dask", packages["distributed"], importlib.metadata.version("distributed"))
     here = describe()
     for who, there in client.run(describe, on_error="return").items():
         if not isinstance(there, dict):
@@ -486,13 +454,9 @@ def _check_versions(address: str, client: Any, tell: Callable[[str], object]) ->
                 f"{who} at {address} cannot run elib: {there}",
                 hint="install the same elib there, with its extra learn",
             )
-        if there["elib"] != here["elib"]:
-            raise LinkError(
-                f"{who} at {address} has elib {there['elib']}, and this computer has {here['elib']}",
-                hint="install the same version everywhere",
-            )
+        require(who, "elib", there["elib"], here["elib"])
         different = [
-            f"{name} {there.get(name)} instead of {here[name]}" for name in here if there.get(name) != here[name]
+            f"{name} {there.get(name)} instead of {ours}" for name, ours in here.items() if there.get(name) != ours
         ]
         if different:
             tell(f"{who} has {', '.join(different)}: results may differ in their last digits")

@@ -9,7 +9,7 @@ import platform
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from elib import __version__
 from elib.base.errors import ArgumentError, ElibError
@@ -17,7 +17,7 @@ from elib.base.files import parse_json, reason_of
 from elib.learn.executor import versions_of
 
 
-class Journal:
+class Journal(contextlib.AbstractContextManager["Journal"]):
     """A file of lines, open for this program alone; each line is on the disk before :meth:`append` returns.
 
     The program may be killed at any moment. A last line that was not written to its end is dropped.
@@ -27,9 +27,6 @@ class Journal:
 
     Attributes:
         lines: What the file holds: the value of each line.
-
-    Raises:
-        ElibError: The file cannot be opened, another program writes it, or a line in its middle is damaged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -47,11 +44,7 @@ class Journal:
             raise
 
     def append(self, line: dict[str, Any]) -> None:
-        """Write one line.
-
-        Raises:
-            ElibError: The disk is full, or fails.
-        """
+        """Write one line."""
         content = json.dumps(line, allow_nan=False).encode() + b"\n"
         try:
             self._file.write(content)
@@ -68,26 +61,12 @@ class Journal:
         with contextlib.suppress(OSError):  # a full disk was reported by append
             self._file.close()
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, *_: object) -> None:
         self.close()
 
 
 def open_folder(folder: Path, what: str, settings: str, journal: str) -> Journal:
-    """Open the folder of a piece of work, which is made if it does not exist.
-
-    Args:
-        folder: The folder.
-        what: What it is: ``a study``.
-        settings: Name of the file of its settings.
-        journal: Name of the journal.
-
-    Raises:
-        ArgumentError: The folder holds something else, or cannot be made.
-        ElibError: The journal cannot be opened.
-    """
+    """Open the folder of *what*, such as ``a study``, with the names of its settings and journal, or make it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         there = {each.name for each in folder.iterdir() if not each.name.startswith(".")}
@@ -117,11 +96,7 @@ def versions(*packages: str) -> dict[str, str]:
 
 
 def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
-    """Return the values of the lines of a journal, and how many bytes of it are intact.
-
-    Raises:
-        ElibError: The file cannot be read, or a line other than the last one is damaged.
-    """
+    """Return the values of the lines of a journal, and how many bytes of it are intact."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -147,11 +122,7 @@ def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
 
 
 def _lock(descriptor: int, path: Path) -> None:
-    """Lock a file for this process; the system unlocks it when the process ends, however that happens.
-
-    Raises:
-        ElibError: Another program has locked it.
-    """
+    """Lock a file for this process; the system unlocks it when the process ends, however that happens."""
     try:
         if sys.platform == "win32":
             import msvcrt

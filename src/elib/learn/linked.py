@@ -36,17 +36,11 @@ GRACE = 10.0
 def play_on_wire(champion: Champion, world: str, keys: Mapping[str, object]) -> tuple[float, bool]:
     """Play an episode with virtual robots that are driven through their firmwares and links.
 
-    Args:
-        champion: The controller and its task.
-        world: The world, as the text of a world file.
-        keys: Keys of a ``sim://`` URL; ``robots`` is the number of the task.
+    The world is the text of a world file, and the keys are those of a ``sim://`` URL.
 
     Returns:
         The fitness, by the task's own reward in the virtual world; and whether a link failed for good. Its robot then
         kept its speeds, and the others went on.
-
-    Raises:
-        Unsupported: The firmware does not have a sensor of the controller.
     """
     with tempfile.TemporaryDirectory(prefix="elib-") as folder:
         path = Path(folder, "world.toml")
@@ -154,13 +148,7 @@ def one_episode(champion: Champion) -> Iterator[Behaviour]:
 class RewardCounter:
     """Adds up what the robots of a world earn for a task, tick by tick, up to the end of the episode.
 
-    Args:
-        task: The task.
-        world: The world. Its ticks count from the first decision of a robot on, as in physics.
-
-    Attributes:
-        is_begun: Whether the episode has begun.
-        is_over: Whether it has ended.
+    Ticks count from the first decision of a robot on, as in physics.
     """
 
     def __init__(self, task: Task, world: World) -> None:
@@ -224,10 +212,6 @@ def play_on_robot(champion: Champion, url: str) -> float:
 
     The reward of a tick is that of the last readings and of the speeds that led to them. It counts for the time between
     two decisions, which on a slow link is longer than the period of the task.
-
-    Args:
-        champion: The controller and its task.
-        url: The robot.
 
     Returns:
         The fitness; nan if it cannot be measured.

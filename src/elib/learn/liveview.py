@@ -8,15 +8,15 @@ import sys
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from elib.base.browser import show_page
 from elib.base.extras import check_web
 from elib.simulator.emulator.control import Control
 from elib.simulator.physics import Snapshot, World
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from elib.panel.panel import Panel
     from elib.simulator.emulator.simulation import Simulation
 
@@ -26,8 +26,6 @@ SIZE = 480
 
 def picture(world: World) -> NDArray[np.uint8]:
     """Return the world seen from above, with the rays of the infrared sensors, (rows, columns, 3)."""
-    import numpy as np
-
     from elib.simulator.drawing.png import render
     from elib.simulator.drawing.top import top_view
 
@@ -69,13 +67,7 @@ class _Shown(Control):
 class LiveView:
     """A page in the browser that shows a world, as often as the program shows it, and in real time.
 
-    The page can be opened on this computer alone. Its URL is printed on stderr.
-
-    Args:
-        period: Time between two calls of :meth:`show`, s.
-
-    Raises:
-        Unsupported: The packages of the page are not installed.
+    The page can be opened on this computer alone. Its URL is printed on stderr. :meth:`show` is called every *period*.
     """
 
     def __init__(self, period: float) -> None:
@@ -86,15 +78,7 @@ class LiveView:
         self._page = contextlib.ExitStack()
 
     def show(self, world: World, *, is_new: bool = False) -> None:
-        """Show the world as it is now, and wait until its time has come.
-
-        Args:
-            world: The world.
-            is_new: Whether an episode has begun.
-
-        Raises:
-            LinkBusy: All ports that were tried for the page are taken.
-        """
+        """Show the world as it is now, of a new episode or not, and wait until its time has come."""
         if self._panel is None:
             self._open(world)
         else:

@@ -10,8 +10,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
+from typing import Any, Final, Literal, TypeAlias, get_args
+
+from numpy.typing import ArrayLike
 
 from elib.base.body import METRES_PER_STEP
 from elib.base.errors import ArgumentError
@@ -21,9 +24,6 @@ from elib.learn.sensors import channels_of
 from elib.simulator.physics.controller import MAX_MEMORY, Controller
 from elib.simulator.physics.records import SENSORS, SensorView
 from elib.simulator.physics.task import FASTEST
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 Function: TypeAlias = Callable[[SensorView, Any, Any], None]
 """A control function: it takes the robot, its parameters and its memory, and sets ``robot.left`` and ``robot.right``,
@@ -41,19 +41,12 @@ MAX_HIDDEN: Final = 100
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """How the readings of one sensor become inputs of a network.
-
-    Attributes:
-        count: How many inputs there are.
-        zero: The reading whose input is 0.
-        full: The reading whose input is 1.
-        take: Return a reading. The sensor's name stands in the code, because compiled code finds no names at run time.
-    """
+    """How the readings of one sensor become inputs of a network."""
 
     count: int
-    zero: float
-    full: float
-    take: Callable[[Any, int], float]
+    zero: float  # the reading whose input is 0
+    full: float  # the reading whose input is 1
+    take: Callable[[Any, int], float]  # names the sensor in its code: compiled code finds no names at run time
 
 
 COMMON: Final = {"ground": 3, "microphones": 3}
@@ -325,12 +318,9 @@ def _in_turn(steps: Sequence[Function]) -> Function:
 
 def _sensing(sensors: Sequence[str]) -> Function:
     """Return a function that puts the inputs of *sensors* into the first places of the memory."""
-    at = 0
-    steps = []
-    for sensor in sensors:
-        steps.append(_reading(INPUTS[sensor], at))
-        at += INPUTS[sensor].count
-    return _in_turn(steps)
+    given = [INPUTS[sensor] for sensor in sensors]
+    places = accumulate((each.count for each in given), initial=0)
+    return _in_turn([_reading(each, at) for each, at in zip(given, places, strict=False)])
 
 
 def _reading(given: Input, at: int) -> Function:
@@ -358,12 +348,7 @@ def _remembering(inputs: int, neurons: int) -> Function:
 def _layer(begin: int, source: int, inputs: int, neurons: int, squash: Callable[[float], float]) -> Function:
     """Return a function that computes a layer of neurons.
 
-    Args:
-        begin: Place of its first parameter.
-        source: Place of its first input in the memory.
-        inputs: How many inputs there are; the outputs stand behind them.
-        neurons: How many neurons there are.
-        squash: Makes the output of the sum.
+    Its parameters stand from place *begin* on, its inputs in the memory from *source* on, and its outputs behind them.
     """
     target = source + inputs
 

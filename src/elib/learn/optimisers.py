@@ -7,16 +7,16 @@ fitness they propose the same numbers, so a study resumes by telling an optimise
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
 from elib.base.rules import nearest
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[Any]
+Floats: TypeAlias = NDArray[Any]
 
 
 class Optimiser(Protocol):
@@ -59,8 +59,6 @@ class Genetic:
 
     def __init__(self, size: int, population: int, seed: int) -> None:
         """Draw the first population of *population* individuals with *size* genes."""
-        import numpy as np
-
         self._random = np.random.default_rng(seed)
         self._genes: Floats = self._random.uniform(-self.INITIAL_RANGE, self.INITIAL_RANGE, (population, size))
 
@@ -89,8 +87,6 @@ def scaled(fitness: Floats, best_copies: float) -> Floats:
 
     The mean individual gets one copy and the best one *best_copies*; less if the worst one would get less than none.
     """
-    import numpy as np
-
     mean, low, high = fitness.mean(), fitness.min(), fitness.max()
     if not high > mean > low:  # All are equally good, or differ by less than a float can tell.
         return np.ones(len(fitness))
@@ -107,13 +103,7 @@ class CmaEs:
     10 seeds learned to follow a line, and 9 do so with this one."""
 
     def __init__(self, size: int, population: int, seed: int) -> None:
-        """Begin around zero weights.
-
-        Raises:
-            Unsupported: The package is not installed.
-        """
-        import numpy as np
-
+        """Begin around zero weights."""
         self._random = np.random.default_rng(seed)
         self._population = population
         self._search = self._begin(np.zeros(size))
@@ -128,8 +118,6 @@ class CmaEs:
 
     def ask(self) -> Floats:
         """Return the next population."""
-        import numpy as np
-
         self._asked = np.array([self._search.ask() for _ in range(self._population)])
         return self._asked
 
@@ -159,13 +147,7 @@ class MapElites:
     """Standard deviation of how far an elite is moved towards another one (Vassiliades and Mouret 2018)."""
 
     def __init__(self, size: int, population: int, seed: int) -> None:
-        """Begin with random weights.
-
-        Raises:
-            Unsupported: The package is not installed.
-        """
-        import numpy as np
-
+        """Begin with random weights."""
         try:
             from ribs.archives import GridArchive
             from ribs.emitters import IsoLineEmitter
@@ -203,13 +185,7 @@ ALGORITHMS: dict[str, Callable[[int, int, int], Optimiser]] = {"cma": CmaEs, "ga
 
 
 def optimiser(algorithm: str, size: int, population: int, seed: int) -> Optimiser:
-    """Return a new optimiser.
-
-    Args:
-        algorithm: ``"cma"``, ``"ga"`` or ``"map-elites"``.
-        size: How many parameters an individual has.
-        population: How many individuals are asked for at once.
-        seed: What all its random numbers follow from.
+    """Return a new optimiser, for individuals of *size* parameters. All its random numbers follow from the seed.
 
     Raises:
         ArgumentError: There is no such algorithm, or it cannot work with so few individuals or parameters.

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elib.simulator.physics.controller import Controller
 from elib.simulator.physics.task import Task
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 RECENT = 20
 """Generations from whose time the time left is told: earlier ones may have come from a checkpoint, at once."""
@@ -40,35 +37,19 @@ class Best(NamedTuple):
 
 @dataclass
 class Progress:
-    """How far an evolution has come. The evolution writes it and waits for no one; any thread may read it.
-
-    Attributes:
-        task: What is learned.
-        controller: Makes a controller of parameters.
-        generations: How many there will be.
-        settings: What else a person wants to know of the study, by name: ``{"optimiser": "CMA-ES", "seed": 1}``.
-        done: The generations so far, oldest first.
-        bests: Every controller that was better than all before it, and the winner of the final test; the last one is
-            the best so far.
-        outcome: Why the evolution ended, for a person; empty while it runs.
-    """
+    """How far an evolution has come. The evolution writes it and waits for no one; any thread may read it."""
 
     task: Task
     controller: Callable[[NDArray[np.float64]], Controller]
-    generations: int
-    settings: Mapping[str, object]
-    done: list[Spread] = field(default_factory=list)
-    bests: list[Best] = field(default_factory=list)
-    outcome: str = ""
+    generations: int  # how many there will be
+    settings: Mapping[str, object]  # what else a person wants to know: {"optimiser": "CMA-ES", "seed": 1}
+    done: list[Spread] = field(default_factory=list)  # the generations so far, oldest first
+    bests: list[Best] = field(default_factory=list)  # each better than all before it, at last the final test's winner
+    outcome: str = ""  # why the evolution ended, for a person; empty while it runs
     _times: list[float] = field(default_factory=lambda: [perf_counter()])
 
     def add(self, fitness: NDArray[np.float64], population: NDArray[np.float64]) -> None:
-        """Note one more generation.
-
-        Args:
-            fitness: The fitness of each individual, (P,).
-            population: The parameters of the individuals, (P, n).
-        """
+        """Note one more generation: the fitness of each individual, (P,), and their parameters, (P, n)."""
         best = int(np.argmax(fitness))
         lowest, lower, upper = np.quantile(fitness, (0, 0.25, 0.75)).tolist()
         if not self.bests or fitness[best] > self.bests[-1].fitness:
@@ -84,12 +65,7 @@ class Progress:
         return remaining * (times[-1] - times[0]) / max(len(times) - 1, 1)
 
     def end(self, outcome: str, winner: Best | None = None) -> None:
-        """Note that the evolution has ended.
-
-        Args:
-            outcome: Why it ended, for a person: ``"All 100 generations are done."``
-            winner: The controller that won a final test, if there was one: it is the best from now on.
-        """
+        """Note why the evolution has ended, and who won the final test: that is the best from now on."""
         if winner is not None:
             self.bests.append(winner)
         self.outcome = outcome

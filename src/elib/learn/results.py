@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from elib.base.errors import Unsupported
-from elib.base.extras import install
+import numpy as np
+
 from elib.base.quantiles import quantile
 from elib.learn.evolution import replay
 from elib.learn.study import GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT, Generation, Settings
@@ -17,18 +17,7 @@ from elib.studies.report import COLOURS, GRID, INK, PAPER, save, trim
 
 
 def write_results(folder: Path, settings: Settings, generations: Sequence[Generation], size: int) -> None:
-    """Write the tables and the plot of a study; existing ones are replaced.
-
-    Args:
-        folder: Where the study is.
-        settings: What the study began with.
-        generations: What is recorded, one generation or more.
-        size: How many parameters an individual has.
-
-    Raises:
-        ElibError: A file cannot be written.
-        Unsupported: DuckDB or Matplotlib is not installed.
-    """
+    """Write the tables and the plot of a study with one generation or more; existing ones are replaced."""
     summary = [Header("generation", "whole"), *map(Header, ("best", "mean", "median", "worst"))]
     each = [Header("generation", "whole"), Header("individual", "whole"), *map(Header, ("fitness", "left", "right"))]
     each += [Header(f"p{k}") for k in range(size)]
@@ -52,17 +41,9 @@ def _individuals(settings: Settings, generations: list[Generation], size: int) -
 
 
 def curves(studies: Sequence[Sequence[Generation]], title: str) -> Any:
-    """Return a figure of best and mean fitness of each generation; of several studies the mean, and the range.
+    """Return a figure of best and mean fitness of each generation; of several studies the mean, and the range."""
+    from matplotlib.figure import Figure
 
-    Raises:
-        Unsupported: Matplotlib is not installed.
-    """
-    import numpy as np
-
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise Unsupported("plots need Matplotlib, which is not installed", hint=install("learn")) from None
     figure = Figure(figsize=(8, 4.5), facecolor=PAPER, layout="constrained")
     axes: Any = figure.add_subplot()
     axes.grid(color=GRID, linewidth=0.5)

@@ -18,6 +18,9 @@ STEP = 1 / 40
 WIDTH: Final = 0.074
 """m. The width of a robot: that far apart are the middles of two that touch."""
 
+TOP_SPEED: Final = 0.1
+"""m/s of a wheel, in the tasks that reward speed. Of a Khepera in the paper of avoid: 0.08 m/s."""
+
 GAP = 0.13
 """m. Least way between two obstacles: a robot passes and can turn round."""
 
@@ -39,9 +42,9 @@ def distance(x1: float, y1: float, x2: float, y2: float) -> float:
     return math.sqrt(dx * dx + dy * dy)
 
 
-def forward_speed(robot: Robot, top_speed: float) -> float:
+def forward_speed(robot: Robot) -> float:
     """Return how fast a robot drives forward, as a part of its top speed, -1..1: the mean of its wheels."""
-    return min(max(0.5 * (robot.left_speed + robot.right_speed) / top_speed, -1.0), 1.0)
+    return min(max(0.5 * (robot.left_speed + robot.right_speed) / TOP_SPEED, -1.0), 1.0)
 
 
 def gallery(name: str) -> Scene:
@@ -50,15 +53,7 @@ def gallery(name: str) -> Scene:
 
 
 def room(seed: int, *, width: float = 1.0, depth: float = 1.0, posts: int = 0, boxes: int = 0) -> Scene:
-    """Return a room with obstacles at places that the seed chooses.
-
-    Args:
-        seed: The seed.
-        width: The width of the room, m.
-        depth: The depth of the room, m.
-        posts: How many round obstacles it has.
-        boxes: How many blocks it has.
-    """
+    """Return a room, m, with round posts and boxes at places that the seed chooses."""
     draw = random.Random(seed)
     solids: list[tuple[Solid, float]] = []  # Each with the radius of the circle around it.
     while len(solids) < posts + boxes:
@@ -80,14 +75,7 @@ def room(seed: int, *, width: float = 1.0, depth: float = 1.0, posts: int = 0, b
 
 
 def cluster(seed: int, robots: int, x: float, y: float) -> tuple[Pose, ...]:
-    """Return starts in rows of three, a hand's breadth apart, with headings that the seed chooses.
-
-    Args:
-        seed: The seed.
-        robots: How many.
-        x: Where the middle of the first three rows is, m.
-        y: Where the middle of the first three rows is, m.
-    """
+    """Return starts in rows of three around (x, y), a hand's breadth apart, with headings that the seed chooses."""
     draw = random.Random(seed)
     return tuple(
         Pose(x + 0.09 * (k % 3 - 1), y + 0.09 * (k // 3 - 1), round(draw.uniform(-math.pi, math.pi), 3))

@@ -23,16 +23,9 @@ READINGS: dict[str, type[Reading]] = {
 
 
 class Channel(NamedTuple):
-    """One number of an observation or an action.
+    """One number of an observation or an action, and its range."""
 
-    Attributes:
-        name: Such as ``proximity_front_right``.
-        unit: Such as ``counts``.
-        low: The lowest value.
-        high: The highest value.
-    """
-
-    name: str
+    name: str  # such as proximity_front_right
     unit: str
     low: float
     high: float

@@ -7,9 +7,12 @@ import json
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
 
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import read_file, write_file
@@ -17,15 +20,10 @@ from elib.base.rules import Number, Text, Whole, check
 from elib.learn.catalogue import find_task
 from elib.learn.journal import differences_of, open_folder, read_lines, versions
 from elib.learn.networks import Law, Network, find_controller
-from elib.learn.optimisers import Optimiser, optimiser
+from elib.learn.optimisers import Floats, Optimiser, optimiser
 from elib.simulator.physics.engine import EngineName
 from elib.simulator.physics.episodes import Episodes, Scores
 from elib.simulator.physics.task import Task
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[Any]
 
 SETTINGS, GENERATIONS, BEST = "study.toml", "generations.jsonl", "best.toml"
 GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT = "generations.parquet", "individuals.parquet", "fitness.svg"
@@ -42,29 +40,17 @@ NOT_COMPARED = "generations"
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What decides the result of a study: with equal settings, every study gives the same result.
+    """What decides the result of a study: with equal settings, every study gives the same result."""
 
-    Attributes:
-        task: Name of a task that comes with elib, or ``FILE.py:TASK``.
-        controller: ``recurrent``, ``feedforward``, ``braitenberg`` or ``FILE.py:LAW``.
-        hidden: How many hidden neurons a network has.
-        algorithm: ``cma``, ``ga`` or ``map-elites``.
-        population: How many individuals a generation has.
-        generations: How many generations there are.
-        scenarios: How many episodes each individual plays in a generation; its fitness is their mean.
-        seconds: How long an episode lasts, s; 0 stands for what the task says.
-        seed: The seed of everything random.
-    """
-
-    task: Annotated[str, Text(1000)]
-    controller: Annotated[str, Text(1000)] = "recurrent"
-    hidden: Annotated[int, Whole(0, 100)] = 0
-    algorithm: Annotated[str, Text()] = "cma"
-    population: Annotated[int, Whole(2, 100_000)] = 50
+    task: Annotated[str, Text(1000)]  # one that comes with elib, or FILE.py:TASK
+    controller: Annotated[str, Text(1000)] = "recurrent"  # or feedforward, braitenberg, FILE.py:LAW
+    hidden: Annotated[int, Whole(0, 100)] = 0  # neurons of a network
+    algorithm: Annotated[str, Text()] = "cma"  # or ga, map-elites
+    population: Annotated[int, Whole(2, 100_000)] = 50  # individuals of a generation
     generations: Annotated[int, Whole(1, 1_000_000)] = 100
-    scenarios: Annotated[int, Whole(1, 10_000)] = 4
-    seconds: Annotated[float, Number(0, 1e6, "s")] = 0.0
-    seed: Annotated[int, Whole(0, 2**63 - 1)] = 1
+    scenarios: Annotated[int, Whole(1, 10_000)] = 4  # episodes of an individual in a generation
+    seconds: Annotated[float, Number(0, 1e6, "s")] = 0.0  # of an episode; 0 stands for what the task says
+    seed: Annotated[int, Whole(0, 2**63 - 1)] = 1  # of everything random
 
     def __post_init__(self) -> None:
         check(self)
@@ -98,27 +84,22 @@ class Settings:
 
     def seeds(self, generation: int, count: int) -> list[int]:
         """Return seeds for a generation, counted from 1; no two generations have the same."""
-        import numpy as np
-
         drawn = np.random.SeedSequence(self.seed, spawn_key=(generation,)).generate_state(count, np.uint64)
         return [int(each) >> 1 for each in drawn]  # Below 2**63: JSON and TOML readers have signed integers.
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How individuals get their fitness. It can be pickled, so that other processes evaluate too.
-
-    Attributes:
-        task: The task.
-        controller: The network or law whose parameters are the individuals.
-        engine: ``compiled``, or ``interpreted`` to examine a reward function.
-        key: Equal keys stand for equal evaluations, also after pickling; empty if that is not known.
-    """
+    """How individuals get their fitness. It can be pickled, so that other processes evaluate too."""
 
     task: Task
-    controller: Network | Law
-    engine: EngineName = "compiled"
-    key: str = ""
+    controller: Network | Law  # whose parameters are the individuals
+    engine: EngineName = "compiled"  # or interpreted, to examine a reward function
+    key: str = ""  # equal keys stand for equal evaluations, also after pickling; empty if that is not known
+
+    def is_same(self, other: Evaluation) -> bool:
+        """Whether *other* gives every individual the same fitness."""
+        return self is other or (self.key == other.key != "" and self.engine == other.engine)
 
 
 _latest: tuple[Evaluation, int | None, Episodes] | None = None
@@ -126,28 +107,20 @@ _latest: tuple[Evaluation, int | None, Episodes] | None = None
 
 
 def evaluate(evaluation: Evaluation, population: Floats, seeds: Sequence[int], threads: int | None = None) -> Scores:
-    """Return what individuals earn.
+    """Return what individuals, rows of a population, earn in an episode for each seed.
 
-    Args:
-        evaluation: The task and the controller.
-        population: Parameters, a row for each individual.
-        seeds: What fixes the conditions of each episode that an individual plays.
-        threads: How many run at once; None means one a core. The result does not depend on it.
+    So many threads run at once; None means one a core. The result does not depend on it.
     """
     global _latest
     latest = _latest  # Read once: a Dask worker with several threads evaluates several things at a time.
-    if latest is None or latest[1] != threads or not _is_same(latest[0], evaluation):
+    if latest is None or latest[1] != threads or not latest[0].is_same(evaluation):
         latest = _latest = evaluation, threads, Episodes(evaluation.task, engine=evaluation.engine, threads=threads)
     known, _, episodes = latest
     return episodes.play(known.controller.controller(population), population, seeds)
 
 
 def check_fitness(fitness: float, whose: str, evaluation: Evaluation) -> None:
-    """Check that a fitness is a finite number.
-
-    Raises:
-        ArgumentError: It is not.
-    """
+    """Check that a fitness is a finite number."""
     if not math.isfinite(fitness):
         raise ArgumentError(
             f"the fitness {whose} is {fitness}",
@@ -155,28 +128,14 @@ def check_fitness(fitness: float, whose: str, evaluation: Evaluation) -> None:
         )
 
 
-def _is_same(one: Evaluation, other: Evaluation) -> bool:
-    return one is other or (one.key == other.key != "" and one.engine == other.engine)
-
-
 class Generation(NamedTuple):
-    """One generation as it is recorded: one line of generations.jsonl.
+    """One generation as it is recorded: one line of generations.jsonl. Lists have a value for each individual."""
 
-    Attributes:
-        generation: Its number, from 1.
-        population: A digest of the parameters of all individuals; they are not recorded, the optimiser finds them
-            again.
-        seeds: What fixed the conditions of each episode.
-        fitness: Of each individual: the mean over its episodes.
-        left: Mean speed of the left wheel of each individual, as a part of the top speed.
-        right: Mean speed of the right wheel of each individual, as a part of the top speed.
-    """
-
-    generation: int
-    population: str
-    seeds: list[int]
-    fitness: list[float]
-    left: list[float]
+    generation: int  # from 1
+    population: str  # a digest of all parameters: they are not recorded, the optimiser finds them again
+    seeds: list[int]  # of the episodes
+    fitness: list[float]  # the mean over its episodes
+    left: list[float]  # mean speed of the left wheel, as a part of the top speed
     right: list[float]
 
     @property
@@ -190,7 +149,7 @@ def digest_of(population: Floats) -> str:
     return hashlib.blake2b(population.astype("<f8").tobytes(), digest_size=8).hexdigest()
 
 
-class Study:
+class Study(AbstractContextManager["Study"]):
     """The folder of a study, open for writing; another program cannot open it meanwhile.
 
     Args:
@@ -198,8 +157,6 @@ class Study:
         settings: What the study begins with, or began with.
 
     Attributes:
-        folder: As given.
-        settings: As given.
         generations: What is recorded.
 
     Raises:
@@ -219,10 +176,10 @@ class Study:
 
     def _resume(self) -> None:
         settings, lines = self.settings, self._journal.lines
-        written = _written(settings)
+        now = {"settings": asdict(settings), "sources": settings.sources, "versions": versions(*PACKAGES)}
         is_new = not lines and not (self.folder / BEST).exists()  # Nothing is lost if a mended task begins again.
         if not is_new and (self.folder / SETTINGS).exists():
-            _compare(self.folder, _read(self.folder), tomllib.loads(written))
+            _compare(self.folder, _read(self.folder), now)
         self.generations = [_generation(line, k, self.folder, settings) for k, line in enumerate(lines, start=1)]
         if len(lines) > settings.generations:
             raise ArgumentError(
@@ -230,36 +187,23 @@ class Study:
                 hint="ask for more with --generations, or choose another folder with --out",
             )
         if is_new or not (self.folder / SETTINGS).exists() or _read(self.folder)["settings"] != asdict(settings):
-            write_file(self.folder / SETTINGS, written.encode())
+            write_file(self.folder / SETTINGS, _toml(now).encode())
         for name in (SETTINGS, BEST, GENERATIONS_TABLE, INDIVIDUALS_TABLE, PLOT):
             for left in self.folder.glob(f".{name}.*"):  # what a killed program had begun to write
                 left.unlink(missing_ok=True)
 
     def append(self, generation: Generation) -> None:
-        """Record a generation; it is on the disk when this returns.
-
-        Raises:
-            ElibError: The disk is full, or fails.
-        """
+        """Record a generation; it is on the disk when this returns."""
         self._journal.append(generation._asdict())
         self.generations.append(generation)
 
     def note(self, result: Mapping[str, object]) -> None:
-        """Write the result of the study into study.toml.
-
-        Raises:
-            ElibError: The disk is full, or fails.
-        """
-        document = _read(self.folder)
-        document["result"] = dict(result)
-        write_file(self.folder / SETTINGS, _toml(document).encode())
+        """Write the result of the study into study.toml."""
+        write_file(self.folder / SETTINGS, _toml({**_read(self.folder), "result": result}).encode())
 
     def close(self) -> None:
         """Let other programs open the folder."""
         self._journal.close()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -309,11 +253,6 @@ def _read(folder: Path) -> dict[str, dict[str, Any]]:
     return document
 
 
-def _written(settings: Settings) -> str:
-    """Return the content of study.toml for a new study."""
-    return _toml({"settings": asdict(settings), "sources": settings.sources, "versions": versions(*PACKAGES)})
-
-
 def _toml(document: Mapping[str, Mapping[str, object]]) -> str:
     parts = ["# A study of elib evolve: everything that decides its result. The same command goes on with it."]
     for name, table in document.items():
@@ -325,11 +264,7 @@ def _toml(document: Mapping[str, Mapping[str, object]]) -> str:
 
 
 def _compare(folder: Path, there: Mapping[str, Mapping[str, Any]], now: Mapping[str, Mapping[str, Any]]) -> None:
-    """Check that a study may go on.
-
-    Raises:
-        ArgumentError: It began with other settings, other files or another elib.
-    """
+    """Check that a study may go on."""
     settings = {**now["settings"], NOT_COMPARED: there["settings"].get(NOT_COMPARED)}
     before, after = there.get("sources", {}), now.get("sources", {})
     differences = differences_of(there["settings"], settings, elib=there.get("versions", {}).get("elib"))

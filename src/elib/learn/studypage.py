@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator, Iterator, Sequence
 from dataclasses import replace
 
 from elib.base.tasks import end_tasks
+from elib.learn.linked import RewardCounter
 from elib.learn.progress import Best, Progress
 from elib.panel.panel import WORLD, Generation, Panel, StudyAbout, StudyState
 from elib.panel.server.http import own_address, served
@@ -29,41 +30,29 @@ REST = 1.0
 
 @contextlib.contextmanager
 def study_page(progress: Progress, place: str = "") -> Iterator[str]:
-    """Serve the page of a study until the block is left, in a thread of its own: the evolution never waits for it.
+    """Serve the page of a study until the block is left, and yield its URL.
 
-    Args:
-        progress: What the evolution tells of itself.
-        place: ``HOST:PORT`` or ``PORT`` on this computer; empty for the first free port, port 0 for any.
-
-    Yields:
-        The page's URL.
-
-    Raises:
-        ArgumentError: *place* is not an address, or other computers could reach it.
-        LinkBusy: The port is taken, or all that were tried are.
-        LinkDenied: This user may not use the port.
+    It runs in a thread of its own: the evolution never waits for it. The place is ``HOST:PORT`` or ``PORT`` on this
+    computer; empty for the first free port, port 0 for any.
     """
-    with in_thread(lambda: _served(progress, place)) as (url, _):
+
+    @contextlib.asynccontextmanager
+    async def opened() -> AsyncIterator[str]:
+        address = own_address(place)
+        show = Show(progress)
+        showing = asyncio.create_task(show.play())
+        try:
+            async with served(show.panel, address) as server:
+                yield server.url
+        finally:
+            await end_tasks(showing)
+
+    with in_thread(opened) as (url, _):
         yield url
-
-
-@contextlib.asynccontextmanager
-async def _served(progress: Progress, place: str) -> AsyncIterator[str]:
-    address = own_address(place)
-    show = Show(progress)
-    showing = asyncio.create_task(show.play())
-    try:
-        async with served(show.panel, address) as server:
-            yield server.url
-    finally:
-        await end_tasks(showing)
 
 
 class Show:
     """Lets the best controllers drive in the worlds of their task, one after the other, while a page is open.
-
-    Args:
-        progress: What the evolution tells of itself.
 
     Attributes:
         panel: What the pages show.
@@ -71,9 +60,9 @@ class Show:
 
     def __init__(self, progress: Progress) -> None:
         self.panel = Panel(can=WORLD, study=self)
-        self.panel.on_visit, self.panel.on_empty = self._visit, self._leave
-        self._progress = progress
         self._is_watched = asyncio.Event()
+        self.panel.on_visit, self.panel.on_empty = self._is_watched.set, self._leave
+        self._progress = progress
         self._chosen: int | None = None
         self._is_asked = False
         self._shown: Best | None = None
@@ -131,9 +120,6 @@ class Show:
         self._life, self._shown, self._is_asked = life, best, False
         self._lives += 1
 
-    def _visit(self) -> None:
-        self._is_watched.set()
-
     def _leave(self) -> None:
         """Compute nothing while no page is open: the evolution needs the processor."""
         self._is_watched.clear()
@@ -145,10 +131,7 @@ class Show:
 class Life:
     """One controller drives in one world of its task, until its time is over, on the clock of the simulation.
 
-    Args:
-        task: What was learned.
-        controller: Drives all robots of the world.
-        number: Which life it is: it chooses the world, and the seed of starts and noise.
+    Its number chooses the world, and the seed of starts and noise.
 
     Attributes:
         simulation: The world, as pages show it.
@@ -163,6 +146,8 @@ class Life:
         self._task, self._controller, self._world = task, controller, self.simulation.world
         self._parameters = tuple(controller.parameters.tolist())
         self._memory = [[0.0] * controller.memory for _ in range(task.robots)]
+        self._counter = RewardCounter(task, self._world)
+        self._counter.begin()
         self._ended = math.inf
         self._decide()
         self._world.follow(self._follow)
@@ -174,23 +159,16 @@ class Life:
 
     def _follow(self) -> None:
         """Go on after a tick."""
-        world, task = self._world, self._task
-        if world.time > self._ended:
+        world = self._world
+        if self._ended < math.inf:
             return
-        if world.tick >= task.ticks or self._is_at_its_end():
+        self._counter.add()
+        if self._counter.is_over:
             self._ended = world.time
             for robot in range(world.robots):
                 world.set_wheel_speeds(robot, 0.0, 0.0)
-        elif world.tick % task.ticks_a_period == 0:
+        elif world.tick % self._task.ticks_a_period == 0:
             self._decide()
-
-    def _is_at_its_end(self) -> bool:
-        task = self._task
-        if task.is_over is None:
-            return False
-        for sensor in task.reward_sensors:
-            self._world.readings(sensor)
-        return bool(task.is_over(self._world.records))
 
     def _decide(self) -> None:
         """Let the controller set the wheels of every robot."""

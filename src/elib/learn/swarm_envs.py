@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
 
 from elib.base.errors import ArgumentError, Unsupported
 from elib.base.extras import install
-from elib.learn.envs import HUMAN, RGB_ARRAY, Environment, Floats32, ending, require_shape, space_of
+from elib.learn.envs import HUMAN, RGB_ARRAY, Environment, Floats32, require_shape
 from elib.simulator.physics import Task
 from elib.simulator.physics.engine import EngineName
 
@@ -37,26 +38,13 @@ class SwarmEnv(Environment, ParallelEnv):  # type: ignore[misc]  # PettingZoo ha
     def __init__(
         self, task: Task | str = "aggregation", *, engine: EngineName = "compiled", render_mode: str | None = None
     ) -> None:
-        """Set up the world.
-
-        Args:
-            task: A task, or the name of one.
-            engine: ``"compiled"``, or ``"interpreted"``, which needs no compiling at first. Both give the same
-                episodes.
-            render_mode: ``"rgb_array"``: :meth:`render` returns a picture. ``"human"``: a page in the browser shows
-                the world, and every step takes as long as in reality.
-
-        Raises:
-            ArgumentError: There is no such task or render mode.
-            SimulationError: Numba is not installed.
-            Unsupported: The packages of the page are not installed.
-        """
-        worlds = self._set_up(task, engine, render_mode)
+        """Set up the world, as :class:`elib.learn.envs.TaskEnv` does, of a task with any number of robots."""
+        observed, acted = self._set_up(task, engine, render_mode)
         self.metadata |= {"name": f"{self.task.name.replace('-', '_')}_v0"}
         self.possible_agents = [f"robot_{k}" for k in range(self.task.robots)]
         self.agents: list[str] = []
-        self.observation_spaces = {agent: space_of(worlds.observed) for agent in self.possible_agents}
-        self.action_spaces = {agent: space_of(worlds.acted) for agent in self.possible_agents}
+        self.observation_spaces = {agent: deepcopy(observed) for agent in self.possible_agents}
+        self.action_spaces = {agent: deepcopy(acted) for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> Space[Floats32]:
         """Return what an agent can observe."""
@@ -69,15 +57,10 @@ class SwarmEnv(Environment, ParallelEnv):  # type: ignore[misc]  # PettingZoo ha
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Floats32], dict[str, dict[str, Any]]]:
-        """Begin an episode.
-
-        Args:
-            seed: The seed of the episode, as for :meth:`elib.learn.envs.TaskEnv.reset`; None means the next episode.
-            options: Not used.
-        """
-        if seed is None and not self._worlds.has_begun:
+        """Begin an episode, as :meth:`elib.learn.envs.TaskEnv.reset` does."""
+        if seed is None and not self._has_begun:
             seed = int(np.random.default_rng().integers(1 << 63))
-        self._worlds.begin(seed)
+        self._begin(seed)
         self.agents = list(self.possible_agents)
         self._show(is_new=True)
         return self._observations(), {agent: {} for agent in self.agents}
@@ -93,13 +76,13 @@ class SwarmEnv(Environment, ParallelEnv):  # type: ignore[misc]  # PettingZoo ha
         Raises:
             ArgumentError: There is not an action of two numbers for every agent, or :meth:`reset` was not called yet.
         """
-        self._worlds.check_begun()
+        self._check_begun()
         if not self.agents:
             return {}, {}, {}, {}, {}
         if actions.keys() != set(self.agents):
             raise ArgumentError(f"there are actions for {sorted(actions)}", hint=f"give one for each of {self.agents}")
         given = [require_shape(actions[agent], (2,)) for agent in self.agents]
-        outcome = self._worlds.step(np.stack(given)[None])
+        outcome = self._decide(np.stack(given)[None])
         self._show()
         agents, has_ended = self.agents, bool(outcome.ended[0])
         if has_ended:
@@ -109,13 +92,8 @@ class SwarmEnv(Environment, ParallelEnv):  # type: ignore[misc]  # PettingZoo ha
             dict(zip(agents, outcome.rewards[0].tolist(), strict=True)),
             dict.fromkeys(agents, bool(outcome.terminated[0])),
             dict.fromkeys(agents, bool(outcome.truncated[0])),
-            {agent: ending(self.task, self._worlds.fitness[0]) if has_ended else {} for agent in agents},
+            {agent: self._ending() if has_ended else {} for agent in agents},
         )
 
     def _observations(self) -> dict[str, Floats32]:
-        return dict(zip(self.possible_agents, self._worlds.observe()[0], strict=True))
-
-    def close(self) -> None:
-        """Close the page in the browser. Safe to repeat."""
-        if self._view is not None:
-            self._view.close()
+        return dict(zip(self.possible_agents, self._observe()[0], strict=True))

@@ -14,21 +14,23 @@ import math
 import random
 import statistics
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
 
+import numpy as np
+
 from elib.base.errors import ArgumentError, ElibError
 from elib.base.files import parse_json, read_file, write_file
 from elib.base.rules import Number, Whole, nearest, number_from
 from elib.behaviours import Behaviour, BehaviourStyle, RunContext, find, play
-from elib.learn.catalogue import importing
+from elib.learn.catalogue import run_file
 from elib.learn.champion import Champion, load_champion
 from elib.learn.executor import Executor
-from elib.learn.journal import Journal, differences_of, open_folder, versions
+from elib.learn.journal import differences_of, open_folder, versions
 from elib.learn.study import Evaluation, check_fitness, evaluate
 from elib.link.session.statistics import merged
 from elib.link.transport import Url, parse_url
@@ -82,13 +84,7 @@ EPISODE = {
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Numbers between two bounds.
-
-    Attributes:
-        low: The lower bound.
-        high: The upper bound.
-        count: How many numbers.
-    """
+    """So many numbers between two bounds."""
 
     low: float
     high: float
@@ -97,21 +93,13 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One run of a sweep.
+    """One run of a sweep."""
 
-    Attributes:
-        number: Its number, from 0.
-        parameters: Name and value of each parameter that is varied.
-        world: Name or file of its world; empty for that of the target.
-        fault: A fault script, settings of the link such as ``loss=0.1``, or ``none``.
-        seed: Seed of the world and of the behaviour.
-    """
-
-    number: int
-    parameters: tuple[tuple[str, Value], ...]
-    world: str
-    fault: str
-    seed: int
+    number: int  # from 0
+    parameters: tuple[tuple[str, Value], ...]  # name and value of each that is varied
+    world: str  # its name or file; empty for that of the target
+    fault: str  # a fault script, settings of the link such as loss=0.1, or none
+    seed: int  # of the world and of the behaviour
 
     @property
     def url(self) -> str:
@@ -125,27 +113,17 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """What is to be run.
+    """What is to be run."""
 
-    Attributes:
-        target: Name of a behaviour, ``FILE.py`` or ``FILE.py:NAME`` with one of yours, or ``best.toml``.
-        grid: Names and values of the parameters of which every combination is run.
-        samples: Names and ranges of the parameters of which random values are drawn, all together.
-        worlds: Names or files of worlds; an empty name stands for that of the target.
-        faults: Fault scripts, settings of the link such as ``loss=0.1&latency=0.02``, or ``none``.
-        seeds: Every combination is run with the seeds 1 to this.
-        seconds: Robot time for each run, s; None stands for 30 s, or for what the task of a champion says.
-        source: The text of the target's file, if it is one: another text is another sweep, and workers on other
-            computers do not have the program.
-    """
-
-    target: str
-    grid: tuple[tuple[str, tuple[Value, ...]], ...] = ()
-    samples: tuple[tuple[str, Range], ...] = ()
-    worlds: tuple[str, ...] = ("",)
-    faults: tuple[str, ...] = (NO_FAULT,)
-    seeds: int = 1
-    seconds: float | None = None
+    target: str  # name of a behaviour, FILE.py or FILE.py:NAME with one of yours, or best.toml
+    grid: tuple[tuple[str, tuple[Value, ...]], ...] = ()  # every combination of these values is run
+    samples: tuple[tuple[str, Range], ...] = ()  # random values of these are drawn, all together
+    worlds: tuple[str, ...] = ("",)  # as in Run
+    faults: tuple[str, ...] = (NO_FAULT,)  # as in Run
+    seeds: int = 1  # every combination is run with the seeds 1 to this
+    seconds: float | None = None  # of robot time for a run; None stands for 30, or for what a champion's task says
+    # The text of the target's file, if it is one: another text is another sweep, and workers on other computers do not
+    # have the program.
     source: str | None = None
 
     @property
@@ -160,23 +138,15 @@ class Sweep:
 
     def runs(self) -> list[Run]:
         """Return all runs, in the order of the table."""
-        points = [dict(zip((n for n, _ in self.samples), each, strict=True)) for each in self._drawn()]
-        corners = [
-            dict(zip((n for n, _ in self.grid), each, strict=True))
-            for each in itertools.product(*(values for _, values in self.grid))
-        ]
-        every = itertools.product(corners, points, self.worlds, self.faults, range(1, self.seeds + 1))
+        corners = itertools.product(*(values for _, values in self.grid))
+        every = itertools.product(corners, self._drawn(), self.worlds, self.faults, range(1, self.seeds + 1))
         return [
-            Run(k, tuple({**corner, **point}.items()), world, fault, seed)
+            Run(k, tuple(zip(self.varied, (*corner, *point), strict=True)), world, fault, seed)
             for k, (corner, point, world, fault, seed) in enumerate(every)
         ]
 
     def check(self) -> list[Run]:
-        """Return all runs, after everything that can be checked before the first one was.
-
-        Raises:
-            ArgumentError: A name or a value is wrong.
-        """
+        """Return all runs, after everything that can be checked before the first one was."""
         Whole(1).require(self.seeds, "seeds")
         names = self.varied
         for name in names:
@@ -211,11 +181,7 @@ class Sweep:
 
 
 def parse_grid(text: str) -> tuple[str, tuple[Value, ...]]:
-    """Return name and values of ``cruise=0.2,0.4``, or of ``cruise=0.2..0.6:5``: five values at equal distances.
-
-    Raises:
-        ArgumentError: It is neither.
-    """
+    """Return name and values of ``cruise=0.2,0.4``, or of ``cruise=0.2..0.6:5``: five values at equal distances."""
     name, _, rest = text.partition("=")
     name = name.strip().replace("-", "_")
     if ".." in rest:
@@ -229,11 +195,7 @@ def parse_grid(text: str) -> tuple[str, tuple[Value, ...]]:
 
 
 def parse_sample(text: str) -> tuple[str, Range]:
-    """Return name and range of ``base=0.1..0.5:20``: twenty random numbers.
-
-    Raises:
-        ArgumentError: It is not of this form.
-    """
+    """Return name and range of ``base=0.1..0.5:20``: twenty random numbers."""
     name, _, rest = text.partition("=")
     low, _, rest = rest.partition("..")
     high, _, count = rest.partition(":")
@@ -270,17 +232,11 @@ class _Drive:
         def watch(context: RunContext, opened: tuple[Epuck, ...]) -> None:
             robots.extend(RobotReport(robot, context.began) for robot in opened)
 
+        how: Any = {"seconds": seconds or SECONDS, "options": dict(run.parameters), "seed": run.seed}
         error = None
         try:
             with contextlib.redirect_stdout(io.StringIO()):  # a thousand runs would print a thousand times
-                ended = play(
-                    self._behaviour,
-                    run.url,
-                    seconds=seconds or SECONDS,
-                    options=dict(run.parameters),
-                    seed=run.seed,
-                    watch=watch,
-                ).reason
+                ended = play(self._behaviour, run.url, watch=watch, **how).reason
         except Exception as problem:  # that a run failed is a result of it
             ended, error = "error", f"{type(problem).__name__}: {problem}"
         for robot in robots:
@@ -293,33 +249,23 @@ def _drive_row(robots: Sequence[RobotReport]) -> Row:
     if not robots:
         return dict.fromkeys(DRIVE)
 
-    def mean(value: Callable[[RobotReport], float]) -> float:
-        return statistics.fmean(map(value, robots))
-
     first = robots[0].path[-1]
     links = merged([each.robot.statistics for each in robots])
     duration = max(each.time for each in robots)
-    path = mean(lambda each: each.distance)
-    return {
-        "path": path,
-        "distance": mean(lambda each: math.dist(_place(each, 0), _place(each, -1))),
-        "mean_speed": path / duration if duration else 0.0,
-        "contact_time": mean(lambda each: each.contact_time),
-        "contacts": sum(each.contacts for each in robots),
-        "area": mean(
-            lambda each: round(CELL * CELL * len({(int(p.x // CELL), int(p.y // CELL)) for p in each.path}), 4)
-        ),
-        "end_x": first.x,
-        "end_y": first.y,
-        "end_heading": first.heading,
-        "duration": duration,
-        "requests": links.count,
-        "timeouts": links.lost,
-    }
-
-
-def _place(robot: RobotReport, k: int) -> tuple[float, float]:
-    return robot.path[k].x, robot.path[k].y
+    path = statistics.fmean(each.distance for each in robots)
+    lines = [[(each.x, each.y) for each in robot.path] for robot in robots]
+    areas = [round(CELL * CELL * len({(int(x // CELL), int(y // CELL)) for x, y in line}), 4) for line in lines]
+    values = (
+        path,
+        statistics.fmean(math.dist(line[0], line[-1]) for line in lines),
+        path / duration if duration else 0.0,
+        statistics.fmean(each.contact_time for each in robots),
+        sum(each.contacts for each in robots),
+        statistics.fmean(areas),
+        *(first.x, first.y, first.heading),
+        *(duration, links.count, links.lost),
+    )
+    return dict(zip(DRIVE, values, strict=True))
 
 
 class _Episode:
@@ -361,8 +307,6 @@ class _Episode:
         return Evaluation(task, champion.network, key=key)
 
     def measure(self, run: Run, seconds: float | None) -> Row:
-        import numpy as np
-
         evaluation = self._evaluation(run, seconds)
         scores = evaluate(evaluation, np.array([self._champion.parameters]), [run.seed], threads=1)
         fitness = float(scores.fitness[0][0])
@@ -378,11 +322,7 @@ class _Episode:
 
 @lru_cache(maxsize=4)
 def _target(sweep: Sweep) -> _Drive | _Episode:
-    """Return what is run.
-
-    Raises:
-        ArgumentError: There is no such behaviour, program or champion, or the champion is another one by now.
-    """
+    """Return what is run."""
     name, _, variable = sweep.target.partition(".py:")
     if sweep.target.endswith(CHAMPION):
         if sweep.source not in (None, read_program(sweep.target)):  # perhaps on one of several computers only
@@ -394,11 +334,7 @@ def _target(sweep: Sweep) -> _Drive | _Episode:
 
 
 def read_program(target: str) -> str | None:
-    """Return the text of the file that *target* names, a program or a champion; None if it names something else.
-
-    Raises:
-        ArgumentError: The file cannot be read.
-    """
+    """Return the text of the file that *target* names, a program or a champion; None if it names something else."""
     file = target.partition(".py:")[0] + ".py" if ".py:" in target else target
     if not file.endswith((".py", CHAMPION)):
         return None
@@ -413,9 +349,7 @@ def read_program(target: str) -> str | None:
 
 def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
     """Return a behaviour of a program, which is imported; the file itself need not be there."""
-    module = ModuleType(f"elib.swept.{file.stem}")
-    module.__file__ = str(file)
-    sys.modules[module.__name__] = module
+    module = sys.modules[f"elib.swept.{file.stem}"] = ModuleType(f"elib.swept.{file.stem}")
 
     def refuse(robot: Epuck) -> None:
         raise ArgumentError(
@@ -423,13 +357,10 @@ def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
             hint='put what does that below: if __name__ == "__main__":',
         )
 
-    with importing(file), on_open(refuse):
-        exec(compile(source, str(file), "exec", dont_inherit=True), vars(module))
-    own = {
-        key: each
-        for key, each in vars(module).items()
-        if isinstance(each, Behaviour) and each.function.__module__ == module.__name__
-    }
+    with on_open(refuse):
+        run_file(module, file, source)
+    behaviours = {key: each for key, each in vars(module).items() if isinstance(each, Behaviour)}
+    own = {key: each for key, each in behaviours.items() if each.function.__module__ == module.__name__}
     if name and name not in own:
         raise ArgumentError(f"{file} has no behaviour {name!r}", hint=nearest(name, own))
     if not name and len(own) != 1:
@@ -437,21 +368,14 @@ def _behaviour_of(file: Path, source: str, name: str) -> Behaviour:
             f"{file} has {len(own)} behaviours{': ' if own else ''}{', '.join(own)}",
             hint="name one: FILE.py:NAME" if own else "decorate a function with @elib.behaviour",
         )
-    return own[name] if name else next(iter(own.values()))
+    return own[name or next(iter(own))]
 
 
 def measure(sweep: Sweep, run: Run) -> Row:
     """Do one run, and return its row of the table."""
     target = _target(sweep)
-    measured = target.measure(run, sweep.seconds)
-    where = {
-        "run": run.number,
-        **dict(run.parameters),
-        "world": target.world_of(run),
-        "fault": run.fault,
-        "seed": run.seed,
-    }
-    return {**where, **measured}
+    where = {"world": target.world_of(run), "fault": run.fault, "seed": run.seed}
+    return {"run": run.number, **dict(run.parameters), **where, **target.measure(run, sweep.seconds)}
 
 
 def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
@@ -459,13 +383,10 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
 
     Yields:
         The rows in the order in which they come: first those that are there already.
-
-    Raises:
-        ArgumentError: A parameter is wrong, or the folder holds something else.
-        ElibError: The folder cannot be written, or another program writes into it.
     """
     runs = sweep.check()
-    with _open_folder(sweep, folder) as journal:
+    with open_folder(folder, "a sweep", SETTINGS, RUNS) as journal:
+        _check_settings(sweep, folder, is_new=not journal.lines)
         rows = {int(row["run"]): row for row in journal.lines}
         if not rows.keys() <= set(range(len(runs))):
             raise ElibError(f"{folder / RUNS} has runs that do not belong to this sweep", hint="choose a new folder")
@@ -478,32 +399,20 @@ def run_sweep(sweep: Sweep, folder: Path, executor: Executor) -> Iterator[Row]:
         write_table(folder / TABLE, table_of([rows[k] for k in range(len(runs))]))
 
 
-def _open_folder(sweep: Sweep, folder: Path) -> Journal:
-    """Open the folder of a sweep, a new one or one that was interrupted."""
+def _check_settings(sweep: Sweep, folder: Path, *, is_new: bool) -> None:
+    """Write the settings of a new sweep, or compare them with those of one that was interrupted."""
     settings = json.loads(json.dumps({"sweep": asdict(sweep), "versions": versions("numpy", "numba")}))
-    journal = open_folder(folder, "a sweep", SETTINGS, RUNS)
     path = folder / SETTINGS
+    if is_new:
+        write_file(path, json.dumps(settings, indent=1).encode())
+        return
+    content = read_file(path, "the sweep", largest=2 * MAX_PROGRAM)
     try:
-        if journal.lines:
-            _compare(folder, parse_json(read_file(path, "the sweep", largest=2 * MAX_PROGRAM)), settings)
-        else:
-            write_file(path, json.dumps(settings, indent=1).encode())
-    except BaseException as error:
-        journal.close()
-        if isinstance(error, ValueError) and not isinstance(error, ArgumentError):
-            raise ArgumentError(f"{path} is damaged: {error}", hint="choose a new folder") from None
-        raise
-    return journal
-
-
-def _compare(folder: Path, before: object, now: Mapping[str, Any]) -> None:
-    """Check that a sweep may go on.
-
-    Raises:
-        ArgumentError: It began as another one.
-    """
+        before = parse_json(content)
+    except ValueError as error:
+        raise ArgumentError(f"{path} is damaged: {error}", hint="choose a new folder") from None
     there: dict[str, Any] = before if isinstance(before, dict) else {}
-    began, asked = ({**each.get("sweep", {})} for each in (there, now))
+    began, asked = ({**each.get("sweep", {})} for each in (there, settings))
     changed = [f"the program {asked['target']} was changed"] * (began.pop("source", None) != asked.pop("source"))
     differences = changed + differences_of(began, asked, elib=there.get("versions", {}).get("elib"))
     if differences:
@@ -527,11 +436,7 @@ def kind_of(values: Sequence[object]) -> Literal["whole", "number", "text"]:
 
 
 def check_metric(sweep: Sweep, metric: str) -> str:
-    """Return the name of the column that is drawn.
-
-    Raises:
-        ArgumentError: There is no such column of numbers.
-    """
+    """Return the name of the column that is drawn."""
     name = (metric or next(iter(sweep.metrics))).replace("-", "_")
     if name not in sweep.metrics:
         raise ArgumentError(f"{metric!r} is not measured", hint=f"choose from {', '.join(sweep.metrics)}")

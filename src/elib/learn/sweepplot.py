@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from elib.learn.sweep import Row, Sweep, Value, check_metric, kind_of
+from elib.learn.sweep import Row, Sweep, check_metric, kind_of
 from elib.studies.report import COLOURS, GRID, INK, PAPER, save, trim
 
 BINS = 8
@@ -18,24 +19,16 @@ MAX_TICKS = 12
 def draw_sweep(path: Path, sweep: Sweep, rows: Sequence[Row], metric: str = "") -> None:
     """Draw a metric against each parameter that is varied.
 
-    Every run is a dot, the line joins the medians, and the band holds the middle half of the runs.
-
-    Args:
-        path: The file to write, ending in .svg, .png or .pdf.
-        sweep: What was run.
-        rows: The table.
-        metric: Name of the column; by default the first one that is measured.
-
-    Raises:
-        ArgumentError: There is no such column.
-        ElibError: The file cannot be written.
+    Every run is a dot, the line joins the medians, and the band holds the middle half of the runs. The metric is a
+    column of the table; by default the first one that is measured.
     """
     from matplotlib.figure import Figure
 
     metric = check_metric(sweep, metric)
     names = [name for name in sweep.varied if kind_of([row[name] for row in rows]) != "text"]
     others = [name for name in ("world", "fault", *sweep.varied) if name not in names]
-    kinds = {_kind(row, others): None for row in rows}
+    kind_of_row = itemgetter(*others)  # others holds two names or more
+    kinds = {kind_of_row(row): None for row in rows}
     varying = [n for n, name in enumerate(others) if len({kind[n] for kind in kinds}) > 1]
     # A dollar would begin a formula.
     labels = [", ".join(str(kind[n]) for n in varying).replace("$", r"\$") for kind in kinds]
@@ -46,7 +39,7 @@ def draw_sweep(path: Path, sweep: Sweep, rows: Sequence[Row], metric: str = "") 
     for k, name in enumerate(panels):
         axes = shared = figure.add_subplot(1, len(panels), k + 1, sharey=shared)
         for n, kind in enumerate(kinds):
-            of_kind = [row for row in rows if _kind(row, others) == kind and row[metric] is not None]
+            of_kind = [row for row in rows if kind_of_row(row) == kind and row[metric] is not None]
             points = [(float(row[name]) if name else float(n), float(row[metric])) for row in of_kind]
             _draw_kind(axes, points, COLOURS[(5 + 3 * n) % len(COLOURS)], labels[n])
         axes.set_xlabel(name.replace("_", " ") if name else ", ".join(others[n] for n in varying), color=INK)
@@ -61,10 +54,6 @@ def draw_sweep(path: Path, sweep: Sweep, rows: Sequence[Row], metric: str = "") 
     if names and varying:
         shared.legend(frameon=False, fontsize=9, labelcolor=INK)
     save(figure, path)
-
-
-def _kind(row: Row, names: Sequence[str]) -> tuple[Value, ...]:
-    return tuple(row[name] for name in names)
 
 
 def _draw_kind(axes: Any, points: Sequence[tuple[float, float]], colour: str, label: str) -> None:
@@ -87,13 +76,6 @@ def _draw_kind(axes: Any, points: Sequence[tuple[float, float]], colour: str, la
         axes.fill_between(middle, [q[0] for q in quartiles], [q[2] for q in quartiles], color=colour, alpha=0.15, lw=0)
         axes.plot(middle, [q[1] for q in quartiles], color=colour, lw=2, marker="o", ms=4, label=label)
     else:
-        axes.errorbar(
-            middle,
-            [q[1] for q in quartiles],
-            yerr=[[q[1] - q[0] for q in quartiles], [q[2] - q[1] for q in quartiles]],
-            color=colour,
-            marker="o",
-            lw=2,
-            capsize=5,
-            label=label,
-        )
+        ((low, median, high),) = quartiles
+        line = {"color": colour, "marker": "o", "lw": 2, "capsize": 5, "label": label}
+        axes.errorbar(middle, [median], yerr=[[median - low], [high - median]], **line)

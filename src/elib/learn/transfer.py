@@ -52,23 +52,14 @@ USUAL_DRAWS = Randomisation(
 
 
 class Trouble(NamedTuple):
-    """Something of which a robot has more than the simulator, and how much of it is tried.
-
-    Attributes:
-        name: Its name.
-        unit: The unit of its values.
-        where: Whether it is tried in physics alone, or on the wire.
-        key: The field of :class:`~elib.simulator.physics.EpuckModel`, or the key of ``sim://``, that sets it.
-        usual: How much of it a real robot has.
-        values: What is tried, rising, up to the highest value that makes sense.
-    """
+    """Something of which a robot has more than the simulator, and how much of it is tried."""
 
     name: str
     unit: str
     where: Literal["physics", "wire"]
-    key: str
-    usual: float
-    values: tuple[float, ...]
+    key: str  # the field of EpuckModel, or the key of sim://, that sets it
+    usual: float  # how much of it a real robot has
+    values: tuple[float, ...]  # what is tried, rising, up to the highest value that makes sense
 
 
 # What is usual: the noise that the response profile states; the standard deviation of Enki's factor of 0.95 to 1.05 in
@@ -158,21 +149,13 @@ class Sensitivity:
 
 @dataclass(frozen=True, slots=True)
 class TransferReport:
-    """All stages of a transfer report, and what breaks the controller.
-
-    Attributes:
-        task: Name of the task.
-        seed: The seed that the seeds of all runs are made of.
-        stages: In the order in which they ran; physics is the first one.
-        sensitivities: One for each trouble, the most fragile first.
-        left_out: Stages that could not run, each with the reason.
-    """
+    """All stages of a transfer report, and what breaks the controller."""
 
     task: str
     seed: int
-    stages: tuple[StageResult, ...]
-    sensitivities: tuple[Sensitivity, ...] = ()
-    left_out: tuple[str, ...] = ()
+    stages: tuple[StageResult, ...]  # in the order in which they ran; physics is the first one
+    sensitivities: tuple[Sensitivity, ...] = ()  # one for each trouble, the most fragile first
+    left_out: tuple[str, ...] = ()  # stages that could not run, each with the reason
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,16 +204,10 @@ class TransferPlan:
 def bootstrap(
     values: Sequence[float], reference: Sequence[float] | None = None, *, paired: bool = True, seed: int = 0
 ) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a mean, or of its ratio to another mean: percentiles of the bootstrap.
+    """Return the 95 % confidence interval of a mean, or of its ratio to that of *reference*: bootstrap percentiles.
 
-    Args:
-        values: One number a run.
-        reference: Numbers whose mean the other one is divided by, or None.
-        paired: Whether a run and its reference had the same seed, so that they are drawn together.
-        seed: Seed of the draws.
-
-    Returns:
-        The lower and the upper end; nan for fewer than two runs, or where a mean to divide by is not above 0.
+    Runs are drawn together with their reference if both had the same seeds, *paired*. Both ends are nan for fewer than
+    two runs, or where a mean to divide by is not above 0.
     """
     if len(values) < 2 or (reference is not None and len(reference) < 2):
         return math.nan, math.nan
@@ -292,74 +269,67 @@ class _Stage(NamedTuple):
 
 
 class _Transfer:
-    """The work on one report.
-
-    Args:
-        champion: The controller and its task.
-        plan: What to try.
-        executor: What runs the episodes on the wire.
-        progress: Called with the name of each stage.
-    """
+    """A sweep of one controller over stages: each is a task in physics, or keys of ``sim://`` on the wire."""
 
     def __init__(
         self, champion: Champion, plan: TransferPlan, executor: Executor, progress: Callable[[str], object]
     ) -> None:
-        self.champion = champion
-        self.plan = plan
-        self.executor = executor
+        self.champion, self.plan, self.executor, self.progress = champion, plan, executor, progress
         self.learned = champion.find_task()
         alike = replace(self.learned, randomisation=Randomisation())
         self.task = changed(alike, partial(replace, quality="ideal"))
-        self.progress = progress
         self.engine = plan.engine or ("compiled" if importlib.util.find_spec("numba") else "interpreted")
         # Small enough to be read aloud and typed again, and far from the small seeds that people train with.
         draws = np.random.default_rng(plan.seed)
         self.seeds = tuple(int(seed) for seed in draws.choice(2**31, plan.runs, replace=False))
-        self.worlds = self._worlds(alike)
+        self.worlds = list(self._worlds(alike))
         self.stages: list[StageResult] = []
         self.left_out: list[str] = []
 
     def report(self, ask: Callable[[str], object] | None) -> TransferReport:
         """Run all stages; first those on the robot, whose person then need not wait for the others."""
-        plan, learned = self.plan, self.learned.randomisation
+        plan = self.plan
         on_robot = [] if plan.robot is None else self._runs_on_robot(plan.robot, ask)
-        self._run(_Stage("physics", "physics alone; all robots are alike", self.task))
-        draws, whose = (USUAL_DRAWS, "usual") if learned == Randomisation() else (learned, "the task's")
-        about = f"physics; each run draws {whose} differences between robots"
-        self._run(_Stage("randomised", about, replace(self.task, randomisation=draws)))
+        for stage in self._physics():
+            self._run(stage)
         about = "the whole chain with this firmware, typical robots, on a quiet link"
         working = [name for name in plan.firmwares if self._run(_Stage(f"wire {name}", about, firmware=name))]
         firmware = working[0] if working else ""
-        if firmware:
-            poor = {"latency": plan.latency, "jitter": plan.jitter, "loss": plan.loss}
-            about = f"{plan.latency * 1000:g} ms each way ± {plan.jitter * 1000:g} ms, {plan.loss:.1%} of answers lost"
-            self._run(_Stage("poor link", f"{firmware}, {about}", firmware=firmware, keys=poor))
-        for stage in self._profiles(firmware):
+        for stage in self._others(firmware):
             self._run(stage)
-        if plan.robot is not None:
-            self._robot(plan.robot, on_robot)
+        if plan.robot is not None and can_be_measured(self.champion):
+            self.stages.append(self._stage("robot", plan.robot, on_robot, on_robot=True))
+        elif plan.robot is not None:
+            why = "the reward needs more than wheel speeds and what the controller sees: it is not measured"
+            self.stages.append(StageResult("robot", f"{plan.robot}; {why}", len(on_robot)))
         found = self._sensitivities(firmware) if plan.sensitivity else []
         return TransferReport(self.task.name, plan.seed, tuple(self.stages), tuple(found), tuple(self.left_out))
 
-    def _worlds(self, task: Task) -> list[str]:
-        """Return the world of each seed's episode, with the robots at their starts, as the text of a world file."""
+    def _worlds(self, task: Task) -> Iterator[str]:
+        """Yield the world of each seed's episode, with the robots at their starts, as the text of a world file."""
         episodes = Episodes(task, engine="interpreted")
-        found = []
         for seed in self.seeds:
             episodes.reset(seed)
             world = episodes.world(0)
             # What a world says of its robots' firmware would override what the stage says.
-            scene = replace(world.scene, starts=tuple(world.poses), firmware=(), name=self.task.name)
-            found.append(written_scene(scene))
-        return found
+            yield written_scene(replace(world.scene, starts=tuple(world.poses), firmware=(), name=task.name))
 
-    def _profiles(self, firmware: str) -> Iterator[_Stage]:
-        """Yield other robots: response profiles in physics, files of robot profiles, which have more, on the wire."""
-        names = self.plan.profiles
-        if names is None:
-            own = {scene.model.profile for scene in self.task.scenes}
-            names = [name for name in PROFILES if own != {name}]
-        for name in names:
+    def _physics(self) -> Iterator[_Stage]:
+        yield _Stage("physics", "physics alone; all robots are alike", self.task)
+        learned = self.learned.randomisation
+        draws, whose = (USUAL_DRAWS, "usual") if learned == Randomisation() else (learned, "the task's")
+        about = f"physics; each run draws {whose} differences between robots"
+        yield _Stage("randomised", about, replace(self.task, randomisation=draws))
+
+    def _others(self, firmware: str) -> Iterator[_Stage]:
+        """Yield a poor link, and other robots: response profiles in physics, files, which say more, on the wire."""
+        plan = self.plan
+        if firmware:
+            poor = {"latency": plan.latency, "jitter": plan.jitter, "loss": plan.loss}
+            about = f"{plan.latency * 1000:g} ms each way ± {plan.jitter * 1000:g} ms, {plan.loss:.1%} of answers lost"
+            yield _Stage("poor link", f"{firmware}, {about}", firmware=firmware, keys=poor)
+        own = {scene.model.profile for scene in self.task.scenes}
+        for name in [name for name in PROFILES if own != {name}] if plan.profiles is None else plan.profiles:
             if name in PROFILES:
                 task = changed(self.task, partial(replace, profile=name))
                 yield _Stage(f"profile {name}", f"physics, infrared sensors: {PROFILES[name].source}", task)
@@ -378,22 +348,16 @@ class _Transfer:
         return True
 
     def _result(self, stage: _Stage) -> StageResult:
-        """Run a stage.
-
-        Raises:
-            Unsupported: The firmware does not have the sensors of the controller.
-        """
+        """Run a stage; Unsupported if its firmware does not have the sensors of the controller."""
         self.progress(stage.name)
         champion = self.champion
         if stage.task is not None:
             controller = champion.network.controller(champion.parameters)
             scores = Episodes(stage.task, engine=self.engine).play(controller, [champion.parameters], self.seeds)
             return self._stage(stage.name, stage.about, scores.fitness[0].tolist())
-        keys = {"robots": self.task.robots, "firmware": stage.firmware}
-        jobs = [
-            (champion, world, {**keys, "seed": seed, **stage.keys})
-            for seed, world in zip(self.seeds, self.worlds, strict=True)
-        ]
+        keys = {"robots": self.task.robots, "firmware": stage.firmware, **stage.keys}
+        each = zip(self.seeds, self.worlds, strict=True)
+        jobs = [(champion, world, {"seed": seed, **keys}) for seed, world in each]
         found = dict(self.executor.run(play_on_wire, jobs))
         fitness, is_lost = zip(*(found[k] for k in range(len(jobs))), strict=True)
         return replace(self._stage(stage.name, stage.about, fitness), lost=sum(is_lost))
@@ -454,14 +418,6 @@ class _Transfer:
                 ask(f"Run {number} of {count}: put the robot at a start.")
             fitness.append(play_on_robot(self.champion, url))
         return fitness
-
-    def _robot(self, url: str, fitness: Sequence[float]) -> None:
-        """Add the stage on the robot."""
-        if can_be_measured(self.champion):
-            self.stages.append(self._stage("robot", url, fitness, on_robot=True))
-        else:
-            about = f"{url}; the reward needs more than wheel speeds and what the controller sees: it is not measured"
-            self.stages.append(StageResult("robot", about, len(fitness)))
 
 
 def changed(task: Task, change: Callable[[EpuckModel], EpuckModel]) -> Task:

@@ -14,26 +14,16 @@ from elib.base.files import write_file
 from elib.learn.transfer import BROKEN, StageResult, TransferReport
 from elib.records.et.formats import write_table
 from elib.records.et.table import Cell, Header, Table
-from elib.studies.report import COLOURS, GRID, INK, PAPER, check_report, save, trim
+from elib.studies.report import COLOURS, GRID, INK, PAPER, check_report, figure_of, save, trim
 
 COLUMNS = ("stage", "runs", "fitness", "95 %", "success", "ratio", "95 %")
-RUNS = (
-    Header("part", "text"),
-    Header("stage", "text"),
-    Header("value"),
-    Header("seed", "whole"),
-    Header("fitness"),
-    Header("solved", "whole"),
-)
+STAGE = ("name", "about", "runs", "mean", "interval", "ratio", "ratio_interval", "lost", "seeds", "fitness")
+RUNS = (*(Header(name, "text") for name in ("part", "stage")), Header("value"), Header("seed", "whole"))
+RUNS += (Header("fitness"), Header("solved", "whole"))
 
 
 def check_folder(folder: Path) -> None:
-    """Make the folder of a report, before anything runs for it.
-
-    Raises:
-        ArgumentError: The folder cannot be made, or it is a file.
-        Unsupported: Matplotlib is not installed.
-    """
+    """Make the folder of a report, before anything runs for it, and check that a plot can be drawn."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -67,16 +57,17 @@ def to_json(report: TransferReport) -> dict[str, object]:
         "task": report.task,
         "seed": report.seed,
         "version": __version__,
-        "stages": [_stage(stage) for stage in report.stages],
+        "stages": [
+            {
+                **{name: getattr(stage, name) for name in STAGE},
+                "success": stage.solved / stage.runs if stage.fitness else None,
+            }
+            for stage in report.stages
+        ],
         "breaks": [
             {
-                "name": each.trouble.name,
-                "where": each.trouble.where,
-                "unit": each.trouble.unit,
-                "usual": each.trouble.usual,
-                "limit": each.limit,
-                "margin": each.margin,
-                "values": each.values,
+                **{name: getattr(each.trouble, name) for name in ("name", "where", "unit", "usual")},
+                **{name: getattr(each, name) for name in ("limit", "margin", "values")},
                 "means": [stage.mean for stage in each.stages],
                 "ratios": [stage.ratio for stage in each.stages],
             }
@@ -86,56 +77,26 @@ def to_json(report: TransferReport) -> dict[str, object]:
     }
 
 
-def _stage(stage: StageResult) -> dict[str, object]:
-    return {
-        "name": stage.name,
-        "about": stage.about,
-        "runs": stage.runs,
-        "mean": stage.mean,
-        "interval": stage.interval,
-        "success": stage.solved / stage.runs if stage.fitness else None,
-        "ratio": stage.ratio,
-        "ratio_interval": stage.ratio_interval,
-        "lost": stage.lost,
-        "seeds": stage.seeds,
-        "fitness": stage.fitness,
-    }
-
-
 def write_folder(report: TransferReport, folder: Path, title: str) -> list[Path]:
     """Write ``report.md``, ``transfer.svg`` and all runs, as Parquet if DuckDB is installed, or else as CSV.
 
-    Args:
-        report: The report.
-        folder: The folder, which exists.
-        title: What was tried, for the page and the plot.
-
-    Returns:
-        The files.
-
-    Raises:
-        ArgumentError: A file cannot be written.
-        ElibError: The disk is full.
+    The folder was checked by :func:`check_folder`. Returns the files.
     """
     runs = folder / f"runs.{'parquet' if importlib.util.find_spec('duckdb') else 'csv'}"
     write_table(runs, Table(RUNS, _runs(report)))
     page, plot = folder / "report.md", folder / "transfer.svg"
     write_file(page, _page(report, title).encode())
-    draw(report, plot, title)
+    _draw(report, plot, title)
     return [page, plot, runs]
 
 
 def _runs(report: TransferReport) -> Iterator[tuple[Cell, ...]]:
-    for stage in report.stages:
-        yield from _rows("stage", stage, None)
+    stages: list[tuple[str, float | None, StageResult]] = [("stage", None, stage) for stage in report.stages]
     for each in report.sensitivities:
-        for value, stage in zip(each.values[1:], each.stages[1:], strict=True):
-            yield from _rows(each.trouble.name, stage, value)
-
-
-def _rows(part: str, stage: StageResult, value: float | None) -> Iterator[tuple[Cell, ...]]:
-    for k, fitness in enumerate(stage.fitness):
-        yield part, stage.name, value, stage.seeds[k] if stage.seeds else None, fitness, int(stage.is_solved[k])
+        stages += [(each.trouble.name, *pair) for pair in zip(each.values[1:], each.stages[1:], strict=True)]
+    for part, value, stage in stages:
+        for k, fitness in enumerate(stage.fitness):
+            yield part, stage.name, value, stage.seeds[k] if stage.seeds else None, fitness, int(stage.is_solved[k])
 
 
 def _page(report: TransferReport, title: str) -> str:
@@ -162,20 +123,10 @@ def _row(cells: Any) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def draw(report: TransferReport, path: Path, title: str) -> None:
-    """Draw the fitness of each stage with its interval, and how it falls as each trouble grows.
-
-    Raises:
-        Unsupported: Matplotlib is not installed.
-        ArgumentError: The file cannot be written.
-    """
-    check_report(path)
-    from matplotlib.figure import Figure
-
+def _draw(report: TransferReport, path: Path, title: str) -> None:
+    """Draw the fitness of each stage with its interval, and how it falls as each trouble grows."""
     measured = [stage for stage in report.stages if stage.fitness]
-    height = max(3.6, 0.36 * len(measured) + 1.6)
-    figure = Figure(figsize=(11, height), dpi=110, facecolor=PAPER, layout="constrained")
-    figure.suptitle(f"Transfer of {title}", color=INK, fontsize=13, x=0.01, ha="left")
+    figure = figure_of(11, max(3.6, 0.36 * len(measured) + 1.6), f"Transfer of {title}")
     axes = figure.subplots(1, 2 if report.sensitivities else 1, squeeze=False)[0]
     _draw_stages(axes[0], measured)
     if report.sensitivities:
@@ -192,15 +143,8 @@ def _draw_stages(axes: Any, stages: list[StageResult]) -> None:
             axes.plot(stage.interval, (y, y), color=colour, linewidth=6, solid_capstyle="butt")
         axes.plot([stage.mean], [y], "o", color=PAPER, markersize=4, markeredgecolor=colour)
     axes.axvline(BROKEN * stages[0].mean, color=INK, linewidth=0.8, linestyle=":")
-    axes.text(
-        BROKEN * stages[0].mean,
-        -0.75,
-        f"{100 * BROKEN:.0f} % of physics",
-        fontsize=7.5,
-        color=INK,
-        ha="center",
-        backgroundcolor=PAPER,
-    )
+    note = {"fontsize": 7.5, "color": INK, "ha": "center", "backgroundcolor": PAPER}
+    axes.text(BROKEN * stages[0].mean, -0.75, f"{100 * BROKEN:.0f} % of physics", **note)
     axes.set_yticks(range(len(stages)), [stage.name for stage in stages])
     axes.set_ylim(len(stages) - 0.4, -1.0)
     axes.set_xlim(left=min(0.0, *(min(stage.fitness) for stage in stages)))

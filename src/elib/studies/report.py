@@ -90,14 +90,11 @@ def draw_report(
         ElibError: The disk is full.
     """
     check_report(path)
-    from matplotlib.figure import Figure
-
     rows = max(1, len(charts))
-    figure = Figure(figsize=(12.5, max(5.6, 1.9 * rows + 1.2)), dpi=110, facecolor=PAPER, layout="constrained")
+    figure = figure_of(12.5, max(5.6, 1.9 * rows + 1.2), title)
     grid = figure.add_gridspec(
         rows, 2 if floor is not None else 1, width_ratios=[1, 1.25] if floor is not None else [1]
     )
-    figure.suptitle(title, color=INK, fontsize=13, x=0.01, ha="left")
     if floor is not None:
         _map(figure.add_subplot(grid[:, 0]), floor, trails)
     first: Any = None
@@ -112,6 +109,15 @@ def draw_report(
         else:
             axes.set_xlabel("time, s", color=INK)
     save(figure, path)
+
+
+def figure_of(width: float, height: float, title: str) -> Any:
+    """Return an empty figure of Matplotlib of this size, inches, with a title."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=110, facecolor=PAPER, layout="constrained")
+    figure.suptitle(title, color=INK, fontsize=13, x=0.01, ha="left")
+    return figure
 
 
 def save(figure: Any, path: str | PathLike[str]) -> None:

@@ -69,9 +69,7 @@ TASK = Task(
     scenes=(open_room(),),
     sensors=("proximity", "distance"),
     reward=reward,
-    fitness="mean",
     solved=0.7,
     seconds=120.0,
-    top_speed=0.1,
     randomisation=ROBOTS,
 )

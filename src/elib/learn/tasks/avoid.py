@@ -12,13 +12,10 @@ from dataclasses import replace
 from math import sqrt
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, gallery, room
+from elib.learn.rooms import ROBOTS, TOP_SPEED, gallery, room
 from elib.simulator.physics import Box, Scene, Wall
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
-
-TOP_SPEED: Final = 0.1
-"""m/s. Of a Khepera in the paper: 0.08 m/s."""
 
 FULL_SCALE: Final = 4095.0
 """What an infrared sensor reads at most, counts."""
@@ -53,12 +50,9 @@ TASK = Task(
     summary="Drive fast and straight, away from walls.",
     source="Floreano and Mondada 1994, Automatic creation of an autonomous agent, From Animals to Animats 3",
     scenes=(corridor(), gallery("arena"), *(room(seed, posts=3, boxes=2) for seed in range(1, 7))),
-    sensors=("proximity",),
     reward=reward,
     reward_sensors=("proximity",),
-    fitness="mean",
     solved=0.6,
-    seconds=60.0,
     top_speed=TOP_SPEED,
     randomisation=ROBOTS,
     on_board=True,

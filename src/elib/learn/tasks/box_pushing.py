@@ -83,7 +83,5 @@ TASK = Task(
     is_over=is_over,
     fitness="sum",
     solved=0.99,
-    seconds=60.0,
-    top_speed=0.1,
     randomisation=ROBOTS,
 )

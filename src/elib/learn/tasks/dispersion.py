@@ -45,11 +45,7 @@ TASK = Task(
         replace(BARE, name=f"cluster {seed}", starts=cluster(seed, COUNT, 1.2 * x, 1.2 * y))
         for seed, (x, y) in enumerate(CORNERS)
     ),
-    sensors=("proximity",),
     reward=reward,
-    fitness="mean",
     solved=0.55,
-    seconds=60.0,
-    top_speed=0.1,
     randomisation=ROBOTS,
 )

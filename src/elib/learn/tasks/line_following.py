@@ -10,15 +10,12 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import replace
-from typing import Final
 
-from elib.learn.rooms import ROBOTS, STEP, forward_speed, gallery
+from elib.learn.rooms import ROBOTS, STEP, TOP_SPEED, forward_speed, gallery
 from elib.simulator.physics import Pose, Scene, Stripe
 from elib.simulator.physics.geometry import unit
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
-
-TOP_SPEED: Final = 0.1
 
 POINTS = 72
 
@@ -31,7 +28,7 @@ def reward(world: Records, i: int) -> float:
     """
     robot = world.robots[i]
     black = (robot.white[1] - world.views[i].ground[1]) / (robot.white[1] - robot.black[1])
-    return forward_speed(robot, TOP_SPEED) * min(max(black, 0.0), 1.0)
+    return forward_speed(robot) * min(max(black, 0.0), 1.0)
 
 
 def track(seed: int) -> Stripe:
@@ -74,9 +71,7 @@ TASK = Task(
     sensors=("ground",),
     reward=reward,
     reward_sensors=("ground",),
-    fitness="mean",
     solved=0.6,
-    seconds=60.0,
     top_speed=TOP_SPEED,
     randomisation=ROBOTS,
     on_board=True,

@@ -134,6 +134,5 @@ TASK = Task(
     fitness="sum",
     solved=1.0,
     seconds=180.0,
-    top_speed=0.1,
     randomisation=ROBOTS,
 )

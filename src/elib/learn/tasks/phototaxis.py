@@ -68,10 +68,7 @@ TASK = Task(
     sensors=("ambient_light",),
     reward=reward,
     reward_sensors=("ambient_light",),
-    fitness="mean",
     solved=0.4,
-    seconds=60.0,
-    top_speed=0.1,
     randomisation=ROBOTS,
     on_board=True,
 )

@@ -77,7 +77,5 @@ TASK = Task(
     is_over=is_over,
     fitness="sum",
     solved=1.0,
-    seconds=60.0,
-    top_speed=0.1,
     randomisation=ROBOTS,
 )

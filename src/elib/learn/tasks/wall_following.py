@@ -10,12 +10,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from elib.learn.rooms import ROBOTS, forward_speed, room
+from elib.learn.rooms import ROBOTS, TOP_SPEED, forward_speed, room
 from elib.simulator.physics import Box, Scene, Wall
 from elib.simulator.physics.records import Records
 from elib.simulator.physics.task import Task
-
-TOP_SPEED: Final = 0.1
 
 FAR: Final = 200.0
 """Reading of the right sensor, counts, from which the wall is near enough: 2.9 cm from the body of an ideal robot."""
@@ -40,7 +38,7 @@ def reward(world: Records, i: int) -> float:
     right = view.proximity[RIGHT]
     beside = min(right / FAR, 1.0, max((TOUCHING - right) / (TOUCHING - NEAR), 0.0))
     ahead = max(view.proximity[0], view.proximity[7]) / 4095.0
-    return forward_speed(world.robots[i], TOP_SPEED) * beside * (1.0 - ahead)
+    return forward_speed(world.robots[i]) * beside * (1.0 - ahead)
 
 
 def scenes() -> tuple[Scene, ...]:
@@ -63,12 +61,9 @@ TASK = Task(
     source="Koza 1992, Evolution of subsumption using genetic programming, First European Conference on Artificial "
     "Life (the behaviour); the reward is made in the manner of Floreano and Mondada 1994",
     scenes=scenes(),
-    sensors=("proximity",),
     reward=reward,
     reward_sensors=("proximity",),
-    fitness="mean",
     solved=0.5,
-    seconds=60.0,
     top_speed=TOP_SPEED,
     randomisation=ROBOTS,
     on_board=True,
