@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol, runtime_checkable
 from elib.base.body import AXLE, METRES_PER_STEP
 from elib.base.curves import interpolated
 from elib.base.errors import LinkLost, RemoteProtocolError, ReplyTimeout, Unsupported, about
+from elib.base.timeofflight import AGE
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import Context
 from elib.link.protocol.profiles import FIRMWARES
@@ -164,7 +165,11 @@ class Actions(Motions):
         pose = odometry.pose
         headings.append((pose.time, turned()))
         start = pose.heading - turned()
-        return scan(pose, [(start + interpolated(headings, each.time), each) for each in looks])
+
+        def heading(time: float) -> float:
+            return start + interpolated(headings, time)
+
+        return scan(pose, [(heading(each.time), heading(each.time - AGE), each) for each in looks])
 
     @action
     async def neighbours(self: Robot) -> tuple[Neighbour, ...]:

@@ -132,10 +132,10 @@ class Scan(Reading):
 
     Attributes:
         pose: Where it was, by odometry.
-        directions: Of the ranges, rad in the coordinates of odometry, rising from -pi.
+        directions: Where the sensors looked, rad in the coordinates of odometry, rising from -pi.
         ranges: How far away something is there, m, from :attr:`pose`; infinite where nothing is seen, nan where the
             sensors did not look, because the link is too slow.
-        errors: By how much each range may be wrong, m: nine times in ten it is less, of a wall that is square to it.
+        errors: By how much each range may be wrong, m: nine times in ten it is less.
     """
 
     pose: Pose
@@ -151,29 +151,37 @@ class Scan(Reading):
         return [(x + r * math.cos(angle), y + r * math.sin(angle)) for angle, r in seen if math.isfinite(r)]
 
 
-def scan(pose: Pose, looks: Iterable[tuple[float, Distances]]) -> Scan:
+def scan(pose: Pose, looks: Iterable[tuple[float, float, Distances]]) -> Scan:
     """Return what a robot saw that turned on the spot: each range is the median of all sensors that looked there.
 
     The median is what a glitch of one sensor does not change, and eight gains miss less than one.
 
     Args:
         pose: Where it stood.
-        looks: Its headings, rad, and what it saw.
+        looks: Its heading, rad, that when the time-of-flight sensor measured, and what it saw.
     """
     directions = [math.tau * (k + 0.5) / RAYS - math.pi for k in range(RAYS)]
     near: list[list[tuple[float, float, int]]] = [[] for _ in directions]
     far: list[list[tuple[float, float, int]]] = [[] for _ in directions]
-    for heading, seen in looks:
+    for heading, earlier, seen in looks:
         for sensor, (angle, metres, error) in enumerate(zip(SENSOR_DIRECTIONS, seen, seen.errors, strict=True)):
             near[_ray(heading + angle)].append((SENSOR_RADIUS + metres, error, sensor))
         if not math.isnan(seen.tof):
-            far[_ray(heading)].append((PLACE[0] + seen.tof, seen.tof_error, 0))
+            far[_ray(earlier)].append((PLACE[0] + seen.tof, seen.tof_error, 0))
     found = [
         min(map(_middle, filter(None, two)), key=itemgetter(1), default=(math.nan, math.nan))
         for two in zip(near, far, strict=True)
     ]
-    ranges, errors = (tuple(each[k] for each in found) for k in range(2))
+    ranges = tuple(each[0] for each in found)
+    errors = tuple(math.hypot(each[1], _slope(ranges, k)) for k, each in enumerate(found))
     return Scan(pose, tuple(directions), ranges, errors, time=pose.time)
+
+
+def _slope(ranges: Sequence[float], k: int) -> float:
+    """Return by how much ranges change from one direction to the next: sensors see more widely than one is."""
+    sides = (abs(ranges[k] - ranges[(k + side) % RAYS]) for side in (-1, 1))
+    seen = [each for each in sides if math.isfinite(each)]
+    return statistics.fmean(seen) if seen else 0.0
 
 
 def _ray(angle: float) -> int:
