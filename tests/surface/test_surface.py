@@ -20,9 +20,9 @@ accelerometer attitude gyroscope magnetometer start_magnetometer temperature dis
 microphones microphone_samples pitch battery selector button sd_card ir_receiver set_led set_body_led set_front_led
 set_rgb_led play_sound set_camera camera image version help_text i2c_read i2c_write i2c_scan
 """.split()
-ACTIONS = (
-    """distances drive go_to neighbours pose scan send_message sensors set_pose set_velocity sleep text turn""".split()
-)
+ACTIONS = """
+distances drive go_to neighbours pose scan send_message sensors set_pose set_velocity sleep tags text turn
+""".split()
 ABSENT = {
     "btcom-1.1.3": "battery button distance gyroscope i2c_read i2c_scan i2c_write magnetometer sd_card"
     " set_distance_sensor set_obstacle_avoidance set_proximity_rate set_rgb_led start_magnetometer temperature",

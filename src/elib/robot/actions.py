@@ -29,6 +29,7 @@ from elib.robot.polling import polls, sensor_polls
 
 if TYPE_CHECKING:
     from elib.link.protocol.distances import Distances, Scan
+    from elib.link.protocol.tags import Tag
 
 ASKING_TIME = 0.002
 """s that a question about neighbours takes, like a short command on the line. Without it, simulated time would stand
@@ -37,6 +38,7 @@ still for a program that asks nothing else."""
 SCAN_RATE = 1.0
 """rad/s: a link that takes 0.08 s for a look then lets each sensor look twice in each direction of a scan."""
 
+TagSize = Annotated[float, Quantity("tag_size", "m", 0.005, 1, scale=1e6)]
 Reflectance = Annotated[float, Quantity("reflectance", "", 0.05, 1, scale=100)]
 
 
@@ -170,6 +172,30 @@ class Actions(Motions):
             return start + interpolated(headings, time)
 
         return scan(pose, [(heading(each.time), heading(each.time - AGE), each) for each in looks])
+
+    @action
+    async def tags(self: Robot, size: TagSize, *, family: str = "16h5") -> list[Tag]:
+        """Take a picture and return the AprilTags in it, the nearest first. Needs the extra ``vision``.
+
+        Each has its number, its distance from the camera, m, its bearing, rad, and how sure both are. ``elib tags``
+        prints them. A larger picture shows them from farther away: ``robot.set_camera(160, 120, 4, "grey")``.
+
+        Args:
+            size: Side of the black square, m, 0.005 to 1.
+            family: ``16h5`` or ``36h11``.
+
+        Raises:
+            ArgumentError: There is no such family.
+            Unsupported: The extra ``vision`` is not installed.
+
+        Example:
+            >>> robot.tags(0.06)
+            []
+        """
+        side = checked(TagSize, "size", size)
+        request = Actions.image.spec.request(self.context)
+        picture = await self.execute(request, request.timeout)
+        return picture.tags(side, family=family)
 
     @action
     async def neighbours(self: Robot) -> tuple[Neighbour, ...]:

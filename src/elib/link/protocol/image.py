@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from elib.link.protocol.colours import Blob, Grey, Hue
+    from elib.link.protocol.tags import Tag
 
 
 class Mounting(enum.Enum):
@@ -151,6 +152,26 @@ class Image:
         from elib.link.protocol.lines import edges  # here: it needs NumPy
 
         return edges(self.pixels)
+
+    def tags(self, size: float, *, family: str = "16h5") -> list[Tag]:
+        """Return the AprilTags in the upright picture, the nearest first.
+
+        ``elib tags`` prints them. Those of 16h5 have the largest cells, and are read from 8 pixels on.
+
+        Args:
+            size: Side of the black square, m.
+            family: ``16h5`` or ``36h11``.
+
+        Returns:
+            Of each its ``number``, its ``distance`` from the camera, m, its ``bearing``, rad, and how sure both are.
+
+        Raises:
+            ArgumentError: There is no such family.
+            Unsupported: The extra ``vision`` is not installed, or the picture is in YUV.
+        """
+        from elib.link.protocol.tags import find  # here: it needs OpenCV
+
+        return find(self.pixels, self.zoom, size, family)
 
     def bearing(self, column: float) -> float:
         """Return in which direction the camera sees a column, rad from straight ahead, positive to the left.
