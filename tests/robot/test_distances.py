@@ -13,7 +13,7 @@ from elib.base.infrared import usual_light
 from elib.link.protocol.profiles import PROFILES
 from elib.simulator.emulator.robotprofile import Infrared, RobotProfile, write
 from elib.simulator.physics.profiles import PLACES
-from elib.testing import world_of
+from elib.testing import link_of, world_of
 
 
 @pytest.mark.parametrize("firmware", list(PROFILES))
@@ -131,6 +131,21 @@ def test_a_scan_shows_the_walls_around_the_robot(firmware: str) -> None:
         assert all(min(x, y) < 0.03 for x, y in scan.points if firmware != "epuck2")
         away = scan.ranges[20]  # towards the middle of the square
         assert (0.3 < away < 1.4) if firmware == "epuck2" else away == math.inf
+
+
+def test_a_scan_goes_on_over_a_link_that_loses_answers_and_ends_over_one_that_is_dead() -> None:
+    with elib.connect("sim://square?speed=max&seed=6&loss=0.05&latency=0.02") as robot:
+        world_of(robot).move_robot(0, elib.Pose(0.065, 0.5, 0.0))
+        scan = robot.scan()
+        assert scan.pose.heading == pytest.approx(0.0, abs=0.01)
+        assert min(scan.ranges) == pytest.approx(0.065, abs=0.005)
+    with elib.connect("sim://square?speed=max&seed=6") as robot:
+        pending = robot.begin.scan()
+        robot.sleep(1)
+        link_of(robot).silence()
+        with pytest.raises(elib.LinkLost, match="no longer answers"):
+            pending.end()
+        link_of(robot).end_silence()
 
 
 def test_a_scan_has_every_style_and_an_error_of_it_stops_the_robot() -> None:

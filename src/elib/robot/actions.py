@@ -12,9 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, runtime_checkable
 
 from elib.base.body import AXLE, METRES_PER_STEP
-from elib.base.curves import interpolated
 from elib.base.errors import LinkLost, RemoteProtocolError, ReplyTimeout, Unsupported, about
-from elib.base.timeofflight import AGE
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import Context
 from elib.link.protocol.profiles import FIRMWARES
@@ -153,25 +151,21 @@ class Actions(Motions):
         fastest = checked(TurnRate, "turn_rate", turn_rate)
         checked(Reflectance, "reflectance", reflectance)
         odometry, looks, headings = self.motion.odometry, [], []
+        start = odometry.pose.heading - (odometry.right - odometry.left) * METRES_PER_STEP / AXLE
 
-        def turned() -> float:
-            return (odometry.right - odometry.left) * METRES_PER_STEP / AXLE
+        def note() -> None:
+            turned = (odometry.right - odometry.left) * METRES_PER_STEP / AXLE
+            headings.append((odometry.pose.time, start + turned))
 
         async def look() -> None:
-            headings.append((odometry.pose.time, turned()))
+            note()
             with contextlib.suppress(ReplyTimeout, RemoteProtocolError, LinkLost):  # the motion knows when to give up
                 looks.append(await _look(self, reflectance, gains))
 
         async with self.motion.under_way(self, "scan()"):
             await self.motion.turn(self, math.tau, fastest, look)
-        pose = odometry.pose
-        headings.append((pose.time, turned()))
-        start = pose.heading - turned()
-
-        def heading(time: float) -> float:
-            return start + interpolated(headings, time)
-
-        return scan(pose, [(heading(each.time), heading(each.time - AGE), each) for each in looks])
+        note()
+        return scan(odometry.pose, headings, looks)
 
     @action
     async def tags(self: Robot, size: TagSize, *, family: str = "16h5") -> list[Tag]:

@@ -10,9 +10,10 @@ from operator import itemgetter
 from typing import Final
 
 from elib.base.body import SENSOR_DIRECTIONS, SENSOR_RADIUS
+from elib.base.curves import interpolated
 from elib.base.infrared import FITTED_SPREAD, GAIN_SPREAD, NINE_IN_TEN, wall_distance, wall_error
 from elib.base.pose import Pose
-from elib.base.timeofflight import PLACE, deviation, unbiased
+from elib.base.timeofflight import AGE, PLACE, deviation, unbiased
 from elib.link.protocol.values import Distance, FieldInfo, Numbers, Proximity, Reading, Role
 
 MAX_OPEN_AIR: Final = 1500.0
@@ -151,19 +152,21 @@ class Scan(Reading):
         return [(x + r * math.cos(angle), y + r * math.sin(angle)) for angle, r in seen if math.isfinite(r)]
 
 
-def scan(pose: Pose, looks: Iterable[tuple[float, float, Distances]]) -> Scan:
+def scan(pose: Pose, headings: Sequence[tuple[float, float]], looks: Iterable[Distances]) -> Scan:
     """Return what a robot saw that turned on the spot: each range is the median of all sensors that looked there.
 
     The median is what a glitch of one sensor does not change, and eight gains miss less than one.
 
     Args:
         pose: Where it stood.
-        looks: Its heading, rad, that when the time-of-flight sensor measured, and what it saw.
+        headings: Its headings on the way, each with its time: s and rad.
+        looks: What it saw meanwhile.
     """
     directions = [math.tau * (k + 0.5) / RAYS - math.pi for k in range(RAYS)]
     near: list[list[tuple[float, float, int]]] = [[] for _ in directions]
     far: list[list[tuple[float, float, int]]] = [[] for _ in directions]
-    for heading, earlier, seen in looks:
+    for seen in looks:
+        heading, earlier = (interpolated(headings, time) for time in (seen.time, seen.time - AGE))
         for sensor, (angle, metres, error) in enumerate(zip(SENSOR_DIRECTIONS, seen, seen.errors, strict=True)):
             near[_ray(heading + angle)].append((SENSOR_RADIUS + metres, error, sensor))
         if not math.isnan(seen.tof):

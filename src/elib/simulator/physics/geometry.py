@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Annotated, NamedTuple, TypeAlias
 
 from elib.base.errors import ArgumentError
-from elib.base.rules import Mistake, Number, Rule, Several, Text, Whole, check
+from elib.base.rules import Choice, Mistake, Number, Rule, Several, Text, Whole, check
 from elib.base.tags import FACES
 
 _HEX_DIGITS = frozenset("0123456789abcdefABCDEF")
@@ -97,17 +97,11 @@ WallEnd = Annotated[float, Number(-2 * MAX_ARENA, 2 * MAX_ARENA, "m")]
 
 
 @dataclass(frozen=True, slots=True)
-class FaceRule(Rule):
+class FaceRule(Choice):
     """What a surface shows."""
 
     def __str__(self) -> str:
         return 'a tag of 16h5, "tag:0" to "tag:29", or of 36h11, "tag36h11:0" to "tag36h11:99"'
-
-    def accept(self, value: object) -> str:
-        """Return *value*."""
-        if isinstance(value, str) and value in FACES:
-            return value
-        raise self.refuse(value)
 
 
 Length = Annotated[float, Number(0.001, MAX_ARENA, "m", example="0.05")]
@@ -120,7 +114,7 @@ Mass = Annotated[float, Number(0.001, 100, "kg")]
 Friction = Annotated[float, Number(0, 2, example="0.02")]
 Name = Annotated[str, Text(example='"ball"', otherwise="none")]
 Painted = Annotated[Colour, ColourRule(example='"#d04030"')]
-Face = Annotated[str, FaceRule(example='"tag:7"', otherwise="nothing")]
+Face = Annotated[str, FaceRule(FACES, example='"tag:7"', otherwise="nothing")]
 
 
 @dataclass(frozen=True, slots=True)
