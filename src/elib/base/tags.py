@@ -73,7 +73,9 @@ FACES: Final = (
 
 
 def face_cells(face: str) -> list[list[bool]]:
-    """Return the cells of one of :data:`FACES`, with a white rim of one cell."""
+    """Return the cells of one of :data:`FACES`, with a white rim of one cell; none of nothing."""
+    if not face:
+        return []
     kind, _, number = face.partition(":")
     found = cells(kind.removeprefix("tag") or "16h5", int(number))
     rim = [True] * (len(found) + 2)

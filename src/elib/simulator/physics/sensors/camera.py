@@ -540,7 +540,7 @@ class _Look:
 @lru_cache(maxsize=1)
 def _faces() -> tuple[NDArray[np.bool_], Ints]:
     """Return the cells of all faces, whether each is white, and how many each face has in a row."""
-    found = [face_cells(face) if face else [] for face in FACES]
+    found = [face_cells(face) for face in FACES]
     white = np.zeros((len(found), max(map(len, found)), max(map(len, found))), np.bool_)
     for each, cells in zip(white, found, strict=True):
         each[: len(cells), : len(cells)] = np.reshape(np.array(cells, np.bool_), (len(cells), len(cells)))
