@@ -95,6 +95,8 @@ def test_the_nearest_tag_comes_first_and_a_wrong_family_or_size_is_refused(tmp_p
         assert "16h5, 36h11" in caught.value.hint
         with pytest.raises(elib.ArgumentError, match="size is 60"):
             robot.tags(60)
+        with pytest.raises(elib.ArgumentError, match="size is 60"):
+            robot.image().tags(60)
 
 
 @needs_opencv

@@ -160,5 +160,7 @@ def test_a_scan_has_every_style_and_an_error_of_it_stops_the_robot() -> None:
         before = robot.encoders()
         robot.sleep(1)
         assert robot.encoders() == before
-        with pytest.raises(elib.ArgumentError):
-            robot.scan(reflectance=2)
+        for wrong in ({"gains": (1.0, 1.0)}, {"reflectance": 2}, {"turn_rate": 0}):
+            with pytest.raises(elib.ArgumentError, match=next(iter(wrong))):
+                robot.scan(**wrong)
+        assert robot.encoders() == before

@@ -11,12 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, runtime_checkable
 
-from elib.base.body import AXLE, METRES_PER_STEP
-from elib.base.errors import LinkLost, RemoteProtocolError, ReplyTimeout, Unsupported, about
+from elib.base.body import AXLE, METRES_PER_STEP, SENSOR_DIRECTIONS
+from elib.base.errors import ArgumentError, LinkLost, RemoteProtocolError, ReplyTimeout, Unsupported, about
 from elib.link.protocol.commands import SPECS
 from elib.link.protocol.context import Context
 from elib.link.protocol.profiles import FIRMWARES
-from elib.link.protocol.quantities import Quantity, Seconds
+from elib.link.protocol.quantities import Quantity, Seconds, TagSize
 from elib.link.protocol.raw import text_request
 from elib.link.protocol.styles import action
 from elib.link.protocol.table import WheelEffect, without_example
@@ -36,7 +36,6 @@ still for a program that asks nothing else."""
 SCAN_RATE = 1.0
 """rad/s: a link that takes 0.08 s for a look then lets each sensor look twice in each direction of a scan."""
 
-TagSize = Annotated[float, Quantity("tag_size", "m", 0.005, 1, scale=1e6)]
 Reflectance = Annotated[float, Quantity("reflectance", "", 0.05, 1, scale=100)]
 
 
@@ -58,6 +57,8 @@ async def _look(robot: Robot, reflectance: float, gains: Sequence[float] | None)
     from elib.link.protocol.distances import OpenAir, distances  # here: most programs read counts
 
     reflects = checked(Reflectance, "reflectance", reflectance)
+    if gains is not None and len(gains) != len(SENSOR_DIRECTIONS):
+        raise ArgumentError(f"gains has {len(gains)} numbers; it must have 8, one for each infrared sensor")
     context, found = robot.context, dict[str, Any]()
     names = [name for name in ("proximity", "distance") if name not in context.profile.absent]
     for poll in polls(names, context, "distances()"):
@@ -149,7 +150,6 @@ class Actions(Motions):
         from elib.link.protocol.distances import scan
 
         fastest = checked(TurnRate, "turn_rate", turn_rate)
-        checked(Reflectance, "reflectance", reflectance)
         odometry, looks, headings = self.motion.odometry, [], []
         start = odometry.pose.heading - (odometry.right - odometry.left) * METRES_PER_STEP / AXLE
 
@@ -162,6 +162,8 @@ class Actions(Motions):
             with contextlib.suppress(ReplyTimeout, RemoteProtocolError, LinkLost):  # the motion knows when to give up
                 looks.append(await _look(self, reflectance, gains))
 
+        note()
+        looks.append(await _look(self, reflectance, gains))  # standing: nothing turns if an argument is wrong
         async with self.motion.under_way(self, "scan()"):
             await self.motion.turn(self, math.tau, fastest, look)
         note()
@@ -172,7 +174,7 @@ class Actions(Motions):
         """Take a picture and return the AprilTags in it, the nearest first. Needs the extra ``vision``.
 
         Each has its number, its distance from the camera, m, its bearing, rad, and how sure both are. ``elib tags``
-        prints them. A larger picture shows them from farther away: ``robot.set_camera(160, 120, 4, "grey")``.
+        prints them. A narrower view shows them from farther away: ``robot.set_camera(56, 56, 4, "grey")``.
 
         Args:
             size: Side of the black square, m, 0.005 to 1.

@@ -108,7 +108,7 @@ def distances(
         flight: The reading of the time-of-flight sensor, if there is one.
     """
     spread = GAIN_SPREAD if gains is None else FITTED_SPREAD
-    pairs = list(zip(above, gains or (1.0,) * len(above), strict=True))
+    pairs = list(zip(above, (1.0,) * len(above) if gains is None else gains, strict=True))
     tof = math.nan if flight is None else max(0.0, unbiased(flight.metres)) if flight < math.inf else math.inf
     return Distances(
         *(reflectance * wall_distance(*pair) for pair in pairs),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from elib.base.body import FOCAL
 from elib.base.errors import ArgumentError, Unsupported
-from elib.link.protocol.quantities import CameraMode
+from elib.link.protocol.quantities import TAG_SIZE, CameraMode
 
 if TYPE_CHECKING:
     import numpy
@@ -159,19 +159,19 @@ class Image:
         ``elib tags`` prints them. Those of 16h5 have the largest cells, and are read from 8 pixels on.
 
         Args:
-            size: Side of the black square, m.
+            size: Side of the black square, m, 0.005 to 1.
             family: ``16h5`` or ``36h11``.
 
         Returns:
             Of each its ``number``, its ``distance`` from the camera, m, its ``bearing``, rad, and how sure both are.
 
         Raises:
-            ArgumentError: There is no such family.
+            ArgumentError: There is no such family, or no tag is so large.
             Unsupported: The extra ``vision`` is not installed, or the picture is in YUV.
         """
         from elib.link.protocol.tags import find  # here: it needs OpenCV
 
-        return find(self.pixels, self.zoom, size, family)
+        return find(self.pixels, self.zoom, TAG_SIZE.check("size", size), family)
 
     def bearing(self, column: float) -> float:
         """Return in which direction the camera sees a column, rad from straight ahead, positive to the left.

@@ -500,7 +500,7 @@ class _Look:
         )
         length, height = (each[wall][:, np.newaxis, np.newaxis] for each in (walls.length, walls.height))
         off, far_off = aside - depth * tangent, far_aside - far_depth * tangent
-        along = off / (off - far_off)
+        along = off / np.where(off == far_off, 1.0, off - far_off)
         up = ABOVE + rise * (depth + along * (far_depth - depth))
         side = np.minimum(length, height)
         right = (along - 0.5) * length / side
